@@ -1,0 +1,214 @@
+"""Few balls: each keeps its earliest contact, found against all others in vector form.
+
+The ideas, and where they come from:
+- Each ball has its own clock and moves only in its own events (Lubachevsky, J. Comput. Phys. 94,
+  255 (1991)); partners are projected in a prediction and never written back, so that a replay of
+  the recorded events does the same arithmetic and gives the same bits.
+- One entry a ball in the agenda, its earliest contact. It remembers how many events its partner
+  had had: if the partner has had another since, the entry is stale, and is predicted again when
+  it comes up and not before.
+- A prediction runs over all balls without a branch; the scan for the earliest contact branches,
+  since a scan rarely improves.
+- What a scene lacks is ``None`` and is compiled away: a container that never moves, equal radii,
+  equal masses, events that are not recorded, a grid that is not sampled.
+"""
+
+from __future__ import annotations
+
+from snooker_cli.engine.collide import hit_pair, hit_wall, move
+from snooker_cli.engine.compiling import compiled
+from snooker_cli.engine.contact import NEVER
+from snooker_cli.engine.layout import (
+    BOUNCER,
+    BOUNCES,
+    COUNT,
+    FIRST,
+    LAST,
+    NOBODY,
+    NOW,
+    OTHER_ROW,
+    PAIR_EVENTS,
+    PAIR_TIME,
+    PAIR_VIRIAL,
+    PARTNER,
+    PARTNER_COUNT,
+    PREDICTIONS,
+    ROW,
+    SECOND,
+    STALLED,
+    WALL_EVENTS,
+    WALL_IMPULSE,
+    WALL_TIME,
+    Floats,
+    Integers,
+    Recorded,
+    Setup,
+)
+from snooker_cli.engine.predict import (
+    contact_distance,
+    is_trapped,
+    predict_return,
+    predict_row,
+    predict_two_rows,
+    predict_wall,
+    predict_walls,
+)
+from snooker_cli.engine.sampling import Grid, sample_until
+
+# What ``advance`` answers.
+FULL, COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE = range(6)
+
+# After this many events for each ball, all at one reading of the clock, time has stopped. A rack
+# of touching balls settles an impact in a few collisions a ball.
+STALL_LIMIT = 64
+
+
+@compiled
+def set_earliest(i: int, whom: int, time: float, agenda: Floats, links: Integers) -> None:
+    """Enter ball i's earliest contact; ``whom`` is NOBODY if there is none."""
+    agenda[PAIR_TIME, i] = time
+    links[PARTNER, i] = whom
+    links[PARTNER_COUNT, i] = links[COUNT, whom] if whom >= 0 else 0
+
+
+@compiled
+def adopt_row(i: int, row: int, agenda: Floats, links: Integers) -> None:
+    """Make the row's earliest contact ball i's, and i the partner of all who meet it sooner."""
+    earliest, whom = NEVER, NOBODY
+    count = links[COUNT, i]
+    for k in range(agenda.shape[1]):
+        time = agenda[row, k]
+        if time < agenda[PAIR_TIME, k]:
+            agenda[PAIR_TIME, k] = time
+            links[PARTNER, k] = i
+            links[PARTNER_COUNT, k] = count
+        if time < earliest:
+            earliest, whom = time, k
+    set_earliest(i, whom, earliest, agenda, links)
+
+
+@compiled
+def predict_again(
+    i: int,
+    now: float,
+    balls: Floats,
+    setup: Setup,
+    radii: Floats | None,
+    agenda: Floats,
+    links: Integers,
+) -> None:
+    """Find ball i's earliest contact anew, only its partner having changed."""
+    predict_row(i, now, balls, setup, radii, agenda, ROW)
+    last = links[LAST, i]
+    if last >= 0 and links[LAST, last] == i:
+        agenda[ROW, last] = NEVER  # they parted in the last event of both
+    earliest, whom = NEVER, NOBODY
+    for k in range(agenda.shape[1]):
+        if agenda[ROW, k] < earliest:
+            earliest, whom = agenda[ROW, k], k
+    set_earliest(i, whom, earliest, agenda, links)
+
+
+@compiled
+def prepare(
+    balls: Floats,
+    container: Floats | None,
+    setup: Setup,
+    radii: Floats | None,
+    agenda: Floats,
+    links: Integers,
+) -> None:
+    """Fill the agenda at time zero."""
+    for i in range(balls.shape[1]):
+        predict_again(i, 0.0, balls, setup, radii, agenda, links)
+        predict_wall(i, 0.0, balls, container, setup, radii, agenda)
+
+
+@compiled
+def advance(
+    balls: Floats,
+    container: Floats | None,
+    setup: Setup,
+    radii: Floats | None,
+    masses: Floats | None,
+    agenda: Floats,
+    links: Integers,
+    sums: Floats,
+    counts: Integers,
+    recorded: Recorded | None,
+    grid: Grid | None,
+    room: int,
+) -> int:
+    """Simulate at most ``room`` events; why it stopped. Ties go by time, ball, and wall first."""
+    number = balls.shape[1]
+    for filled in range(room):
+        if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
+            return COLLISIONS
+        while True:
+            now, i = NEVER, 0
+            for k in range(number):
+                pair_time, wall_time = agenda[PAIR_TIME, k], agenda[WALL_TIME, k]
+                time = pair_time if pair_time < wall_time else wall_time
+                if time < now:
+                    now, i = time, k
+            at_wall = agenda[WALL_TIME, i] <= agenda[PAIR_TIME, i]
+            j = NOBODY if at_wall else links[PARTNER, i]
+            if now == NEVER or at_wall or links[PARTNER_COUNT, i] == links[COUNT, j]:
+                break
+            predict_again(i, now, balls, setup, radii, agenda, links)
+            counts[PREDICTIONS] += number
+        if now > setup.time_limit:
+            return TIME
+        if now == NEVER:
+            return NOTHING_LEFT
+        if grid is not None:
+            sample_until(now, grid, balls, container, setup, masses, sums, counts)
+        counts[STALLED] = counts[STALLED] + 1 if now == sums[NOW] else 0
+        counts[FIRST], counts[SECOND] = i, j
+        sums[NOW] = now
+        move(i, now, balls)
+        links[COUNT, i] += 1
+        trapped = False
+        if at_wall:
+            links[LAST, i] = NOBODY
+            size = hit_wall(i, now, balls, container, setup, masses)
+            predict_row(i, now, balls, setup, radii, agenda, ROW)
+            adopt_row(i, ROW, agenda, links)
+            if container is not None:
+                predict_walls(now, balls, container, setup, radii, agenda)
+            predict_return(i, now, balls, container, agenda)
+            counts[PREDICTIONS] += number
+            counts[WALL_EVENTS] += 1
+            sums[WALL_IMPULSE] += size
+            counts[BOUNCES] = counts[BOUNCES] + 1 if counts[BOUNCER] == i else 1
+            counts[BOUNCER] = i
+            if setup.wall_restitution < 1.0 and (
+                counts[BOUNCES] > 1 or setup.wall_restitution == 0.0
+            ):
+                trapped = is_trapped(i, now, balls, container, setup, radii, agenda)
+        else:
+            move(j, now, balls)
+            links[COUNT, j] += 1
+            links[LAST, i], links[LAST, j] = j, i
+            size = hit_pair(i, j, balls, setup, masses)
+            predict_two_rows(i, j, now, balls, setup, radii, agenda, (ROW, OTHER_ROW))
+            agenda[ROW, j] = NEVER  # they part
+            agenda[OTHER_ROW, i] = NEVER
+            adopt_row(i, ROW, agenda, links)
+            adopt_row(j, OTHER_ROW, agenda, links)
+            predict_wall(i, now, balls, container, setup, radii, agenda)
+            predict_wall(j, now, balls, container, setup, radii, agenda)
+            counts[PREDICTIONS] += 2 * number
+            counts[PAIR_EVENTS] += 1
+            counts[BOUNCER] = NOBODY
+            sums[PAIR_VIRIAL] += size * contact_distance(setup, radii, i, j)
+        if recorded is not None:
+            recorded.time[filled] = now
+            recorded.i[filled] = i if at_wall else min(i, j)
+            recorded.j[filled] = NOBODY if at_wall else max(i, j)
+            recorded.impulse[filled] = size
+        if trapped:
+            return WALL_TRAP
+        if counts[STALLED] > STALL_LIMIT * number:
+            return COLLAPSE
+    return FULL

@@ -1,0 +1,65 @@
+"""Moving balls to an event and colliding them there; the replay of a trace does just this."""
+
+from __future__ import annotations
+
+import math
+
+from snooker_cli.engine.compiling import compiled
+from snooker_cli.engine.impact import relative_change, shares
+from snooker_cli.engine.layout import CLOCK, Floats, Setup, U, V, X, Y
+
+
+@compiled
+def mass_of(setup: Setup, masses: Floats | None, i: int) -> float:
+    """Mass of ball i, kg."""
+    if masses is None:
+        return setup.mass
+    return float(masses[i])
+
+
+@compiled
+def move(i: int, now: float, balls: Floats) -> None:
+    """Bring ball i to the present."""
+    age = now - balls[CLOCK, i]
+    balls[X, i] += balls[U, i] * age
+    balls[Y, i] += balls[V, i] * age
+    balls[CLOCK, i] = now
+
+
+@compiled
+def hit_pair(i: int, j: int, balls: Floats, setup: Setup, masses: Floats | None) -> float:
+    """Collide balls i and j, both at the present; the impulse, kg m/s."""
+    x, y = balls[X, j] - balls[X, i], balls[Y, j] - balls[Y, i]
+    u, v = balls[U, i] - balls[U, j], balls[V, i] - balls[V, j]
+    change = relative_change(x, y, u, v, setup.restitution)
+    m = mass_of(setup, masses, i)
+    first, second = shares(change, m, mass_of(setup, masses, j))
+    balls[U, i] -= first * x
+    balls[V, i] -= first * y
+    balls[U, j] += second * x
+    balls[V, j] += second * y
+    return m * first * math.sqrt(x * x + y * y)
+
+
+@compiled
+def hit_wall(
+    i: int, now: float, balls: Floats, container: Floats | None, setup: Setup, masses: Floats | None
+) -> float:
+    """Collide ball i, at the present, with the wall; the impulse, kg m/s."""
+    x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    m = mass_of(setup, masses, i)
+    if container is None:
+        first = relative_change(x, y, u, v, setup.wall_restitution)
+    else:
+        age = now - container[CLOCK]
+        container[X] += container[U] * age
+        container[Y] += container[V] * age
+        container[CLOCK] = now
+        x, y, u, v = x - container[X], y - container[Y], u - container[U], v - container[V]
+        change = relative_change(x, y, u, v, setup.wall_restitution)
+        first, second = shares(change, m, setup.container_mass)
+        container[U] += second * x
+        container[V] += second * y
+    balls[U, i] -= first * x
+    balls[V, i] -= first * y
+    return m * first * math.sqrt(x * x + y * y)

@@ -1,0 +1,108 @@
+"""How the kernel's state lies in memory, and the names of its rows.
+
+The state is a few plain arrays instead of objects: a compiled loop over one row of a C-contiguous
+array runs in vector registers, and passing an array costs nothing. ``None`` stands for what a
+scene lacks, and is compiled away.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from snooker_cli.scene import Scene
+
+Floats: TypeAlias = NDArray[np.float64]
+Integers: TypeAlias = NDArray[np.int64]
+
+NOBODY = -1
+
+# Rows of ``balls``, a column a ball: position (m), velocity (m/s) and the ball's own clock (s).
+# A ball moves only in its own events. ``container`` has the same five as elements.
+X, Y, U, V, CLOCK, BALL_ROWS = range(6)
+
+# Rows of ``agenda``: the earliest contact with a ball and with the wall (s), and two to work in.
+PAIR_TIME, WALL_TIME, ROW, OTHER_ROW, AGENDA_ROWS = range(5)
+
+# Rows of ``links``: the partner of the earliest contact, how many events it had had when the
+# contact was predicted, the ball's own number of events, and the ball it last collided with.
+PARTNER, PARTNER_COUNT, COUNT, LAST, LINK_ROWS = range(5)
+
+# Elements of ``sums``: the time of the last event (s), the impulse on the wall (kg m/s) and the
+# virial of the ball-ball collisions (kg m^2/s).
+NOW, WALL_IMPULSE, PAIR_VIRIAL, SUMS = range(4)
+
+# Elements of ``counts``: events at the wall and between balls; pairs whose contact was computed;
+# events in a row that did not move the clock; the ball of the last events, if they were all its
+# wall hits, and how many they were; the balls of the last event.
+(
+    WALL_EVENTS,
+    PAIR_EVENTS,
+    PREDICTIONS,
+    STALLED,
+    BOUNCER,
+    BOUNCES,
+    FIRST,
+    SECOND,
+    COUNTS,
+) = range(9)
+
+
+class Setup(NamedTuple):
+    """What does not change: sizes and masses (where they are equal), restitutions, limits."""
+
+    radius: float
+    mass: float
+    container_radius: float
+    container_mass: float
+    restitution: float
+    wall_restitution: float
+    time_limit: float
+    collision_limit: int
+
+    @classmethod
+    def of(cls, scene: Scene, time_limit: float = math.inf, collision_limit: int = 2**62) -> Setup:
+        """The constants of a scene; of different radii or masses, the first."""
+        return cls(
+            radius=float(scene.radii[0]),
+            mass=float(scene.masses[0]),
+            container_radius=float(scene.container_radius),
+            container_mass=float(scene.container_mass),
+            restitution=float(scene.restitution),
+            wall_restitution=float(scene.wall_restitution),
+            time_limit=float(time_limit),
+            collision_limit=int(collision_limit),
+        )
+
+
+def balls_of(scene: Scene) -> Floats:
+    """The balls' state at the scene's instant, all clocks at zero."""
+    balls = np.zeros((BALL_ROWS, scene.number))
+    balls[[X, Y]] = scene.positions.T
+    balls[[U, V]] = scene.velocities.T
+    return balls
+
+
+def container_of(scene: Scene) -> Floats | None:
+    """The container's state, or ``None`` if it is fixed."""
+    if not scene.free:
+        return None
+    return np.array([*scene.container_position, *scene.container_velocity, 0.0])
+
+
+def unless_equal(values: Floats) -> Floats | None:
+    """The values, or ``None`` if all are equal: then they are a constant of the kernel."""
+    return None if np.all(values == values[0]) else np.array(values)
+
+
+class Recorded(NamedTuple):
+    """A chunk of events, filled by the kernel: s, ball, ball or -1, kg m/s."""
+
+    time: Floats
+    i: NDArray[np.int32]
+    j: NDArray[np.int32]
+    impulse: Floats

@@ -1,0 +1,180 @@
+"""When each ball will next touch another ball and the wall, for all partners in vector form."""
+
+from __future__ import annotations
+
+import math
+
+from snooker_cli.engine.compiling import compiled
+from snooker_cli.engine.contact import chord_delay, pair_delay, wall_delay
+from snooker_cli.engine.layout import (
+    CLOCK,
+    PAIR_TIME,
+    WALL_TIME,
+    Floats,
+    Setup,
+    U,
+    V,
+    X,
+    Y,
+)
+
+
+@compiled
+def contact_distance(setup: Setup, radii: Floats | None, i: int, k: int) -> float:
+    """Distance of the centres of two balls that touch, m."""
+    if radii is None:
+        return 2.0 * setup.radius
+    return float(radii[i] + radii[k])
+
+
+@compiled
+def wall_reach(setup: Setup, radii: Floats | None, i: int) -> float:
+    """Largest distance of a ball's centre from the container's, m."""
+    if radii is None:
+        return setup.container_radius - setup.radius
+    return setup.container_radius - float(radii[i])
+
+
+@compiled
+def predict_row(
+    i: int, now: float, balls: Floats, setup: Setup, radii: Floats | None, agenda: Floats, row: int
+) -> None:
+    """Write into a row of the agenda when ball i will touch each other ball."""
+    age = now - balls[CLOCK, i]
+    u, v = balls[U, i], balls[V, i]
+    x, y = balls[X, i] + u * age, balls[Y, i] + v * age
+    for k in range(balls.shape[1]):
+        d = contact_distance(setup, radii, i, k)
+        age = now - balls[CLOCK, k]
+        agenda[row, k] = now + pair_delay(
+            balls[X, k] + balls[U, k] * age - x,
+            balls[Y, k] + balls[V, k] * age - y,
+            balls[U, k] - u,
+            balls[V, k] - v,
+            d * d,
+        )
+
+
+@compiled
+def predict_two_rows(
+    i: int,
+    j: int,
+    now: float,
+    balls: Floats,
+    setup: Setup,
+    radii: Floats | None,
+    agenda: Floats,
+    rows: tuple[int, int],
+) -> None:
+    """``predict_row`` for two balls whose clocks are at ``now``, in one pass over the others."""
+    row, other_row = rows
+    xi, yi, ui, vi = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    xj, yj, uj, vj = balls[X, j], balls[Y, j], balls[U, j], balls[V, j]
+    for k in range(balls.shape[1]):
+        age = now - balls[CLOCK, k]
+        u, v = balls[U, k], balls[V, k]
+        x, y = balls[X, k] + u * age, balls[Y, k] + v * age
+        di = contact_distance(setup, radii, i, k)
+        dj = contact_distance(setup, radii, j, k)
+        agenda[row, k] = now + pair_delay(x - xi, y - yi, u - ui, v - vi, di * di)
+        agenda[other_row, k] = now + pair_delay(x - xj, y - yj, u - uj, v - vj, dj * dj)
+
+
+@compiled
+def predict_wall(
+    i: int,
+    now: float,
+    balls: Floats,
+    container: Floats | None,
+    setup: Setup,
+    radii: Floats | None,
+    agenda: Floats,
+) -> None:
+    """Write into the agenda when ball i will hit the wall."""
+    reach = wall_reach(setup, radii, i)
+    age = now - balls[CLOCK, i]
+    u, v = balls[U, i], balls[V, i]
+    x, y = balls[X, i] + u * age, balls[Y, i] + v * age
+    if container is not None:
+        age = now - container[CLOCK]
+        x -= container[X] + container[U] * age
+        y -= container[Y] + container[V] * age
+        u -= container[U]
+        v -= container[V]
+    agenda[WALL_TIME, i] = now + wall_delay(x, y, u, v, reach * reach)
+
+
+@compiled
+def predict_walls(
+    now: float, balls: Floats, container: Floats, setup: Setup, radii: Floats | None, agenda: Floats
+) -> None:
+    """``predict_wall`` for all balls, after the container, at ``now``, has changed its velocity."""
+    x, y, u, v = container[X], container[Y], container[U], container[V]
+    for k in range(balls.shape[1]):
+        reach = wall_reach(setup, radii, k)
+        age = now - balls[CLOCK, k]
+        agenda[WALL_TIME, k] = now + wall_delay(
+            balls[X, k] + balls[U, k] * age - x,
+            balls[Y, k] + balls[V, k] * age - y,
+            balls[U, k] - u,
+            balls[V, k] - v,
+            reach * reach,
+        )
+
+
+@compiled
+def predict_return(
+    i: int, now: float, balls: Floats, container: Floats | None, agenda: Floats
+) -> None:
+    """Write into the agenda when ball i, which has just hit the wall, will hit it again."""
+    x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    if container is not None:
+        x, y, u, v = x - container[X], y - container[Y], u - container[U], v - container[V]
+    agenda[WALL_TIME, i] = now + chord_delay(x, y, u, v)
+
+
+@compiled
+def is_trapped(
+    i: int,
+    now: float,
+    balls: Floats,
+    container: Floats | None,
+    setup: Setup,
+    radii: Floats | None,
+    agenda: Floats,
+) -> bool:
+    """Whether ball i, just off the wall, will hit it infinitely often before anything else.
+
+    Each bounce keeps the tangential speed v_t and multiplies the normal one v_n by the wall's
+    restitution e, so that the chords last 2 a e^k v_n / (e^2k v_n^2 + v_t^2); without the first
+    term below, their sum is geometric: 2 a v_n / ((1 - e) v_t^2) is an upper bound of the time
+    left. The ball is trapped if within it no other event is due and no ball can come near: the
+    others move straight, and ball i is never faster than now.
+    """
+    x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    if container is not None:
+        x, y, u, v = x - container[X], y - container[Y], u - container[U], v - container[V]
+    inward = max(-(x * u + y * v), 0.0)  # a v_n
+    cross = x * v - y * u  # a v_t
+    if cross == 0.0:
+        return False
+    left = 2.0 * inward * (x * x + y * y) / ((1.0 - setup.wall_restitution) * cross * cross)
+    end = now + left
+    if agenda[PAIR_TIME, i] <= end:
+        return False
+    # The container moves too, so that "faster" is said of the ball's speed in the lab.
+    speed = math.sqrt(u * u + v * v)
+    if container is not None:
+        speed += math.sqrt(container[U] * container[U] + container[V] * container[V])
+    for k in range(balls.shape[1]):
+        if k != i:
+            if agenda[PAIR_TIME, k] <= end or agenda[WALL_TIME, k] <= end:
+                return False
+            age = now - balls[CLOCK, k]
+            x = balls[X, k] + balls[U, k] * age - balls[X, i]
+            y = balls[Y, k] + balls[V, k] * age - balls[Y, i]
+            gap = math.sqrt(x * x + y * y) - contact_distance(setup, radii, i, k)
+            closing = speed + math.sqrt(balls[U, k] * balls[U, k] + balls[V, k] * balls[V, k])
+            if gap <= closing * left:
+                return False
+    return True

@@ -1,0 +1,125 @@
+"""Observables on a grid of times that doubles its step when it is full.
+
+The end of a run that is limited by its collisions is not known beforehand: the grid starts fine
+and, when its rows are used up, drops every second one. Its step is a power of two of seconds, so
+that every time on it is exact.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snooker_cli.engine import layout
+from snooker_cli.engine.collide import mass_of
+from snooker_cli.engine.compiling import compiled
+from snooker_cli.engine.layout import Floats, Integers, Setup, U, V
+from snooker_cli.trace import SPEED_BIN, SPEED_BINS
+
+ROWS = 512
+# Columns of a grid's row.
+(
+    KINETIC_ENERGY,
+    CONTAINER_ENERGY,
+    WALL_IMPULSE,
+    PAIR_VIRIAL,
+    WALL_EVENTS,
+    PAIR_EVENTS,
+    MEAN_SPEED,
+    ENERGY_MOMENT,
+    COLUMNS,
+) = range(9)
+COLUMN_NAMES = (
+    "kinetic_energy",
+    "container_energy",
+    "wall_impulse",
+    "pair_virial",
+    "wall_events",
+    "pair_events",
+    "mean_speed",
+    "energy_moment",
+)
+
+
+class Grid(NamedTuple):
+    """Rows at times 0, step, 2 step …; the last row is filled at time (used - 1) step."""
+
+    rows: Floats  # (ROWS + 1, COLUMNS)
+    histogram: NDArray[np.int64]  # (ROWS + 1, SPEED_BINS)
+    step: Floats  # one element, s
+    used: NDArray[np.int64]  # one element
+
+
+def new_grid(length: float, speed: float) -> Grid:
+    """An empty grid whose first step is at most a 1024th of ``length / speed``, s."""
+    crossing = length / speed if speed > 0.0 else 1.0
+    step = math.ldexp(1.0, math.frexp(crossing)[1] - 11)
+    return Grid(
+        rows=np.zeros((ROWS + 1, COLUMNS)),
+        histogram=np.zeros((ROWS + 1, SPEED_BINS), dtype=np.int64),
+        step=np.array([step]),
+        used=np.zeros(1, dtype=np.int64),
+    )
+
+
+@compiled
+def halve(grid: Grid) -> None:
+    """Keep every second row and double the step."""
+    kept = (grid.used[0] + 1) // 2
+    for k in range(1, kept):
+        grid.rows[k] = grid.rows[2 * k]
+        grid.histogram[k] = grid.histogram[2 * k]
+    grid.used[0] = kept
+    grid.step[0] *= 2.0
+
+
+@compiled
+def sample_until(
+    now: float,
+    grid: Grid,
+    balls: Floats,
+    container: Floats | None,
+    setup: Setup,
+    masses: Floats | None,
+    sums: Floats,
+    counts: Integers,
+) -> None:
+    """Fill the rows whose time is before ``now``, during which no velocity has changed."""
+    number = balls.shape[1]
+    while grid.used[0] * grid.step[0] < now:
+        if grid.used[0] > ROWS:
+            halve(grid)
+            continue
+        k = grid.used[0]
+        row, histogram = grid.rows[k], grid.histogram[k]
+        energy, squares, speeds = 0.0, 0.0, 0.0
+        for i in range(number):
+            m = mass_of(setup, masses, i)
+            speed_squared = balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i]
+            one = 0.5 * m * speed_squared
+            energy += one
+            squares += one * one
+            speeds += math.sqrt(speed_squared)
+        histogram[:] = 0
+        for i in range(number):
+            m = mass_of(setup, masses, i)
+            if energy > 0.0:
+                # v sqrt(m / 2T) with T the mean energy of a ball
+                speed_squared = balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i]
+                reduced = math.sqrt(0.5 * m * speed_squared * number / energy)
+                histogram[min(int(reduced / SPEED_BIN), SPEED_BINS - 1)] += 1
+        row[KINETIC_ENERGY] = energy
+        row[CONTAINER_ENERGY] = 0.0
+        if container is not None:
+            speed_squared = container[U] * container[U] + container[V] * container[V]
+            row[CONTAINER_ENERGY] = 0.5 * setup.container_mass * speed_squared
+        row[WALL_IMPULSE] = sums[layout.WALL_IMPULSE]
+        row[PAIR_VIRIAL] = sums[layout.PAIR_VIRIAL]
+        row[WALL_EVENTS] = counts[layout.WALL_EVENTS]
+        row[PAIR_EVENTS] = counts[layout.PAIR_EVENTS]
+        row[MEAN_SPEED] = speeds / number
+        row[ENERGY_MOMENT] = squares * number / (energy * energy) if energy > 0.0 else 0.0
+        grid.used[0] = k + 1

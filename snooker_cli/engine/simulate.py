@@ -1,0 +1,226 @@
+"""The engine's door: a scene in, a trace out, in chunks so that it can be watched and stopped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from snooker_cli.engine import allpairs, layout, sampling
+from snooker_cli.scene import Scene
+from snooker_cli.trace import CONTAINER, Events, Stop, StopReason, Summary, Trace
+
+CHUNK = 65536
+"""Events between two looks at whether the user wants to stop; some 30 ms of work."""
+
+NO_LIMIT = 2**62
+
+
+def simulate(
+    scene: Scene,
+    *,
+    collisions: int | None = None,
+    time: float | None = None,
+    summary: bool = False,
+    watch: Callable[[int], bool] | None = None,
+) -> Trace:
+    """Simulate a scene until a number of collisions or a time, whichever comes first.
+
+    collisions : ball-ball and wall collisions together
+    time : s
+    summary : record observables on a grid of times instead of the events
+    watch : called after each chunk with the number of new events; a true answer stops the run
+
+    Raises ``ValueError`` if neither limit is given.
+    """
+    if collisions is None and time is None:
+        raise ValueError("a run needs a number of collisions or a time to end at")
+    run = _Run(scene, collisions, time, summary)
+    while True:
+        before = run.events
+        answer = run.chunk()
+        stop_wanted = watch is not None and watch(run.events - before)
+        if answer != allpairs.FULL:
+            return run.trace(_REASONS[answer])
+        if stop_wanted:
+            return run.trace(StopReason.INTERRUPTED)
+
+
+_REASONS = {
+    allpairs.COLLISIONS: StopReason.COLLISIONS,
+    allpairs.TIME: StopReason.TIME,
+    allpairs.NOTHING_LEFT: StopReason.NOTHING_LEFT,
+    allpairs.WALL_TRAP: StopReason.WALL_TRAP,
+    allpairs.COLLAPSE: StopReason.COLLAPSE,
+}
+
+
+class _Run:
+    """One simulation under way: the kernel's arrays and the chunks recorded so far."""
+
+    def __init__(
+        self, scene: Scene, collisions: int | None, time: float | None, summary: bool
+    ) -> None:
+        number = scene.number
+        self.scene = scene
+        self.collision_limit = NO_LIMIT if collisions is None else collisions
+        self.time_limit = math.inf if time is None else time
+        self.balls = layout.balls_of(scene)
+        self.container = layout.container_of(scene)
+        self.radii = layout.unless_equal(scene.radii)
+        self.masses = layout.unless_equal(scene.masses)
+        self.setup = layout.Setup.of(scene, self.time_limit, self.collision_limit)
+        self.agenda = np.full((layout.AGENDA_ROWS, number), math.inf)
+        self.links = np.full((layout.LINK_ROWS, number), layout.NOBODY, dtype=np.int64)
+        self.links[layout.COUNT] = 0
+        self.sums = np.zeros(layout.SUMS)
+        self.counts = np.zeros(layout.COUNTS, dtype=np.int64)
+        self.counts[[layout.BOUNCER, layout.FIRST, layout.SECOND]] = layout.NOBODY
+        speed = float(np.max(np.hypot(*self.balls[[layout.U, layout.V]])))
+        self.grid = sampling.new_grid(scene.container_radius, speed) if summary else None
+        self.summary = summary
+        self.chunks: list[Events] = []
+        allpairs.prepare(
+            self.balls, self.container, self.setup, self.radii, self.agenda, self.links
+        )
+
+    @property
+    def events(self) -> int:
+        """Collisions so far."""
+        return int(self.counts[layout.WALL_EVENTS] + self.counts[layout.PAIR_EVENTS])
+
+    def chunk(self) -> int:
+        """Advance by a chunk of events at most; the kernel's answer."""
+        before = self.events
+        room = min(CHUNK, self.collision_limit)
+        recorded = None if self.summary else _room(room)
+        answer = allpairs.advance(
+            self.balls,
+            self.container,
+            self.setup,
+            self.radii,
+            self.masses,
+            self.agenda,
+            self.links,
+            self.sums,
+            self.counts,
+            recorded,
+            self.grid,
+            room,
+        )
+        if recorded is not None:
+            filled = slice(self.events - before)
+            self.chunks.append(
+                Events(
+                    recorded.time[filled],
+                    recorded.i[filled],
+                    recorded.j[filled],
+                    recorded.impulse[filled],
+                )
+            )
+        return int(answer)
+
+    def trace(self, reason: StopReason) -> Trace:
+        """Everything so far, as a finished trace."""
+        stop = self._stop(reason)
+        return Trace(
+            start=self.scene,
+            finish=self._finish(stop.time),
+            stop=stop,
+            wall_events=int(self.counts[layout.WALL_EVENTS]),
+            pair_events=int(self.counts[layout.PAIR_EVENTS]),
+            events=None if self.summary else _joined(self.chunks),
+            summary=None if self.grid is None else self._summary(stop.time, self.grid),
+        )
+
+    def _finish(self, time: float) -> Scene:
+        """The scene at ``time``, at or after the last event."""
+        balls, container = self.balls, self.container
+        velocities = balls[[layout.U, layout.V]]
+        positions = balls[[layout.X, layout.Y]] + velocities * (time - balls[layout.CLOCK])
+        moved = replace(self.scene, positions=positions.T.copy(), velocities=velocities.T.copy())
+        if container is None:
+            return moved
+        return replace(
+            moved,
+            container_position=container[:2] + container[2:4] * (time - container[4]),
+            container_velocity=container[2:4].copy(),
+        )
+
+    def _stop(self, reason: StopReason) -> Stop:
+        """The ending in words."""
+        now = float(self.sums[layout.NOW])
+        first, second = (int(ball) for ball in self.counts[[layout.FIRST, layout.SECOND]])
+        whom = (
+            f"ball {first} and the wall" if second == CONTAINER else f"balls {first} and {second}"
+        )
+        events = self.events
+        if reason is StopReason.COLLISIONS:
+            return Stop(reason, now, (), f"{events} collisions reached at {now:.9g} s")
+        if reason is StopReason.TIME:
+            limit = self.time_limit
+            return Stop(reason, limit, (), f"{limit:.9g} s reached after {events} collisions")
+        if reason is StopReason.NOTHING_LEFT:
+            end = self.time_limit if math.isfinite(self.time_limit) else now
+            return Stop(reason, end, (), f"no collision lies ahead after {events} and {now:.9g} s")
+        if reason is StopReason.WALL_TRAP:
+            return Stop(
+                reason,
+                now,
+                (first,),
+                f"wall trap: from {now:.9g} s on, ball {first} hits the wall infinitely often "
+                f"before anything else happens, each hit weaker by the wall's CoR "
+                f"{self.setup.wall_restitution:g}; it would slide along the wall; "
+                f"{events} collisions are kept",
+            )
+        if reason is StopReason.COLLAPSE:
+            balls = tuple(ball for ball in (first, second) if ball != CONTAINER)
+            return Stop(
+                reason,
+                now,
+                balls,
+                f"inelastic collapse: the clock stands at {now:.17g} s while collisions go on, "
+                f"the last of {whom}; {events} collisions are kept",
+            )
+        return Stop(reason, now, (), f"interrupted after {events} collisions at {now:.9g} s")
+
+    def _summary(self, end: float, grid: sampling.Grid) -> Summary:
+        """The grid's rows up to ``end``, as columns."""
+        sampling.sample_until(
+            end,
+            grid,
+            self.balls,
+            self.container,
+            self.setup,
+            self.masses,
+            self.sums,
+            self.counts,
+        )
+        used = int(grid.used[0])
+        column = {name: grid.rows[:used, k].copy() for k, name in enumerate(sampling.COLUMN_NAMES)}
+        time = np.arange(used, dtype=np.float64) * grid.step[0]
+        return Summary(time=time, speed_histogram=grid.histogram[:used].copy(), **column)
+
+
+def _room(events: int) -> layout.Recorded:
+    """Empty columns for a chunk of events."""
+    return layout.Recorded(
+        np.empty(events),
+        np.empty(events, dtype=np.int32),
+        np.empty(events, dtype=np.int32),
+        np.empty(events),
+    )
+
+
+def _joined(chunks: list[Events]) -> Events:
+    """The chunks as one."""
+    if len(chunks) == 1:
+        return chunks[0]
+    return Events(
+        np.concatenate([chunk.time for chunk in chunks]),
+        np.concatenate([chunk.i for chunk in chunks]),
+        np.concatenate([chunk.j for chunk in chunks]),
+        np.concatenate([chunk.impulse for chunk in chunks]),
+    )

@@ -1,0 +1,120 @@
+"""What a simulation leaves behind: its start, its events or its summary, and how it ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from snooker_cli.scene import Scene
+
+CONTAINER = -1
+"""The partner's number in an event of a ball with the container."""
+
+
+class StopReason(StrEnum):
+    """Why a repeat ended."""
+
+    COLLISIONS = "collisions"  # the wanted number of collisions is reached
+    TIME = "time"  # the wanted time is reached
+    NOTHING_LEFT = "nothing_left"  # no collision lies ahead
+    WALL_TRAP = "wall_trap"  # a ball's wall hits become infinitely many in finite time
+    COLLAPSE = "collapse"  # collisions go on while the clock stands still
+    INTERRUPTED = "interrupted"  # the user asked to stop
+
+    @property
+    def complete(self) -> bool:
+        """Whether everything that was asked for, or all that can happen, is there."""
+        return self in (StopReason.COLLISIONS, StopReason.TIME, StopReason.NOTHING_LEFT)
+
+
+@dataclass(frozen=True)
+class Stop:
+    """How a repeat ended: the reason, when (s), which balls, and a sentence for people."""
+
+    reason: StopReason
+    time: float
+    balls: tuple[int, ...]
+    message: str
+
+
+@dataclass(frozen=True)
+class Events:
+    """Collisions in order of time, a column a quantity.
+
+    time : (*n*,) ``numpy.float64``, s; never decreases
+    i, j : (*n*,) ``numpy.int32``; i < j for two balls, j = -1 for the container
+    impulse : (*n*,) ``numpy.float64``, kg m/s, not negative, along the line of centres
+    """
+
+    time: NDArray[np.float64]
+    i: NDArray[np.int32]
+    j: NDArray[np.int32]
+    impulse: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Observables on an even grid of times, from zero, for a run that stores no events.
+
+    Every column is (*g*,) ``numpy.float64`` but for the histogram.
+
+    time : s
+    kinetic_energy, container_energy : J
+    wall_impulse : impulse given to the wall since the start, kg m/s
+    pair_virial : sum over ball-ball collisions of impulse times contact distance, kg m^2/s
+    wall_events, pair_events : collisions since the start
+    mean_speed : mean over the balls, m/s
+    energy_moment : <k^2>/<k>^2 of the balls' kinetic energies k, the speeds' kurtosis if masses
+        are equal
+    speed_histogram : (*g*, *b*) ``numpy.int64``, balls by reduced speed v sqrt(m/2T), in bins of
+        ``SPEED_BIN``; faster ones are in the last
+    """
+
+    time: NDArray[np.float64]
+    kinetic_energy: NDArray[np.float64]
+    container_energy: NDArray[np.float64]
+    wall_impulse: NDArray[np.float64]
+    pair_virial: NDArray[np.float64]
+    wall_events: NDArray[np.float64]
+    pair_events: NDArray[np.float64]
+    mean_speed: NDArray[np.float64]
+    energy_moment: NDArray[np.float64]
+    speed_histogram: NDArray[np.int64]
+
+
+SPEED_BIN = 0.125
+"""Width of a bin of reduced speed in ``Summary.speed_histogram``."""
+
+SPEED_BINS = 32
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One finished repeat.
+
+    start, finish : the scene at time 0 and at ``stop.time``
+    events : every collision, or ``None`` if only a summary was recorded
+    summary : observables on a grid, or ``None`` if events were recorded
+    wall_events, pair_events : collisions with the wall and between balls
+    """
+
+    start: Scene
+    finish: Scene
+    stop: Stop
+    wall_events: int
+    pair_events: int
+    events: Events | None
+    summary: Summary | None
+
+    @property
+    def collisions(self) -> int:
+        """All collisions of the repeat."""
+        return self.wall_events + self.pair_events
