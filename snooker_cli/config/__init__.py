@@ -1,0 +1,93 @@
+"""The config room: YAML -> a frozen, validated Experiment; its sweep -> points; a digest.
+
+Everything a user can get wrong is raised as ConfigError, all of it at once.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+from snooker_cli.config.axes import Value
+from snooker_cli.config.document import document, text_of
+from snooker_cli.config.dump import to_json, to_yaml
+from snooker_cli.config.models import Ball, BallList, Container, Experiment, Rings
+from snooker_cli.config.overrides import overridden
+from snooker_cli.config.paths import rendered, shown
+from snooker_cli.config.problems import ConfigError, Position, Problem
+from snooker_cli.config.schema import schema
+from snooker_cli.config.sweep import Point, digest, points
+from snooker_cli.config.validation import validated
+
+__all__ = [
+    "Ball",
+    "BallList",
+    "ConfigError",
+    "Container",
+    "Experiment",
+    "Loaded",
+    "Point",
+    "Position",
+    "Problem",
+    "Rings",
+    "Value",
+    "digest",
+    "load",
+    "parse",
+    "points",
+    "schema",
+    "to_json",
+    "to_yaml",
+]
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A valid experiment and where its keys were written."""
+
+    experiment: Experiment
+    name: str
+    """The file's name, as shown in messages."""
+    _positions: tuple[tuple[str, Position], ...]
+
+    def locate(self, key: str) -> Position:
+        """Where a key such as ``balls.radius`` gets its value; str() gives ``file:line:column``.
+
+        A swept key stands where its sweep does, an absent one where the mapping around it starts.
+        """
+        positions = dict(self._positions)
+        while key:
+            for written in (f"sweep.{key}", key):
+                if written in positions:
+                    return positions[written]
+            key = key.rpartition("[" if key.endswith("]") else ".")[0]
+        return positions[""]
+
+    def points(self) -> tuple[Point, ...]:
+        """As the function `points`, with positions in its ConfigError."""
+        try:
+            return points(self.experiment)
+        except ConfigError as error:
+            raise ConfigError(
+                Problem(self.locate(problem.key), problem.key, problem.sentence)
+                for problem in error.problems
+            ) from None
+
+    def error(self, key: str, sentence: str) -> ConfigError:
+        """The error that says `sentence` about a key, for faults found after loading."""
+        return ConfigError([Problem(self.locate(key), key, sentence)])
+
+
+def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Loaded:
+    """The experiment in a YAML file, after KEY=VALUE overrides. Raises ConfigError."""
+    name = shown(str(path), 200)
+    return parse(text_of(Path(path), name), name, overrides)
+
+
+def parse(text: str, name: str = "config", overrides: Iterable[str] = ()) -> Loaded:
+    """The experiment written in `text`, which messages call `name`. Raises ConfigError."""
+    source = document(text, name)
+    for override in overrides:
+        source = overridden(source, override)
+    positions = tuple((rendered(path), mark.value) for path, mark in source.marks.items())
+    return Loaded(validated(source), name, positions)

@@ -1,0 +1,139 @@
+"""The points of a sweep, and the digest that identifies a point's physics."""
+
+import hashlib
+import itertools
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationError
+
+from snooker_cli.config.axes import Axes, Value
+from snooker_cli.config.dump import plain
+from snooker_cli.config.models import Experiment
+from snooker_cli.config.paths import KeyPath, PathError, key_path, rendered, substituted, value_at
+from snooker_cli.config.problems import Complaint, ConfigError, Position, Problem
+from snooker_cli.config.translation import complaints
+
+_NOT_PHYSICS = ("title", "repeats", "sweep")
+
+
+@dataclass(frozen=True)
+class Point:
+    """One combination of a sweep's values."""
+
+    index: int
+    """Place in the grid, from 0; the last key written runs fastest."""
+    parameters: tuple[tuple[str, Value], ...]
+    """The swept keys and their values here, in the order written; () without a sweep."""
+    experiment: Experiment
+    """The experiment of this point alone: its `sweep` is empty."""
+
+
+def points(experiment: Experiment) -> tuple[Point, ...]:
+    """Every point of the grid; one when nothing is swept. Raises ConfigError for a bad value."""
+    base = unswept(experiment)
+    sweep, found = tried(base, experiment.sweep)
+    if found:
+        raise ConfigError(Problem(Position(), rendered(each.path), each.sentence) for each in found)
+    keys = tuple(key for key, _ in sweep)
+    grid = itertools.product(*(values for _, values in sweep))
+    return tuple(
+        _point(index, base, tuple(zip(keys, values, strict=True)))
+        for index, values in enumerate(grid)
+    )
+
+
+def unswept(experiment: Experiment) -> dict[str, Any]:
+    """The experiment's keys and values without its sweep, ready to have values replaced."""
+    return dict(experiment) | {"sweep": ()}
+
+
+def _point(index: int, base: Mapping[str, Any], parameters: tuple[tuple[str, Value], ...]) -> Point:
+    data: Any = base
+    for key, value in parameters:
+        data = substituted(data, key_path(key), value)
+    try:
+        return Point(index, parameters, Experiment.model_validate(data))
+    except ValidationError as error:
+        setting = ", ".join(
+            f"{key}={'null' if value is None else value}" for key, value in parameters
+        )
+        raise ConfigError(
+            Problem(Position(), rendered(each.path), f"{each.sentence} (at the point {setting})")
+            for each in complaints(error)
+        ) from None
+
+
+def tried(
+    data: Mapping[str, Any],
+    sweep: Axes,
+    written: Callable[[KeyPath], str] = lambda path: "",
+    base: tuple[Complaint, ...] = (),
+) -> tuple[Axes, tuple[Complaint, ...]]:
+    """The axes with every value as the models read it, and what is wrong with them.
+
+    Each value is tried alone, in place of the one in `data`. `base` is what is already wrong with
+    `data`; it is not repeated.
+    """
+    axes: list[tuple[str, tuple[Value, ...]]] = []
+    found: list[Complaint] = []
+    for key, values in sweep:
+        read, wrong = _tried(data, key, values, written, base)
+        axes.append((key, read))
+        found.extend(wrong)
+    return tuple(axes), tuple(found)
+
+
+def _tried(
+    data: Mapping[str, Any],
+    key: str,
+    values: tuple[Value, ...],
+    written: Callable[[KeyPath], str],
+    base: tuple[Complaint, ...],
+) -> tuple[tuple[Value, ...], list[Complaint]]:
+    """One axis: its sound values, without repetition, and what is wrong with the others."""
+    path = key_path(key)
+    read: dict[Value, int] = {}
+    found: list[Complaint] = []
+    for index, value in enumerate(values):
+        here: KeyPath = ("sweep", key, index)
+
+        def written_here(inner: KeyPath, here: KeyPath = here) -> str:
+            return written(here + inner[len(path) :] if inner[: len(path)] == path else inner)
+
+        try:
+            experiment = Experiment.model_validate(substituted(data, path, value))
+        except PathError as error:
+            return (), [Complaint(here[:2], str(error), about_key=True)]
+        except ValidationError as error:
+            for each in complaints(error, written_here):
+                inside = each.path[: len(path)] == path
+                if inside and not each.about_key:
+                    found.append(Complaint(here + each.path[len(path) :], each.sentence))
+                elif inside:
+                    return (), [Complaint(here[:2], each.sentence, about_key=True)]
+                elif each not in base:
+                    sentence = f"{rendered(each.path)} then goes wrong: {each.sentence}"
+                    return (), [Complaint(here[:2], sentence, about_key=True)]
+        else:
+            result = value_at(experiment, path)
+            if result in read:
+                first = rendered((*here[:2], read[result]))
+                found.append(Complaint(here, f"the same value stands at {first}; remove one"))
+            read.setdefault(result, index)
+    return tuple(read), found
+
+
+def digest(experiment: Experiment) -> str:
+    """SHA-256, in hexadecimal, of what determines the physics of a point.
+
+    That is every key but title, repeats and sweep, with wall_cor resolved, as JSON with sorted
+    keys and the shortest decimals that mean the same doubles.
+    """
+    document = plain(experiment)
+    physics = {key: value for key, value in document.items() if key not in _NOT_PHYSICS}
+    physics["wall_cor"] = experiment.effective_wall_cor
+    text = json.dumps(physics, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,180 @@
+"""Sweeps and overrides: which points they give, and that they read as if written in the file."""
+
+import pickle
+
+import pytest
+
+from snooker_cli.config import BallList, ConfigError, Experiment, Rings, parse, points
+
+BASE = """\
+# 37 balls
+container: {radius: 10.0, mass: 1.0e7}
+balls: {rings: 3, radius: 1.0, mass: 1.0, speed: 10.0, ring_extent: 0.8}
+cor: 0.8
+collisions: 500
+"""
+
+PAIR = """\
+container: {radius: 10.0}
+balls:
+  list:
+    - {position: [-1, 0], velocity: [2, 0.5], radius: 0.1}
+    - position: [1.0, 0.25]
+      velocity: [0, 0]
+      radius: 0.2
+      mass: 3
+cor: 1
+time: 2.5
+"""
+
+
+def experiment(text: str = BASE, *overrides: str) -> Experiment:
+    return parse(text, "run.yaml", overrides).experiment
+
+
+# Sweeps
+
+
+def test_without_a_sweep_there_is_one_point() -> None:
+    (point,) = points(experiment())
+    assert (point.index, point.parameters, point.experiment) == (0, (), experiment())
+
+
+def test_last_key_runs_fastest() -> None:
+    grid = points(experiment(BASE + "sweep: {cor: [0.8, 1], balls.radius: [0.1, 1.0, 0.5]}\n"))
+    assert [point.index for point in grid] == list(range(6))
+    assert [point.parameters for point in grid] == [
+        (("cor", cor), ("balls.radius", radius)) for cor in (0.8, 1.0) for radius in (0.1, 1.0, 0.5)
+    ]
+    for point in grid:
+        assert isinstance(point.experiment.balls, Rings)
+        assert (("cor", point.experiment.cor), ("balls.radius", point.experiment.balls.radius)) == (
+            point.parameters
+        )
+        assert point.experiment.sweep == ()
+
+
+def test_point_is_the_experiment_with_the_values_written_in() -> None:
+    grid = points(experiment(BASE + "sweep: {balls.rings: [1.0, 2]}\n"))
+    for rings, point in zip((1, 2), grid, strict=True):
+        assert point.experiment == experiment(BASE.replace("rings: 3", f"rings: {rings}"))
+        assert type(point.parameters[0][1]) is int
+
+
+def test_sweep_over_a_coordinate_and_a_pair() -> None:
+    text = (
+        PAIR
+        + "sweep:\n  balls.list[0].position[1]: [0.1, 0.2]\n  balls.list[1].velocity: [[0, 1]]\n"
+    )
+    first, second = points(experiment(text))
+    assert first.parameters == (
+        ("balls.list[0].position[1]", 0.1),
+        ("balls.list[1].velocity", (0.0, 1.0)),
+    )
+    assert isinstance(second.experiment.balls, BallList)
+    assert second.experiment.balls.list[0].position == (-1.0, 0.2)
+    assert second.experiment.balls.list[1].velocity == (0.0, 1.0)
+    assert second.experiment.balls.list[1].position == (1.0, 0.25)
+
+
+def test_sweep_over_an_absent_key() -> None:
+    first, second = points(experiment(BASE + "sweep: {wall_cor: [null, 1.0]}\n"))
+    assert (first.experiment.effective_wall_cor, second.experiment.effective_wall_cor) == (0.8, 1.0)
+
+
+def test_empty_sweep_is_none() -> None:
+    assert experiment(BASE + "sweep:\n") == experiment(BASE + "sweep: {}\n") == experiment()
+
+
+def test_points_of_a_hand_made_experiment_are_checked() -> None:
+    made = Experiment.model_validate(dict(experiment()) | {"sweep": {"cor": [0.8, 2.0]}})
+    with pytest.raises(ConfigError, match=r"^sweep\.cor\[1\]: 2.0 is given where a number from 0"):
+        points(made)
+
+
+def test_points_of_a_loaded_experiment() -> None:
+    loaded = parse(BASE + "sweep: {cor: [0.8, 1]}\n")
+    assert loaded.points() == points(loaded.experiment)
+
+
+def test_points_can_be_sent_to_other_processes() -> None:
+    grid = points(experiment(BASE + "sweep: {cor: [0.8, 1]}\n"))
+    assert pickle.loads(pickle.dumps(grid)) == grid
+
+
+# Overrides
+
+
+@pytest.mark.parametrize(
+    ("override", "written"),
+    [
+        ("cor=0.5", BASE.replace("cor: 0.8", "cor: 0.5")),
+        (" cor = 0.5 # half", BASE.replace("cor: 0.8", "cor: 0.5")),
+        ("container.mass=.inf", BASE.replace("1.0e7", ".inf")),
+        ("balls.rings=4", BASE.replace("rings: 3", "rings: 4")),
+        ("time=1e1", BASE + "time: 10\n"),
+        ("collisions=1e6", BASE.replace("500", "1000000")),
+        ("wall_cor=null", BASE),
+        ("title='a, b: c = d'", BASE + "title: 'a, b: c = d'\n"),
+        ("title=no", BASE + "title: 'no'\n"),
+        ("container={radius: 5}", BASE.replace("{radius: 10.0, mass: 1.0e7}", "{radius: 5}")),
+        ("sweep={cor: [0.1, 0.2]}", BASE + "sweep: {cor: [0.1, 0.2]}\n"),
+        ("cor=0.1, 0.2", BASE + "sweep: {cor: [0.1, 0.2]}\n"),
+        ("balls.rings=range(1,6)", BASE + "sweep: {balls.rings: [1, 2, 3, 4, 5]}\n"),
+        ("balls.rings=range(2)", BASE + "sweep: {balls.rings: [0, 1]}\n"),
+        ("balls.rings=range(7, 0, -3)", BASE + "sweep: {balls.rings: [7, 4, 1]}\n"),
+        ("balls.rings=1:5:3", BASE + "sweep: {balls.rings: [1, 3, 5]}\n"),
+        ("cor=1.0:0.5:3", BASE + "sweep: {cor: [1.0, 0.75, 0.5]}\n"),
+        ("wall_cor=null, 1", BASE + "sweep: {wall_cor: [null, 1]}\n"),
+    ],
+)
+def test_override_is_as_if_it_had_been_written(override: str, written: str) -> None:
+    assert experiment(BASE, override) == experiment(written)
+
+
+def test_override_inside_a_list() -> None:
+    assert experiment(PAIR, "balls.list[1].velocity=[3, 4]") == experiment(
+        PAIR.replace("velocity: [0, 0]", "velocity: [3, 4]")
+    )
+
+
+def test_override_builds_balls_by_paths() -> None:
+    without = "container: {radius: 10}\ncor: 1\ntime: 1\n"
+    read = experiment(without, "balls.rings=2", "balls.radius=0.5", "balls.speed=3")
+    assert read.balls == Rings(rings=2, radius=0.5, speed=3.0)
+
+
+def test_spaced_values_are_the_doubles_of_their_decimals() -> None:
+    ((_, values),) = experiment(BASE, "cor=0.5:1.0:11").sweep
+    assert repr(values) == "(0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 1.0)"
+    ((_, values),) = experiment(BASE, "balls.radius=0.1:0.3:3").sweep
+    assert repr(values) == "(0.1, 0.2, 0.3)"
+    ((_, values),) = experiment(BASE, "cor=0:1:4").sweep
+    assert values == (0.0, 1 / 3, 2 / 3, 1.0)
+    ((_, values),) = experiment(BASE, "balls.radius=1e-300:1e300:3").sweep
+    assert values == (1e-300, 5e299, 1e300)
+
+
+def test_plain_override_ends_sweeps_of_the_key_and_inside_it() -> None:
+    swept = BASE + "sweep: {cor: [0.8, 0.9], balls.radius: [0.1, 1.0], balls.mass: [1, 2]}\n"
+    assert experiment(swept, "cor=0.5").sweep == (
+        ("balls.radius", (0.1, 1.0)),
+        ("balls.mass", (1.0, 2.0)),
+    )
+    whole = experiment(swept, "balls={rings: 1, radius: 1, speed: 1}")
+    assert whole.sweep == (("cor", (0.8, 0.9)),)
+    assert experiment(swept, "balls.speed=1").sweep == experiment(swept).sweep
+    assert experiment(swept, "sweep=null").sweep == ()
+
+
+def test_multiple_override_replaces_the_sweep_in_its_place() -> None:
+    swept = BASE + "sweep: {cor: [0.8, 0.9], balls.radius: [0.1, 1.0]}\n"
+    assert experiment(swept, "cor=0.1,0.2", "seed=2").sweep == (
+        ("cor", (0.1, 0.2)),
+        ("balls.radius", (0.1, 1.0)),
+    )
+
+
+def test_later_overrides_win() -> None:
+    assert experiment(BASE, "cor=0.1", "cor=0.2") == experiment(BASE, "cor=0.2")
+    assert experiment(BASE, "cor=0.1,0.2", "cor=0.8") == experiment()

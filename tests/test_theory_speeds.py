@@ -1,0 +1,179 @@
+"""Speeds and limits of `snooker_cli.theory` against their integrals, sums and closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import integrate
+
+from snooker_cli import theory
+
+STEADY = settings(derandomize=True, deadline=None)
+
+# The scene of the source report: 37 balls, unit mass, 10 m/s in a circle of 10 m.
+N, T, R = 37, 50.0, 10.0
+
+
+def digits(value: float, text: str) -> bool:
+    """Whether `value` rounds to the printed number, to all of its digits."""
+    return f"{value:.{len(text.partition('.')[2])}f}" == text
+
+
+def test_mean_speeds():
+    assert digits(theory.fixed_energy_mean_speed(N, T), "8.892")
+    assert theory.maxwell_mean_speed(T) == pytest.approx(math.sqrt(25 * math.pi), rel=1e-15)
+    # One ball has exactly one speed.
+    assert theory.fixed_energy_mean_speed(1, T, 2.0) == pytest.approx(math.sqrt(T), rel=1e-14)
+    # c_N = 1 + 1/(8N) + 1/(128N²) + …; lgamma of 10⁵ has 10⁶ as its size, so ε·10⁶ ≈ 1e-10.
+    assert theory.fixed_energy_factor(100_000) == pytest.approx(1 + 1 / 800_000, abs=1e-9)
+
+
+@pytest.mark.parametrize("number", [2, 3, 37, 1000])
+def test_fixed_energy_moments(number):
+    mass = 1.7
+    top = math.sqrt(2 * number * T / mass)
+
+    def moment(power: int) -> float:
+        # Weighted on the scale of the thermal speed, so that a sharp peak is not missed.
+        points = [x * math.sqrt(T / mass) for x in (1, 2, 4) if x**2 * T / mass < top**2]
+        return integrate.quad(
+            lambda v: v**power * theory.fixed_energy_speed_density(v, number, T, mass),
+            0,
+            top,
+            points=points,
+            epsabs=0,
+            epsrel=1e-12,
+        )[0]
+
+    assert moment(0) == pytest.approx(1, rel=1e-10)
+    assert moment(1) == pytest.approx(theory.fixed_energy_mean_speed(number, T, mass), rel=1e-10)
+    assert moment(2) == pytest.approx(2 * T / mass, rel=1e-10)
+    assert moment(4) / moment(2) ** 2 == pytest.approx(
+        theory.fixed_energy_kurtosis(number), rel=1e-9
+    )
+
+
+def test_maxwell_moments():
+    mass, top = 2.0, 100.0  # 20 thermal speeds: exp(−200) is left out
+
+    def moment(power: int) -> float:
+        return integrate.quad(
+            lambda v: v**power * theory.maxwell_speed_density(v, T, mass), 0, top, points=[5, 20]
+        )[0]
+
+    assert moment(0) == pytest.approx(1, rel=1e-12)
+    assert moment(1) == pytest.approx(theory.maxwell_mean_speed(T, mass), rel=1e-12)
+    assert moment(2) == pytest.approx(2 * T / mass, rel=1e-12)
+    assert moment(4) / moment(2) ** 2 == pytest.approx(2, rel=1e-12)
+
+
+@pytest.mark.parametrize("number", [2, 3, 37])
+def test_densities_are_slopes_of_their_cdf(number):
+    v, step = np.linspace(0.1, 13.5, 40), 1e-5
+    density = theory.fixed_energy_speed_density(v, number, T)
+    up, down = (theory.fixed_energy_speed_cdf(v + s, number, T) for s in (step, -step))
+    np.testing.assert_allclose((up - down) / (2 * step), density, rtol=1e-7, atol=1e-10)
+    up, down = (theory.maxwell_speed_cdf(v + s, T) for s in (step, -step))
+    np.testing.assert_allclose(
+        (up - down) / (2 * step), theory.maxwell_speed_density(v, T), rtol=1e-7, atol=1e-10
+    )
+
+
+def test_no_ball_has_more_than_all_of_the_energy():
+    top = math.sqrt(2 * N * T)
+    speeds = np.array([0.0, top * (1 + 1e-12), 2 * top])
+    assert theory.fixed_energy_speed_density(speeds, N, T).tolist() == [0, 0, 0]
+    assert theory.fixed_energy_speed_cdf(speeds, N, T).tolist() == [0, 1, 1]
+    assert theory.fixed_energy_speed_density(1.5 * top, N, T) == 0
+
+
+def test_fixed_energy_tends_to_maxwell():
+    v = np.linspace(0, 40, 50)
+    many = 10**6
+    # (1 − x/N)^(N−2) differs from e^(−x) by (2x + x²/2)/N at most, times a density below 0.1.
+    x = v**2 / (2 * T)
+    bound = 0.1 * (2 * x + x**2 + 1) / many
+    difference = theory.fixed_energy_speed_density(v, many, T) - theory.maxwell_speed_density(v, T)
+    assert np.all(np.abs(difference) <= bound)
+    assert theory.fixed_energy_kurtosis(many) == pytest.approx(2, rel=2 / many)
+    assert theory.fixed_energy_kurtosis(1) == 1
+
+
+def test_one_ball_has_no_speed_distribution():
+    with pytest.raises(ValueError, match="at least 2"):
+        theory.fixed_energy_speed_density(1.0, 1, T)
+    with pytest.raises(ValueError, match="at least 2"):
+        theory.fixed_energy_speed_cdf(1.0, 1, T)
+
+
+def test_angular_momentum_floor():
+    # Balls that all circle at a with one speed are at the floor.
+    speed, mass = 4.0, 3.0
+    energy = N * mass * speed**2 / 2
+    assert theory.angular_momentum_floor(N * mass * 9.0 * speed, N, 9.0, mass) == pytest.approx(
+        energy, rel=1e-15
+    )
+    # Random directions: ⟨L²⟩ = N ⟨ρ²⟩ T with ⟨ρ²⟩ = a²/2 leaves 1/(4N), about 0.7 % of E0.
+    typical = math.sqrt(N * (9.0**2 / 2) * T)
+    assert digits(100 * theory.angular_momentum_floor(typical, N, 9.0) / (N * T), "0.7")
+
+
+def test_wall_trap_numbers():
+    trap = theory.wall_trap(6.0, 8.0, 0.9, 9.0)
+    assert digits(trap.duration, "14.284783441")
+    assert digits(trap.angle, "14.14028789")
+    assert trap.impulse == pytest.approx(114, rel=1e-14)
+    assert trap.sliding_energy == 32
+    assert trap.sliding_force == pytest.approx(64 / 9)
+
+
+@STEADY
+@given(
+    normal=st.floats(1e-3, 1e3),
+    tangential=st.floats(1e-3, 1e3),
+    restitution=st.floats(0.0, 0.99),
+)
+def test_wall_trap_sums_bounce_by_bounce(normal, tangential, restitution):
+    trap = theory.wall_trap(normal, tangential, restitution, 9.0, mass=2.0)
+    durations, angles, impulses = [], [], []
+    v = normal
+    while v > 1e-19 * min(tangential, normal):
+        durations.append(2 * 9.0 * v / (v * v + tangential**2))
+        angles.append(2 * math.atan2(v, tangential))
+        impulses.append(2.0 * v * (1 + restitution))
+        v *= restitution
+    # Repeated multiplication loses half a unit a bounce, up to 5,000 bounces: 5,000 × 1.1e-16.
+    assert trap.duration == pytest.approx(math.fsum(durations), rel=1e-12)
+    assert trap.angle == pytest.approx(math.fsum(angles), rel=1e-12)
+    assert trap.impulse == pytest.approx(math.fsum(impulses), rel=1e-12)
+
+
+def test_wall_trap_edges():
+    straight = theory.wall_trap(6.0, 0.0, 0.5, 9.0)
+    assert straight.duration == math.inf
+    assert straight.impulse == pytest.approx(18)
+    plastic = theory.wall_trap(6.0, 8.0, 0.0, 9.0)
+    assert plastic.duration == pytest.approx(2 * 9 * 6 / 100)
+    assert plastic.angle == pytest.approx(2 * math.atan(0.75))
+    with pytest.raises(ValueError, match=r"\[0, 1\)"):
+        theory.wall_trap(6.0, 8.0, 1.0, 9.0)
+    with pytest.raises(ValueError, match="bounces to settle"):
+        theory.wall_trap(6.0, 8.0, 1 - 1e-9, 9.0)
+
+
+def collapses(restitution: float) -> bool:
+    """Whether the collision sequence 12, 23, 12, … of three balls in a line never ends."""
+    p, q = (1 + restitution) / 2, (1 - restitution) / 2
+    left = np.array([[q, p, 0], [p, q, 0], [0, 0, 1]])
+    right = np.array([[1, 0, 0], [0, q, p], [0, p, q]])
+    # It goes on if the map has an eigenvector with real eigenvalue besides momentum (1, 1, 1).
+    return bool(np.sum(np.abs(np.linalg.eigvals(right @ left).imag) < 1e-12) == 3)
+
+
+def test_collapse_thresholds():
+    assert digits(theory.THREE_BALL_COLLAPSE, "0.0718")
+    assert digits(theory.THREE_DISK_COLLAPSE, "0.0557")
+    assert collapses(theory.THREE_BALL_COLLAPSE - 1e-6)
+    assert not collapses(theory.THREE_BALL_COLLAPSE + 1e-6)
