@@ -14,7 +14,6 @@ pytestmark = pytest.mark.filterwarnings("error")
 CURVES = {
     "exponential": lambda u, rate: np.exp(-rate * u),
     "haff": lambda u, rate: (1 + rate * u) ** -2,
-    "haff_root": lambda u, rate: 1 / (1 + rate * u),
 }
 
 

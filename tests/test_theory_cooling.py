@@ -100,7 +100,8 @@ def test_rates_without_ball_ball_collisions():
 
 def test_two_balls_have_the_impulses_of_the_four_sphere():
     # The four velocity components of two balls lie on a sphere of radius ρ = 2√T, where one
-    # component has ⟨|s|⟩ = 4ρ/(3π) and ⟨s²⟩ = T; a relative one is √2 as large. Rate × impulse = force.
+    # component has ⟨|s|⟩ = 4ρ/(3π) and ⟨s²⟩ = T; a relative one is √2 as large. Then
+    # rate × impulse = force.
     mean = 8 * math.sqrt(T) / (3 * math.pi)
     force = 2 * math.pi * R * 17.0
     assert theory.wall_rate_from_pressure(2, 17.0, T, R) == pytest.approx(

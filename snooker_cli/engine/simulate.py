@@ -48,6 +48,16 @@ def simulate(
             return run.trace(StopReason.INTERRUPTED)
 
 
+def specialisation(scene: Scene, *, summary: bool = False) -> dict[str, bool]:
+    """What the kernel is compiled for: only what the scene needs is modelled."""
+    return {
+        "moving container": scene.free,
+        "different radii": layout.unless_equal(scene.radii) is not None,
+        "different masses": layout.unless_equal(scene.masses) is not None,
+        "events": not summary,
+    }
+
+
 _REASONS = {
     allpairs.COLLISIONS: StopReason.COLLISIONS,
     allpairs.TIME: StopReason.TIME,

@@ -1,0 +1,5 @@
+"""``python -m snooker_cli`` is ``snooker``."""
+
+from snooker_cli.cli import main
+
+main()

@@ -1,0 +1,127 @@
+"""``snooker validate``, ``schema`` and ``export``: look at a config or at a repeat."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from snooker_cli.cli.running import AsJson, ConfigPath, Overrides
+
+
+def validate(config: ConfigPath, override: Overrides = None, as_json: AsJson = False) -> None:
+    """Check CONFIG, and that each of its scenes can exist, without running it."""
+    import json
+
+    from snooker_cli.arrange import arrange
+    from snooker_cli.cli.running import checked
+
+    loaded = checked(config, override or ())
+    points = loaded.points()
+    balls = sorted({arrange(point.experiment, 0).number for point in points})
+    experiment = loaded.experiment
+    if as_json:
+        found = {
+            "config": str(config),
+            "valid": True,
+            "points": len(points),
+            "repeats": experiment.repeats,
+            "balls": balls,
+        }
+        typer.echo(json.dumps(found))
+        return
+    numbers = str(balls[0]) if len(balls) == 1 else f"{balls[0]} to {balls[-1]}"
+    typer.echo(
+        f"{config}: valid; points: {len(points)}, repeats of each: {experiment.repeats}, "
+        f"balls: {numbers}"
+    )
+
+
+def schema() -> None:
+    """Print the JSON schema of configs, for editors."""
+    import json
+
+    from snooker_cli.config import schema as config_schema
+
+    typer.echo(json.dumps(config_schema(), indent=2))
+
+
+def export(
+    run: Annotated[str, typer.Argument(metavar="RUN", help="A run's folder or name.")],
+    point: Annotated[int, typer.Option("--point", min=0, help="Point, from 0.")] = 0,
+    repeat: Annotated[int, typer.Option("--repeat", min=0, help="Repeat, from 0.")] = 0,
+    states: Annotated[
+        bool, typer.Option("--states", help="Positions and velocities instead of events.")
+    ] = False,
+    times: Annotated[
+        str | None,
+        typer.Option(
+            "--times",
+            metavar="T,T,…",
+            help="With --states: times in s, separated by commas, or start:stop:count [0 and the "
+            "end].",
+        ),
+    ] = None,
+) -> None:
+    """Print a repeat as CSV: ``time,i,j,impulse`` of each collision, j = -1 for the container.
+
+    With --states: ``time,ball,x,y,u,v`` of all balls and, as ball -1, the container. Numbers are
+    written so that reading them gives the same doubles.
+    """
+    import sys
+
+    from snooker_cli import store
+    from snooker_cli.cli.endings import UserError
+    from snooker_cli.results import open_run
+
+    opened = open_run(run)
+    if point >= len(opened.points):
+        raise UserError(f"--point {point}: {opened.name} has points 0 to {len(opened.points) - 1}")
+    trace = store.read(opened.path(point, repeat)).trace
+    if trace.events is None:
+        raise UserError(f"{opened.name} was run with `record: summary`: it has no events to export")
+    out = sys.stdout
+    if not states:
+        if times is not None:
+            raise UserError("--times goes with --states")
+        events = trace.events
+        out.write("time,i,j,impulse\n")
+        columns = (events.time, events.i, events.j, events.impulse)
+        for row in zip(*(column.tolist() for column in columns), strict=True):
+            out.write("{!r},{},{},{!r}\n".format(*row))
+        return
+    from snooker_cli.engine import replay
+
+    try:
+        found = replay(trace, _times(times, trace.stop.time))
+    except ValueError as error:
+        raise UserError(f"--times {times}: {error}") from None
+    out.write("time,ball,x,y,u,v\n")
+    for k, time in enumerate(found.time.tolist()):
+        container = [
+            *found.container_positions[k].tolist(),
+            *found.container_velocities[k].tolist(),
+        ]
+        out.write("{!r},-1,{!r},{!r},{!r},{!r}\n".format(time, *container))
+        rows = zip(found.positions[k].tolist(), found.velocities[k].tolist(), strict=True)
+        for ball, (position, velocity) in enumerate(rows):
+            out.write("{!r},{},{!r},{!r},{!r},{!r}\n".format(time, ball, *position, *velocity))
+
+
+def _times(text: str | None, end: float) -> list[float]:
+    """The times that ``--times`` asks for. Raises ``UserError``."""
+    import numpy as np
+
+    from snooker_cli.cli.endings import UserError
+
+    if text is None:
+        return [0.0, end]
+    try:
+        if ":" in text:
+            start, stop, count = text.split(":")
+            return [float(time) for time in np.linspace(float(start), float(stop), int(count))]
+        return [float(time) for time in text.split(",")]
+    except ValueError:
+        raise UserError(
+            f"--times {text}: give times in s as 0,0.5,1 or as start:stop:count"
+        ) from None

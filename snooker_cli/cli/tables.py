@@ -1,0 +1,46 @@
+"""Plain tables for a terminal, the same on every one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import typer
+
+
+class Column(NamedTuple):
+    """A column's heading and whether its values stand on the right, as numbers do."""
+
+    heading: str
+    right: bool = False
+
+
+def print_table(columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> None:
+    """Print rows under headings, columns as wide as their widest value."""
+    table = [[column.heading for column in columns], *rows]
+    widths = [max(len(row[k]) for row in table) for k in range(len(columns))]
+    for row in table:
+        cells = [
+            cell.rjust(width) if column.right else cell.ljust(width)
+            for cell, width, column in zip(row, widths, columns, strict=True)
+        ]
+        typer.echo("  ".join(cells).rstrip())
+
+
+def point_label(parameters: Mapping[str, object]) -> str:
+    """A point's swept keys and values, as in ``cor=0.8, balls.radius=1.0``."""
+    return ", ".join(f"{key}={value}" for key, value in parameters.items()) or "all"
+
+
+def with_error(value: float | None, error: float | None) -> str:
+    """``1.234 ± 0.012``: the error to two digits, the value to the same place."""
+    import math
+
+    if value is None or not math.isfinite(value):
+        return "–"
+    if error is None or not math.isfinite(error) or error <= 0:
+        return f"{value:.4g}"
+    places = 1 - math.floor(math.log10(error))
+    if 0 <= places <= 8 and abs(value) < 1e7:
+        return f"{value:.{places}f} ± {error:.{places}f}"
+    return f"{value:.4g} ± {error:.2g}"

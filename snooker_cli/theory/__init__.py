@@ -1,0 +1,132 @@
+"""Closed forms that the simulation can be held to: gas, fluid, collisions, cooling, speeds, limits.
+
+Two dimensions, the Boltzmann constant is 1, SI units otherwise: temperature in J, pressure in
+N/m (force over perimeter, "Pa·m"), number density in m⁻², rates in s⁻¹.
+
+========  ==========================================================================
+symbol    meaning
+========  ==========================================================================
+N, m, r   number of balls, mass of a ball, radius of a ball; d = 2r
+R, a      container radius, accessible radius a = R − r
+T         temperature, the mean kinetic energy of a ball; E = N T
+n, η      number density N/(πR²), packing fraction N r²/R²
+Z, χ      compressibility factor P/(n T), contact value of the pair distribution
+e, e_w    coefficient of restitution between balls, and at the wall
+λ, ω, ν_w mean free path, ball-ball and wall collision rate of one ball
+α, ζ, k   Haff's rate, cooling rate of the temperature, the report's decay constant
+========  ==========================================================================
+"""
+
+from snooker_cli.theory.collisions import (
+    EQUAL_SPEED_BALL_BALL_LOSS,
+    EQUAL_SPEED_WALL_LOSS,
+    ball_ball_rate,
+    ball_ball_rate_from_pressure,
+    boltzmann_mean_free_path,
+    enskog_mean_free_path,
+    report_mean_free_path,
+    total_ball_ball_rate,
+    wall_rate,
+    wall_rate_from_pressure,
+)
+from snooker_cli.theory.cooling import (
+    cooling_rate,
+    energy_ratio_by_events,
+    exponential_cumulative_pressure,
+    exponential_ratio,
+    haff_cumulative_pressure,
+    haff_event_count,
+    haff_event_time,
+    haff_rate,
+    haff_ratio,
+    report_decay_constant,
+    report_pressure_decay_constant,
+    sonine_coefficient,
+)
+from snooker_cli.theory.gas import (
+    accessible_area_pressure,
+    accessible_wall_pressure,
+    ideal_gas_pressure,
+    ideal_gas_temperature,
+    number_density,
+    packing_fraction,
+    van_der_waals_pressure,
+)
+from snooker_cli.theory.limits import (
+    THREE_BALL_COLLAPSE,
+    THREE_DISK_COLLAPSE,
+    WallTrap,
+    angular_momentum_floor,
+    wall_trap,
+)
+from snooker_cli.theory.speeds import (
+    fixed_energy_factor,
+    fixed_energy_kurtosis,
+    fixed_energy_mean_speed,
+    fixed_energy_speed_cdf,
+    fixed_energy_speed_density,
+    maxwell_mean_speed,
+    maxwell_speed_cdf,
+    maxwell_speed_density,
+)
+from snooker_cli.theory.state import (
+    EQUATIONS_OF_STATE,
+    CircleState,
+    EquationOfState,
+    bulk_pressure,
+    circle_state,
+    compressibility,
+    contact_value,
+)
+
+__all__ = [
+    "EQUAL_SPEED_BALL_BALL_LOSS",
+    "EQUAL_SPEED_WALL_LOSS",
+    "EQUATIONS_OF_STATE",
+    "THREE_BALL_COLLAPSE",
+    "THREE_DISK_COLLAPSE",
+    "CircleState",
+    "EquationOfState",
+    "WallTrap",
+    "accessible_area_pressure",
+    "accessible_wall_pressure",
+    "angular_momentum_floor",
+    "ball_ball_rate",
+    "ball_ball_rate_from_pressure",
+    "boltzmann_mean_free_path",
+    "bulk_pressure",
+    "circle_state",
+    "compressibility",
+    "contact_value",
+    "cooling_rate",
+    "energy_ratio_by_events",
+    "enskog_mean_free_path",
+    "exponential_cumulative_pressure",
+    "exponential_ratio",
+    "fixed_energy_factor",
+    "fixed_energy_kurtosis",
+    "fixed_energy_mean_speed",
+    "fixed_energy_speed_cdf",
+    "fixed_energy_speed_density",
+    "haff_cumulative_pressure",
+    "haff_event_count",
+    "haff_event_time",
+    "haff_rate",
+    "haff_ratio",
+    "ideal_gas_pressure",
+    "ideal_gas_temperature",
+    "maxwell_mean_speed",
+    "maxwell_speed_cdf",
+    "maxwell_speed_density",
+    "number_density",
+    "packing_fraction",
+    "report_decay_constant",
+    "report_mean_free_path",
+    "report_pressure_decay_constant",
+    "sonine_coefficient",
+    "total_ball_ball_rate",
+    "van_der_waals_pressure",
+    "wall_rate",
+    "wall_rate_from_pressure",
+    "wall_trap",
+]

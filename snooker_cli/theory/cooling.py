@@ -1,0 +1,121 @@
+"""How inelastic balls cool: the report's exponential, Haff's law, and the pressures they imply."""
+
+import math
+
+import numpy as np
+
+from snooker_cli.theory.real import Real
+
+
+def report_decay_constant(restitution: float, mean_free_path: float, mean_speed: float) -> float:
+    """The source report's decay constant of the energy (s⁻¹): k = −2 ln(e)/τ, τ = λ/⟨v⟩ (eqs 6, 7).
+
+    It takes all of the energy to fall to e² a collision, where only the relative normal part of
+    the motion does; `restitution` is in (0, 1].
+    """
+    return (0.0 - 2.0 * math.log(restitution)) * mean_speed / mean_free_path
+
+
+def report_pressure_decay_constant(energy_decay_constant: float) -> float:
+    """The source report's decay constant of the pressure (s⁻¹): k/2 (eq. 9).
+
+    The pressure itself follows the temperature; k/2 is the initial slope of its cumulative average.
+    """
+    return energy_decay_constant / 2
+
+
+def exponential_ratio(time: Real, decay_constant: float) -> Real:
+    """Energy over its start at a constant collision rate (the report's eq. 6): e^(−kt)."""
+    ratio: Real = np.exp(-decay_constant * time)
+    return ratio
+
+
+def haff_ratio(time: Real, haff_rate: float) -> Real:
+    """Temperature over its start by Haff's law (Haff 1983): T/T0 = (1 + αt)⁻²."""
+    return 1.0 / (1.0 + haff_rate * time) ** 2
+
+
+def sonine_coefficient(restitution: float) -> float:
+    """Second Sonine coefficient a2 of the homogeneous cooling state of inelastic disks.
+
+    a2 = 16(1 − e)(1 − 2e²)/[73 − 41e − 2(1 − e)e²], where ⟨v⁴⟩/⟨v²⟩² = 2(1 + a2): the condition
+    of van Noije & Ernst 1998, μ4 = 4(1 + a2)μ2 between the collisional moments, linearised as
+    μ4/(1 + a2) = 4μ2 (after Montanero & Santos 2000; as it stands it gives the denominator
+    57 − 25e + 30(1 − e)e²). Both neglect a3 and beyond, which at e ≥ 0.5 leaves this one within
+    0.005 of direct simulation: below 0.001 of the cooling rate.
+    """
+    e = restitution
+    return 16 * (1 - e) * (1 - 2 * e**2) / (73 - 41 * e - 2 * (1 - e) * e**2)
+
+
+def cooling_rate(
+    restitution: float,
+    ball_ball_rate: float,
+    wall_restitution: float = 1.0,
+    wall_rate: float = 0.0,
+) -> float:
+    """Relative loss of temperature per second: ζ = (1 − e²)(ω/2)(1 + 3a2/16) + (1 − e_w²)ν_w.
+
+    ω and ν_w are the collision rates of one ball (s⁻¹) at the temperature meant, for a Maxwellian.
+    The ball-ball term is Haff's with the Sonine correction of van Noije & Ernst 1998; the wall
+    term follows from the mean loss (1 − e_w²)T of a ball that arrives at the wall.
+    """
+    sonine = 1 + 3 * sonine_coefficient(restitution) / 16
+    between_balls = (1 - restitution**2) * ball_ball_rate / 2 * sonine
+    return between_balls + (1 - wall_restitution**2) * wall_rate
+
+
+def haff_rate(cooling_rate: float) -> float:
+    """Haff's rate (s⁻¹): α = ζ/2 with ζ at the start, since dT/dt = −ζ0 √(T/T0) T."""
+    return cooling_rate / 2
+
+
+def energy_ratio_by_events(
+    number: float,
+    restitution: float,
+    ball_ball_events: Real,
+    wall_restitution: float,
+    wall_events: Real,
+) -> Real:
+    """Energy over its start after counted events: exp{−[(1 − e²)c_bb + (1 − e_w²)c_w]/N}.
+
+    Each event takes the Maxwellian mean (1 − e²)T = (1 − e²)E/N, whatever density and time.
+    """
+    lost = (1 - restitution**2) * ball_ball_events + (1 - wall_restitution**2) * wall_events
+    ratio: Real = np.exp(-lost / number)
+    return ratio
+
+
+def haff_event_count(time: Real, haff_rate: float, initial_rate: float) -> Real:
+    """Events until a time under Haff's law: (Γ/α) ln(1 + αt), with Γ events per second at t = 0."""
+    if haff_rate == 0:
+        return initial_rate * time
+    count: Real = initial_rate / haff_rate * np.log1p(haff_rate * time)
+    return count
+
+
+def haff_event_time(count: Real, haff_rate: float, initial_rate: float) -> Real:
+    """Time at which Haff's law has had `count` events (s), the inverse of `haff_event_count`."""
+    if haff_rate == 0:
+        return count / initial_rate
+    time: Real = np.expm1(haff_rate * count / initial_rate) / haff_rate
+    return time
+
+
+def haff_cumulative_pressure(time: Real, initial_pressure: float, haff_rate: float) -> Real:
+    """Pressure averaged from 0 to t while T follows Haff's law (N/m): P0/(1 + αt).
+
+    The pressure follows T, and the average of (1 + αt)⁻² is (1 + αt)⁻¹ = √(T/T0).
+    """
+    return initial_pressure / (1.0 + haff_rate * time)
+
+
+def exponential_cumulative_pressure(
+    time: Real, initial_pressure: float, decay_constant: float
+) -> Real:
+    """Pressure averaged from 0 to t while T falls as e^(−kt) (N/m): P0 (1 − e^(−kt))/(kt)."""
+    exponent = decay_constant * time
+    # The tiny number stands in for 0, where the ratio below is 0/0 and its limit is 1.
+    exponent = exponent + np.finfo(float).tiny * (exponent == 0)
+    pressure: Real = -initial_pressure * np.expm1(-exponent) / exponent
+    return pressure

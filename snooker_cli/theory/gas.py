@@ -1,0 +1,57 @@
+"""The ideal gas of the report, its two excluded-area corrections, and how full the circle is."""
+
+import math
+
+
+def number_density(number: float, container_radius: float) -> float:
+    """Balls per area of the whole container (m⁻²): n = N/(πR²)."""
+    return number / (math.pi * container_radius**2)
+
+
+def packing_fraction(number: float, ball_radius: float, container_radius: float) -> float:
+    """Fraction of the container's area that balls cover: η = N r²/R²."""
+    return number * (ball_radius / container_radius) ** 2
+
+
+def ideal_gas_pressure(number: float, temperature: float, area: float) -> float:
+    """Pressure of the ideal gas (N/m): P = N T/V, the report's equation 10 with V an area in m²."""
+    return number * temperature / area
+
+
+def ideal_gas_temperature(pressure: float, area: float, number: float) -> float:
+    """Temperature that the ideal gas law gives to a pressure (J): T = P V/N."""
+    return pressure * area / number
+
+
+def van_der_waals_pressure(
+    number: float, temperature: float, area: float, ball_radius: float
+) -> float:
+    """Pressure with the excluded area of pairs (N/m): P = N T/(V − N b).
+
+    b = 2πr² is the second virial coefficient of hard disks (half the area πd² that a ball denies
+    to another's centre), so the form is exact to first order in the density and no further: it
+    is inf where N b reaches V, at a packing fraction of one half.
+    """
+    free_area = area - number * 2 * math.pi * ball_radius**2
+    return number * temperature / free_area if free_area > 0 else math.inf
+
+
+def accessible_area_pressure(
+    number: float, temperature: float, ball_radius: float, container_radius: float
+) -> float:
+    """Ideal pressure in the area that the centres can reach (N/m): P = N T/(πa²), a = R − r.
+
+    This is the force over the perimeter 2πa of that area; `accessible_wall_pressure` has it over
+    the container's own perimeter.
+    """
+    return number * temperature / (math.pi * (container_radius - ball_radius) ** 2)
+
+
+def accessible_wall_pressure(
+    number: float, temperature: float, ball_radius: float, container_radius: float
+) -> float:
+    """Force of balls that do not meet each other over the perimeter 2πR (N/m): P = N T/(π a R).
+
+    The virial theorem makes it exact without ball-ball collisions: a·F = 2 N T.
+    """
+    return number * temperature / (math.pi * (container_radius - ball_radius) * container_radius)

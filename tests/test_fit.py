@@ -1,0 +1,313 @@
+"""Fits of `snooker_cli.fit`: exact curves, honest errors, every scale, and every way to fail."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import optimize, stats
+
+from snooker_cli.fit import fit, fitted_curve
+
+pytestmark = pytest.mark.filterwarnings("error")
+STEADY = settings(derandomize=True, deadline=None)
+
+CURVES = {
+    "exponential": lambda u, rate: np.exp(-rate * u),
+    "haff": lambda u, rate: (1 + rate * u) ** -2,
+    "haff_root": lambda u, rate: 1 / (1 + rate * u),
+}
+MODELS = list(CURVES)
+
+
+def noisy_curve(model: str, rate: float, noise: np.ndarray, span: float = 6.0):
+    t = np.linspace(0, span, noise.size)
+    return t, CURVES[model](t, rate) + noise
+
+
+# -- exact curves ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("held", [False, True])
+@STEADY
+@given(
+    rate=st.floats(0.01, 30),
+    amplitude=st.floats(1e-3, 1e3),
+    first=st.sampled_from([0.0, 0.5]),
+)
+def test_exact_curves_are_recovered(model, held, rate, amplitude, first):
+    t = first + np.linspace(0, 1, 60)
+    y = amplitude * CURVES[model](t - first, rate)
+    result = fit(t, y, model, amplitude=amplitude if held else None)
+    assert result.converged
+    # The search ends at a relative step of 1e-12; a first time of ½ costs one more digit of s.
+    assert result.value == pytest.approx(rate, rel=1e-11, abs=1e-13)
+    assert result.amplitude == pytest.approx(amplitude, rel=1e-11)
+    assert result.rms_residual <= 1e-14 * amplitude * (1 + rate)
+    assert result.r_squared == pytest.approx(1, abs=1e-10)
+    assert (result.start, result.points) == (first, 60)
+    assert result.covariance.shape == ((1, 1) if held else (2, 2))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_rising_curves_have_negative_rates(model):
+    t = np.linspace(0, 1, 50)
+    result = fit(t, CURVES[model](t, -0.7), model)
+    assert result.value == pytest.approx(-0.7, rel=1e-11)
+
+
+def test_start_moves_the_amplitude_and_haffs_rate_to_its_time():
+    t = np.linspace(2, 9, 80)
+    y = 5 * CURVES["haff"](t, 0.6)
+    from_zero = fit(t, y, "haff", start=0.0)
+    assert from_zero.value == pytest.approx(0.6, rel=1e-11)
+    assert from_zero.amplitude == pytest.approx(5, rel=1e-11)
+    # Restarted at t0 = 2: α' = α/(1 + 2α), A' = A/(1 + 2α)².
+    from_two = fit(t, y, "haff")
+    assert from_two.value == pytest.approx(0.6 / 2.2, rel=1e-11)
+    assert from_two.amplitude == pytest.approx(5 / 2.2**2, rel=1e-11)
+
+
+def test_one_time_suffices_for_a_held_amplitude():
+    result = fit([2.0, 2.0, 2.0], [0.5, 0.4, 0.6], amplitude=1.0, start=0.0)
+    assert result.value == pytest.approx(math.log(2) / 2, rel=1e-11)
+
+
+def test_negative_amplitudes_are_amplitudes():
+    t = np.linspace(0, 3, 40)
+    result = fit(t, -4 * np.exp(-t))
+    assert (result.value, result.amplitude) == pytest.approx((1, -4), rel=1e-11)
+    assert result.rms_residual >= 0
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_fitted_curve_is_the_model(model):
+    t = np.linspace(1, 4, 30)
+    y = 3 * CURVES[model](t - 1, 0.8)
+    np.testing.assert_allclose(fitted_curve(fit(t, y, model), t), y, rtol=1e-11)
+    assert fitted_curve(fit(t, y, model), [[1.0, 2.0]]).shape == (1, 2)
+    assert np.isnan(fitted_curve(fit([0.0], [1.0], model), t)).all()
+
+
+# -- errors ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("weighted", [False, True])
+def test_against_curve_fit(model, weighted):
+    rng = np.random.default_rng(3)
+    t = np.sort(rng.uniform(0, 7, 200))
+    sigma = rng.uniform(0.01, 0.05, t.size)
+    y = 2.5 * CURVES[model](t - t[0], 1.3) + sigma * rng.normal(size=t.size)
+    given_sigma = sigma if weighted else None
+    expected, covariance = optimize.curve_fit(
+        lambda t, rate, a: a * CURVES[model](t, rate),
+        t - t[0],
+        y,
+        p0=[1, 2],
+        sigma=given_sigma,
+        absolute_sigma=weighted,
+        ftol=1e-14,
+        xtol=1e-14,
+    )
+    result = fit(t, y, model, sigma=given_sigma)
+    # curve_fit differentiates numerically: steps of √ε leave 1e-8 to 1e-6 in the derivatives.
+    assert result.value == pytest.approx(expected[0], rel=1e-6)
+    assert result.amplitude == pytest.approx(expected[1], rel=1e-6)
+    np.testing.assert_allclose(result.covariance, covariance, rtol=1e-5)
+    assert result.error == pytest.approx(math.sqrt(covariance[0, 0]), rel=1e-5)
+    residual = y - result.amplitude * CURVES[model](t - t[0], result.value)
+    assert result.rms_residual == pytest.approx(math.sqrt(np.mean(residual**2)), rel=1e-9)
+    assert result.r_squared == pytest.approx(
+        1 - np.sum(residual**2) / np.sum((y - y.mean()) ** 2), rel=1e-9
+    )
+    if weighted:
+        chi_square = np.sum((residual / sigma) ** 2) / (t.size - 2)
+        assert result.reduced_chi_square == pytest.approx(chi_square, rel=1e-9)
+    else:
+        assert result.reduced_chi_square is None
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_held_amplitude_against_curve_fit(model):
+    rng = np.random.default_rng(4)
+    t, y = noisy_curve(model, 0.9, 0.02 * rng.normal(size=150))
+    expected, covariance = optimize.curve_fit(CURVES[model], t, y, p0=[1], ftol=1e-14, xtol=1e-14)
+    result = fit(t, y, model, amplitude=1.0)
+    assert result.value == pytest.approx(expected[0], rel=1e-6)
+    assert result.error == pytest.approx(math.sqrt(covariance[0, 0]), rel=1e-5)
+    assert result.amplitude == 1.0
+
+
+def test_sigma_sets_scale_and_weight():
+    t, y = noisy_curve("exponential", 1.0, 0.01 * np.random.default_rng(5).normal(size=100))
+    sigma = np.full(100, 0.01)
+    one, two = fit(t, y, sigma=sigma), fit(t, y, sigma=2 * sigma)
+    assert two.value == one.value
+    assert two.error == pytest.approx(2 * one.error, rel=1e-12)
+    assert two.reduced_chi_square == pytest.approx(one.reduced_chi_square / 4, rel=1e-12)
+    # An outlier that is known to be bad does not count: its pull is (0.01/1e6)² × 100.
+    y[50], sigma[50] = 100.0, 1e6
+    assert fit(t, y, sigma=sigma).value == pytest.approx(one.value, abs=one.error)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_error_is_right_for_independent_noise(model):
+    rng = np.random.default_rng(6)
+    fits = 300
+    covered = 0
+    for noise in 0.03 * rng.normal(size=(fits, 60)):
+        result = fit(*noisy_curve(model, 0.8, noise), model)
+        covered += abs(result.value - 0.8) < result.error
+    low, high = stats.binom.interval(0.999, fits, math.erf(math.sqrt(0.5)))
+    assert low <= covered <= high
+
+
+# -- scales ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("time_scale", [1e-150, 1e-9, 1e12, 1e120])
+@pytest.mark.parametrize("value_scale", [1e-150, 1.0, 1e150])
+def test_any_scale(model, time_scale, value_scale):
+    t, y = noisy_curve(model, 0.8, 0.01 * np.random.default_rng(8).normal(size=80))
+    plain = fit(t, y, model)
+    scaled = fit(t * time_scale, y * value_scale, model)
+    # The problem solved is the same up to rounding of its data, ε, and the end of the search, 1e-12
+    # in the sum of squares, which leaves the root of it, 1e-6, of one standard error.
+    assert scaled.converged
+    assert scaled.value * time_scale == pytest.approx(plain.value, abs=1e-6 * plain.error)
+    assert scaled.error * time_scale == pytest.approx(plain.error, rel=1e-6)
+    assert scaled.amplitude / value_scale == pytest.approx(plain.amplitude, rel=1e-6)
+    assert scaled.rms_residual / value_scale == pytest.approx(plain.rms_residual, rel=1e-6)
+    assert scaled.r_squared == pytest.approx(plain.r_squared, rel=1e-6)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_powers_of_two_change_no_bit(model):
+    t, y = noisy_curve(model, 0.8, 0.01 * np.random.default_rng(9).normal(size=80))
+    plain, scaled = fit(t, y, model), fit(t * 2.0**40, y * 2.0**-30, model)
+    assert scaled.value == plain.value * 2.0**-40
+    assert scaled.error == plain.error * 2.0**-40
+    assert scaled.amplitude == plain.amplitude * 2.0**-30
+
+
+# -- flat curves ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("amplitude", [None, 1.0])
+def test_flat_curves_do_not_decay(model, amplitude):
+    t = np.linspace(0, 3, 500)
+    flat = fit(t, np.ones(500), model, amplitude=amplitude)
+    assert flat.converged
+    assert (flat.value, flat.error, flat.amplitude) == (0, 0, 1)
+    assert math.copysign(1, flat.value) == 1
+    assert math.isnan(flat.r_squared)
+    rng = np.random.default_rng(10)
+    for size in (1e-15, 1e-3):
+        noisy = fit(t, 1 + size * rng.normal(size=500), model, amplitude=amplitude)
+        assert noisy.converged
+        # Four standard errors: one draw in 16,000 falls outside. Steps of rounding below.
+        assert abs(noisy.value) <= 4 * noisy.error + 1e-16
+        # σ_q = σ/√Σ(s − s̄)², 500 points with variance 1/12 (or mean square 1/3) of s, over the
+        # span of 3 s, and half of that for Haff's square.
+        spread = 1 / 12 if amplitude is None else 1 / 3
+        power = 2 if model == "haff" else 1
+        predicted = size / math.sqrt(500 * spread) / 3 / power
+        # s of 500 residuals is known to 1/√1000 = 3 %; 4 of those, and rounding for the small size.
+        assert noisy.error == pytest.approx(predicted, rel=0.13 if size > 1e-10 else 0.3)
+
+
+# -- failures -------------------------------------------------------------------------------------
+
+GOOD = (np.linspace(0, 2, 30), np.exp(-np.linspace(0, 2, 30)))
+
+
+def changed(index: int, value: float, which: int) -> tuple[np.ndarray, np.ndarray]:
+    pair = [array.copy() for array in GOOD]
+    pair[which][index] = value
+    return pair[0], pair[1]
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(
+    ("t", "y", "options", "says"),
+    [
+        ([], [], {}, "0 points are too few"),
+        ([0.0, 1.0], [1.0, 0.5], {}, "2 points are too few for this fit; it needs 3"),
+        ([0.0], [1.0], {"amplitude": 1.0}, "it needs 2"),
+        (*changed(4, math.nan, 1), {}, "1 of the values are not finite, the first at index 4"),
+        (*changed(5, math.inf, 1), {}, "index 5"),
+        (*changed(0, math.nan, 0), {}, "1 of the times are not finite"),
+        (*changed(0, -1.0, 0), {}, "time -1 s is negative"),
+        (*changed(9, -1.0, 0), {}, "time -1 s is negative"),
+        (*GOOD, {"start": 0.5}, "time 0 s lies before the start of the decay at 0.5 s"),
+        (GOOD[0][::-1], GOOD[1], {}, "lies before the start of the decay at 2 s"),
+        (*GOOD, {"start": math.nan}, "lies before the start"),
+        ([3.0] * 5, [1.0] * 5, {}, "All times are 3 s"),
+        ([3.0] * 5, [1.0] * 5, {"start": 0.0}, "All times are 3 s"),
+        ([3.0] * 5, [1.0] * 5, {"amplitude": 1.0}, "All times are 3 s"),
+        (GOOD[0], np.zeros(30), {}, "All values are zero"),
+        (GOOD[0], np.zeros(30), {"amplitude": 1.0}, "All values are zero"),
+        (*GOOD, {"sigma": np.zeros(30)}, "standard deviations must all be positive"),
+        (*GOOD, {"sigma": np.full(30, math.nan)}, "30 of the standard deviations are not finite"),
+        (GOOD[0], np.eye(30)[0], {}, ""),
+        (GOOD[0], np.eye(30)[0], {"amplitude": 1.0}, ""),
+        (GOOD[0], -GOOD[1], {"amplitude": 1.0}, ""),
+    ],
+)
+def test_data_that_cannot_be_fitted(t, y, options, says, model):
+    result = fit(t, y, model, **options)
+    assert not result.converged
+    assert says in result.message
+    assert result.message.endswith(".")
+    assert "\n" not in result.message
+    numbers = (result.value, result.error, result.amplitude, result.rms_residual, result.r_squared)
+    assert all(math.isnan(number) for number in numbers)
+    assert np.isnan(result.covariance).all()
+    assert result.covariance.shape == ((1, 1) if "amplitude" in options else (2, 2))
+    assert (result.model, result.points) == (model, len(t))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "says"),
+    [
+        (GOOD, {"model": "linear"}, "'linear' is not a decay model; choose from exponential"),
+        (GOOD, {"amplitude": 0.0}, "amplitude of 0.0 cannot be held"),
+        (GOOD, {"amplitude": math.inf}, "amplitude of inf cannot be held"),
+        ((GOOD[0], GOOD[1][1:]), {}, r"one length, not \(30,\), \(29,\)"),
+        ((np.ones((2, 3)), np.ones((2, 3))), {}, "must be flat"),
+        (GOOD, {"sigma": np.ones(3)}, "one length"),
+    ],
+)
+def test_misuse_is_refused(arguments, options, says):
+    with pytest.raises(ValueError, match=says):
+        fit(*arguments, **options)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@STEADY
+@given(
+    pairs=st.lists(st.tuples(st.floats(), st.floats()), max_size=8),
+    amplitude=st.sampled_from([None, 1.0, -2.0, 1e-200]),
+)
+def test_no_data_raise_or_warn(model, pairs, amplitude):
+    t, y = [p[0] for p in pairs], [p[1] for p in pairs]
+    result = fit(t, y, model, amplitude=amplitude)
+    assert isinstance(result.message, str)
+    assert math.isfinite(result.value) == result.converged
+    assert math.isfinite(result.error) == result.converged
+    assert np.isfinite(result.covariance).all() == result.converged
+
+
+def test_results_cannot_be_changed():
+    result = fit(*GOOD)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        result.value = 3.0  # type: ignore[misc]
+    with pytest.raises(ValueError, match="read-only"):
+        result.covariance[0, 0] = 1.0
+    assert result == fit(*GOOD)
