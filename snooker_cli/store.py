@@ -15,7 +15,7 @@ One file a repeat. Units are in the attribute ``unit``; k_B = 1, so that tempera
 ``/particles/container/radius``          float64 [1] m
 ``/connectivity/collisions``             element, int32 [n, 1, 2]: ball, and ball or -1
 ``/observables/impulse``                 element, float64 [n] kg m s-1
-``/observables/summary/QUANTITY``        element, float64 [g]: see ``trace.Summary``
+``/observables/summary/QUANTITY``        element, float64 [g]: see ``trace.Series``
 =======================================  ================================================
 
 An element is a group of ``step``, ``time`` (s) and ``value``.
@@ -29,6 +29,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import threading
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -38,21 +39,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Events, Stop, StopReason, Summary, Trace
+from snooker_cli.trace import SERIES_UNITS, Events, Series, Stop, StopReason, Summary, Trace
 
 SCHEMA_VERSION = 1
 COMPRESS_FROM = 4096  # elements; below it a filter costs more time and space than it saves
-SUMMARY_UNITS = {
-    "kinetic_energy": "J",
-    "container_energy": "J",
-    "wall_impulse": "kg m s-1",
-    "pair_virial": "kg m2 s-1",
-    "wall_events": "1",
-    "pair_events": "1",
-    "mean_speed": "m s-1",
-    "energy_moment": "1",
-    "speed_histogram": "1",
-}
 
 
 class StoreError(Exception):
@@ -141,11 +131,11 @@ def content_hash(trace: Trace) -> str:
     for scene in (trace.start, trace.finish):
         for field in fields(scene):
             digest.update(np.asarray(getattr(scene, field.name), dtype="<f8").tobytes())
-    for part in (trace.events, trace.summary):
-        if part is not None:
-            for field in fields(part):
-                column = getattr(part, field.name)
-                digest.update(column.astype(column.dtype.newbyteorder("<"), copy=False).tobytes())
+    columns = [] if trace.events is None else list(vars(trace.events).values())
+    if trace.summary is not None:
+        columns += [*vars(trace.summary.series).values(), trace.summary.speed_histogram]
+    for column in columns:
+        digest.update(column.astype(column.dtype.newbyteorder("<"), copy=False).tobytes())
     counts = (trace.wall_events, trace.pair_events)
     digest.update(repr((str(trace.stop.reason), trace.stop.time, counts)).encode())
     return digest.hexdigest()
@@ -153,8 +143,10 @@ def content_hash(trace: Trace) -> str:
 
 def _image(trace: Trace, provenance: Provenance) -> bytes:
     """The file's bytes, made in memory."""
+    # HDF5 knows files by name, those in memory too: threads need different ones.
+    name = f"snooker-{threading.get_ident()}"
     with h5py.File(
-        "image", "w", driver="core", backing_store=False, libver=("earliest", "v110")
+        name, "w", driver="core", backing_store=False, libver=("earliest", "v110")
     ) as file:
         _write_header(file)
         attributes = file.create_group("parameters/snooker").attrs
@@ -235,9 +227,11 @@ def _write_events(file: h5py.File, events: Events) -> None:
 def _write_summary(file: h5py.File, summary: Summary) -> None:
     """The columns of a summary on one shared grid of times."""
     group = file.create_group("observables/summary")
-    shared: tuple[Any, Any] = (np.arange(len(summary.time)), summary.time)
-    for name, unit in SUMMARY_UNITS.items():
-        element = _write_element(group, name, getattr(summary, name), unit, *shared)
+    columns = {**vars(summary.series), "speed_histogram": summary.speed_histogram}
+    time = columns.pop("time")
+    shared: tuple[Any, Any] = (np.arange(len(time)), time)
+    for name, column in columns.items():
+        element = _write_element(group, name, column, SERIES_UNITS.get(name, "1"), *shared)
         shared = element["step"], element["time"]
 
 
@@ -298,8 +292,12 @@ def _stored(file: h5py.File) -> Stored:
         )
     else:
         group = file["observables/summary"]
-        columns = {name: group[f"{name}/value"][:] for name in SUMMARY_UNITS}
-        summary = Summary(time=group["kinetic_energy/time"][:], **columns)
+        time = group["kinetic_energy/time"][:]
+        columns = {name: group[f"{name}/value"][:] for name in SERIES_UNITS if name != "time"}
+        summary = Summary(
+            series=Series(time=time, **columns),
+            speed_histogram=group["speed_histogram/value"][:],
+        )
     trace = Trace(
         start=start,
         finish=finish,

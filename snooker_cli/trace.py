@@ -61,21 +61,19 @@ class Events:
 
 
 @dataclass(frozen=True)
-class Summary:
-    """Observables on an even grid of times, from zero, for a run that stores no events.
+class Series:
+    """Observables over time, from time zero: after each collision, or on an even grid.
 
-    Every column is (*g*,) ``numpy.float64`` but for the histogram.
+    Every column is (*g*,) ``numpy.float64``.
 
     time : s
-    kinetic_energy, container_energy : J
+    kinetic_energy, container_energy : J, of the balls and of the container
     wall_impulse : impulse given to the wall since the start, kg m/s
     pair_virial : sum over ball-ball collisions of impulse times contact distance, kg m^2/s
     wall_events, pair_events : collisions since the start
     mean_speed : mean over the balls, m/s
-    energy_moment : <k^2>/<k>^2 of the balls' kinetic energies k, the speeds' kurtosis if masses
-        are equal
-    speed_histogram : (*g*, *b*) ``numpy.int64``, balls by reduced speed v sqrt(m/2T), in bins of
-        ``SPEED_BIN``; faster ones are in the last
+    energy_moment : <k^2>/<k>^2 of the balls' kinetic energies k; for equal masses this is the
+        kurtosis <v^4>/<v^2>^2
     """
 
     time: NDArray[np.float64]
@@ -87,11 +85,37 @@ class Summary:
     pair_events: NDArray[np.float64]
     mean_speed: NDArray[np.float64]
     energy_moment: NDArray[np.float64]
+
+
+SERIES_UNITS = {
+    "time": "s",
+    "kinetic_energy": "J",
+    "container_energy": "J",
+    "wall_impulse": "kg m s-1",
+    "pair_virial": "kg m2 s-1",
+    "wall_events": "1",
+    "pair_events": "1",
+    "mean_speed": "m s-1",
+    "energy_moment": "1",
+}
+"""The columns of ``Series``, in order, and their units."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What is kept of a run that stores no events.
+
+    series : observables on an even grid of times
+    speed_histogram : (*g*, *b*) ``numpy.int64``, balls by reduced speed v sqrt(m/2T) at the times
+        of the grid, in bins of ``SPEED_BIN``; faster ones are in the last
+    """
+
+    series: Series
     speed_histogram: NDArray[np.int64]
 
 
 SPEED_BIN = 0.125
-"""Width of a bin of reduced speed in ``Summary.speed_histogram``."""
+"""Width of a bin of reduced speed."""
 
 SPEED_BINS = 32
 

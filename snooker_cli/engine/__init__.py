@@ -1,9 +1,9 @@
 """The simulator: arrays and floats in, a trace out; it knows no config, no files, no plots."""
 
-from snooker_cli.engine.replay import States, replay
+from snooker_cli.engine.replay import States, replay, series
 from snooker_cli.engine.simulate import simulate, specialisation
 
 ENGINE_VERSION = 1
 """Goes up when the same config may give other bits; results of two versions are never mixed."""
 
-__all__ = ["ENGINE_VERSION", "States", "replay", "simulate", "specialisation"]
+__all__ = ["ENGINE_VERSION", "States", "replay", "series", "simulate", "specialisation"]

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from snooker_cli.engine import sampling
 from snooker_cli.engine.collide import hit_pair, hit_wall, move
 from snooker_cli.engine.compiling import compiled
 from snooker_cli.engine.layout import (
@@ -26,9 +28,10 @@ from snooker_cli.engine.layout import (
     container_of,
     unless_equal,
 )
+from snooker_cli.trace import CONTAINER, Series
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from snooker_cli.trace import Trace
 
@@ -86,6 +89,69 @@ def replay(trace: Trace, times: ArrayLike) -> States:
     )
 
 
+def series(trace: Trace) -> Series:
+    """The observables at time zero and after each collision; a summary's on its grid.
+
+    Energies and speeds are read off the replayed velocities, not summed from losses.
+    """
+    if trace.summary is not None:
+        return trace.summary.series
+    if trace.events is None:
+        raise ValueError("this repeat has neither events nor a summary")
+    scene, events = trace.start, trace.events
+    rows = np.zeros((len(events) + 1, sampling.COLUMNS))
+    balls, masses = balls_of(scene), unless_equal(scene.masses)
+    container, setup = container_of(scene), Setup.of(scene)
+    _replay_observables(balls, container, setup, masses, events.time, events.i, events.j, rows)
+    at_wall = events.j == CONTAINER
+    reach = scene.radii[events.i] + np.where(at_wall, 0.0, scene.radii[events.j])
+    for column, increments in (
+        (sampling.WALL_IMPULSE, np.where(at_wall, events.impulse, 0.0)),
+        (sampling.PAIR_VIRIAL, np.where(at_wall, 0.0, events.impulse * reach)),
+        (sampling.WALL_EVENTS, at_wall),
+        (sampling.PAIR_EVENTS, ~at_wall),
+    ):
+        rows[1:, column] = np.cumsum(increments)
+    return Series(np.concatenate([[0.0], events.time]), *np.ascontiguousarray(rows.T))
+
+
+@compiled
+def _replay_observables(
+    balls: Floats,
+    container: Floats | None,
+    setup: Setup,
+    masses: Floats | None,
+    time: Floats,
+    first: NDArray[np.int32],
+    second: NDArray[np.int32],
+    rows: Floats,
+) -> None:
+    """Carry out the collisions again, measuring at the start and after each."""
+    sampling.measure(rows[0], balls, container, setup, masses)
+    for event in range(len(time)):
+        _collide(time[event], first[event], second[event], balls, container, setup, masses)
+        sampling.measure(rows[event + 1], balls, container, setup, masses)
+
+
+@compiled
+def _collide(
+    now: float,
+    i: int,
+    j: int,
+    balls: Floats,
+    container: Floats | None,
+    setup: Setup,
+    masses: Floats | None,
+) -> None:
+    """Carry out one collision again."""
+    move(i, now, balls)
+    if j == NOBODY:
+        hit_wall(i, now, balls, container, setup, masses)
+    else:
+        move(j, now, balls)
+        hit_pair(i, j, balls, setup, masses)
+
+
 @compiled
 def _replay(
     balls: Floats,
@@ -116,10 +182,4 @@ def _replay(
                 container_out[k, 3] = container[V]
             k += 1
         if event < len(time):
-            now, i, j = time[event], first[event], second[event]
-            move(i, now, balls)
-            if j == NOBODY:
-                hit_wall(i, now, balls, container, setup, masses)
-            else:
-                move(j, now, balls)
-                hit_pair(i, j, balls, setup, masses)
+            _collide(time[event], first[event], second[event], balls, container, setup, masses)

@@ -20,7 +20,7 @@ from snooker_cli.engine.layout import Floats, Integers, Setup, U, V
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
 ROWS = 512
-# Columns of a grid's row.
+# Columns of a row: those of ``trace.Series`` without the time, in order.
 (
     KINETIC_ENERGY,
     CONTAINER_ENERGY,
@@ -32,16 +32,6 @@ ROWS = 512
     ENERGY_MOMENT,
     COLUMNS,
 ) = range(9)
-COLUMN_NAMES = (
-    "kinetic_energy",
-    "container_energy",
-    "wall_impulse",
-    "pair_virial",
-    "wall_events",
-    "pair_events",
-    "mean_speed",
-    "energy_moment",
-)
 
 
 class Grid(NamedTuple):
@@ -77,6 +67,47 @@ def halve(grid: Grid) -> None:
 
 
 @compiled
+def measure(
+    row: Floats,
+    balls: Floats,
+    container: Floats | None,
+    setup: Setup,
+    masses: Floats | None,
+) -> None:
+    """Write into a row what can be read off the velocities."""
+    number = balls.shape[1]
+    energy, squares, speeds = 0.0, 0.0, 0.0
+    for i in range(number):
+        speed_squared = balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i]
+        one = 0.5 * mass_of(setup, masses, i) * speed_squared
+        energy += one
+        squares += one * one
+        speeds += math.sqrt(speed_squared)
+    row[KINETIC_ENERGY] = energy
+    row[CONTAINER_ENERGY] = 0.0
+    if container is not None:
+        speed_squared = container[U] * container[U] + container[V] * container[V]
+        row[CONTAINER_ENERGY] = 0.5 * setup.container_mass * speed_squared
+    row[MEAN_SPEED] = speeds / number
+    row[ENERGY_MOMENT] = squares * number / (energy * energy) if energy > 0.0 else 0.0
+
+
+@compiled
+def count_speeds(
+    histogram: Integers, energy: float, balls: Floats, setup: Setup, masses: Floats | None
+) -> None:
+    """Count the balls by reduced speed v sqrt(m / 2T), with T their mean energy."""
+    number = balls.shape[1]
+    histogram[:] = 0
+    if energy > 0.0:
+        for i in range(number):
+            speed_squared = balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i]
+            m = mass_of(setup, masses, i)
+            reduced = math.sqrt(0.5 * m * speed_squared * number / energy)
+            histogram[min(int(reduced / SPEED_BIN), SPEED_BINS - 1)] += 1
+
+
+@compiled
 def sample_until(
     now: float,
     grid: Grid,
@@ -88,38 +119,15 @@ def sample_until(
     counts: Integers,
 ) -> None:
     """Fill the rows whose time is before ``now``, during which no velocity has changed."""
-    number = balls.shape[1]
     while grid.used[0] * grid.step[0] < now:
         if grid.used[0] > ROWS:
             halve(grid)
             continue
-        k = grid.used[0]
-        row, histogram = grid.rows[k], grid.histogram[k]
-        energy, squares, speeds = 0.0, 0.0, 0.0
-        for i in range(number):
-            m = mass_of(setup, masses, i)
-            speed_squared = balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i]
-            one = 0.5 * m * speed_squared
-            energy += one
-            squares += one * one
-            speeds += math.sqrt(speed_squared)
-        histogram[:] = 0
-        for i in range(number):
-            m = mass_of(setup, masses, i)
-            if energy > 0.0:
-                # v sqrt(m / 2T) with T the mean energy of a ball
-                speed_squared = balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i]
-                reduced = math.sqrt(0.5 * m * speed_squared * number / energy)
-                histogram[min(int(reduced / SPEED_BIN), SPEED_BINS - 1)] += 1
-        row[KINETIC_ENERGY] = energy
-        row[CONTAINER_ENERGY] = 0.0
-        if container is not None:
-            speed_squared = container[U] * container[U] + container[V] * container[V]
-            row[CONTAINER_ENERGY] = 0.5 * setup.container_mass * speed_squared
+        row = grid.rows[grid.used[0]]
+        measure(row, balls, container, setup, masses)
+        count_speeds(grid.histogram[grid.used[0]], row[KINETIC_ENERGY], balls, setup, masses)
         row[WALL_IMPULSE] = sums[layout.WALL_IMPULSE]
         row[PAIR_VIRIAL] = sums[layout.PAIR_VIRIAL]
         row[WALL_EVENTS] = counts[layout.WALL_EVENTS]
         row[PAIR_EVENTS] = counts[layout.PAIR_EVENTS]
-        row[MEAN_SPEED] = speeds / number
-        row[ENERGY_MOMENT] = squares * number / (energy * energy) if energy > 0.0 else 0.0
-        grid.used[0] = k + 1
+        grid.used[0] += 1

@@ -10,7 +10,7 @@ import numpy as np
 
 from snooker_cli.engine import allpairs, layout, sampling
 from snooker_cli.scene import Scene
-from snooker_cli.trace import CONTAINER, Events, Stop, StopReason, Summary, Trace
+from snooker_cli.trace import CONTAINER, Events, Series, Stop, StopReason, Summary, Trace
 
 CHUNK = 65536
 """Events between two looks at whether the user wants to stop; some 30 ms of work."""
@@ -209,9 +209,9 @@ class _Run:
             self.counts,
         )
         used = int(grid.used[0])
-        column = {name: grid.rows[:used, k].copy() for k, name in enumerate(sampling.COLUMN_NAMES)}
         time = np.arange(used, dtype=np.float64) * grid.step[0]
-        return Summary(time=time, speed_histogram=grid.histogram[:used].copy(), **column)
+        series = Series(time, *(np.ascontiguousarray(grid.rows[:used].T)))
+        return Summary(series=series, speed_histogram=grid.histogram[:used].copy())
 
 
 def _room(events: int) -> layout.Recorded:
