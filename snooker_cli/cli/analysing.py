@@ -1,7 +1,129 @@
-"""stub"""
+"""``snooker fit``, ``compare`` and ``report``: numbers from runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from snooker_cli.cli.running import AsJson
+
+RunName = Annotated[str, typer.Argument(metavar="RUN", help="A run's folder, or name in runs/.")]
 
 
-def fit(run: str) -> None: ...
-def compare(run: str) -> None: ...
+def fit(run: RunName, as_json: AsJson = False) -> None:
+    """Fit decay constants of energy, temperature and pressure to every repeat of RUN.
+
+    Exponential and Haff's law, 1/(1 + αt)². Shown are the mean over the repeats and its standard
+    error, the bootstrap's, and (largest - smallest)/2, which is the report's way. Saved in
+    RUN/fit.json.
+    """
+    import json
+
+    from snooker_cli.cli.tables import Column, point_label, print_table, with_error
+    from snooker_cli.decay import decays, record
+    from snooker_cli.results import open_run, write_json
+
+    opened = open_run(run)
+    records = [
+        record(decay, dict(point.parameters))
+        for point in opened.points
+        for decay in decays(opened.traces(point))
+    ]
+    write_json(opened.directory / "fit.json", records)
+    if as_json:
+        typer.echo(json.dumps(records))
+        return
+    print_table(
+        [
+            Column("point"),
+            Column("quantity"),
+            Column("model"),
+            Column("mean ± standard error, 1/s", True),
+            Column("bootstrap", True),
+            Column("(max-min)/2", True),
+            Column("R²", True),
+            Column("repeats", True),
+        ],
+        [
+            [
+                point_label(one["parameters"]),
+                one["quantity"].replace("_", " "),
+                one["model"],
+                with_error(one["value"], one["error"]),
+                _digits(one["bootstrap_error"]),
+                _digits(one["max_min_half_range"]),
+                "–" if one["r_squared"] is None else f"{one['r_squared']:.3f}",
+                str(one["repeats"]),
+            ]
+            for one in records
+        ],
+    )
+    _mention_short(records)
+
+
+def compare(run: RunName, as_json: AsJson = False) -> None:
+    """Set what RUN measured beside the ideal gas, the report's formulas and kinetic theory.
+
+    Each row: measured mean and standard error, prediction, difference, and the difference in its
+    standard errors. Saved in RUN/compare.json.
+    """
+    import json
+
+    from snooker_cli.cli.tables import Column, point_label, print_table, with_error
+    from snooker_cli.compare import compare as comparisons
+    from snooker_cli.compare import record
+    from snooker_cli.results import open_run, write_json
+
+    opened = open_run(run)
+    records = [
+        record(row, dict(point.parameters))
+        for point in opened.points
+        for row in comparisons(opened.traces(point))
+    ]
+    write_json(opened.directory / "compare.json", records)
+    if as_json:
+        typer.echo(json.dumps(records))
+        return
+    print_table(
+        [
+            Column("point"),
+            Column("quantity"),
+            Column("model"),
+            Column("measured", True),
+            Column("predicted", True),
+            Column("difference", True),
+            Column("in errors", True),
+        ],
+        [
+            [
+                point_label(one["parameters"]),
+                one["quantity"] + ("" if one["unit"] == "1" else f", {one['unit']}"),
+                one["model"],
+                with_error(one["measured"], one["error"]),
+                _digits(one["predicted"]),
+                f"{one['difference']:+.3g}",
+                "–"
+                if one["difference_in_errors"] is None
+                else f"{one['difference_in_errors']:+.1f}",
+            ]
+            for one in records
+        ],
+    )
+
+
+def _digits(value: float | None) -> str:
+    """A number to four digits, a dash for none."""
+    return "–" if value is None else f"{value:.4g}"
+
+
+def _mention_short(records: list[dict[str, Any]]) -> None:
+    """Say which points had repeats that ended early."""
+    from snooker_cli.cli.tables import point_label
+
+    seen = {point_label(one["parameters"]): one["short"] for one in records if one["short"]}
+    for label, short in seen.items():
+        typer.echo(f"{label}: {short} repeats ended early (wall trap or collapse), fitted up to there")
 def plot(run: str) -> None: ...
 def report(run: str) -> None: ...

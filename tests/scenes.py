@@ -1,0 +1,167 @@
+"""Scenes for the engine's tests, and what is read off their traces again and again."""
+
+import hashlib
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import naive
+import numpy as np
+from numpy.typing import NDArray
+
+from snooker_cli.arrange import arrange
+from snooker_cli.config import Experiment
+from snooker_cli.scene import Scene
+from snooker_cli.trace import CONTAINER, Events, Trace
+
+EPSILON = 2.0**-52
+
+Ball = tuple[float, float, float, float, float, float]
+"""x, y (m), u, v (m/s), radius (m), mass (kg)."""
+
+
+def scene_of(
+    balls: Sequence[Ball],
+    *,
+    container_radius: float = 10.0,
+    container_mass: float = math.inf,
+    container_velocity: tuple[float, float] = (0.0, 0.0),
+    restitution: float = 1.0,
+    wall_restitution: float = 1.0,
+) -> Scene:
+    """Balls given one by one, in a container whose centre is at the origin."""
+    table = np.array(balls, dtype=np.float64)
+    return Scene(
+        positions=table[:, 0:2].copy(),
+        velocities=table[:, 2:4].copy(),
+        radii=table[:, 4].copy(),
+        masses=table[:, 5].copy(),
+        container_radius=container_radius,
+        container_mass=container_mass,
+        container_position=np.zeros(2),
+        container_velocity=np.array(container_velocity),
+        restitution=restitution,
+        wall_restitution=wall_restitution,
+    )
+
+
+def experiment(
+    *,
+    radius: float = 1.0,
+    cor: float = 1.0,
+    wall_cor: float | None = None,
+    container_mass: float = math.inf,
+    ring_extent: float = 0.8,
+    rings: int = 3,
+    seed: int = 1,
+) -> Experiment:
+    """The source report's experiment: 37 balls at 10 m/s in a circle of radius 10 m."""
+    return Experiment.model_validate(
+        {
+            "container": {"radius": 10.0, "mass": container_mass},
+            "balls": {"rings": rings, "radius": radius, "speed": 10.0, "ring_extent": ring_extent},
+            "cor": cor,
+            "wall_cor": wall_cor,
+            "collisions": 500,
+            "seed": seed,
+        }
+    )
+
+
+def report_scene(repeat: int = 0, **changes: float) -> Scene:
+    """A start of ``experiment``."""
+    return arrange(experiment(**changes), repeat)
+
+
+def mixed_scene(container_mass: float = math.inf, restitution: float = 1.0) -> Scene:
+    """The report's balls with radii from 0.4 m to 1 m and masses from 0.2 kg to 5 kg."""
+    scene = report_scene(container_mass=container_mass, cor=restitution)
+    return replace(
+        scene,
+        radii=np.linspace(0.4, 1.0, scene.number)[::-1].copy(),
+        masses=np.geomspace(0.2, 5.0, scene.number),
+    )
+
+
+def bodies(scene: Scene) -> tuple[list[naive.Body], naive.Body]:
+    """The balls and the container for the slow twin."""
+    balls = [
+        naive.Body(*position, *velocity, radius, mass)
+        for position, velocity, radius, mass in zip(
+            scene.positions.tolist(),
+            scene.velocities.tolist(),
+            scene.radii.tolist(),
+            scene.masses.tolist(),
+            strict=True,
+        )
+    ]
+    container = naive.Body(
+        *scene.container_position.tolist(),
+        *scene.container_velocity.tolist(),
+        scene.container_radius,
+        scene.container_mass,
+    )
+    return balls, container
+
+
+def twin_collisions(
+    scene: Scene,
+    count: int,
+    disturb: Callable[[list[naive.Body], float], None] = naive.undisturbed,
+) -> list[naive.Event]:
+    """The slow twin's first collisions, fewer if no more happen."""
+    restitutions = scene.restitution, scene.wall_restitution
+    return list(
+        itertools.islice(naive.collisions(*bodies(scene), *restitutions, disturb), count)
+    )
+
+
+def digest(events: Events) -> str:
+    """A hash of every bit of the events."""
+    columns = (events.time, events.i, events.j, events.impulse)
+    return hashlib.sha256(b"".join(column.tobytes() for column in columns)).hexdigest()
+
+
+def same_events(a: Events, b: Events) -> bool:
+    """Whether all bits are the same."""
+    return len(a) == len(b) and digest(a) == digest(b)
+
+
+def total_energy(scene: Scene) -> float:
+    """Kinetic energy of the balls and the container, J."""
+    return scene.kinetic_energy + scene.container_energy
+
+
+def angular_momentum(scene: Scene) -> float:
+    """About the lab's origin, with a container that moves as a point mass, kg m^2/s."""
+    (x, y), (u, v) = scene.positions.T, scene.velocities.T
+    total = float(np.sum(scene.masses * (x * v - y * u)))
+    if scene.free:
+        (x, y), (u, v) = scene.container_position, scene.container_velocity
+        total += scene.container_mass * float(x * v - y * u)
+    return total
+
+
+def momentum(scene: Scene) -> NDArray[np.float64]:
+    """Of the balls and of a container that moves, kg m/s."""
+    total = scene.masses @ scene.velocities
+    return total + scene.container_mass * scene.container_velocity if scene.free else total
+
+
+def is_wall(events: Events) -> NDArray[np.bool_]:
+    """Which events are with the container."""
+    return events.j == CONTAINER
+
+
+def reduced_masses(trace: Trace) -> NDArray[np.float64]:
+    """Reduced mass of the two bodies in each event, kg."""
+    masses = np.append(trace.start.masses, trace.start.container_mass)
+    return 1.0 / (1.0 / masses[trace.events.i] + 1.0 / masses[trace.events.j])
+
+
+def energy_losses(trace: Trace) -> NDArray[np.float64]:
+    """What each event takes by the ledger, (1 - e)/(1 + e) J^2/(2 mu), J."""
+    start, events = trace.start, trace.events
+    e = np.where(is_wall(events), start.wall_restitution, start.restitution)
+    return (1 - e) / (1 + e) * events.impulse**2 / (2 * reduced_masses(trace))
