@@ -91,10 +91,9 @@ def curve(trace: Trace, quantity: Quantity) -> Curve:
         time, values = cumulative_pressure(found, radius)
         settled = settled[found.time > 0]
         time, values = time[settled], values[settled]
-        return Curve(time, values / values[0] if len(values) else values, None, "haff_root")
+        return Curve(time, _over_first(values), None, "haff_root")
     time, values = window_pressure(found, radius, WINDOWS, trace.stop.time)
-    top = np.max(values, initial=0.0)
-    return Curve(time, values / top if top > 0 else values, None, "haff")
+    return Curve(time, _over_first(values), None, "haff")
 
 
 def fit_curve(decay: Curve, law: Law) -> FitResult:
@@ -153,6 +152,12 @@ def record(decay: Decay, parameters: dict[str, Any]) -> dict[str, Any]:
         "r_squared": _finite(decay.r_squared),
         "rms_residual": _finite(decay.rms_residual),
     }
+
+
+def _over_first(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The values over the first of them that is not zero: there may be no wall hit before."""
+    positive = values[values > 0]
+    return values / positive[0] if len(positive) else values
 
 
 def _mean(values: Sequence[float]) -> float:

@@ -103,10 +103,11 @@ def collisions(
 ) -> Iterator[Event]:
     """The collisions in their order, as long as there are any; the bodies are changed.
 
-    disturb : may displace the bodies after each event, to see what small errors grow to
+    disturb : may displace the bodies before each event, to see what small errors grow to
     """
     now = 0.0
     while True:
+        disturb([*balls, container], now)
         delay, i, j = next_contact(balls, container)
         if delay == NEVER:
             return
@@ -120,5 +121,4 @@ def collisions(
         else:
             x, y = balls[j].x - ball.x, balls[j].y - ball.y
             impulse = collide(ball, balls[j], x, y, restitution)
-        disturb([*balls, container], now)
         yield Event(now, i, j, impulse)

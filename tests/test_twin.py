@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import EPSILON, is_wall, mixed_scene, report_scene, scene_of, twin_collisions
+from scenes import EPSILON, Ball, is_wall, mixed_scene, report_scene, scene_of, twin_collisions
 
 from snooker_cli.engine import simulate
 from snooker_cli.scene import Scene
@@ -25,8 +25,9 @@ from snooker_cli.trace import Events, StopReason
 
 SHIFT = 2e-13
 CLUMSY_TWINS = 2
-ROUNDINGS = 8
-"""An event rounds two coordinates, a velocity and a clock, in the engine and in the twin."""
+ROUNDINGS = 16
+"""An event rounds the quadratic's coefficients and root, a clock, a place and a velocity: eight
+times half of epsilon, in the engine and in the twin, and twice that for unlucky signs."""
 
 GRAZING = 1e-5
 """Angle to the wall, rad, below which the twin cannot follow: its quadratic has the square of a
@@ -43,14 +44,14 @@ class Comparison:
 
 
 def clumsiness(scene: Scene, seed: int) -> Callable[[list[naive.Body], float], None]:
-    """Displaces bodies by a random part of SHIFT: of the radius, and of the way on the clock."""
+    """Displaces bodies by SHIFT of the container's radius and of the way on the clock."""
     dice = random.Random(seed)
 
     def displace(bodies: list[naive.Body], now: float) -> None:
         for body in bodies:
             way = scene.container_radius + math.hypot(body.u, body.v) * now
-            body.x += dice.uniform(-SHIFT, SHIFT) * way
-            body.y += dice.uniform(-SHIFT, SHIFT) * way
+            body.x += dice.choice((-SHIFT, SHIFT)) * way
+            body.y += dice.choice((-SHIFT, SHIFT)) * way
 
     return displace
 
@@ -71,8 +72,10 @@ def compared(scene: Scene, count: int) -> Comparison:
             row[:common] = np.maximum(row[:common], abs(other[:common] - own[:common]))
     here = slice(comparable)
     spread = np.maximum.accumulate(spread[:, here], axis=1)
-    # The events themselves are rounded too.
-    tolerance = ROUNDINGS * EPSILON * (spread / SHIFT + np.vstack([time[here], impulse[here]]))
+    # The clumsy twins' errors are random; those of rounding may all err to one side.
+    one_sided = np.sqrt(np.arange(1, comparable + 1))
+    itself = np.vstack([time[here], impulse[here]])
+    tolerance = ROUNDINGS * EPSILON * one_sided * (spread / SHIFT + itself)
     if trace.stop.reason is StopReason.NOTHING_LEFT:
         assert len(twin) == len(trace.events)
     assert np.array_equal(whom[here], np.column_stack([trace.events.i, trace.events.j])[here])
@@ -119,27 +122,25 @@ def test_different_radii_and_masses_in_a_light_and_a_fixed_container(container_m
 
 @st.composite
 def scenes(draw: st.DrawFn) -> Scene:
-    """1 to 8 balls that do not touch, at random places: ties have no probability."""
+    """1 to 8 balls that do not touch. What is continuous is thrown, so that ties and grazing
+    contacts, where rounding decides who collides, have no probability."""
     dice = random.Random(draw(st.integers(0, 2**32)))
-    number = draw(st.integers(1, 8))
-    sizes, masses = st.floats(0.05, 2.0), st.floats(0.1, 10.0)
-    if draw(st.booleans()):
-        sizes, masses = st.just(draw(sizes)), st.just(draw(masses))
-    # At rest or not: squares of speeds below 1e-154 m/s are 0, and nothing would ever happen.
-    speeds = st.just(0.0) | st.floats(1e-3, 10.0)
-    balls: list[tuple[float, float, float, float, float, float]] = []
+    number, alike, free = draw(st.integers(1, 8)), draw(st.booleans()), draw(st.booleans())
+    radius, mass = dice.uniform(0.05, 1.5), 10 ** dice.uniform(-1, 1)
+    balls: list[Ball] = []
     for _ in range(number):
-        radius, mass, speed = draw(sizes), draw(masses), draw(speeds)
+        if not alike:
+            radius, mass = dice.uniform(0.05, 1.5), 10 ** dice.uniform(-1, 1)
         place = next((place for place in darts(dice) if fits(place, radius, balls)), None)
         if place is not None:  # else the container is full
+            speed = dice.choice([0.0, *[dice.uniform(0.1, 10.0)] * 4])
             turn = dice.uniform(0.0, 2 * math.pi)
             velocity = speed * math.cos(turn), speed * math.sin(turn)
             balls.append((*place, *velocity, radius, mass))
-    free = draw(st.booleans())
     return scene_of(
         balls,
         container_radius=6.0,
-        container_mass=draw(st.floats(1.0, 1e7)) if free else math.inf,
+        container_mass=10 ** dice.uniform(0, 7) if free else math.inf,
         container_velocity=(dice.uniform(-1, 1), dice.uniform(-1, 1)) if free else (0.0, 0.0),
         restitution=draw(st.floats(0.1, 1.0)),
         wall_restitution=draw(st.floats(0.1, 1.0)),
@@ -150,7 +151,7 @@ def darts(dice: random.Random) -> Iterable[tuple[float, float]]:
     return ((dice.uniform(-6.0, 6.0), dice.uniform(-6.0, 6.0)) for _ in range(200))
 
 
-def fits(place: tuple[float, float], radius: float, balls: list) -> bool:
+def fits(place: tuple[float, float], radius: float, balls: list[Ball]) -> bool:
     """Whether a ball has its place to itself, by a thousandth of a metre."""
     if math.hypot(*place) > 6.0 - radius - 1e-3:
         return False

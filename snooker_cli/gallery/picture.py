@@ -1,0 +1,125 @@
+"""A picture as plain data: layers of numbers with their meaning, no drawing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+
+NEUTRAL = -1
+"""The series of what belongs to no series: the ideal gas, a limit, a law for all of them."""
+
+
+class PictureError(Exception):
+    """A picture that a run cannot give; one sentence that says why and what to do."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Layer:
+    """Something on the axes; its arrays become read-only copies."""
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if isinstance(value, np.ndarray):
+                value = np.array(value, dtype=np.float64)
+                value.setflags(write=False)
+                object.__setattr__(self, each.name, value)
+
+
+@dataclass(frozen=True, eq=False)
+class Line(_Layer):
+    """A curve through (x, y).
+
+    label : its entry in the legend, if any
+    series : which series it belongs to, from 0: the same number has the same colour
+    style : "series" for a dash pattern of its own, or one shared by all series
+    """
+
+    x: Array
+    y: Array
+    label: str | None = None
+    series: int = 0
+    style: Literal["series", "solid", "dashed", "dotted"] = "series"
+
+
+@dataclass(frozen=True, eq=False)
+class Band(_Layer):
+    """The area between two curves, ``low`` and ``high``, over x."""
+
+    x: Array
+    low: Array
+    high: Array
+    label: str | None = None
+    series: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Points(_Layer):
+    """Markers at (x, y), with error bars where errors are given."""
+
+    x: Array
+    y: Array
+    x_error: Array | None = None
+    y_error: Array | None = None
+    label: str | None = None
+    series: int = 0
+    filled: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Histogram(_Layer):
+    """An outline of bins: ``edges`` has one element more than ``heights``."""
+
+    edges: Array
+    heights: Array
+    label: str | None = None
+    series: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Reference(_Layer):
+    """A straight line across the axes at one value of x or y."""
+
+    axis: Literal["x", "y"]
+    value: float
+    label: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Note(_Layer):
+    """A line of text on the plot."""
+
+    text: str
+
+
+Layer: TypeAlias = Line | Band | Points | Histogram | Reference | Note
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """What a figure shows.
+
+    kind : its name in the registry
+    title, x_label, y_label : with units
+    layers : from the back to the front
+    caption : one to three sentences, written from ``numbers``
+    numbers : the key numbers, as JSON: numbers, text, lists and dictionaries of them
+    x_limits, y_limits : (low, high), either ``None`` to fit the data
+    """
+
+    kind: str
+    title: str
+    x_label: str
+    y_label: str
+    layers: tuple[Layer, ...]
+    caption: str
+    numbers: dict[str, Any] = field(default_factory=dict)
+    x_log: bool = False
+    y_log: bool = False
+    x_limits: tuple[float | None, float | None] = (None, None)
+    y_limits: tuple[float | None, float | None] = (None, None)

@@ -1,0 +1,259 @@
+"""A run and what to look at -> its points, their repeats, and words for them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from snooker_cli import store
+from snooker_cli.gallery.picture import PictureError
+from snooker_cli.gallery.words import counted, listed
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from snooker_cli.config import Point
+    from snooker_cli.results import Run
+    from snooker_cli.scene import Scene
+    from snooker_cli.trace import Trace
+
+MOST_SERIES = 6
+"""More than this many series cannot be told apart in one picture."""
+
+REMEMBERED_SIZE = 100_000
+"""Repeats whose file is at most this long (bytes) stay in memory for the next picture."""
+
+_WORDS = {
+    "balls.rings": "N = {}",
+    "balls.radius": "r = {} m",
+    "balls.mass": "m = {} kg",
+    "balls.speed": "v₀ = {} m/s",
+    "balls.ring_extent": "ring extent {}",
+    "container.radius": "R = {} m",
+    "container.mass": "M = {} kg",
+    "cor": "CoR {}",
+    "wall_cor": "wall CoR {}",
+    "collisions": "{} collisions",
+    "time": "{} s",
+}
+
+_SCENE = ("balls.rings", "balls.radius", "balls.speed", "container.radius", "cor", "wall_cor")
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which points and repeats to look at.
+
+    where : keys of the config and the value that a point must have there; a tuple is a choice
+    repeat : one repeat, from 0; ``None`` is the first where one is shown, else all of them
+    """
+
+    where: Mapping[str, Any] = field(default_factory=dict)
+    repeat: int | None = None
+
+
+def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
+    """The points of a run that are selected, at least one. Raises ``PictureError``."""
+    repeats = run.experiment.repeats
+    if selection.repeat is not None and not 0 <= selection.repeat < repeats:
+        raise PictureError(
+            f"there is no repeat {selection.repeat}: {run.name} has repeats 0 to {repeats - 1}"
+        )
+    points = run.points
+    for key, wanted in selection.where.items():
+        values = wanted if isinstance(wanted, tuple) else (wanted,)
+        matching = tuple(point for point in points if value_at(point, key) in values)
+        if not matching:
+            present = listed([str(value) for value in distinct(points, key)])
+            asked = " or ".join(str(value) for value in values)
+            raise PictureError(f"no point has {key} = {asked}: there it is {present}")
+        points = matching
+    return points
+
+
+def value_at(point: Point, key: str) -> Any:
+    """A point's value of a key such as ``balls.radius``. Raises ``PictureError``."""
+    parameters = dict(point.parameters)
+    if key in parameters:
+        return parameters[key]
+    value: Any = point.experiment
+    for name in key.split("."):
+        if name not in getattr(type(value), "model_fields", ()):
+            raise PictureError(f"the experiment has no key {key}; name one that its config has")
+        value = getattr(value, name)
+    return value
+
+
+def distinct(points: Sequence[Point], key: str) -> list[Any]:
+    """The values of a key over points, each once, in order."""
+    return list(dict.fromkeys(value_at(point, key) for point in points))
+
+
+def varying(points: Sequence[Point]) -> list[str]:
+    """The swept keys that have more than one value over the points."""
+    return [key for key, _ in points[0].parameters if len(distinct(points, key)) > 1]
+
+
+def repeats(run: Run, point: Point, selection: Selection) -> Iterator[Trace]:
+    """The selected repeats of a point; all of them if none is chosen. Raises ``StoreError``."""
+    numbers = range(run.experiment.repeats) if selection.repeat is None else [selection.repeat]
+    for number in numbers:
+        yield _read(run.path(point.index, number))
+
+
+def one_repeat(run: Run, point: Point, selection: Selection) -> Trace:
+    """The selected repeat of a point, the first if none is chosen. Raises ``StoreError``."""
+    return _read(run.path(point.index, selection.repeat or 0))
+
+
+def series_of_points(run: Run, selection: Selection) -> list[Point]:
+    """The selected points as series of one picture; of too many along one key, an even choice.
+
+    Raises ``PictureError`` for too many points over several keys.
+    """
+    points = list(selected(run, selection))
+    if len(points) <= MOST_SERIES:
+        return points
+    keys = varying(points)
+    if len(keys) > 1:
+        raise PictureError(
+            f"{len(points)} points over {listed(keys)} are too many for one picture; choose at "
+            f"most {MOST_SERIES} with --where"
+        )
+    return [points[k] for k in np.linspace(0, len(points) - 1, MOST_SERIES).round().astype(int)]
+
+
+def single_point(run: Run, selection: Selection) -> Point:
+    """The one selected point. Raises ``PictureError`` if there are several."""
+    points = selected(run, selection)
+    if len(points) > 1:
+        raise PictureError(
+            f"it shows one point and {len(points)} are there; choose one by {listed(varying(points))} "
+            "with --where"
+        )
+    return points[0]
+
+
+def along(points: Sequence[Point], x: str, series: str | None = None) -> list[list[Point]]:
+    """Points in order of the key ``x``, a list for each value of the key ``series``.
+
+    Raises ``PictureError`` if ``x`` has one value only, or if other keys have several.
+    """
+    keys = varying(points)
+    if x not in keys:
+        raise PictureError(f"it needs points at two or more values of {x}; sweep that key")
+    others = [key for key in keys if key not in (x, series)]
+    if others:
+        raise PictureError(f"it needs one value of {listed(others)}; choose it with --where")
+    values = [None] if series is None or series not in keys else distinct(points, series)
+    if len(values) > MOST_SERIES:
+        raise PictureError(
+            f"{len(values)} values of {series} are too many for one picture; choose at most "
+            f"{MOST_SERIES} with --where"
+        )
+    groups = [
+        [point for point in points if value is None or value_at(point, str(series)) == value]
+        for value in values
+    ]
+    return [sorted(group, key=lambda point: float(value_at(point, x))) for group in groups]
+
+
+def elastic(point: Point) -> bool:
+    """Whether no collision of a point loses energy."""
+    return point.experiment.cor == 1.0 and point.experiment.effective_wall_cor == 1.0
+
+
+def elastic_points(run: Run, selection: Selection) -> list[Point]:
+    """The selected points without any loss. Raises ``PictureError`` if there are none."""
+    points = [point for point in selected(run, selection) if elastic(point)]
+    if not points:
+        raise PictureError("it is about the equilibrium of elastic balls; run it at cor 1")
+    return points
+
+
+def inelastic_points(run: Run, selection: Selection) -> list[Point]:
+    """The selected points that lose energy. Raises ``PictureError`` if there are none."""
+    points = [point for point in selected(run, selection) if not elastic(point)]
+    if not points:
+        raise PictureError("nothing decays where all collisions are elastic; run it at cor below 1")
+    return points
+
+
+def equal_balls(scene: Scene) -> bool:
+    """Whether all balls have one radius and one mass, as the theories want."""
+    return bool(np.all(scene.radii == scene.radii[0]) and np.all(scene.masses == scene.masses[0]))
+
+
+def label(point: Point, points: Sequence[Point]) -> str | None:
+    """What tells a point from the others, as a legend has it; ``None`` if it is alone."""
+    return ", ".join(described(point, key) for key in varying(points)) or None
+
+
+def described(point: Point, key: str) -> str:
+    """A key and its value in words: ``CoR 0.8``, ``r = 0.1 m``."""
+    value = value_at(point, key)
+    if key == "balls.rings":
+        value = 1 + 3 * value * (value + 1)
+    if key == "wall_cor" and value is None:
+        return "wall as balls"
+    shown = f"{value:g}" if isinstance(value, float) else str(value)
+    return _WORDS.get(key, f"{key} = {{}}").format(shown)
+
+
+def setting(
+    run: Run, points: Sequence[Point], selection: Selection, *, single: bool = False
+) -> str:
+    """The sentence that ends a caption: the scene's constants, the repeats, how long they are.
+
+    single : whether one repeat is shown
+    """
+    experiment = points[0].experiment
+    balls = getattr(experiment.balls, "list", None)
+    constants = [] if balls is None else [f"N = {len(balls)}"]
+    for key in _SCENE:
+        if key.startswith("balls.") and balls is not None:
+            continue
+        values = distinct(points, key)
+        if len(values) == 1 and values[0] is not None:
+            constants.append(described(points[0], key))
+    ends = [
+        described(points[0], key)
+        for key in ("collisions", "time")
+        if value_at(points[0], key) is not None
+    ]
+    length = " or ".join(ends) if not {"collisions", "time"} & set(varying(points)) else "each"
+    number = run.experiment.repeats
+    if single or selection.repeat is not None:
+        shown = f"repeat {selection.repeat or 0} of {number}"
+    else:
+        shown = counted(number, "repeat")
+    return f"Scene: {', '.join(constants)}; {shown}, {length}."
+
+
+def parameters(point: Point) -> dict[str, Any]:
+    """A point's swept keys and values, as JSON."""
+    return {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in point.parameters
+    }
+
+
+def _read(path: Path) -> Trace:
+    """A repeat from its file, or from memory if the file is small and unchanged."""
+    if not path.exists():
+        return store.read(path).trace  # which says what is wrong
+    status = path.stat()
+    if status.st_size > REMEMBERED_SIZE:
+        return store.read(path).trace
+    return _remembered(path, status.st_mtime_ns)
+
+
+@lru_cache(maxsize=8192)
+def _remembered(path: Path, modified: int) -> Trace:
+    """A repeat from its file as it was at one time."""
+    return store.read(path).trace

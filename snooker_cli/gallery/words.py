@@ -1,0 +1,44 @@
+"""Numbers and lists -> the words of labels and captions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def short(value: float, digits: int = 3) -> str:
+    """A number to so many digits, large and small ones as 1.2 × 10⁻¹⁵."""
+    text = f"{value:.{digits}g}"
+    mantissa, separator, exponent = text.partition("e")
+    if separator:
+        text = f"{mantissa} × 10{str(int(exponent)).translate(_RAISED)}"
+    return text.replace("-", "−")
+
+
+def exact(value: float) -> str:
+    """The shortest decimals that mean this double."""
+    return repr(float(value)).replace("-", "−")
+
+
+def with_error(value: float, error: float, unit: str = "") -> str:
+    """``1.234 ± 0.012 s⁻¹``: the error to two digits, the value to the same place."""
+    unit = f" {unit}" if unit else ""
+    if not math.isfinite(error) or error <= 0:
+        return f"{short(value, 4)}{unit}"
+    places = 1 - math.floor(math.log10(error))
+    if 0 <= places <= 8 and abs(value) < 1e7:
+        text = f"{value:.{places}f} ± {error:.{places}f}"
+        return f"{text.replace('-', '−')}{unit}"
+    return f"({short(value, 4)} ± {short(error, 2)}){unit}"
+
+
+def listed(words: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def counted(number: int, noun: str) -> str:
+    """``1 repeat``, ``5 repeats``."""
+    return f"{number:,} {noun}" + ("" if number == 1 else "s")
