@@ -112,9 +112,7 @@ def twin_collisions(
 ) -> list[naive.Event]:
     """The slow twin's first collisions, fewer if no more happen."""
     restitutions = scene.restitution, scene.wall_restitution
-    return list(
-        itertools.islice(naive.collisions(*bodies(scene), *restitutions, disturb), count)
-    )
+    return list(itertools.islice(naive.collisions(*bodies(scene), *restitutions, disturb), count))
 
 
 def digest(events: Events) -> str:

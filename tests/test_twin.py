@@ -23,15 +23,15 @@ from snooker_cli.engine import simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, StopReason
 
-SHIFT = 2e-13
-CLUMSY_TWINS = 2
+SHIFT = 2e-14
+CLUMSY_TWINS = 3
 ROUNDINGS = 16
 """An event rounds the quadratic's coefficients and root, a clock, a place and a velocity: eight
 times half of epsilon, in the engine and in the twin, and twice that for unlucky signs."""
 
 GRAZING = 1e-5
 """Angle to the wall, rad, below which the twin cannot follow: its quadratic has the square of a
-chord, of which SHIFT, which may be 4e-7 of a radian long, must be a small part."""
+chord, of which SHIFT, which may be 1e-7 of a radian long, must be a small part."""
 
 
 @dataclass(frozen=True)
@@ -44,14 +44,14 @@ class Comparison:
 
 
 def clumsiness(scene: Scene, seed: int) -> Callable[[list[naive.Body], float], None]:
-    """Displaces bodies by SHIFT of the container's radius and of the way on the clock."""
+    """Displaces bodies by some SHIFT of the container's radius and of the way on the clock."""
     dice = random.Random(seed)
 
     def displace(bodies: list[naive.Body], now: float) -> None:
         for body in bodies:
             way = scene.container_radius + math.hypot(body.u, body.v) * now
-            body.x += dice.choice((-SHIFT, SHIFT)) * way
-            body.y += dice.choice((-SHIFT, SHIFT)) * way
+            body.x += dice.gauss(0, SHIFT) * way
+            body.y += dice.gauss(0, SHIFT) * way
 
     return displace
 
@@ -81,9 +81,8 @@ def compared(scene: Scene, count: int) -> Comparison:
     assert np.array_equal(whom[here], np.column_stack([trace.events.i, trace.events.j])[here])
     assert np.all(abs(trace.events.time - time[: len(trace.events)])[here] <= tolerance[0])
     assert np.all(abs(trace.events.impulse - impulse[: len(trace.events)])[here] <= tolerance[1])
-    RAT.append([(abs(trace.events.time - time[: len(trace.events)])[here]/ tolerance[0]).max(initial=0),(abs(trace.events.impulse - impulse[: len(trace.events)])[here]/ tolerance[1]).max(initial=0)])
     return Comparison(comparable, *tolerance.max(axis=1, initial=0.0))
-RAT=[]
+
 
 def columns(events: list[naive.Event]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Who, when and how hard."""
@@ -110,7 +109,6 @@ def test_the_reports_scene_for_300_events(cor, repeat):
 @pytest.mark.parametrize("repeat", range(3))
 def test_the_dilute_scene_for_100_events(cor, repeat):
     result = compared(report_scene(repeat, radius=0.1, cor=cor, container_mass=1e7), 100)
-    print(result)
     assert result.events == 100
     assert result.time < 1e-2  # of 3 to 6 s
 
@@ -125,7 +123,7 @@ def scenes(draw: st.DrawFn) -> Scene:
     """1 to 8 balls that do not touch. What is continuous is thrown, so that ties and grazing
     contacts, where rounding decides who collides, have no probability."""
     dice = random.Random(draw(st.integers(0, 2**32)))
-    number, alike, free = draw(st.integers(1, 8)), draw(st.booleans()), draw(st.booleans())
+    number, alike, free = 8 - draw(st.integers(0, 7)), draw(st.booleans()), draw(st.booleans())
     radius, mass = dice.uniform(0.05, 1.5), 10 ** dice.uniform(-1, 1)
     balls: list[Ball] = []
     for _ in range(number):
@@ -157,8 +155,8 @@ def fits(place: tuple[float, float], radius: float, balls: list[Ball]) -> bool:
         return False
     return all(math.dist(place, ball[:2]) > radius + ball[4] + 1e-3 for ball in balls)
 
-SEEN=[]
+
 @given(scene=scenes())
 @settings(derandomize=True, deadline=None, max_examples=200)
 def test_random_scenes(scene):
-    SEEN.append((compared(scene, 30),scene))
+    compared(scene, 30)

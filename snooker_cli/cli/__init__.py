@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from snooker_cli.cli import analysing, inspecting, running
+from snooker_cli.cli import analysing, benching, inspecting, running
 
 app = typer.Typer(
     name="snooker",
@@ -41,6 +41,7 @@ app.command("report")(analysing.report)
 app.command("export")(inspecting.export)
 app.command("validate")(inspecting.validate)
 app.command("schema")(inspecting.schema)
+app.add_typer(benching.bench, name="bench")
 
 
 def main() -> None:

@@ -124,6 +124,10 @@ def _mention_short(records: list[dict[str, Any]]) -> None:
 
     seen = {point_label(one["parameters"]): one["short"] for one in records if one["short"]}
     for label, short in seen.items():
-        typer.echo(f"{label}: {short} repeats ended early (wall trap or collapse), fitted up to there")
+        typer.echo(
+            f"{label}: {short} repeats ended early (wall trap or collapse), fitted up to there"
+        )
+
+
 def plot(run: str) -> None: ...
 def report(run: str) -> None: ...

@@ -49,9 +49,9 @@ from snooker_cli.engine.predict import (
     is_trapped,
     predict_return,
     predict_row,
+    predict_row_and_walls,
     predict_two_rows,
     predict_wall,
-    predict_walls,
 )
 from snooker_cli.engine.sampling import Grid, sample_until
 
@@ -64,27 +64,30 @@ STALL_LIMIT = 64
 
 
 @compiled
-def set_earliest(i: int, whom: int, time: float, agenda: Floats, links: Integers) -> None:
-    """Enter ball i's earliest contact; ``whom`` is NOBODY if there is none."""
-    agenda[PAIR_TIME, i] = time
-    links[PARTNER, i] = whom
-    links[PARTNER_COUNT, i] = links[COUNT, whom] if whom >= 0 else 0
+def adopt_row(
+    i: int,
+    row: Floats,
+    pair_time: Floats,
+    partner: Integers,
+    partner_count: Integers,
+    count: Integers,
+) -> None:
+    """Make the row's earliest contact ball i's, and i the partner of all who meet it sooner.
 
-
-@compiled
-def adopt_row(i: int, row: int, agenda: Floats, links: Integers) -> None:
-    """Make the row's earliest contact ball i's, and i the partner of all who meet it sooner."""
+    The arrays come one by one, not as rows of the agenda: so the loop runs a third faster.
+    """
     earliest, whom = NEVER, NOBODY
-    count = links[COUNT, i]
-    for k in range(agenda.shape[1]):
-        time = agenda[row, k]
-        if time < agenda[PAIR_TIME, k]:
-            agenda[PAIR_TIME, k] = time
-            links[PARTNER, k] = i
-            links[PARTNER_COUNT, k] = count
+    for k in range(len(row)):
+        time = row[k]
+        if time < pair_time[k]:
+            pair_time[k] = time
+            partner[k] = i
+            partner_count[k] = count[i]
         if time < earliest:
             earliest, whom = time, k
-    set_earliest(i, whom, earliest, agenda, links)
+    pair_time[i] = earliest
+    partner[i] = whom
+    partner_count[i] = count[whom] if whom >= 0 else 0
 
 
 @compiled
@@ -98,7 +101,7 @@ def predict_again(
     links: Integers,
 ) -> None:
     """Find ball i's earliest contact anew, only its partner having changed."""
-    predict_row(i, now, balls, setup, radii, agenda, ROW)
+    predict_row(i, now, balls, setup, radii, agenda[ROW])
     last = links[LAST, i]
     if last >= 0 and links[LAST, last] == i:
         agenda[ROW, last] = NEVER  # they parted in the last event of both
@@ -106,7 +109,9 @@ def predict_again(
     for k in range(agenda.shape[1]):
         if agenda[ROW, k] < earliest:
             earliest, whom = agenda[ROW, k], k
-    set_earliest(i, whom, earliest, agenda, links)
+    agenda[PAIR_TIME, i] = earliest
+    links[PARTNER, i] = whom
+    links[PARTNER_COUNT, i] = links[COUNT, whom] if whom >= 0 else 0
 
 
 @compiled
@@ -141,19 +146,21 @@ def advance(
 ) -> int:
     """Simulate at most ``room`` events; why it stopped. Ties go by time, ball, and wall first."""
     number = balls.shape[1]
+    pair_time, wall_time = agenda[PAIR_TIME], agenda[WALL_TIME]
+    row, other_row = agenda[ROW], agenda[OTHER_ROW]
+    partner, partner_count, count = links[PARTNER], links[PARTNER_COUNT], links[COUNT]
     for filled in range(room):
         if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
             return COLLISIONS
         while True:
             now, i = NEVER, 0
             for k in range(number):
-                pair_time, wall_time = agenda[PAIR_TIME, k], agenda[WALL_TIME, k]
-                time = pair_time if pair_time < wall_time else wall_time
+                time = pair_time[k] if pair_time[k] < wall_time[k] else wall_time[k]
                 if time < now:
                     now, i = time, k
-            at_wall = agenda[WALL_TIME, i] <= agenda[PAIR_TIME, i]
-            j = NOBODY if at_wall else links[PARTNER, i]
-            if now == NEVER or at_wall or links[PARTNER_COUNT, i] == links[COUNT, j]:
+            at_wall = wall_time[i] <= pair_time[i]
+            j = NOBODY if at_wall else partner[i]
+            if now == NEVER or at_wall or partner_count[i] == count[j]:
                 break
             predict_again(i, now, balls, setup, radii, agenda, links)
             counts[PREDICTIONS] += number
@@ -167,15 +174,16 @@ def advance(
         counts[FIRST], counts[SECOND] = i, j
         sums[NOW] = now
         move(i, now, balls)
-        links[COUNT, i] += 1
+        count[i] += 1
         trapped = False
         if at_wall:
             links[LAST, i] = NOBODY
             size = hit_wall(i, now, balls, container, setup, masses)
-            predict_row(i, now, balls, setup, radii, agenda, ROW)
-            adopt_row(i, ROW, agenda, links)
-            if container is not None:
-                predict_walls(now, balls, container, setup, radii, agenda)
+            if container is None:
+                predict_row(i, now, balls, setup, radii, row)
+            else:
+                predict_row_and_walls(i, now, balls, container, setup, radii, row, wall_time)
+            adopt_row(i, row, pair_time, partner, partner_count, count)
             predict_return(i, now, balls, container, agenda)
             counts[PREDICTIONS] += number
             counts[WALL_EVENTS] += 1
@@ -188,14 +196,14 @@ def advance(
                 trapped = is_trapped(i, now, balls, container, setup, radii, agenda)
         else:
             move(j, now, balls)
-            links[COUNT, j] += 1
+            count[j] += 1
             links[LAST, i], links[LAST, j] = j, i
             size = hit_pair(i, j, balls, setup, masses)
-            predict_two_rows(i, j, now, balls, setup, radii, agenda, (ROW, OTHER_ROW))
-            agenda[ROW, j] = NEVER  # they part
-            agenda[OTHER_ROW, i] = NEVER
-            adopt_row(i, ROW, agenda, links)
-            adopt_row(j, OTHER_ROW, agenda, links)
+            predict_two_rows(i, j, now, balls, setup, radii, row, other_row)
+            row[j] = NEVER  # they part
+            other_row[i] = NEVER
+            adopt_row(i, row, pair_time, partner, partner_count, count)
+            adopt_row(j, other_row, pair_time, partner, partner_count, count)
             predict_wall(i, now, balls, container, setup, radii, agenda)
             predict_wall(j, now, balls, container, setup, radii, agenda)
             counts[PREDICTIONS] += 2 * number

@@ -37,16 +37,16 @@ def wall_reach(setup: Setup, radii: Floats | None, i: int) -> float:
 
 @compiled
 def predict_row(
-    i: int, now: float, balls: Floats, setup: Setup, radii: Floats | None, agenda: Floats, row: int
+    i: int, now: float, balls: Floats, setup: Setup, radii: Floats | None, row: Floats
 ) -> None:
-    """Write into a row of the agenda when ball i will touch each other ball."""
+    """Write into ``row`` when ball i will touch each other ball."""
     age = now - balls[CLOCK, i]
     u, v = balls[U, i], balls[V, i]
     x, y = balls[X, i] + u * age, balls[Y, i] + v * age
     for k in range(balls.shape[1]):
         d = contact_distance(setup, radii, i, k)
         age = now - balls[CLOCK, k]
-        agenda[row, k] = now + pair_delay(
+        row[k] = now + pair_delay(
             balls[X, k] + balls[U, k] * age - x,
             balls[Y, k] + balls[V, k] * age - y,
             balls[U, k] - u,
@@ -63,11 +63,10 @@ def predict_two_rows(
     balls: Floats,
     setup: Setup,
     radii: Floats | None,
-    agenda: Floats,
-    rows: tuple[int, int],
+    row: Floats,
+    other_row: Floats,
 ) -> None:
     """``predict_row`` for two balls whose clocks are at ``now``, in one pass over the others."""
-    row, other_row = rows
     xi, yi, ui, vi = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     xj, yj, uj, vj = balls[X, j], balls[Y, j], balls[U, j], balls[V, j]
     for k in range(balls.shape[1]):
@@ -76,8 +75,8 @@ def predict_two_rows(
         x, y = balls[X, k] + u * age, balls[Y, k] + v * age
         di = contact_distance(setup, radii, i, k)
         dj = contact_distance(setup, radii, j, k)
-        agenda[row, k] = now + pair_delay(x - xi, y - yi, u - ui, v - vi, di * di)
-        agenda[other_row, k] = now + pair_delay(x - xj, y - yj, u - uj, v - vj, dj * dj)
+        row[k] = now + pair_delay(x - xi, y - yi, u - ui, v - vi, di * di)
+        other_row[k] = now + pair_delay(x - xj, y - yj, u - uj, v - vj, dj * dj)
 
 
 @compiled
@@ -105,21 +104,29 @@ def predict_wall(
 
 
 @compiled
-def predict_walls(
-    now: float, balls: Floats, container: Floats, setup: Setup, radii: Floats | None, agenda: Floats
+def predict_row_and_walls(
+    i: int,
+    now: float,
+    balls: Floats,
+    container: Floats,
+    setup: Setup,
+    radii: Floats | None,
+    row: Floats,
+    wall_time: Floats,
 ) -> None:
-    """``predict_wall`` for all balls, after the container, at ``now``, has changed its velocity."""
-    x, y, u, v = container[X], container[Y], container[U], container[V]
+    """``predict_row`` for ball i, and for all balls when they will hit the wall, in one pass.
+
+    For a container that has just been hit by ball i and has changed its velocity.
+    """
+    xi, yi, ui, vi = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    xc, yc, uc, vc = container[X], container[Y], container[U], container[V]
     for k in range(balls.shape[1]):
-        reach = wall_reach(setup, radii, k)
         age = now - balls[CLOCK, k]
-        agenda[WALL_TIME, k] = now + wall_delay(
-            balls[X, k] + balls[U, k] * age - x,
-            balls[Y, k] + balls[V, k] * age - y,
-            balls[U, k] - u,
-            balls[V, k] - v,
-            reach * reach,
-        )
+        u, v = balls[U, k], balls[V, k]
+        x, y = balls[X, k] + u * age, balls[Y, k] + v * age
+        d, reach = contact_distance(setup, radii, i, k), wall_reach(setup, radii, k)
+        row[k] = now + pair_delay(x - xi, y - yi, u - ui, v - vi, d * d)
+        wall_time[k] = now + wall_delay(x - xc, y - yc, u - uc, v - vc, reach * reach)
 
 
 @compiled

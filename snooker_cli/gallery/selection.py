@@ -12,7 +12,7 @@ import numpy as np
 
 from snooker_cli import store
 from snooker_cli.gallery.picture import PictureError
-from snooker_cli.gallery.words import counted, listed
+from snooker_cli.gallery.words import listed
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -112,29 +112,33 @@ def one_repeat(run: Run, point: Point, selection: Selection) -> Trace:
 
 
 def series_of_points(run: Run, selection: Selection) -> list[Point]:
-    """The selected points as series of one picture; of too many along one key, an even choice.
+    """The selected points as series of one picture, see ``evenly``."""
+    return evenly(selected(run, selection))
+
+
+def evenly(points: Sequence[Point], most: int = MOST_SERIES) -> list[Point]:
+    """Points as series of one picture; of too many along one key, an even choice.
 
     Raises ``PictureError`` for too many points over several keys.
     """
-    points = list(selected(run, selection))
-    if len(points) <= MOST_SERIES:
-        return points
+    if len(points) <= most:
+        return list(points)
     keys = varying(points)
     if len(keys) > 1:
         raise PictureError(
             f"{len(points)} points over {listed(keys)} are too many for one picture; choose at "
-            f"most {MOST_SERIES} with --where"
+            f"most {most} with --where"
         )
-    return [points[k] for k in np.linspace(0, len(points) - 1, MOST_SERIES).round().astype(int)]
+    return [points[k] for k in np.linspace(0, len(points) - 1, most).round().astype(int)]
 
 
 def single_point(run: Run, selection: Selection) -> Point:
     """The one selected point. Raises ``PictureError`` if there are several."""
     points = selected(run, selection)
     if len(points) > 1:
+        keys = listed(varying(points))
         raise PictureError(
-            f"it shows one point and {len(points)} are there; choose one by {listed(varying(points))} "
-            "with --where"
+            f"it shows one point and {len(points)} are there; choose one by {keys} with --where"
         )
     return points[0]
 
@@ -224,15 +228,17 @@ def setting(
     ends = [
         described(points[0], key)
         for key in ("collisions", "time")
-        if value_at(points[0], key) is not None
+        if key not in varying(points) and value_at(points[0], key) is not None
     ]
-    length = " or ".join(ends) if not {"collisions", "time"} & set(varying(points)) else "each"
     number = run.experiment.repeats
-    if single or selection.repeat is not None:
-        shown = f"repeat {selection.repeat or 0} of {number}"
+    length = f", {' or '.join(ends)}" if ends else ""
+    if number == 1:
+        shown = f"one repeat{length}"
+    elif single or selection.repeat is not None:
+        shown = f"repeat {selection.repeat or 0} of {number}{length}"
     else:
-        shown = counted(number, "repeat")
-    return f"Scene: {', '.join(constants)}; {shown}, {length}."
+        shown = f"{number} repeats{length}{' each' if ends else ''}"
+    return f"Scene: {', '.join(constants)}; {shown}."
 
 
 def parameters(point: Point) -> dict[str, Any]:

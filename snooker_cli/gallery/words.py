@@ -19,7 +19,7 @@ def short(value: float, digits: int = 3) -> str:
 
 def exact(value: float) -> str:
     """The shortest decimals that mean this double."""
-    return repr(float(value)).replace("-", "−")
+    return repr(float(value)).removesuffix(".0").replace("-", "−")
 
 
 def with_error(value: float, error: float, unit: str = "") -> str:

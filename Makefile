@@ -1,0 +1,48 @@
+# The report from its configs, the tests, and the environment they need. `make help` lists it all.
+
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+
+RUNS := decay temperature area number radius dilute speeds restitution elastic-wall audit
+DONE := $(RUNS:%=runs/%/.done)
+WRITING := $(wildcard snooker_cli/*.py snooker_cli/*/*.py snooker_cli/report/templates/*)
+
+.DELETE_ON_ERROR:
+.PHONY: help setup report test check bench clean
+
+help:  ## List the targets.
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
+
+setup: $(READY)  ## Make .venv with everything in it.
+
+report: runs/report/report.pdf  ## Simulate what has changed in configs/ and write runs/report/.
+
+test: $(READY)  ## Run the tests.
+	$(BIN)/pytest -n 2
+
+check: $(READY)  ## Lint, types and tests.
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/pytest -n 2
+
+bench: $(READY)  ## Measure the engine's speed; nothing else should be running.
+	$(BIN)/snooker bench speed
+
+clean:  ## Remove all runs.
+	find runs -mindepth 1 ! -name .gitkeep -delete
+
+$(READY): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit("snooker needs Python 3.11 or newer: make PYTHON=python3.12" if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+# A changed config, or an engine that gives other bits, makes its run anew and no other.
+runs/%/.done: configs/%.yaml snooker_cli/engine/__init__.py | $(READY)
+	$(BIN)/snooker run $< --out $(@D) --fresh
+	@touch $@
+
+runs/report/report.pdf: $(DONE) $(WRITING) | $(READY)
+	$(BIN)/snooker report --runs runs --out runs/report

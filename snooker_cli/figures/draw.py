@@ -1,0 +1,153 @@
+"""A picture -> a matplotlib figure; pure: pyplot and its global state are not touched."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from snooker_cli.figures.style import (
+    HEIGHT,
+    LINE_HEIGHT,
+    WIDTH,
+    colour,
+    dashes,
+    marker,
+    styled,
+)
+from snooker_cli.gallery import NEUTRAL, Band, Histogram, Line, Note, Points, Reference
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from snooker_cli.gallery import Layer, Picture
+
+# How many characters fit: of the bold title, of a note, of the y label beside the axes.
+TITLE_WIDTH, NOTE_WIDTH, LABEL_WIDTH = 42, 54, 31
+
+LEGEND_WIDTH = 61
+"""Characters that fit the legend's width."""
+
+SAMPLE_WIDTH = 9
+"""Width of a column of the legend without its text, in characters."""
+
+MANY_VERTICES = 400
+"""Lines of more vertices are mostly noise, and drawn thinner."""
+
+
+def draw(picture: Picture) -> Figure:
+    """The figure of a picture, with a legend below the axes, where it covers no data."""
+    title = textwrap.wrap(picture.title, TITLE_WIDTH)
+    notes = [
+        line
+        for layer in picture.layers
+        if isinstance(layer, Note)
+        for line in textwrap.wrap(layer.text, NOTE_WIDTH)
+    ]
+    with styled():
+        figure = Figure(layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.add_subplot()
+        entries = [
+            (getattr(layer, "series", NEUTRAL) == NEUTRAL, artist, layer.label)
+            for depth, layer in enumerate(picture.layers)
+            if (artist := _added(axes, layer, 2 + depth / 10)) and layer.label
+        ]
+        entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
+        _scale(axes, picture)
+        axes.set_xlabel(picture.x_label)
+        axes.set_ylabel(textwrap.fill(picture.y_label, LABEL_WIDTH))
+        axes.set_title("\n".join(title), loc="left", pad=4 + 10 * len(notes))
+        axes.annotate(
+            "\n".join(notes),
+            (0, 1),
+            (0, 3),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            va="bottom",
+            fontsize=7,
+        )
+        columns = _columns([label for _, _, label in entries])
+        figure.legend(
+            [artist for _, artist, _ in entries],
+            [label for _, _, label in entries],
+            loc="outside lower center",
+            ncols=columns,
+        )
+        lines = len(title) - 1 + len(notes) - (-len(entries) // columns)
+        figure.set_size_inches(WIDTH, HEIGHT + LINE_HEIGHT * lines)
+    return figure
+
+
+def _added(axes: Axes, layer: Layer, order: float) -> Any:
+    """Draw a layer at a depth; its artist for the legend, ``None`` for a note."""
+    match layer:
+        case Line():
+            return axes.plot(
+                layer.x,
+                layer.y,
+                color=colour(layer.series),
+                linestyle=dashes(layer.style, layer.series),
+                linewidth=0.8 if len(layer.x) > MANY_VERTICES else 1.2,
+                zorder=order,
+            )[0]
+        case Band():
+            return axes.fill_between(
+                layer.x,
+                layer.low,
+                layer.high,
+                color=colour(layer.series),
+                alpha=0.22,
+                linewidth=0,
+                zorder=order,
+            )
+        case Points():
+            return axes.errorbar(
+                layer.x,
+                layer.y,
+                yerr=layer.y_error,
+                xerr=layer.x_error,
+                color=colour(layer.series),
+                linestyle="none",
+                elinewidth=0.8,
+                marker=marker(layer.series),
+                markerfacecolor=colour(layer.series) if layer.filled else "none",
+                markeredgewidth=0.7,
+                zorder=order,
+            )
+        case Histogram():
+            return axes.stairs(
+                layer.heights,
+                layer.edges,
+                color=colour(layer.series),
+                linestyle=dashes("series", layer.series),
+                linewidth=1.2,
+                zorder=order,
+            )
+        case Reference():
+            across = axes.axvline if layer.axis == "x" else axes.axhline
+            return across(layer.value, color=colour(NEUTRAL), linewidth=0.8, zorder=order)
+        case Note():
+            return None  # above the axes, see `draw`
+
+
+def _scale(axes: Axes, picture: Picture) -> None:
+    """Set the axes' scales and limits."""
+    if picture.x_log:
+        axes.set_xscale("log")
+    if picture.y_log:
+        axes.set_yscale("log")
+    axes.set_xlim(*picture.x_limits)
+    axes.set_ylim(*picture.y_limits)
+
+
+def _columns(labels: list[str]) -> int:
+    """The most columns, up to three, in which a legend fits the figure's width."""
+    for columns in (3, 2):
+        split = np.array_split(np.array([len(text) for text in labels]), columns)
+        if sum(SAMPLE_WIDTH + int(max(part, default=0)) for part in split) <= LEGEND_WIDTH:
+            return columns
+    return 1

@@ -1,0 +1,143 @@
+"""What collisions keep: energy where they are elastic, and total momentum always."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from snooker_cli.gallery.picture import Array, Layer, Line, Picture, PictureError, Reference
+from snooker_cli.gallery.selection import (
+    Selection,
+    elastic,
+    label,
+    one_repeat,
+    parameters,
+    series_of_points,
+    setting,
+)
+from snooker_cli.gallery.words import short
+from snooker_cli.observables import at_collisions, energy_ratio, momentum, series
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from snooker_cli.config import Point
+    from snooker_cli.results import Run
+
+MOST_VERTICES = 1000
+ROUNDINGS = 1e-15
+"""The unit of the momentum's deviation: about four roundings of a number near one."""
+
+
+def energy(run: Run, selection: Selection) -> Picture:
+    """Kinetic energy of balls and container over that at the start, one repeat a point."""
+    points = series_of_points(run, selection)
+    layers: list[Layer] = []
+    records: list[dict[str, Any]] = []
+    for index, point in enumerate(points):
+        trace = one_repeat(run, point, selection)
+        found = series(trace)
+        if trace.start.kinetic_energy == 0:
+            raise PictureError("nothing moves at the start, so that energy has no ratio to it")
+        ratio = energy_ratio(found)
+        kept = thinned(len(ratio))
+        layers.append(Line(found.time[kept], ratio[kept], label(point, points), index))
+        records.append(
+            {
+                "parameters": parameters(point),
+                "elastic": elastic(point),
+                "final_ratio": float(ratio[-1]),
+                "largest_rise": max(0.0, float(np.max(np.diff(ratio), initial=0.0))),
+                "largest_deviation": float(np.max(np.abs(ratio - 1))),
+            }
+        )
+    said = []
+    elastics = [each for each in records if each["elastic"]]
+    if elastics:
+        worst = max(each["largest_deviation"] for each in elastics)
+        said.append(f"elastic collisions keep the energy to {short(worst, 2)} of it")
+    if len(elastics) < len(records):
+        rise = max(each["largest_rise"] for each in records if not each["elastic"])
+        said.append(
+            "inelastic ones never raise it"
+            if rise == 0
+            else f"the largest rise by an inelastic one is {short(rise, 2)} of the start"
+        )
+    sentence = "; ".join(said)
+    return Picture(
+        kind="energy",
+        title="Kinetic energy of balls and container",
+        x_label="time (s)",
+        y_label="kinetic energy, E(t)/E(0)",
+        layers=tuple(layers),
+        caption=f"{sentence[0].upper()}{sentence[1:]}. "
+        + setting(run, points, selection, single=True),
+        numbers={"points": records},
+        x_limits=(0.0, None),
+        y_limits=(0.0, 1.05),
+    )
+
+
+def momentum_x(run: Run, selection: Selection) -> Picture:
+    """The total momentum's x component: how far its ratio to the start is from 1."""
+    return _momentum(run, selection, 0, "x")
+
+
+def momentum_y(run: Run, selection: Selection) -> Picture:
+    """The total momentum's y component: how far its ratio to the start is from 1."""
+    return _momentum(run, selection, 1, "y")
+
+
+def _momentum(run: Run, selection: Selection, component: int, name: str) -> Picture:
+    if run.experiment.record == "summary":
+        raise PictureError("it needs velocities; run the config with `record: events`")
+    points = series_of_points(run, selection)
+    layers: list[Layer] = [Reference("y", 0.0)]
+    records: list[dict[str, Any]] = []
+    for index, point in enumerate(points):
+        time, total = _total(run, point, selection, component, name)
+        deviation = total / total[0] - 1
+        kept = thinned(len(time))
+        scaled = deviation[kept] / ROUNDINGS
+        layers.append(Line(time[kept], scaled, label(point, points), index))
+        records.append(
+            {
+                "parameters": parameters(point),
+                "momentum_at_start": float(total[0]),
+                "largest_deviation": float(np.max(np.abs(deviation))),
+            }
+        )
+    worst = max(each["largest_deviation"] for each in records)
+    return Picture(
+        kind=f"momentum-{name}",
+        title=f"Total momentum in {name}, balls and container",
+        x_label="time (s)",
+        y_label=f"(p{name}/p{name}(0) − 1) · 10¹⁵",
+        layers=tuple(layers),
+        caption=f"The ratio p{name}(t)/p{name}(0), summed from the states of balls and container, "
+        f"stays 1 to within {short(worst, 2)}, "
+        f"{short(worst / float(np.finfo(np.float64).eps), 2)} roundings of a number near 1. "
+        + setting(run, points, selection, single=True),
+        numbers={"largest_deviation": worst, "points": records},
+        x_limits=(0.0, None),
+    )
+
+
+def _total(
+    run: Run, point: Point, selection: Selection, component: int, name: str
+) -> tuple[Array, Array]:
+    """Times and one component of the total momentum, s and kg m/s. Raises ``PictureError``."""
+    trace = one_repeat(run, point, selection)
+    if not trace.start.free:
+        raise PictureError("a fixed container takes momentum; give it a finite container.mass")
+    states = at_collisions(trace)
+    total = momentum(states, trace.start)[:, component]
+    if total[0] == 0:
+        raise PictureError(f"the momentum in {name} is zero at the start, so it has no ratio to it")
+    return states.time, total
+
+
+def thinned(length: int, most: int = MOST_VERTICES) -> NDArray[np.intp]:
+    """Indices of at most so many elements out of ``length``, evenly, with the first and last."""
+    return np.unique(np.linspace(0, length - 1, min(length, most)).astype(np.intp))

@@ -1,0 +1,98 @@
+"""How far inelastic runs are from the ideal gas law, repeat by repeat."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from snooker_cli import theory
+from snooker_cli.gallery.picture import NEUTRAL, Layer, Picture, PictureError, Points, Reference
+from snooker_cli.gallery.selection import (
+    Selection,
+    label,
+    parameters,
+    repeats,
+    series_of_points,
+    setting,
+)
+from snooker_cli.gallery.statistics import mean_and_error, mean_pressure, mean_temperature
+from snooker_cli.observables import series, temperature
+
+if TYPE_CHECKING:
+    from snooker_cli.results import Run
+    from snooker_cli.trace import Trace
+
+
+def ideal_ratio(run: Run, selection: Selection) -> Picture:
+    """Simulated over ideal pressure against temperature, two points a repeat.
+
+    The mean pressure over the repeat is set beside the ideal gas at the mean temperature and,
+    which is what the report plots, at the temperature in the end.
+    """
+    points = series_of_points(run, selection)
+    layers: list[Layer] = [Reference("y", 1.0, "ideal gas")]
+    records, said, short = [], [], 0
+    for index, point in enumerate(points):
+        rows = []
+        for trace in repeats(run, point, selection):
+            rows.append(_ratios(trace))
+            short += not trace.stop.reason.complete
+        table = np.array(rows)
+        name = label(point, points)
+        layers += [
+            Points(table[:, 2], table[:, 3], None, None, None, index, filled=False),
+            Points(table[:, 0], table[:, 1], None, None, name, index),
+        ]
+        mean, end = mean_and_error(table[:, 1]), mean_and_error(table[:, 3])
+        records.append(
+            {
+                "parameters": parameters(point),
+                "over_ideal_at_mean": mean[0],
+                "over_ideal_at_mean_error": mean[1],
+                "over_ideal_at_end": end[0],
+                "over_ideal_at_end_error": end[1],
+                "mean_temperature": float(table[:, 0].mean()),
+                "final_temperature": float(table[:, 2].mean()),
+                "repeats": len(table),
+            }
+        )
+        said.append((f"{name}: " if name else "") + f"{mean[0]:.3f} and {end[0]:.3f}")
+    ended = f" ({short} repeats ended early, in a wall trap or collapse)" if short else ""
+    return Picture(
+        kind="ideal-ratio",
+        title="Simulated over ideal pressure",
+        x_label="temperature (J)",
+        y_label="P V / (N T)",
+        layers=(
+            *layers,
+            _key("at the mean temperature", filled=True),
+            _key("at the final temperature", filled=False),
+        ),
+        caption="A point is a repeat: its mean pressure over the ideal gas's at its mean "
+        "temperature (filled) and at its temperature in the end (open), which is what makes the "
+        f"ratio large where energy is lost; means: {'; '.join(said)}{ended}. "
+        + setting(run, points, selection),
+        numbers={"points": records, "ended_early": short},
+        x_limits=(0.0, None),
+        y_log=max(float(np.max(layer.y)) for layer in layers if isinstance(layer, Points)) > 20,
+    )
+
+
+def _key(text: str, *, filled: bool) -> Points:
+    """A legend's entry for markers that all series share."""
+    return Points(np.empty(0), np.empty(0), None, None, text, NEUTRAL, filled)
+
+
+def _ratios(trace: Trace) -> tuple[float, float, float, float]:
+    """Mean temperature, ratio there, final temperature, ratio there. Raises ``PictureError``."""
+    scene = trace.start
+    pressure, mean = mean_pressure(trace), mean_temperature(trace)
+    end = float(temperature(series(trace), scene.number)[-1])
+    if not (pressure > 0 and end > 0):
+        raise PictureError("a repeat has no pressure or no energy left, so that it has no ratio")
+    per_temperature = theory.ideal_gas_pressure(
+        scene.number, 1.0, math.pi * scene.container_radius**2
+    )
+    return mean, pressure / (per_temperature * mean), end, pressure / (per_temperature * end)

@@ -1,0 +1,177 @@
+"""The registry: every kind of picture by name, what it needs, and who makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from snooker_cli.gallery import (
+    conservation,
+    cooling,
+    dilute,
+    fits,
+    gas,
+    positions,
+    pressure,
+    speeds,
+)
+
+if TYPE_CHECKING:
+    from snooker_cli.gallery.picture import Picture
+    from snooker_cli.gallery.selection import Selection
+    from snooker_cli.results import Run
+
+_STATES = "Any run with `record: events`."
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of picture.
+
+    needs : what a run must have, as a sentence
+    make : a run and a selection of its points -> the picture; raises ``PictureError`` if the run
+        cannot give it, ``StoreError`` if a repeat cannot be read
+    report_figures : the source report's figures of this kind
+    each_point : whether a picture shows one point, so that several points make several pictures
+    """
+
+    name: str
+    title: str
+    needs: str
+    make: Callable[[Run, Selection], Picture]
+    report_figures: tuple[int, ...] = ()
+    each_point: bool = False
+
+
+_ALL = (
+    Kind(
+        "central-distances",
+        "distances of the balls from the container's centre",
+        _STATES,
+        positions.central_distances_picture,
+        (1,),
+    ),
+    Kind(
+        "pair-distances",
+        "distances between the balls",
+        _STATES,
+        positions.pair_distances_picture,
+        (2,),
+    ),
+    Kind(
+        "energy",
+        "kinetic energy of balls and container over time",
+        "Any run.",
+        conservation.energy,
+        (3,),
+    ),
+    Kind(
+        "momentum-x",
+        "total momentum in x over that at the start",
+        "A run with `record: events` and a finite container.mass.",
+        conservation.momentum_x,
+        (4,),
+    ),
+    Kind(
+        "momentum-y",
+        "total momentum in y over that at the start",
+        "A run with `record: events` and a finite container.mass.",
+        conservation.momentum_y,
+        (5,),
+    ),
+    Kind(
+        "energy-fit",
+        "decay of the energy with its fits",
+        "A point with cor or wall_cor below 1.",
+        fits.energy_fit,
+        (6, 7),
+        each_point=True,
+    ),
+    Kind(
+        "temperature-fit",
+        "decay of the temperature with its fits",
+        "A point with cor or wall_cor below 1.",
+        fits.temperature_fit,
+        (8, 9),
+        each_point=True,
+    ),
+    Kind(
+        "pressure",
+        "mean pressure since the start over time",
+        "Any run with collisions.",
+        pressure.pressure,
+        (10,),
+    ),
+    Kind(
+        "pressure-fit",
+        "decay of the mean pressure with its fits",
+        "A point with cor or wall_cor below 1 and more than 50 collisions.",
+        fits.pressure_fit,
+        (11, 12),
+        each_point=True,
+    ),
+    Kind(
+        "pressure-temperature",
+        "pressure against temperature",
+        "Points at cor 1 with a sweep over balls.speed, and over balls.radius if wanted.",
+        gas.pressure_temperature,
+        (13,),
+    ),
+    Kind(
+        "pressure-area",
+        "pressure against the container's area",
+        "Points at cor 1 with a sweep over container.radius, and over balls.radius if wanted.",
+        gas.pressure_area,
+        (14,),
+    ),
+    Kind(
+        "pressure-number",
+        "pressure against the number of balls",
+        "Points at cor 1 with a sweep over balls.rings, and over balls.radius if wanted.",
+        gas.pressure_number,
+        (15,),
+    ),
+    Kind(
+        "temperature-ratio",
+        "temperature by equipartition over that of the ideal gas law",
+        "Points at cor 1 with a sweep over balls.radius.",
+        gas.temperature_ratio,
+        (16,),
+    ),
+    Kind(
+        "ideal-ratio",
+        "simulated over ideal pressure, a point for each repeat",
+        "Any run with collisions at the wall; small balls show the effect of the cor alone.",
+        dilute.ideal_ratio,
+        (17,),
+    ),
+    Kind(
+        "speeds",
+        "distribution of speeds beside Maxwell-Boltzmann",
+        "A run with five or more collisions a ball.",
+        speeds.speeds,
+        (18,),
+    ),
+    Kind(
+        "decay-against-cor",
+        "decay constants of the energy against the cor",
+        "A sweep over cor.",
+        cooling.decay_against_cor,
+    ),
+    Kind(
+        "haff-time",
+        "how the decay rate falls with time",
+        "Points with cor or wall_cor below 1.",
+        cooling.haff_time,
+    ),
+    Kind(
+        "event-decay",
+        "energy against collisions",
+        "Points with cor or wall_cor below 1.",
+        cooling.event_decay,
+    ),
+)
+
+KINDS: dict[str, Kind] = {kind.name: kind for kind in _ALL}
+"""Every kind of picture by its name: the report's in the order of its figures, then ours."""

@@ -1,0 +1,249 @@
+"""Scenes whose course is known in closed form."""
+
+import math
+
+import numpy as np
+import pytest
+from scenes import (
+    EPSILON,
+    angular_momentum,
+    energy_losses,
+    is_wall,
+    momentum,
+    scene_of,
+    total_energy,
+)
+
+from snooker_cli.arrange import unit_polygon
+from snooker_cli.engine import replay, simulate
+from snooker_cli.scene import Scene
+from snooker_cli.trace import CONTAINER, StopReason
+
+A = 9.0  # accessible radius of a ball of 1 m in the container of 10 m
+SPEED = 10.0
+
+
+def launched_along_the_wall(angle: float) -> Scene:
+    """One ball at the wall, moving inwards at an angle to the tangent."""
+    velocity = -SPEED * math.sin(angle), SPEED * math.cos(angle)
+    return scene_of([(A, 0.0, *velocity, 1.0, 1.0)])
+
+
+# --- one elastic ball -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("corners", "turns"), [(5, 2), (3, 1), (7, 3), (4, 1)])
+def test_star_polygon(corners, turns):
+    """{p/q}: chords of 2a sin(pi q/p) that touch the circle of radius a cos(pi q/p)."""
+    angle = math.pi * turns / corners
+    trace = simulate(launched_along_the_wall(angle), collisions=100 * corners)
+    time = trace.events.time
+    interval = 2 * A * math.sin(angle) / SPEED
+    # A chord knows its angle to the rounding of places and velocities, a few epsilon a bounce.
+    off = EPSILON * np.arange(4, len(time) + 4)
+    assert np.all(abs(np.diff(time, prepend=0.0) - interval) < interval * off + np.spacing(time))
+    if (corners, turns) == (5, 2):
+        assert time[4] == pytest.approx(8.559508647, abs=5e-10)
+
+    places = replay(trace, time).positions[:, 0]
+    closed = np.hypot(*(places[corners - 1 :: corners] - [A, 0.0]).T)
+    # Each bounce may turn the ball by a few epsilon, and the turns add up on the way around.
+    assert np.all(closed < A * 4 * EPSILON * np.arange(corners, len(time) + 1, corners) ** 2)
+
+    caustic = replay(trace, time - interval / 2).positions[:, 0]
+    assert np.allclose(np.hypot(*caustic.T), A * math.cos(angle), rtol=0, atol=1e-10)
+
+
+def test_whispering_gallery():
+    """At an angle of 1e-6 a chord takes 2a sin(angle)/v = 1.8e-6 s, and none is missed."""
+    angle, bounces = 1e-6, 100_000
+    trace = simulate(launched_along_the_wall(angle), collisions=bounces)
+    interval = 2 * A * math.sin(angle) / SPEED
+    # A bounce rounds the direction by some epsilon; in the angle, they add up as a walk.
+    walk = 6 * math.sqrt(bounces) * 2 * EPSILON / angle
+    assert trace.stop.time == pytest.approx(bounces * interval, rel=walk)
+    assert np.allclose(np.diff(trace.events.time), interval, rtol=walk)
+    assert np.allclose(trace.events.impulse, 2 * SPEED * math.sin(angle), rtol=walk)
+    assert math.hypot(*trace.finish.positions[0]) == pytest.approx(A, rel=100 * EPSILON)
+
+
+# --- balls in a line ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("cor", [0.0, 0.3, 0.9, 1.0])
+def test_head_on_pair(cor):
+    """The ball that runs into one at rest keeps v(1 - e)/2 and gives v(1 + e)/2."""
+    scene = scene_of([(-3.0, 0, 3.0, 0, 1, 1), (1.5, 0, 0, 0, 1, 1)], restitution=cor)
+    trace = simulate(scene, collisions=1)
+    assert (trace.events.i[0], trace.events.j[0]) == (0, 1)
+    assert trace.events.time[0] == pytest.approx(2.5 / 3, rel=4 * EPSILON)
+    expected = [3 * (1 - cor) / 2, 3 * (1 + cor) / 2]
+    assert trace.finish.velocities[:, 0] == pytest.approx(expected, rel=4 * EPSILON)
+    assert np.all(trace.finish.velocities[:, 1] == 0)
+
+
+@pytest.mark.parametrize("number", [2, 5, 9])
+def test_row_of_balls(number):
+    """With gaps between them, the last of N gets v((1 + e)/2)^(N - 1)."""
+    balls = [(1.5 * k - 6.5, 0, 0.0, 0, 0.5, 1) for k in range(number)]
+    balls[0] = (-6.5, 0, SPEED, 0, 0.5, 1)
+    trace = simulate(scene_of(balls, restitution=0.9), collisions=number - 1)
+    assert trace.events.i.tolist() == list(range(number - 1))
+    assert trace.events.j.tolist() == list(range(1, number))
+    front = trace.finish.velocities[-1, 0]
+    assert front == pytest.approx(SPEED * 0.95 ** (number - 1), rel=4 * EPSILON * number)
+    if number == 5:
+        assert front == pytest.approx(0.81450625 * SPEED, rel=20 * EPSILON)
+
+
+@pytest.mark.parametrize("power", range(6))
+def test_galperins_billiard_counts_the_digits_of_pi(power):
+    """A ball between the wall and one 100^k times as heavy: 3, 31, 314, ... collisions in all.
+
+    They all come before the heavy one, turned back, gets to the far wall.
+    """
+    scene = scene_of([(-9.4, 0, 0, 0, 0.1, 1.0), (-8.7, 0, -1.0, 0, 0.1, 100.0**power)])
+    counted = int(math.pi * 10**power)
+    trace = simulate(scene, collisions=counted + 1)
+    events = trace.events
+    assert not np.any((events.i[:-1] == 1) & (events.j[:-1] == CONTAINER))
+    assert (events.i[-1], events.j[-1]) == (1, CONTAINER)
+    assert np.all(trace.finish.positions[:, 1] == 0)
+
+
+def line_of_three(cor: float) -> Scene:
+    """Two balls closing in on one between them."""
+    balls = [(-3.0, 0, 1.0, 0, 1, 1), (0.1, 0, 0, 0, 1, 1), (3.0, 0, -1.0, 0, 1, 1)]
+    return scene_of(balls, restitution=cor)
+
+
+@pytest.mark.parametrize("cor", [0.03, 0.06, 0.0717])
+def test_three_balls_in_a_line_collapse_below_the_critical_restitution(cor):
+    """Below 7 - 4 sqrt(3) = 0.0718."""
+    assert cor < 7 - 4 * math.sqrt(3)
+    trace = simulate(line_of_three(cor), collisions=10_000)
+    assert trace.stop.reason is StopReason.COLLAPSE
+    assert not trace.stop.reason.complete
+    # 0.9 m are between the middle one and its nearer neighbour, 1.1 m to the other.
+    assert 0.9 < trace.stop.time < 1.1
+    assert trace.events.time[-1] == trace.events.time[-100] == trace.stop.time
+    assert len(trace.stop.balls) == 2
+    assert "collapse" in trace.stop.message
+
+
+@pytest.mark.parametrize("cor", [0.0720, 0.08, 0.2])
+def test_three_balls_in_a_line_part_above_the_critical_restitution(cor):
+    assert cor > 7 - 4 * math.sqrt(3)
+    trace = simulate(line_of_three(cor), time=6.0, collisions=10_000)
+    assert trace.stop.reason is StopReason.TIME
+    assert not is_wall(trace.events).any()
+    assert np.all(np.diff(trace.finish.velocities[:, 0]) > 0)
+
+
+# --- all at once ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("cor", [1.0, 0.9, 0.5])
+@pytest.mark.parametrize("number", [2, 3, 6, 12, 36])
+def test_ring_that_closes_in(number, cor):
+    """All touch at once, when the ring's radius is r/sin(pi/n); E, L and p come through."""
+    radius, speed, start = 0.5, 3.0, 8.0
+    ring = [
+        (start * x, start * y, -speed * x, -speed * y, radius, 1.0) for x, y in unit_polygon(number)
+    ]
+    trace = simulate(scene_of(ring, restitution=cor), collisions=3 * number, time=3.0)
+    contact = (start - radius / math.sin(math.pi / number)) / speed
+    events = trace.events
+    assert not is_wall(events).any()
+    assert len(events) >= number // 2
+    rounding = 8 * EPSILON * start * speed * number
+    assert np.all(abs(events.time[: number // 2] - contact) < rounding)
+    loss = math.fsum(energy_losses(trace))
+    assert total_energy(trace.finish) == pytest.approx(4.5 * number - loss, abs=8 * rounding)
+    assert abs(angular_momentum(trace.finish)) < start * rounding
+    assert np.all(abs(momentum(trace.finish)) < rounding)
+
+
+# --- wall trap ------------------------------------------------------------------------------
+
+NORMAL, TANGENTIAL, WALL_COR = 6.0, 8.0, 0.9
+FIRST_HIT = 0.5
+
+
+def trapped_ball(*others: tuple[float, float, float, float, float, float]) -> Scene:
+    """A ball that, at FIRST_HIT, leaves the wall at NORMAL and TANGENTIAL speed."""
+    inwards = NORMAL / WALL_COR
+    ball = (A - inwards * FIRST_HIT, -TANGENTIAL * FIRST_HIT, inwards, TANGENTIAL, 1.0, 1.0)
+    return scene_of([ball, *others], restitution=0.9, wall_restitution=WALL_COR)
+
+
+def bounce_durations(count: int) -> np.ndarray:
+    """Δt_k = 2a v_n,k / (v_n,k^2 + v_t^2) with v_n,k = e^k v_n."""
+    normal = NORMAL * WALL_COR ** np.arange(count)
+    return 2 * A * normal / (normal**2 + TANGENTIAL**2)
+
+
+DURATION = 14.284783441  # of all bounces, s
+
+
+def test_duration_of_all_bounces():
+    assert bounce_durations(1000).sum() == pytest.approx(DURATION, abs=5e-10)
+
+
+def test_wall_trap_of_one_ball():
+    """Nothing else can happen: certain once the ball has hit the wall twice in a row."""
+    trace = simulate(trapped_ball(), collisions=1000)
+    assert trace.stop.reason is StopReason.WALL_TRAP
+    assert trace.stop.balls == (0,)
+    assert trace.stop.time == trace.events.time[-1]
+    assert trace.stop.time < FIRST_HIT + DURATION
+    assert trace.wall_events == len(trace.events) == 2
+    assert "wall trap" in trace.stop.message
+
+
+@pytest.mark.parametrize(
+    "bystander",
+    [
+        (
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.1,
+            1.0,
+        ),  # at rest: in reach for as long as there is time to get there
+        (
+            0.0,
+            0.0,
+            9.9 / 15.0,
+            0.0,
+            0.1,
+            1.0,
+        ),  # its own hit at the wall is due after the last bounce
+        (0.0, 0.0, 9.9 / 14.5, 0.0, 0.1, 1.0),  # ... and before it
+    ],
+)
+def test_bounces_of_a_trapped_ball(bystander):
+    """With a ball in the middle it bounces on until nothing can come between."""
+    trace = simulate(trapped_ball(bystander), collisions=1000)
+    events = trace.events
+    print(len(events), trace.stop, events.i.sum())
+    assert trace.stop.reason is StopReason.WALL_TRAP
+    assert trace.stop.balls == (0,)
+    assert len(events) >= 20
+    assert np.all(events.i == 0)
+    assert np.all(events.j == CONTAINER)
+    bounces = np.arange(len(events))
+    expected = FIRST_HIT + np.concatenate([[0.0], np.cumsum(bounce_durations(len(events) - 1))])
+    assert np.allclose(events.time, expected, rtol=0, atol=1e-12)
+    assert trace.stop.time < FIRST_HIT + DURATION
+    assert np.allclose(
+        events.impulse, (1 + WALL_COR) * NORMAL * WALL_COR ** (bounces - 1), rtol=1e-12
+    )
+    # From v_n0 on, all bounces together give v_n0 (1 + e)/(1 - e) = 114 kg m/s.
+    after_the_last = NORMAL * WALL_COR ** bounces[-1] * (1 + WALL_COR) / (1 - WALL_COR)
+    assert events.impulse[1:].sum() + after_the_last == pytest.approx(114.0, rel=1e-12)
+    # What stays is the sliding.
+    x, y = trace.finish.positions[0]
+    u, v = trace.finish.velocities[0]
+    assert (x * v - y * u) / math.hypot(x, y) == pytest.approx(TANGENTIAL, rel=1e-12)
