@@ -19,10 +19,10 @@ from snooker_cli.runner import Watcher, execute
 SMALL = """\
 container: {radius: 10.0, mass: 1.0e7}
 balls: {rings: 1, radius: 1.0, speed: 10.0}
-cor: 0.9
+cor: 0.85
 collisions: 150
 repeats: 3
-sweep: {cor: [0.9, 1.0]}
+sweep: {cor: [0.85, 1.0]}
 """
 
 

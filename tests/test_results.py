@@ -39,7 +39,7 @@ def files(directory: Path) -> dict[str, bytes]:
 def test_manifest_says_what_identifies_the_points(finished_run: Run) -> None:
     manifest = json.loads((finished_run.directory / MANIFEST).read_text(encoding="utf-8"))
     assert manifest["engine_version"] == ENGINE_VERSION
-    assert [point["parameters"] for point in manifest["points"]] == [{"cor": 0.9}, {"cor": 1.0}]
+    assert [point["parameters"] for point in manifest["points"]] == [{"cor": 0.85}, {"cor": 1.0}]
     assert [point["index"] for point in manifest["points"]] == [0, 1]
     assert [point["digest"] for point in manifest["points"]] == [
         digest(point.experiment) for point in finished_run.points
@@ -103,7 +103,7 @@ def test_what_is_no_physics_shares_the_results(
 
 @pytest.mark.parametrize(
     "override",
-    ["seed=2", "collisions=151", "balls.speed=11", "cor=0.9", "cor=1.0,0.9", "record=summary"],
+    ["seed=2", "collisions=151", "balls.speed=11", "cor=0.85", "cor=1.0,0.85", "record=summary"],
 )
 def test_another_experiment_is_refused(override: str, copied_run: Path, small_config: str) -> None:
     before = files(copied_run)

@@ -361,7 +361,7 @@ def assert_completes(directory: Path, text: str, reference: Path) -> None:
 @pytest.fixture
 def one_point(small_config: str) -> str:
     """The small config at a CoR of 1, where every repeat goes on to its last collision."""
-    return small_config.replace("sweep: {cor: [0.9, 1.0]}\n", "").replace("cor: 0.9", "cor: 1")
+    return small_config.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
 
 
 def test_no_kill_leaves_a_torn_file(one_point: str, tmp_path: Path) -> None:
@@ -377,7 +377,7 @@ def test_no_kill_leaves_a_torn_file(one_point: str, tmp_path: Path) -> None:
         process.kill()
         _, said = process.communicate()
         assert process.returncode == -signal.SIGKILL
-        assert said == ""
+        assert "Traceback" not in said
         for path in repeats_in(directory):
             store.read(path)
     assert_completes(directory, one_point, tmp_path / "uninterrupted")
@@ -392,6 +392,6 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
         process.send_signal(number)
         _, said = process.communicate()
         assert process.returncode == 130
-        assert said == "snooker: stopping; saving what is under way\n"
+        assert said.endswith("snooker: stopping; saving what is under way\n")
         assert not list(directory.rglob("*.part"))
     assert_completes(directory, one_point, tmp_path / "uninterrupted")

@@ -36,7 +36,6 @@ def _root(
 app.command("run")(running.run)
 app.command("fit")(analysing.fit)
 app.command("compare")(analysing.compare)
-app.command("plot")(analysing.plot)
 app.command("report")(analysing.report)
 app.command("export")(inspecting.export)
 app.command("validate")(inspecting.validate)

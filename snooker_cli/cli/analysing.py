@@ -129,5 +129,20 @@ def _mention_short(records: list[dict[str, Any]]) -> None:
         )
 
 
-def plot(run: str) -> None: ...
-def report(run: str) -> None: ...
+def report(
+    runs: Annotated[
+        Path, typer.Option("--runs", metavar="DIR", help="Where the runs of configs/ are.")
+    ] = Path("runs"),
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The report's folder.")] = Path(
+        "runs/report"
+    ),
+) -> None:
+    """Write the report from finished runs: figures, numbers.json, report.html and report.pdf.
+
+    `make report` makes the runs it needs first.
+    """
+    from snooker_cli.cli.progress import say
+    from snooker_cli.report.build import build
+
+    for path in build(runs, out, say):
+        typer.echo(str(path))

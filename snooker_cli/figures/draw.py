@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from snooker_cli.figures.style import (
     HEIGHT,
@@ -28,11 +29,14 @@ if TYPE_CHECKING:
 # How many characters fit: of the bold title, of a note, of the y label beside the axes.
 TITLE_WIDTH, NOTE_WIDTH, LABEL_WIDTH = 42, 54, 31
 
-LEGEND_WIDTH = 61
+LEGEND_WIDTH = 65
 """Characters that fit the legend's width."""
 
 SAMPLE_WIDTH = 9
 """Width of a column of the legend without its text, in characters."""
+
+FEW_DECADES = 10**2.5
+"""A logarithmic axis from low to less than so many times low has its ticks at 1, 2, 5, 10, ..."""
 
 MANY_VERTICES = 400
 """Lines of more vertices are mostly noise, and drawn thinner."""
@@ -52,9 +56,10 @@ def draw(picture: Picture) -> Figure:
         FigureCanvasAgg(figure)
         axes = figure.add_subplot()
         entries = [
-            (getattr(layer, "series", NEUTRAL) == NEUTRAL, artist, layer.label)
+            (getattr(layer, "series", NEUTRAL) == NEUTRAL, artist, label)
             for depth, layer in enumerate(picture.layers)
-            if (artist := _added(axes, layer, 2 + depth / 10)) and layer.label
+            if (artist := _added(axes, layer, 2 + depth / 10))
+            and (label := getattr(layer, "label", None))
         ]
         entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
         _scale(axes, picture)
@@ -142,6 +147,12 @@ def _scale(axes: Axes, picture: Picture) -> None:
         axes.set_yscale("log")
     axes.set_xlim(*picture.x_limits)
     axes.set_ylim(*picture.y_limits)
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = axis.get_view_interval()
+        if axis.get_scale() == "log" and high < FEW_DECADES * low:
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_minor_formatter(NullFormatter())
 
 
 def _columns(labels: list[str]) -> int:

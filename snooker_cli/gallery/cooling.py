@@ -40,8 +40,8 @@ MOST_COOLING = 4
 WINDOWS = 14
 """Windows of time in which the local decay rate is taken."""
 
-COUNTS = 200
-"""Collision counts at which the energy is averaged over the repeats."""
+COUNTS = 14
+"""Steps of the collision count at which the energy is averaged over the repeats."""
 
 
 def decay_against_cor(run: Run, selection: Selection) -> Picture:
@@ -66,7 +66,7 @@ def decay_against_cor(run: Run, selection: Selection) -> Picture:
     ]
     return Picture(
         kind="decay-against-cor",
-        title="Decay constants of the energy against the CoR",
+        title="Decay constants of the energy",
         x_label="coefficient of restitution",
         y_label="decay constant (s⁻¹)",
         layers=tuple(layers),
@@ -76,7 +76,7 @@ def decay_against_cor(run: Run, selection: Selection) -> Picture:
         + ". Lines: the report's formula and kinetic theory, both with Enskog's collision rate at "
         "the start. " + setting(run, points, selection),
         numbers={"points": records, "ended_early": early},
-        y_limits=(0.0, None),
+        y_log=True,
     )
 
 
@@ -95,11 +95,10 @@ def haff_time(run: Run, selection: Selection) -> Picture:
             raise PictureError("a point's repeats are too short to be fitted; run longer")
         fine = np.linspace(0.0, middles[-1] + middles[0], 200)
         name = label(point, points)
-        suffix = f", {name}" if name else ""
         layers += [
             Line(fine, 2 * alpha / (1 + alpha * fine), None, index, "solid"),
             Line(fine[[0, -1]], np.array([k, k]), None, index, "dotted"),
-            Points(middles, rates, None, errors, f"local rate{suffix}", index),
+            Points(middles, rates, None, errors, name or "simulation", index),
         ]
         records.append(
             {
@@ -116,7 +115,7 @@ def haff_time(run: Run, selection: Selection) -> Picture:
         said.append(growth + (f" ({name})" if name else ""))
     return Picture(
         kind="haff-time",
-        title="The decay rate falls as the balls slow down",
+        title="The decay rate falls with time",
         x_label="time (s)",
         y_label="−d ln E / dt (s⁻¹)",
         layers=(
@@ -141,17 +140,16 @@ def event_decay(run: Run, selection: Selection) -> Picture:
     for index, point in enumerate(points):
         traces = list(repeats(run, point, selection))
         number = traces[0].start.number
-        counts = np.linspace(0, min(trace.collisions for trace in traces), COUNTS)
-        rows = [_against_counts(trace, counts) for trace in traces]
-        mean, expected = np.mean([row[0] for row in rows], axis=0), rows[0][1]
-        if len(rows) > 1:
-            expected = np.mean([row[1] for row in rows], axis=0)
+        counts = np.linspace(0, min(trace.collisions for trace in traces), COUNTS + 1)
+        rows = np.array([_against_counts(trace, counts) for trace in traces])
+        found, expected = rows[:, 0], rows[:, 1].mean(axis=0)
+        spread = found.std(axis=0, ddof=1) / math.sqrt(len(rows)) if len(rows) > 1 else None
         name = label(point, points)
         layers += [
-            Line(counts / number, expected, None, index, "dotted"),
-            Line(counts / number, mean, name or "simulation", index, "solid"),
+            Line(counts / number, expected, None, index, "solid"),
+            Points(counts / number, found.mean(axis=0), None, spread, name or "simulation", index),
         ]
-        final, error = mean_and_error(np.array([row[0][-1] for row in rows]))
+        final, error = mean_and_error(found[:, -1])
         records.append(
             {
                 "parameters": parameters(point),
@@ -169,9 +167,9 @@ def event_decay(run: Run, selection: Selection) -> Picture:
         title="Energy against collisions",
         x_label="collisions / number of balls",
         y_label="E / E(0)",
-        layers=(*layers, _key("expected from the counted collisions", "dotted")),
-        caption=f"In the end E/E(0) is {'; '.join(said)}. Solid: mean of the repeats; dotted: each "
-        "of c collisions between balls takes (1 − e²)E/N and each of c_w at the wall "
+        layers=(*layers, _key("expected from the counted collisions", "solid")),
+        caption=f"In the end E/E(0) is {'; '.join(said)}. Markers: mean of the repeats; lines: "
+        "each of c collisions between balls takes (1 − e²)E/N and each of c_w at the wall "
         "(1 − e_w²)E/N. " + setting(run, points, selection),
         numbers={"points": records},
         x_limits=(0.0, None),

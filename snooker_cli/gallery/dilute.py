@@ -71,9 +71,8 @@ def ideal_ratio(run: Run, selection: Selection) -> Picture:
             _key("at the final temperature", filled=False),
         ),
         caption="A point is a repeat: its mean pressure over the ideal gas's at its mean "
-        "temperature (filled) and at its temperature in the end (open), which is what makes the "
-        f"ratio large where energy is lost; means: {'; '.join(said)}{ended}. "
-        + setting(run, points, selection),
+        "temperature (filled) and at its temperature in the end (open), which is lower where "
+        f"energy is lost; means: {'; '.join(said)}{ended}. " + setting(run, points, selection),
         numbers={"points": records, "ended_early": short},
         x_limits=(0.0, None),
         y_log=max(float(np.max(layer.y)) for layer in layers if isinstance(layer, Points)) > 20,

@@ -87,21 +87,21 @@ _NUMBER = _Axis(
 def pressure_temperature(run: Run, selection: Selection) -> Picture:
     """Pressure against temperature, a series for each ball radius."""
     groups = along(elastic_points(run, selection), "balls.speed", "balls.radius")
-    title = "Pressure and temperature"
+    title = "Pressure and temperature, elastic balls"
     return _pressures(run, selection, groups, _TEMPERATURE, "pressure-temperature", title)
 
 
 def pressure_area(run: Run, selection: Selection) -> Picture:
     """Pressure against the container's area, a series for each ball radius."""
     groups = along(elastic_points(run, selection), "container.radius", "balls.radius")
-    title = "Pressure and area"
+    title = "Pressure and area, elastic balls"
     return _pressures(run, selection, groups, _AREA, "pressure-area", title, log=True)
 
 
 def pressure_number(run: Run, selection: Selection) -> Picture:
     """Pressure against the number of balls, a series for each ball radius."""
     groups = along(elastic_points(run, selection), "balls.rings", "balls.radius")
-    title = "Pressure and number of balls"
+    title = "Pressure and number of elastic balls"
     return _pressures(run, selection, groups, _NUMBER, "pressure-number", title)
 
 
@@ -119,7 +119,7 @@ def temperature_ratio(run: Run, selection: Selection) -> Picture:
     smallest, largest = found[0], found[-1]
     return Picture(
         kind="temperature-ratio",
-        title="Temperature by equipartition over that of the ideal gas law",
+        title="Temperature over the ideal gas law's",
         x_label="ball radius (m)",
         y_label="T(equipartition) / (P V / N)",
         layers=(
@@ -128,8 +128,8 @@ def temperature_ratio(run: Run, selection: Selection) -> Picture:
             Points(radii, found[:, 0], None, _errors(found[:, 1]), "simulation", 0),
         ),
         caption=f"The ratio is {short(smallest[0], 4)} at r = {short(radii[0])} m and "
-        f"{short(largest[0], 4)} at r = {short(radii[-1])} m: large balls press more than the "
-        "ideal gas. Error bars: standard errors over the repeats. "
+        f"{short(largest[0], 4)} at r = {short(radii[-1])} m, where {THEORY} has "
+        f"{short(curve[-1], 4)}. Error bars: standard errors over the repeats. "
         + setting(run, points, selection),
         numbers={
             "points": [
@@ -194,12 +194,12 @@ def _pressures(
         said.append((low if low == high else f"{low} to {high}") + f" ({name})")
     return Picture(
         kind=kind,
-        title=f"{title}, elastic balls",
+        title=title,
         x_label=axis.label,
         y_label="pressure (Pa m)",
-        layers=tuple(layers),
+        layers=(*layers, Line(np.empty(0), np.empty(0), THEORY, NEUTRAL, "dotted")),
         caption=f"Simulated over ideal pressure: {'; '.join(said)}. Error bars: standard errors "
-        f"over the repeats; dotted: {THEORY} with the wall. " + setting(run, points, selection),
+        "over the repeats. " + setting(run, points, selection),
         numbers={"points": records},
         x_log=log,
         y_log=log,

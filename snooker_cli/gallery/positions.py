@@ -173,4 +173,5 @@ def _verdict(excess: float, limit: float, good: str, bad: str) -> str:
     """Whether a limit is kept; if not, by how much, also in roundings of a double of its size."""
     if excess <= 0:
         return good
-    return f"{bad} by {short(excess, 2)} m, {short(excess / np.spacing(limit), 2)} roundings of a double"
+    roundings = short(excess / np.spacing(limit), 2)
+    return f"{bad} by {short(excess, 2)} m, {roundings} roundings of a double"

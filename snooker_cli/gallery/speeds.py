@@ -50,7 +50,7 @@ def speeds(run: Run, selection: Selection) -> Picture:
     edges = np.arange(SPEED_BINS + 1, dtype=np.float64) * SPEED_BIN
     layers: list[Layer] = []
     records, said = [], []
-    laws: dict[tuple[int, float], int] = {}
+    laws: dict[tuple[int, float], None] = {}
     for index, (point, scene) in enumerate(zip(points, starts, strict=True)):
         if scene.number < 2 or scene.kinetic_energy == 0:
             raise PictureError("it needs two or more balls that move")
@@ -66,7 +66,7 @@ def speeds(run: Run, selection: Selection) -> Picture:
         used = int(np.max(np.flatnonzero(counts))) + 1
         heights = counts[:used] / (total * SPEED_BIN * unit)
         layers.append(Histogram(edges[: used + 1] * unit, heights, label(point, points), index))
-        laws.setdefault((scene.number, unit), index if in_metres else NEUTRAL)
+        laws[scene.number, unit] = None
         distance = _distance(counts, edges, scene.number)
         records.append(
             {
@@ -77,8 +77,8 @@ def speeds(run: Run, selection: Selection) -> Picture:
             }
         )
         said.append(f"{distance:.4f} (1/√n = {total**-0.5:.4f})")
-    for number, (law, series) in enumerate(laws.items()):
-        layers += _laws(*law, series, named=number == 0)
+    for index, (number, unit) in enumerate(laws):
+        layers += _laws(number, unit, named=index == 0)
     return Picture(
         kind="speeds",
         title="Distribution of speeds",
@@ -94,9 +94,9 @@ def speeds(run: Run, selection: Selection) -> Picture:
     )
 
 
-def _laws(number: int, unit: float, series: int, *, named: bool) -> list[Layer]:
+def _laws(number: int, unit: float, *, named: bool) -> list[Layer]:
     """Maxwell-Boltzmann and the law of so many balls at fixed energy, speeds in ``unit``."""
-    reduced = np.linspace(0.0, 3.2, 120)
+    reduced = np.linspace(0.0, 3.0, 120)
     maxwell = theory.maxwell_speed_density(reduced, REDUCED_TEMPERATURE) / unit
     fixed = theory.fixed_energy_speed_density(reduced, number, REDUCED_TEMPERATURE) / unit
     return [
@@ -104,14 +104,14 @@ def _laws(number: int, unit: float, series: int, *, named: bool) -> list[Layer]:
             reduced * unit,
             np.asarray(maxwell),
             "Maxwell–Boltzmann" if named else None,
-            series,
+            NEUTRAL,
             "dashed",
         ),
         Line(
             reduced * unit,
             np.asarray(fixed),
             f"fixed energy, N = {number}" if named else None,
-            series,
+            NEUTRAL,
             "dotted",
         ),
     ]

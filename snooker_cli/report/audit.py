@@ -195,8 +195,8 @@ def _explanations(
         found[f"theory_{cor}"] = ("−2 ln(CoR) over its τ", Ours(-2 * math.log(cor) / tau))
     boltzmann = theory.boltzmann_mean_free_path(stated["density"].value, 1.0)
     found["mean_free_path"] = (
-        f"ten times 1/(2√2 n d) = {boltzmann:.4f} m of disks with r = 1 m, which is also σ = 4r with "
-        "r = 0.1 m",
+        f"ten times 1/(2√2 n d) = {boltzmann:.4f} m of disks with r = 1 m, which is also what "
+        "σ = 4r gives with r = 0.1 m",
         Ours(10 * boltzmann),
     )
     implied = 1 / (math.sqrt(2) * stated["density"].value * published("mean_free_path").value)
