@@ -265,16 +265,21 @@ def _stored(file: h5py.File) -> Stored:
     """The trace and provenance in an open file."""
     ending = _ending(file)
     balls, container = file["particles/balls"], file["particles/container"]
+    # Each dataset is opened once: opening is what takes the time in a small file.
+    positions, velocities = balls["position/value"][()], balls["velocity/value"][()]
+    radii, masses = balls["radius"][()], balls["mass"][()]
+    places, motions = container["position/value"][()], container["velocity/value"][()]
+    container_radius, container_mass = container["radius"][()], container["mass"][()]
     start, finish = (
         Scene(
-            positions=balls["position/value"][k],
-            velocities=balls["velocity/value"][k],
-            radii=balls["radius"][:],
-            masses=balls["mass"][:],
-            container_radius=float(container["radius"][0]),
-            container_mass=float(container["mass"][0]),
-            container_position=container["position/value"][k, 0],
-            container_velocity=container["velocity/value"][k, 0],
+            positions=positions[k],
+            velocities=velocities[k],
+            radii=radii,
+            masses=masses,
+            container_radius=float(container_radius[0]),
+            container_mass=float(container_mass[0]),
+            container_position=places[k, 0],
+            container_velocity=motions[k, 0],
             restitution=ending["restitution"],
             wall_restitution=ending["wall_restitution"],
         )
@@ -283,20 +288,20 @@ def _stored(file: h5py.File) -> Stored:
     events = summary = None
     if "connectivity" in file:
         collisions = file["connectivity/collisions"]
-        pairs = collisions["value"][:, 0, :]
+        pairs = collisions["value"][()][:, 0]
         events = Events(
-            time=collisions["time"][:],
+            time=collisions["time"][()],
             i=np.ascontiguousarray(pairs[:, 0]),
             j=np.ascontiguousarray(pairs[:, 1]),
-            impulse=file["observables/impulse/value"][:],
+            impulse=file["observables/impulse/value"][()],
         )
     else:
         group = file["observables/summary"]
-        time = group["kinetic_energy/time"][:]
-        columns = {name: group[f"{name}/value"][:] for name in SERIES_UNITS if name != "time"}
+        time = group["kinetic_energy/time"][()]
+        columns = {name: group[f"{name}/value"][()] for name in SERIES_UNITS if name != "time"}
         summary = Summary(
             series=Series(time=time, **columns),
-            speed_histogram=group["speed_histogram/value"][:],
+            speed_histogram=group["speed_histogram/value"][()],
         )
     trace = Trace(
         start=start,

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from snooker_cli.cli import analysing, benching, inspecting, running
+from snooker_cli.cli import analysing, benching, inspecting, plotting, running
 
 app = typer.Typer(
     name="snooker",
@@ -36,6 +36,7 @@ def _root(
 app.command("run")(running.run)
 app.command("fit")(analysing.fit)
 app.command("compare")(analysing.compare)
+app.command("plot")(plotting.plot)
 app.command("report")(analysing.report)
 app.command("export")(inspecting.export)
 app.command("validate")(inspecting.validate)

@@ -46,11 +46,15 @@ def _explain(error: Exception) -> NoReturn:
 
     if isinstance(error, ConfigError):
         fail(str(error), Exit.CONFIG)
+    from snooker_cli.gallery import PictureError
+    from snooker_cli.report.rendering import RenderingError
     from snooker_cli.results import RunError
     from snooker_cli.store import StoreError
 
-    if isinstance(error, RunError | StoreError | UserError):
-        fail(str(error), Exit.SOME_FAILED if isinstance(error, StoreError) else Exit.USAGE)
+    if isinstance(error, StoreError):
+        fail(str(error), Exit.SOME_FAILED)
+    if isinstance(error, RunError | PictureError | RenderingError | UserError):
+        fail(str(error), Exit.USAGE)
     fail(
         f"unexpected {type(error).__name__}: {error}; this is a fault of snooker, please report it "
         "with the command and config",

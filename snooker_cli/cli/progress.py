@@ -40,8 +40,8 @@ def stopping_on_signals(cancelled: threading.Event) -> Iterator[None]:
 class Lines(Watcher):
     """Plain lines: only what is out of the ordinary."""
 
-    def __init__(self, total: int) -> None:
-        self.total = total
+    def __init__(self, points: int, repeats: int) -> None:
+        self.points, self.repeats = points, repeats
 
     def __enter__(self) -> Self:
         return self
@@ -77,18 +77,20 @@ class Bar(Lines):
 
         self._lock = threading.Lock()
         self._events = 0
+        self._done = [0] * self.points
         self._progress = Progress(
             BarColumn(),
             MofNCompleteColumn(),
-            TextColumn("repeats"),
-            TextColumn("{task.fields[rate]}"),
+            TextColumn("repeats, {task.fields[points]} points {task.fields[rate]}"),
             TimeRemainingColumn(),
             console=Console(stderr=True),
             disable=not sys.stderr.isatty(),
             transient=True,
         )
         self._progress.start()
-        self._task = self._progress.add_task("", total=self.total, rate="")
+        self._task = self._progress.add_task(
+            "", total=self.points * self.repeats, points=f"0/{self.points}", rate=""
+        )
         return self
 
     def __exit__(
@@ -104,9 +106,11 @@ class Bar(Lines):
             self._events += number
             elapsed = self._progress.tasks[0].elapsed or 0.0
             if elapsed > 0.2:
-                rate = f"{self._events / elapsed / 1e6:.2f} M events/s"
+                rate = f"{self._events / elapsed:,.0f} events/s"
                 self._progress.update(self._task, rate=rate)
 
     def finished(self, outcome: Outcome) -> None:
         super().finished(outcome)
-        self._progress.advance(self._task)
+        self._done[outcome.point] += 1
+        whole = sum(done == self.repeats for done in self._done)
+        self._progress.update(self._task, advance=1, points=f"{whole}/{self.points}")

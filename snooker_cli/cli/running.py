@@ -62,8 +62,9 @@ def run(
     target = results.create(directory, loaded.experiment, fresh=fresh)
     cancelled = threading.Event()
     clock = time.perf_counter()
-    total = len(target.points) * target.experiment.repeats
-    with stopping_on_signals(cancelled), (Lines if no_progress else Bar)(total) as watcher:
+    show = Lines if no_progress else Bar
+    shown = show(len(target.points), target.experiment.repeats)
+    with stopping_on_signals(cancelled), shown as watcher:
         outcomes = execute(
             target, workers=jobs or os.cpu_count() or 1, watcher=watcher, cancelled=cancelled
         )

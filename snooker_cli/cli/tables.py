@@ -29,7 +29,8 @@ def print_table(columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> Non
 
 def point_label(parameters: Mapping[str, object]) -> str:
     """A point's swept keys and values, as in ``cor=0.8, balls.radius=1.0``."""
-    return ", ".join(f"{key}={value}" for key, value in parameters.items()) or "all"
+    values = {key: "null" if value is None else value for key, value in parameters.items()}
+    return ", ".join(f"{key}={value}" for key, value in values.items()) or "all"
 
 
 def with_error(value: float | None, error: float | None) -> str:

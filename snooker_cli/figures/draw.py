@@ -96,6 +96,7 @@ def _added(axes: Axes, layer: Layer, order: float) -> Any:
                 layer.y,
                 color=colour(layer.series),
                 linestyle=dashes(layer.style, layer.series),
+                drawstyle="steps-post" if layer.steps else "default",
                 linewidth=0.8 if len(layer.x) > MANY_VERTICES else 1.2,
                 zorder=order,
             )[0]

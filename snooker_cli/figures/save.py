@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from snooker_cli.figures.draw import draw
 from snooker_cli.figures.style import styled
+from snooker_cli.gallery import plain
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,13 +24,13 @@ def save(picture: Picture, stem: Path) -> list[Path]:
     stem.parent.mkdir(parents=True, exist_ok=True)
     # Not with_suffix: a stem may have a point, as in `energy-fit-cor-0.8`.
     paths = [stem.with_name(f"{stem.name}.{ending}") for ending in ("svg", "png", "json")]
-    svg, png, numbers = paths
+    svg, png, data = paths
     said = {"Title": picture.title, "Description": picture.caption}
     with styled():
         figure = draw(picture)
         figure.savefig(svg, metadata={**said, "Date": None, "Creator": "snooker"})
         figure.savefig(png, metadata={**said, "Software": None})
-    numbers.write_text(to_json(picture), encoding="utf-8")
+    data.write_text(to_json(picture), encoding="utf-8")
     return paths
 
 
@@ -41,23 +39,10 @@ def to_json(picture: Picture) -> str:
 
     Numbers have the shortest decimals that mean the same doubles; what is not finite is null.
     """
-    content = {each.name: getattr(picture, each.name) for each in fields(picture)}
+    content = {each.name: plain(getattr(picture, each.name)) for each in fields(picture)}
     content["layers"] = [
         {"type": type(layer).__name__.lower()}
-        | {each.name: getattr(layer, each.name) for each in fields(layer)}
+        | {each.name: plain(getattr(layer, each.name)) for each in fields(layer)}
         for layer in picture.layers
     ]
-    return json.dumps(_plain(content), ensure_ascii=False, allow_nan=False, indent=1) + "\n"
-
-
-def _plain(value: Any) -> Any:
-    """A value as JSON has it."""
-    if isinstance(value, dict):
-        return {str(key): _plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
-    if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    return json.dumps(content, ensure_ascii=False, allow_nan=False, indent=1) + "\n"

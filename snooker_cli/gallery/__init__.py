@@ -12,6 +12,7 @@ from snooker_cli.gallery.picture import (
     PictureError,
     Points,
     Reference,
+    plain,
 )
 from snooker_cli.gallery.selection import Selection, described, selected
 
@@ -30,5 +31,6 @@ __all__ = [
     "Reference",
     "Selection",
     "described",
+    "plain",
     "selected",
 ]

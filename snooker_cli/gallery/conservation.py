@@ -13,11 +13,13 @@ from snooker_cli.gallery.selection import (
     label,
     one_repeat,
     parameters,
+    require_motion,
     series_of_points,
     setting,
 )
 from snooker_cli.gallery.words import short
 from snooker_cli.observables import at_collisions, energy_ratio, momentum, series
+from snooker_cli.scene import EPSILON
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,11 +40,11 @@ def energy(run: Run, selection: Selection) -> Picture:
     for index, point in enumerate(points):
         trace = one_repeat(run, point, selection)
         found = series(trace)
-        if trace.start.kinetic_energy == 0:
-            raise PictureError("nothing moves at the start, so that energy has no ratio to it")
+        require_motion(trace.start)
         ratio = energy_ratio(found)
         kept = thinned(len(ratio))
-        layers.append(Line(found.time[kept], ratio[kept], label(point, points), index))
+        name = label(point, points)
+        layers.append(Line(found.time[kept], ratio[kept], name, index, steps=True))
         records.append(
             {
                 "parameters": parameters(point),
@@ -100,12 +102,13 @@ def _momentum(run: Run, selection: Selection, component: int, name: str) -> Pict
         deviation = total / total[0] - 1
         kept = thinned(len(time))
         scaled = deviation[kept] / ROUNDINGS
-        layers.append(Line(time[kept], scaled, label(point, points), index))
+        layers.append(Line(time[kept], scaled, label(point, points), index, steps=True))
         records.append(
             {
                 "parameters": parameters(point),
                 "momentum_at_start": float(total[0]),
                 "largest_deviation": float(np.max(np.abs(deviation))),
+                "states": len(time),
             }
         )
     worst = max(each["largest_deviation"] for each in records)
@@ -115,9 +118,9 @@ def _momentum(run: Run, selection: Selection, component: int, name: str) -> Pict
         x_label="time (s)",
         y_label=f"(p{name}/p{name}(0) − 1) · 10¹⁵",
         layers=tuple(layers),
-        caption=f"The ratio p{name}(t)/p{name}(0), summed from the states of balls and container, "
-        f"stays 1 to within {short(worst, 2)}, "
-        f"{short(worst / float(np.finfo(np.float64).eps), 2)} roundings of a number near 1. "
+        caption=f"The ratio p{name}(t)/p{name}(0), summed from the velocities of balls and "
+        f"container at {max(each['states'] for each in records)} moments, stays 1 to within "
+        f"{short(worst, 2)}, {short(worst / EPSILON, 2)} roundings of a number near 1. "
         + setting(run, points, selection, single=True),
         numbers={"largest_deviation": worst, "points": records},
         x_limits=(0.0, None),

@@ -22,6 +22,7 @@ from snooker_cli.gallery.selection import (
     one_repeat,
     parameters,
     repeats,
+    require_motion,
     setting,
 )
 from snooker_cli.gallery.statistics import mean_and_error
@@ -47,9 +48,11 @@ COUNTS = 14
 def decay_against_cor(run: Run, selection: Selection) -> Picture:
     """The decay constants of the energy against the CoR, beside the report's and kinetic theory."""
     (points,) = along(inelastic_points(run, selection), "cor")
+    scene = one_repeat(run, points[0], selection).start
+    require_motion(scene)
     records = [_decay(run, point, selection) for point in points]
     cors = np.array([point.experiment.cor for point in points])
-    layers = _laws(one_repeat(run, points[0], selection).start, points)
+    layers = _laws(scene, points)
     for index, (name, text) in enumerate(
         (("k", "k, exponential fitted"), ("alpha", "α, Haff's law fitted"))
     ):
@@ -87,6 +90,7 @@ def haff_time(run: Run, selection: Selection) -> Picture:
     records, said = [], []
     for index, point in enumerate(points):
         traces = list(repeats(run, point, selection))
+        require_motion(traces[0].start)
         middles, rates, errors = _local_rates(traces)
         curves = [curve(trace, "kinetic_energy") for trace in traces]
         k = ensemble(fit_curve(each, "exponential") for each in curves).mean
@@ -107,12 +111,12 @@ def haff_time(run: Run, selection: Selection) -> Picture:
                 "alpha": alpha,
                 "first_rate": float(rates[0]),
                 "last_rate": float(rates[-1]),
-                "tau_growth": float(rates[0] / rates[-1]),
                 "repeats": len(traces),
             }
         )
-        growth = short(rates[0] / rates[-1], 2)
-        said.append(growth + (f" ({name})" if name else ""))
+        bars = np.full(WINDOWS, math.nan) if errors is None else errors
+        ends = [with_error(rates[k], bars[k]) for k in (0, -1)]
+        said.append(f"from {ends[0]} to {ends[1]} s⁻¹" + (f" ({name})" if name else ""))
     return Picture(
         kind="haff-time",
         title="The decay rate falls with time",
@@ -123,9 +127,10 @@ def haff_time(run: Run, selection: Selection) -> Picture:
             _key("Haff's law, 2α/(1 + αt)", "solid"),
             _key("one constant k, as in the report", "dotted"),
         ),
-        caption="Between the first and the last window the local rate falls, and the report's τ "
-        f"grows, by factors of {', '.join(said)}. Mean energy of the repeats in {WINDOWS} windows "
-        "up to the end of the shortest, with standard errors. " + setting(run, points, selection),
+        caption=f"From the first to the last window the local rate goes {'; '.join(said)}: the "
+        "report's τ, inverse to it, is no constant. Mean energy of the repeats in "
+        f"{WINDOWS} windows up to the end of the shortest, with standard errors. "
+        + setting(run, points, selection),
         numbers={"points": records},
         x_limits=(0.0, None),
         y_limits=(0.0, None),
@@ -139,6 +144,7 @@ def event_decay(run: Run, selection: Selection) -> Picture:
     records, said = [], []
     for index, point in enumerate(points):
         traces = list(repeats(run, point, selection))
+        require_motion(traces[0].start)
         number = traces[0].start.number
         counts = np.linspace(0, min(trace.collisions for trace in traces), COUNTS + 1)
         rows = np.array([_against_counts(trace, counts) for trace in traces])

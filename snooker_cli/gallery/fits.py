@@ -17,6 +17,7 @@ from snooker_cli.gallery.selection import (
     one_repeat,
     parameters,
     repeats,
+    require_motion,
     setting,
     single_point,
     varying,
@@ -50,7 +51,9 @@ def _fit(run: Run, selection: Selection, quantity: Quantity, kind: str, title: s
     point = single_point(run, selection)
     if elastic(point):
         raise PictureError("nothing decays where all collisions are elastic; take cor below 1")
-    shown = curve(one_repeat(run, point, selection), quantity)
+    trace = one_repeat(run, point, selection)
+    require_motion(trace.start)
+    shown = curve(trace, quantity)
     fits = {law: fit_curve(shown, law) for law in LAWS}
     if not any(result.converged for result in fits.values()):
         raise PictureError(f"this repeat cannot be fitted: {fits['exponential'].message}")
@@ -59,7 +62,7 @@ def _fit(run: Run, selection: Selection, quantity: Quantity, kind: str, title: s
     means = {law: ensemble(fit_curve(each, law) for each in curves) for law in LAWS}
     symbols: dict[Law, str] = {"exponential": "κ" if quantity == "pressure" else "k", "haff": "α"}
     number = run.experiment.repeats
-    layers = _curves(shown, fits, symbols, selection.repeat or 0)
+    layers = _curves(shown, fits, symbols, selection.repeat or 0, steps=quantity != "pressure")
     if number > 1:
         layers += [
             Note(
@@ -90,13 +93,12 @@ def _fit(run: Run, selection: Selection, quantity: Quantity, kind: str, title: s
 
 
 def _curves(
-    shown: Curve, fits: dict[Law, FitResult], symbols: dict[Law, str], repeat: int
+    shown: Curve, fits: dict[Law, FitResult], symbols: dict[Law, str], repeat: int, *, steps: bool
 ) -> list[Layer]:
     """The repeat's curve and the laws fitted to it, with value ± error of this fit alone."""
     kept = thinned(len(shown.time))
-    layers: list[Layer] = [
-        Line(shown.time[kept], shown.value[kept], f"simulation, repeat {repeat}", 0)
-    ]
+    name = f"simulation, repeat {repeat}"
+    layers: list[Layer] = [Line(shown.time[kept], shown.value[kept], name, 0, steps=steps)]
     fine = np.linspace(shown.time[0], shown.time[-1], 300)
     for series, law in enumerate(LAWS, start=1):
         result = fits[law]

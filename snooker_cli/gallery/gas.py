@@ -174,8 +174,10 @@ def _pressures(
         if series == 0:
             layers.append(_ideal_line(states, x, axis, log=log))
         layers += _theory_line(states, x, axis, series, log=log)
-        name = label(group[0], [each[0] for each in groups]) or "simulation"
-        layers.append(Points(x, found[:, 0], x_error, _errors(found[:, 1]), name, series))
+        name = label(group[0], [each[0] for each in groups])
+        layers.append(
+            Points(x, found[:, 0], x_error, _errors(found[:, 1]), name or "simulation", series)
+        )
         ratios = np.array([float((state.pressures / state.ideal).mean()) for state in states])
         for k, state in enumerate(states):
             records.append(
@@ -191,7 +193,7 @@ def _pressures(
                 }
             )
         low, high = f"{ratios.min():.3f}", f"{ratios.max():.3f}"
-        said.append((low if low == high else f"{low} to {high}") + f" ({name})")
+        said.append((low if low == high else f"{low} to {high}") + (f" ({name})" if name else ""))
     return Picture(
         kind=kind,
         title=title,

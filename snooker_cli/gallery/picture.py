@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, TypeAlias
 
@@ -38,6 +39,7 @@ class Line(_Layer):
     label : its entry in the legend, if any
     series : which series it belongs to, from 0: the same number has the same colour
     style : "series" for a dash pattern of its own, or one shared by all series
+    steps : whether y stays as it is until the next x
     """
 
     x: Array
@@ -45,6 +47,7 @@ class Line(_Layer):
     label: str | None = None
     series: int = 0
     style: Literal["series", "solid", "dashed", "dotted"] = "series"
+    steps: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +111,7 @@ class Picture:
     title, x_label, y_label : with units
     layers : from the back to the front
     caption : one to three sentences, written from ``numbers``
-    numbers : the key numbers, as JSON: numbers, text, lists and dictionaries of them
+    numbers : the key numbers, as JSON has them: what is not finite is ``None``
     x_limits, y_limits : (low, high), either ``None`` to fit the data
     """
 
@@ -123,3 +126,19 @@ class Picture:
     y_log: bool = False
     x_limits: tuple[float | None, float | None] = (None, None)
     y_limits: tuple[float | None, float | None] = (None, None)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "numbers", plain(self.numbers))
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON has it: lists for arrays and tuples, ``None`` for what is not finite."""
+    if isinstance(value, dict):
+        return {str(key): plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -39,7 +39,7 @@ MOST_DISTANCES = 5_000_000
 
 def central_distances_picture(run: Run, selection: Selection) -> Picture:
     """How far the balls' centres are from the container's: none may be outside R - r."""
-    points = _points_with_states(run, selection)
+    points = _points_with_states(run, selection, 1)
     found = [_Distances(run, point, selection, central=True) for point in points]
     limit, largest = max(each.limit for each in found), max(each.largest for each in found)
     excess = max(each.excess for each in found)
@@ -74,7 +74,7 @@ def central_distances_picture(run: Run, selection: Selection) -> Picture:
 
 def pair_distances_picture(run: Run, selection: Selection) -> Picture:
     """How far the balls' centres are from each other: no two may be nearer than 2r."""
-    points = _points_with_states(run, selection)
+    points = _points_with_states(run, selection, 2)
     found = [_Distances(run, point, selection, central=False) for point in points]
     limit, smallest = min(each.limit for each in found), min(each.smallest for each in found)
     excess = max(each.excess for each in found)
@@ -150,13 +150,15 @@ class _Distances:
         return {"parameters": parameters(self.point), name: extreme, "beyond_limit": self.excess}
 
 
-def _points_with_states(run: Run, selection: Selection) -> list[Point]:
+def _points_with_states(run: Run, selection: Selection, least: int) -> list[Point]:
     """The points to show. Raises ``PictureError`` if their states cannot be had or are too many."""
     if run.experiment.record == "summary":
         raise PictureError("it needs positions; run the config with `record: events`")
     points = series_of_points(run, selection)
     for point in points:
         number = next(repeats(run, point, selection)).start.number
+        if number < least:
+            raise PictureError("one ball has no distance to another; it needs two or more")
         if number * (number - 1) > MOST_DISTANCES:
             raise PictureError(f"{number:,} balls have too many distances to show")
     return points

@@ -86,7 +86,9 @@ def _from_zero(trace: Trace) -> tuple[Array, Array]:
     """Times and mean pressures since the start, which is zero at time zero; s and Pa m."""
     time, values = cumulative_pressure(series(trace), trace.start.container_radius)
     if not len(time):
-        raise PictureError("a repeat has no collisions, so that it has no pressure")
+        raise PictureError(
+            "nothing happens after the start of a repeat, so that it has no pressure"
+        )
     return np.append(0.0, time), np.append(0.0, values)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -66,12 +65,12 @@ def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
         )
     points = run.points
     for key, wanted in selection.where.items():
-        values = wanted if isinstance(wanted, tuple) else (wanted,)
+        # A list of coordinates is itself a tuple, and may be the one value that is wanted.
+        values = (wanted, *wanted) if isinstance(wanted, tuple) else (wanted,)
         matching = tuple(point for point in points if value_at(point, key) in values)
         if not matching:
             present = listed([str(value) for value in distinct(points, key)])
-            asked = " or ".join(str(value) for value in values)
-            raise PictureError(f"no point has {key} = {asked}: there it is {present}")
+            raise PictureError(f"no point has {key} = {wanted}: there it is {present}")
         points = matching
     return points
 
@@ -193,6 +192,12 @@ def equal_balls(scene: Scene) -> bool:
     return bool(np.all(scene.radii == scene.radii[0]) and np.all(scene.masses == scene.masses[0]))
 
 
+def require_motion(scene: Scene) -> None:
+    """Raise ``PictureError`` where nothing moves at the start, so that no ratio to it exists."""
+    if scene.kinetic_energy == 0:
+        raise PictureError("nothing moves at the start, so that there is no ratio to it")
+
+
 def label(point: Point, points: Sequence[Point]) -> str | None:
     """What tells a point from the others, as a legend has it; ``None`` if it is alone."""
     return ", ".join(described(point, key) for key in varying(points)) or None
@@ -242,11 +247,8 @@ def setting(
 
 
 def parameters(point: Point) -> dict[str, Any]:
-    """A point's swept keys and values, as JSON."""
-    return {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in point.parameters
-    }
+    """A point's swept keys and values."""
+    return dict(point.parameters)
 
 
 def _read(path: Path) -> Trace:

@@ -76,7 +76,8 @@ def speeds(run: Run, selection: Selection) -> Picture:
                 "one_over_root": float(total**-0.5),
             }
         )
-        said.append(f"{distance:.4f} (1/√n = {total**-0.5:.4f})")
+        name = label(point, points)
+        said.append(f"{distance:.4f} ({name + ', ' if name else ''}1/√n = {total**-0.5:.4f})")
     for index, (number, unit) in enumerate(laws):
         layers += _laws(number, unit, named=index == 0)
     return Picture(

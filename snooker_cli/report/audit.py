@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.compare import compare
+from snooker_cli.compare import compare, measure
 from snooker_cli.decay import decays
 from snooker_cli.observables import (
     at_collisions,
@@ -96,7 +96,7 @@ def audit(runs: Runs) -> Audit:
             rows.append(Row(number, ours, explanation, value, EXPLAINED if good else UNEXPLAINED))
     return Audit(
         rows=tuple(rows),
-        claims=_claims(stated),
+        claims=(*_claims(stated), *_ideal_gas_claims(runs.dilute)),
         finding=finding,
         score=finding.score(TARGETS),
         candidates=len(candidates),
@@ -266,3 +266,36 @@ def _claims(stated: dict[str, Ours]) -> tuple[Claim, ...]:
             )
         )
     return tuple(claims)
+
+
+def _ideal_gas_claims(run: Run) -> tuple[Claim, ...]:
+    """What the report says of CoR and the ideal gas law, checked on its tiny balls."""
+    point = next(
+        point
+        for point in run.points
+        if point.experiment.cor == 0.8 and point.experiment.balls.radius == 0.01  # type: ignore[union-attr]
+    )
+    means, ends, trapped = [], [], 0
+    for trace in run.traces(point):
+        found = measure(trace)
+        area = math.pi * trace.start.container_radius**2
+        ideal = theory.ideal_gas_pressure(trace.start.number, 1.0, area)
+        last = trace.finish.kinetic_energy / trace.start.number
+        means.append(found.pressure / (ideal * found.temperature))
+        ends.append(found.pressure / (ideal * last))
+        trapped += not trace.stop.reason.complete
+    return (
+        Claim(
+            "As CoR falls the simulated pressure exceeds the ideal one (fig. 17).",
+            f"ours at CoR 0.8: {np.mean(means):.3f} of the ideal pressure at the mean temperature "
+            f"of the same time, {np.mean(ends):.2f} at the temperature of its end: the excess is "
+            f"that of a mean over a last value ({trapped} of {len(means)} repeats end in a wall "
+            "trap)",
+            False,
+        ),
+        Claim(
+            "The divergence from the ideal gas law grows when CoR increases (abstract).",
+            "its section III C says that it grows as CoR decreases: the two contradict each other",
+            False,
+        ),
+    )

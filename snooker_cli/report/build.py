@@ -42,7 +42,7 @@ def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
             audit=opened["audit"],
         )
     )
-    fits = {name: _fits(opened[name]) for name in ("decay", "restitution", "elastic-wall")}
+    fits = _fits(opened["decay"])
     write_json(out / "numbers.json", _numbers(pictures, judged, fits))
     document = content.document(pictures, judged, fits, opened)
     say("the pages")
@@ -50,19 +50,16 @@ def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
 
 
 def _fits(run: Run) -> list[dict[str, Any]]:
-    """The decay constants of a run; of one with many repeats, those of the energy alone."""
-    few = run.experiment.repeats < 50
+    """The decay constants of a run."""
     return [
         record(decay, dict(point.parameters))
         for point in run.points
-        for decay in (
-            decays(run.traces(point)) if few else decays(run.traces(point), ["kinetic_energy"])
-        )
+        for decay in decays(run.traces(point))
     ]
 
 
 def _numbers(
-    pictures: dict[str, Picture], judged: Audit, fits: dict[str, list[dict[str, Any]]]
+    pictures: dict[str, Picture], judged: Audit, fits: list[dict[str, Any]]
 ) -> dict[str, Any]:
     """Everything the report says, as numbers."""
     return {

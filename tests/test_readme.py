@@ -1,0 +1,95 @@
+"""What the README shows is what the commands print, and its finding is the audit's."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from snooker_cli.report import audit as auditing
+from snooker_cli.report.search import best, search
+from snooker_cli.results import open_run
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```console\n(.*?)```", README, flags=re.DOTALL)
+TIMING = re.compile(r" in [\d.]+ s \([\d,]+ events/s\)")
+
+
+def shell(command: str, folder: Path) -> str:
+    """What a command prints, with this environment's snooker first on the path."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        command,
+        shell=True,
+        cwd=folder,
+        env={**os.environ, "PATH": path, "PYTHONIOENCODING": "utf-8"},
+        capture_output=True,
+        text=True,
+        check=True,
+        encoding="utf-8",
+    )
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the configs, as a user has it."""
+    made = tmp_path_factory.mktemp("readme")
+    shutil.copytree(ROOT / "configs", made / "configs")
+    return made
+
+
+def test_commands_print_what_the_readme_shows(folder: Path) -> None:
+    shown = [block for block in BLOCKS if block.startswith("$ snooker")]
+    assert len(shown) >= 4
+    for block in shown:
+        command, _, output = block.removeprefix("$ ").partition("\n")
+        printed = shell(command, folder)
+        assert TIMING.sub("", printed) == TIMING.sub("", output), command
+
+
+def test_the_two_commands_are_the_makefiles() -> None:
+    targets = re.findall(r"\$ make (\w+)", README)
+    assert targets == ["report", "test"]
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for target in [*targets, *re.findall(r"`make (\w+)`", README)]:
+        assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
+
+
+def test_the_config_shown_is_the_one_run() -> None:
+    shown = re.search(r"```yaml\n(.*?)```", README, flags=re.DOTALL)
+    assert shown is not None
+    from snooker_cli.config import digest, load, parse
+
+    of_file = load(ROOT / "configs" / "decay.yaml").experiment
+    of_readme = parse(shown.group(1)).experiment
+    assert digest(of_file) == digest(of_readme)
+    assert (of_file.sweep, of_file.repeats) == (of_readme.sweep, of_readme.repeats)
+
+
+def test_schema_beside_the_configs_is_the_commands(folder: Path) -> None:
+    committed = (ROOT / "configs" / "schema.json").read_text(encoding="utf-8")
+    assert committed == shell("snooker schema", folder)
+
+
+def test_finding(folder: Path) -> None:
+    """The README's sentences on the audit, from a full search."""
+    for name in ("decay", "audit"):
+        shell(f"snooker run configs/{name}.yaml --no-progress", folder)
+    candidates = search(open_run(folder / "runs" / "audit"))
+    found = best(candidates, auditing.TARGETS)
+    text = " ".join(README.split())
+    assert f"Of {len(candidates)} settings searched" in text
+    setting = found.setting
+    assert (setting.elastic_wall, setting.held, setting.window) == (True, False, 500)
+    assert (setting.radius, setting.slip) == (1.0, 10.0)
+    assert f"rings to {setting.extent:g} of the container's radius" in text
+    values = [found.values[name][0] for name in auditing.TARGETS]
+    assert "It gives {:.3f}, {:.3f}, {:.3f} and {:.3f} /s".format(*values) in text
+    assert found.score(auditing.TARGETS) < 4  # four numbers, each within about one uncertainty

@@ -1,0 +1,143 @@
+"""The whole way from the configs in configs/, shortened, to the report's pages."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import threading
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from snooker_cli.config import load
+from snooker_cli.report.build import build
+from snooker_cli.report.plates import PLATES, RUNS
+from snooker_cli.report.published import PUBLISHED
+from snooker_cli.results import create
+from snooker_cli.runner import Watcher, check_scenes, execute
+
+ROOT = Path(__file__).parent.parent
+CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
+
+
+def quick(config: Path, folder: Path) -> None:
+    """Run a config with few repeats and collisions."""
+    given = load(config).experiment
+    overrides = [f"repeats={min(given.repeats, 3)}"]
+    if given.collisions and given.collisions > 1000:
+        overrides.append("collisions=1000")
+    experiment = load(config, overrides).experiment
+    run = create(folder / config.stem, experiment)
+    outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())
+    assert [outcome.error for outcome in outcomes if outcome.error] == []
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Every config of the report, run with three repeats."""
+    folder = tmp_path_factory.mktemp("runs")
+    for config in CONFIGS:
+        quick(config, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def report(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The report built from them."""
+    folder = tmp_path_factory.mktemp("report")
+    build(runs, folder, lambda message: None)
+    return folder
+
+
+@pytest.mark.parametrize("config", CONFIGS, ids=lambda path: path.stem)
+def test_every_config_is_valid_as_it_stands(config: Path) -> None:
+    check_scenes(load(config).points())
+
+
+def test_every_run_of_the_report_has_its_config_and_target() -> None:
+    assert sorted(RUNS) == sorted(path.stem for path in CONFIGS)
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    listed = re.search(r"^RUNS := (.*)$", makefile, flags=re.MULTILINE)
+    assert listed is not None
+    assert sorted(listed.group(1).split()) == sorted(RUNS)
+
+
+def test_the_18_figures_with_their_numbers(report: Path) -> None:
+    for number in range(1, 19):
+        for ending in ("svg", "png", "json"):
+            assert (report / "figures" / f"fig{number:02d}.{ending}").stat().st_size > 500
+
+
+def test_figures_hold_what_the_source_says(report: Path) -> None:
+    figures = json.loads((report / "numbers.json").read_text(encoding="utf-8"))["figures"]
+    assert abs(figures["fig01"]["largest_distance"] - 9.0) < 1e-13
+    assert abs(figures["fig02"]["smallest_distance"] - 2.0) < 1e-13
+
+
+def test_every_printed_number_is_judged(report: Path) -> None:
+    audit = json.loads((report / "numbers.json").read_text(encoding="utf-8"))["audit"]
+    assert [row["name"] for row in audit["numbers"]] == [one.name for one in PUBLISHED]
+    assert all(row["verdict"] for row in audit["numbers"])
+    by_name = {row["name"]: row for row in audit["numbers"]}
+    # What needs no statistics comes out the same however short the runs are.
+    for name in ("largest_distance", "smallest_distance", "momentum_x", "momentum_y", "density"):
+        assert by_name[name]["verdict"] == "reproduced", name
+    assert by_name["cross_section"]["ours"]["value"] == pytest.approx(6.2832, abs=1e-4)
+
+
+class Page(HTMLParser):
+    """Collects what a page loads from elsewhere, and its text."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.loaded: list[str] = []
+        self.images = 0
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name in ("src", "href") and value and not value.startswith(("#", "data:")):
+                self.loaded.append(value)
+        self.images += tag == "img"
+        assert tag not in ("script", "link", "iframe")
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def test_page_is_self_contained(report: Path) -> None:
+    page = Page()
+    page.feed((report / "report.html").read_text(encoding="utf-8"))
+    assert page.loaded == []
+    assert page.images == len(PLATES)
+    for number in PUBLISHED:
+        assert number.what in page.text, number.name
+        assert number.printed in page.text, number.name
+    assert "nan" not in re.findall(r"\b[a-z]+\b", page.text)
+
+
+def test_pdf_has_pages(report: Path) -> None:
+    content = (report / "report.pdf").read_bytes()
+    assert content.startswith(b"%PDF-")
+    assert len(content) > 100_000
+
+
+def test_second_build_gives_the_same_bytes(runs: Path, report: Path, tmp_path: Path) -> None:
+    build(runs, tmp_path, lambda message: None)
+    files = sorted(path.relative_to(report) for path in report.rglob("*") if path.is_file())
+    assert len(files) == 3 * len(PLATES) + 3
+    for name in files:
+        assert (tmp_path / name).read_bytes() == (report / name).read_bytes(), name
+
+
+def test_missing_run_is_said(runs: Path, tmp_path: Path) -> None:
+    from snooker_cli.results import RunError
+
+    partly = tmp_path / "runs"
+    partly.mkdir()
+    for name in RUNS[1:]:
+        shutil.copytree(runs / name, partly / name)
+    with pytest.raises(RunError, match="decay"):
+        build(partly, tmp_path / "out", lambda message: None)
