@@ -17,6 +17,7 @@ from snooker_cli.fit import Ensemble, FitResult, Model, ensemble, fit
 from snooker_cli.observables import (
     cumulative_pressure,
     energy_ratio,
+    over_first,
     series,
     temperature,
     window_pressure,
@@ -83,8 +84,8 @@ def curve(trace: Trace, quantity: Quantity) -> Curve:
     if quantity == "kinetic_energy":
         return Curve(found.time, energy_ratio(found), 1.0, "haff")
     if quantity == "temperature":
-        values = temperature(found, trace.start.number)
-        return Curve(found.time, values / values[0], 1.0, "haff")
+        values = over_first(temperature(found, trace.start.number))
+        return Curve(found.time, values, 1.0, "haff")
     radius = trace.start.container_radius
     if quantity == "pressure":
         settled = found.wall_events + found.pair_events >= SKIPPED_COLLISIONS

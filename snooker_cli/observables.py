@@ -24,6 +24,7 @@ __all__ = [
     "cumulative_pressure",
     "energy_ratio",
     "momentum",
+    "over_first",
     "pair_distances",
     "reduced_speed_counts",
     "sampling_times",
@@ -41,9 +42,13 @@ def temperature(found: Series, number: int) -> Array:
 
 
 def energy_ratio(found: Series) -> Array:
-    """Kinetic energy of balls and container over that at the start."""
-    total = found.kinetic_energy + found.container_energy
-    return np.asarray(total / total[0])
+    """Kinetic energy of balls and container over that at the start; nan if all was at rest."""
+    return over_first(found.kinetic_energy + found.container_energy)
+
+
+def over_first(values: Array) -> Array:
+    """Values over the first of them; nan if that is zero."""
+    return np.asarray(values / (values[0] if values[0] > 0 else np.nan))
 
 
 def cumulative_pressure(found: Series, container_radius: float) -> tuple[Array, Array]:
@@ -60,6 +65,8 @@ def window_pressure(
     found: Series, container_radius: float, windows: int, end: float
 ) -> tuple[Array, Array]:
     """Middles and pressures of equal windows of time between 0 and ``end``; s and Pa m."""
+    if end <= 0:
+        return np.empty(0), np.empty(0)
     edges = np.linspace(0.0, end, windows + 1)
     # The impulse is a staircase: at an edge it is that of the last row at or before it.
     rows = np.searchsorted(found.time, edges, side="right") - 1
@@ -122,12 +129,13 @@ def sampling_times(trace: Trace, collisions_between: float = 5.0) -> Array:
         between = collisions_between * trace.start.number / 2
         interval = trace.stop.time * between / trace.pair_events
     samples = int(trace.stop.time / interval) if interval > 0 else 0
-    return np.arange(1, samples + 1, dtype=np.float64) * interval
+    times = np.arange(1, samples + 1, dtype=np.float64) * interval
+    return np.asarray(np.minimum(times, trace.stop.time))
 
 
 def speeds(trace: Trace, times: Array) -> Array:
     """Speeds of all balls at given times; (*t*, *N*), m/s."""
-    velocities = replay(trace, np.minimum(times, trace.stop.time)).velocities
+    velocities = replay(trace, times).velocities
     return np.asarray(np.hypot(velocities[..., 0], velocities[..., 1]))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,7 +53,7 @@ class Run:
             "points": [
                 {
                     "index": point.index,
-                    "parameters": dict(point.parameters),
+                    "parameters": point.as_json(),
                     "digest": digest(point.experiment),
                 }
                 for point in self.points
@@ -80,7 +81,7 @@ def create(directory: Path, experiment: Experiment, *, fresh: bool = False) -> R
                 f"{directory}: holds results of another config or engine version; give --fresh to "
                 "replace them or --out for another folder"
             )
-    elif directory.is_dir() and any(directory.iterdir()) and not manifest.exists():
+    elif not manifest.exists() and _holds_files(directory):
         raise RunError(
             f"{directory}: is not empty and not a run of snooker; give --out for another folder"
         )
@@ -88,7 +89,6 @@ def create(directory: Path, experiment: Experiment, *, fresh: bool = False) -> R
         if fresh:
             for old in directory.glob("point-*/repeat-*.h5*"):
                 old.unlink()
-            manifest.unlink(missing_ok=True)
         directory.mkdir(parents=True, exist_ok=True)
         write_json(manifest, run.manifest())
     except OSError as error:
@@ -112,15 +112,24 @@ def open_run(name: str | Path) -> Run:
         content = json.loads(manifest.read_text(encoding="utf-8"))
         experiment = parse(json.dumps(content["experiment"]), str(manifest)).experiment
     except (OSError, ValueError, KeyError, TypeError, ConfigError) as error:
-        raise RunError(f"{manifest}: cannot be read ({error}); run the config again") from None
+        said = str(error).splitlines()[0]
+        raise RunError(f"{manifest}: cannot be read ({said}); run the config again") from None
     return Run(directory, experiment, points(experiment))
 
 
 def write_json(path: Path, content: Any) -> None:
     """Write a JSON file, whole or not at all."""
     part = path.with_name(path.name + ".part")
-    part.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    with part.open("w", encoding="utf-8") as file:
+        file.write(json.dumps(content, indent=2, allow_nan=False) + "\n")
+        file.flush()
+        os.fsync(file.fileno())
     part.replace(path)
+
+
+def _holds_files(directory: Path) -> bool:
+    """Whether a folder has anything in it but what an interrupted write leaves."""
+    return directory.is_dir() and any(path.suffix != ".part" for path in directory.iterdir())
 
 
 def _identity(manifest: Path) -> str | None:

@@ -186,7 +186,7 @@ def _do(run: Run, job: Job, watcher: Watcher, cancelled: threading.Event) -> Out
         provenance = store.Provenance(
             config=to_json(experiment),
             digest=digest(experiment),
-            parameters=json.dumps(dict(job.point.parameters)),
+            parameters=json.dumps(job.point.as_json()),
             point=job.point.index,
             repeat=job.repeat,
             engine_version=ENGINE_VERSION,

@@ -30,6 +30,7 @@ import hashlib
 import json
 import os
 import threading
+from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,7 @@ from snooker_cli.scene import Scene
 from snooker_cli.trace import SERIES_UNITS, Events, Series, Stop, StopReason, Summary, Trace
 
 SCHEMA_VERSION = 1
+UNREADABLE = (OSError, KeyError, ValueError, TypeError, RuntimeError)
 COMPRESS_FROM = 4096  # elements; below it a filter costs more time and space than it saves
 
 
@@ -90,7 +92,8 @@ def write(path: Path, trace: Trace, provenance: Provenance) -> None:
             os.fsync(file.fileno())
         part.replace(path)
     except OSError as error:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
         raise StoreError(
             f"{path}: cannot write the result ({error.strerror or error}); make room or choose "
             "another folder with --out"
@@ -103,13 +106,12 @@ def read(path: Path) -> Stored:
         with h5py.File(path, "r") as file:
             stored = _stored(file)
             expected = file["parameters/snooker"].attrs["content"]
+            said = file["parameters/snooker"].attrs["provenance"]
     except FileNotFoundError:
         raise StoreError(f"{path}: there is no such result; run it first") from None
-    except (OSError, KeyError, ValueError, TypeError) as error:
-        raise StoreError(
-            f"{path}: not a readable result of snooker ({error}); delete it and run again"
-        ) from None
-    if content_hash(stored.trace) != expected:
+    except UNREADABLE as error:
+        raise StoreError(_unreadable(path, error)) from None
+    if content_hash(stored.trace, said) != expected:
         raise StoreError(f"{path}: its content has changed since it was written; run it again")
     return stored
 
@@ -119,15 +121,21 @@ def read_provenance(path: Path) -> tuple[Provenance, Stop]:
     try:
         with h5py.File(path, "r") as file:
             return _provenance(file), _stop(_ending(file))
-    except (OSError, KeyError, ValueError, TypeError) as error:
-        raise StoreError(
-            f"{path}: not a readable result of snooker ({error}); delete it and run again"
-        ) from None
+    except UNREADABLE as error:
+        raise StoreError(_unreadable(path, error)) from None
 
 
-def content_hash(trace: Trace) -> str:
-    """SHA-256 over every array of the trace and its ending."""
-    digest = hashlib.sha256()
+def _unreadable(path: Path, error: Exception) -> str:
+    """The sentence for a file that HDF5 or the schema does not take."""
+    if path.is_dir():
+        return f"{path}: is a folder where a result's file should be; delete it and run again"
+    said = (str(error).splitlines() or [type(error).__name__])[0]
+    return f"{path}: not a readable result of snooker ({said}); delete it and run again"
+
+
+def content_hash(trace: Trace, provenance: str = "") -> str:
+    """SHA-256 over every array of the trace, its ending, and the provenance's JSON."""
+    digest = hashlib.sha256(provenance.encode())
     for scene in (trace.start, trace.finish):
         for field in fields(scene):
             digest.update(np.asarray(getattr(scene, field.name), dtype="<f8").tobytes())
@@ -137,7 +145,7 @@ def content_hash(trace: Trace) -> str:
     for column in columns:
         digest.update(column.astype(column.dtype.newbyteorder("<"), copy=False).tobytes())
     counts = (trace.wall_events, trace.pair_events)
-    digest.update(repr((str(trace.stop.reason), trace.stop.time, counts)).encode())
+    digest.update(repr((sorted(vars(trace.stop).items()), counts)).encode())
     return digest.hexdigest()
 
 
@@ -145,14 +153,14 @@ def _image(trace: Trace, provenance: Provenance) -> bytes:
     """The file's bytes, made in memory."""
     # HDF5 knows files by name, those in memory too: threads need different ones.
     name = f"snooker-{threading.get_ident()}"
-    with h5py.File(
-        name, "w", driver="core", backing_store=False, libver=("earliest", "v110")
-    ) as file:
+    # Version 1.10 of the format has checksums in its metadata: a damaged file is refused.
+    with h5py.File(name, "w", driver="core", backing_store=False, libver=("v110", "v110")) as file:
         _write_header(file)
         attributes = file.create_group("parameters/snooker").attrs
         attributes["schema_version"] = SCHEMA_VERSION
-        attributes["content"] = content_hash(trace)
-        attributes["provenance"] = json.dumps(asdict(provenance))
+        said = json.dumps(asdict(provenance))
+        attributes["content"] = content_hash(trace, said)
+        attributes["provenance"] = said
         attributes["ending"] = json.dumps(
             {
                 **asdict(trace.stop),

@@ -62,7 +62,9 @@ class Events:
 
 @dataclass(frozen=True)
 class Series:
-    """Observables over time, from time zero: after each collision, or on an even grid.
+    """Observables over time, from time zero: after each collision, or on a grid.
+
+    A grid is even but for its last row, which is at the end of the repeat.
 
     Every column is (*g*,) ``numpy.float64``.
 
@@ -105,7 +107,7 @@ SERIES_UNITS = {
 class Summary:
     """What is kept of a run that stores no events.
 
-    series : observables on an even grid of times
+    series : observables on a grid of times
     speed_histogram : (*g*, *b*) ``numpy.int64``, balls by reduced speed v sqrt(m/2T) at the times
         of the grid, in bins of ``SPEED_BIN``; faster ones are in the last
     """

@@ -1,7 +1,8 @@
-"""What several test files start from: a small finished run, and the command line in-process."""
+"""What several test files start from: finished runs and traces, the command line in-process."""
 
 from __future__ import annotations
 
+import shutil
 import sys
 import threading
 from collections.abc import Callable
@@ -11,10 +12,14 @@ from pathlib import Path
 import pytest
 
 from snooker_cli import results
+from snooker_cli.arrange import arrange
 from snooker_cli.cli import main
 from snooker_cli.config import parse
+from snooker_cli.engine import simulate
 from snooker_cli.results import Run
 from snooker_cli.runner import Watcher, execute
+from snooker_cli.store import Provenance
+from snooker_cli.trace import Trace
 
 SMALL = """\
 container: {radius: 10.0, mass: 1.0e7}
@@ -49,6 +54,48 @@ def finished_run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())
     assert [outcome.error for outcome in outcomes] == [None] * 6
     return run
+
+
+@pytest.fixture(scope="session")
+def traces() -> dict[str, Trace]:
+    """Three hundred collisions of nineteen balls, recorded both ways."""
+    scene = arrange(parse(SMALL, overrides=["balls.rings=2", "cor=0.95"]).experiment, 0)
+    return {
+        "events": simulate(scene, collisions=300),
+        "summary": simulate(scene, collisions=300, summary=True),
+    }
+
+
+@pytest.fixture(scope="session")
+def provenance() -> Provenance:
+    """The same on every machine and at any time."""
+    return Provenance(
+        config='{"title": "Stöße", "container": {"mass": null}}',
+        digest="0" * 64,
+        parameters='{"cor": 0.9}',
+        point=3,
+        repeat=7,
+        engine_version=1,
+        versions='{"python": "3.11.9"}',
+        machine="x86_64",
+        command="snooker run µ.yaml -o cor=0.9",
+        started="2024-02-29T12:00:00.000+00:00",
+        seconds=0.1 + 0.2,
+    )
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working directory with the small config, ``small.yaml``."""
+    (tmp_path / "small.yaml").write_text(SMALL)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def finished(here: Path, finished_run: Run) -> Path:
+    """That directory with the config's run in it, ``runs/small``."""
+    return Path(shutil.copytree(finished_run.directory, here / "runs" / "small"))
 
 
 @pytest.fixture

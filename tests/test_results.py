@@ -167,10 +167,10 @@ def test_a_file_in_the_folders_place_is_said(tmp_path: Path, experiment: Experim
     "content",
     ["", "{", "[]", "{}", '{"experiment": {}}', '{"experiment": {"cor": 2}}', "null", "\ufffe"],
 )
-def test_a_damaged_manifest_is_said(
-    content: str, copied_run: Path, experiment: Experiment
-) -> None:
-    (copied_run / MANIFEST).write_bytes(content.encode("utf-16" if content == "\ufffe" else "utf-8"))
+def test_a_damaged_manifest_is_said(content: str, copied_run: Path, experiment: Experiment) -> None:
+    (copied_run / MANIFEST).write_bytes(
+        content.encode("utf-16" if content == "\ufffe" else "utf-8")
+    )
     with pytest.raises(RunError, match=r"run\.json: cannot be read .*; run the config again"):
         results.open_run(copied_run)
     with pytest.raises(RunError, match="--fresh"):

@@ -21,13 +21,14 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
     """
     import json
 
-    from snooker_cli.cli.tables import Column, point_label, print_table, with_error
+    from snooker_cli.cli.tables import Column, point_label, print_table
     from snooker_cli.decay import decays, record
     from snooker_cli.results import open_run, write_json
+    from snooker_cli.words import short, with_error
 
     opened = open_run(run)
     records = [
-        record(decay, dict(point.parameters))
+        record(decay, point.as_json())
         for point in opened.points
         for decay in decays(opened.traces(point))
     ]
@@ -52,8 +53,8 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
                 one["quantity"].replace("_", " "),
                 one["model"],
                 with_error(one["value"], one["error"]),
-                _digits(one["bootstrap_error"]),
-                _digits(one["max_min_half_range"]),
+                short(one["bootstrap_error"], 4),
+                short(one["max_min_half_range"], 4),
                 "–" if one["r_squared"] is None else f"{one['r_squared']:.3f}",
                 str(one["repeats"]),
             ]
@@ -71,14 +72,15 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
     """
     import json
 
-    from snooker_cli.cli.tables import Column, point_label, print_table, with_error
+    from snooker_cli.cli.tables import Column, point_label, print_table
     from snooker_cli.compare import compare as comparisons
     from snooker_cli.compare import record
     from snooker_cli.results import open_run, write_json
+    from snooker_cli.words import short, with_error
 
     opened = open_run(run)
     records = [
-        record(row, dict(point.parameters))
+        record(row, point.as_json())
         for point in opened.points
         for row in comparisons(opened.traces(point))
     ]
@@ -102,7 +104,7 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
                 one["quantity"] + ("" if one["unit"] == "1" else f", {one['unit']}"),
                 one["model"],
                 with_error(one["measured"], one["error"]),
-                _digits(one["predicted"]),
+                short(one["predicted"], 4),
                 f"{one['difference']:+.3g}",
                 "–"
                 if one["difference_in_errors"] is None
@@ -111,11 +113,6 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
             for one in records
         ],
     )
-
-
-def _digits(value: float | None) -> str:
-    """A number to four digits, a dash for none."""
-    return "–" if value is None else f"{value:.4g}"
 
 
 def _mention_short(records: list[dict[str, Any]]) -> None:

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from snooker_cli.cli.running import AsJson, ConfigPath, Overrides
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from snooker_cli.engine import States
+    from snooker_cli.trace import Events
 
 
 def validate(config: ConfigPath, override: Overrides = None, as_json: AsJson = False) -> None:
@@ -41,9 +47,11 @@ def schema() -> None:
     """Print the JSON schema of configs, for editors."""
     import json
 
+    from snooker_cli.cli.endings import until_nobody_reads
     from snooker_cli.config import schema as config_schema
 
-    typer.echo(json.dumps(config_schema(), indent=2))
+    with until_nobody_reads():
+        typer.echo(json.dumps(config_schema(), indent=2))
 
 
 def export(
@@ -71,7 +79,8 @@ def export(
     import sys
 
     from snooker_cli import store
-    from snooker_cli.cli.endings import UserError
+    from snooker_cli.cli.endings import UserError, until_nobody_reads
+    from snooker_cli.engine import replay
     from snooker_cli.results import open_run
 
     opened = open_run(run)
@@ -80,32 +89,37 @@ def export(
     trace = store.read(opened.path(point, repeat)).trace
     if trace.events is None:
         raise UserError(f"{opened.name} was run with `record: summary`: it has no events to export")
-    out = sys.stdout
-    if not states:
-        if times is not None:
-            raise UserError("--times goes with --states")
-        events = trace.events
-        out.write("time,i,j,impulse\n")
-        columns = (events.time, events.i, events.j, events.impulse)
-        for row in zip(*(column.tolist() for column in columns), strict=True):
-            out.write("{!r},{},{},{!r}\n".format(*row))
-        return
-    from snooker_cli.engine import replay
+    if states:
+        try:
+            found = replay(trace, _times(times, trace.stop.time))
+        except ValueError as error:
+            raise UserError(f"--times {times}: {error}") from None
+        rows = _state_rows(found)
+    elif times is None:
+        rows = _event_rows(trace.events)
+    else:
+        raise UserError("--times goes with --states")
+    with until_nobody_reads():
+        sys.stdout.writelines(rows)
 
-    try:
-        found = replay(trace, _times(times, trace.stop.time))
-    except ValueError as error:
-        raise UserError(f"--times {times}: {error}") from None
-    out.write("time,ball,x,y,u,v\n")
+
+def _event_rows(events: Events) -> Iterator[str]:
+    """The lines of the events' CSV."""
+    yield "time,i,j,impulse\n"
+    columns = (events.time, events.i, events.j, events.impulse)
+    for row in zip(*(column.tolist() for column in columns), strict=True):
+        yield "{!r},{},{},{!r}\n".format(*row)
+
+
+def _state_rows(found: States) -> Iterator[str]:
+    """The lines of the states' CSV; ball -1 is the container."""
+    yield "time,ball,x,y,u,v\n"
     for k, time in enumerate(found.time.tolist()):
-        container = [
-            *found.container_positions[k].tolist(),
-            *found.container_velocities[k].tolist(),
-        ]
-        out.write("{!r},-1,{!r},{!r},{!r},{!r}\n".format(time, *container))
-        rows = zip(found.positions[k].tolist(), found.velocities[k].tolist(), strict=True)
-        for ball, (position, velocity) in enumerate(rows):
-            out.write("{!r},{},{!r},{!r},{!r},{!r}\n".format(time, ball, *position, *velocity))
+        places = [found.container_positions[k], *found.positions[k]]
+        motions = [found.container_velocities[k], *found.velocities[k]]
+        for ball, (place, motion) in enumerate(zip(places, motions, strict=True), start=-1):
+            numbers = [time, *place.tolist(), *motion.tolist()]
+            yield "{!r},{},{!r},{!r},{!r},{!r}\n".format(numbers[0], ball, *numbers[1:])
 
 
 def _times(text: str | None, end: float) -> list[float]:

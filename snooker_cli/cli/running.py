@@ -107,7 +107,7 @@ def _summary(run: Run, outcomes: list[Outcome], seconds: float) -> dict[str, Any
             reasons[reason] = reasons.get(reason, 0) + 1
         points.append(
             {
-                "parameters": dict(point.parameters),
+                "parameters": point.as_json(),
                 "repeats": len(mine),
                 "cached": sum(outcome.cached for outcome in mine),
                 "collisions": sum(outcome.collisions for outcome in mine),

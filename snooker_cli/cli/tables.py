@@ -31,17 +31,3 @@ def point_label(parameters: Mapping[str, object]) -> str:
     """A point's swept keys and values, as in ``cor=0.8, balls.radius=1.0``."""
     values = {key: "null" if value is None else value for key, value in parameters.items()}
     return ", ".join(f"{key}={value}" for key, value in values.items()) or "all"
-
-
-def with_error(value: float | None, error: float | None) -> str:
-    """``1.234 ± 0.012``: the error to two digits, the value to the same place."""
-    import math
-
-    if value is None or not math.isfinite(value):
-        return "–"
-    if error is None or not math.isfinite(error) or error <= 0:
-        return f"{value:.4g}"
-    places = 1 - math.floor(math.log10(error))
-    if 0 <= places <= 8 and abs(value) < 1e7:
-        return f"{value:.{places}f} ± {error:.{places}f}"
-    return f"{value:.4g} ± {error:.2g}"

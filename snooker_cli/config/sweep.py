@@ -3,6 +3,7 @@
 import hashlib
 import itertools
 import json
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -29,6 +30,13 @@ class Point:
     """The swept keys and their values here, in the order written; () without a sweep."""
     experiment: Experiment
     """The experiment of this point alone: its `sweep` is empty."""
+
+    def as_json(self) -> dict[str, Any]:
+        """The swept keys and values as JSON; the infinite mass of a fixed container is null."""
+        return {
+            key: None if isinstance(value, float) and math.isinf(value) else value
+            for key, value in self.parameters
+        }
 
 
 def points(experiment: Experiment) -> tuple[Point, ...]:

@@ -61,9 +61,8 @@ def replay(trace: Trace, times: ArrayLike) -> States:
     if trace.events is None:
         raise ValueError("this repeat was recorded as a summary: it has no events to replay")
     wanted = np.asarray(times, dtype=np.float64)
-    if wanted.size and (
-        np.any(np.diff(wanted) < 0) or wanted[0] < 0 or wanted[-1] > trace.stop.time
-    ):
+    inside = np.all((wanted >= 0) & (wanted <= trace.stop.time))  # false for nan
+    if not inside or np.any(np.diff(wanted) < 0):
         raise ValueError(f"times must ascend within 0 and {trace.stop.time!r} s")
     scene = trace.start
     out = np.empty((len(wanted), 4, scene.number))

@@ -108,6 +108,26 @@ def count_speeds(
 
 
 @compiled
+def sample(
+    row: Floats,
+    histogram: Integers,
+    balls: Floats,
+    container: Floats | None,
+    setup: Setup,
+    masses: Floats | None,
+    sums: Floats,
+    counts: Integers,
+) -> None:
+    """Write a whole row, as things are after the last event."""
+    measure(row, balls, container, setup, masses)
+    count_speeds(histogram, row[KINETIC_ENERGY], balls, setup, masses)
+    row[WALL_IMPULSE] = sums[layout.WALL_IMPULSE]
+    row[PAIR_VIRIAL] = sums[layout.PAIR_VIRIAL]
+    row[WALL_EVENTS] = counts[layout.WALL_EVENTS]
+    row[PAIR_EVENTS] = counts[layout.PAIR_EVENTS]
+
+
+@compiled
 def sample_until(
     now: float,
     grid: Grid,
@@ -123,11 +143,6 @@ def sample_until(
         if grid.used[0] > ROWS:
             halve(grid)
             continue
-        row = grid.rows[grid.used[0]]
-        measure(row, balls, container, setup, masses)
-        count_speeds(grid.histogram[grid.used[0]], row[KINETIC_ENERGY], balls, setup, masses)
-        row[WALL_IMPULSE] = sums[layout.WALL_IMPULSE]
-        row[PAIR_VIRIAL] = sums[layout.PAIR_VIRIAL]
-        row[WALL_EVENTS] = counts[layout.WALL_EVENTS]
-        row[PAIR_EVENTS] = counts[layout.PAIR_EVENTS]
+        k = grid.used[0]
+        sample(grid.rows[k], grid.histogram[k], balls, container, setup, masses, sums, counts)
         grid.used[0] += 1

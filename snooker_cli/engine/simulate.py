@@ -10,7 +10,16 @@ import numpy as np
 
 from snooker_cli.engine import allpairs, layout, sampling
 from snooker_cli.scene import Scene
-from snooker_cli.trace import CONTAINER, Events, Series, Stop, StopReason, Summary, Trace
+from snooker_cli.trace import (
+    CONTAINER,
+    SPEED_BINS,
+    Events,
+    Series,
+    Stop,
+    StopReason,
+    Summary,
+    Trace,
+)
 
 CHUNK = 65536
 """Events between two looks at whether the user wants to stop; some 30 ms of work."""
@@ -45,7 +54,8 @@ def simulate(
         if answer != allpairs.FULL:
             return run.trace(_REASONS[answer])
         if stop_wanted:
-            return run.trace(StopReason.INTERRUPTED)
+            done = run.events >= run.collision_limit
+            return run.trace(StopReason.COLLISIONS if done else StopReason.INTERRUPTED)
 
 
 def specialisation(scene: Scene, *, summary: bool = False) -> dict[str, bool]:
@@ -197,21 +207,18 @@ class _Run:
         return Stop(reason, now, (), f"interrupted after {events} collisions at {now:.9g} s")
 
     def _summary(self, end: float, grid: sampling.Grid) -> Summary:
-        """The grid's rows up to ``end``, as columns."""
-        sampling.sample_until(
-            end,
-            grid,
-            self.balls,
-            self.container,
-            self.setup,
-            self.masses,
-            self.sums,
-            self.counts,
-        )
+        """The grid's rows before ``end`` and one more at it."""
+        state = (self.balls, self.container, self.setup, self.masses, self.sums, self.counts)
+        sampling.sample_until(end, grid, *state)
         used = int(grid.used[0])
-        time = np.arange(used, dtype=np.float64) * grid.step[0]
-        series = Series(time, *(np.ascontiguousarray(grid.rows[:used].T)))
-        return Summary(series=series, speed_histogram=grid.histogram[:used].copy())
+        row, histogram = np.zeros(sampling.COLUMNS), np.zeros(SPEED_BINS, dtype=np.int64)
+        sampling.sample(row, histogram, *state)
+        time = np.append(np.arange(used, dtype=np.float64) * grid.step[0], end)
+        columns = np.ascontiguousarray(np.vstack([grid.rows[:used], row]).T)
+        return Summary(
+            series=Series(time, *columns),
+            speed_histogram=np.vstack([grid.histogram[:used], histogram]),
+        )
 
 
 def _room(events: int) -> layout.Recorded:

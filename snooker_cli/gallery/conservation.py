@@ -12,14 +12,13 @@ from snooker_cli.gallery.selection import (
     elastic,
     label,
     one_repeat,
-    parameters,
     require_motion,
     series_of_points,
     setting,
 )
-from snooker_cli.gallery.words import short
 from snooker_cli.observables import at_collisions, energy_ratio, momentum, series
 from snooker_cli.scene import EPSILON
+from snooker_cli.words import short
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,7 +46,7 @@ def energy(run: Run, selection: Selection) -> Picture:
         layers.append(Line(found.time[kept], ratio[kept], name, index, steps=True))
         records.append(
             {
-                "parameters": parameters(point),
+                "parameters": point.as_json(),
                 "elastic": elastic(point),
                 "final_ratio": float(ratio[-1]),
                 "largest_rise": max(0.0, float(np.max(np.diff(ratio), initial=0.0))),
@@ -105,7 +104,7 @@ def _momentum(run: Run, selection: Selection, component: int, name: str) -> Pict
         layers.append(Line(time[kept], scaled, label(point, points), index, steps=True))
         records.append(
             {
-                "parameters": parameters(point),
+                "parameters": point.as_json(),
                 "momentum_at_start": float(total[0]),
                 "largest_deviation": float(np.max(np.abs(deviation))),
                 "states": len(time),

@@ -20,14 +20,13 @@ from snooker_cli.gallery.selection import (
     inelastic_points,
     label,
     one_repeat,
-    parameters,
     repeats,
     require_motion,
     setting,
 )
 from snooker_cli.gallery.statistics import mean_and_error
-from snooker_cli.gallery.words import short, with_error
 from snooker_cli.observables import energy_ratio, series
+from snooker_cli.words import short, with_error
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
@@ -106,7 +105,7 @@ def haff_time(run: Run, selection: Selection) -> Picture:
         ]
         records.append(
             {
-                "parameters": parameters(point),
+                "parameters": point.as_json(),
                 "k": k,
                 "alpha": alpha,
                 "first_rate": float(rates[0]),
@@ -158,7 +157,7 @@ def event_decay(run: Run, selection: Selection) -> Picture:
         final, error = mean_and_error(found[:, -1])
         records.append(
             {
-                "parameters": parameters(point),
+                "parameters": point.as_json(),
                 "collisions_per_ball": float(counts[-1] / number),
                 "final_ratio": final,
                 "final_ratio_error": error,
@@ -187,7 +186,7 @@ def _decay(run: Run, point: Point, selection: Selection) -> dict[str, Any]:
     """The decay constants of a point's energy over its repeats, as JSON."""
     found = {each.law: each for each in decays(repeats(run, point, selection), ("kinetic_energy",))}
     names: dict[Law, str] = {"exponential": "k", "haff": "alpha"}
-    record: dict[str, Any] = {"parameters": parameters(point)}
+    record: dict[str, Any] = {"parameters": point.as_json()}
     for law, name in names.items():
         over = found[law].over_repeats
         record |= {name: over.mean, f"{name}_error": over.standard_error, "repeats": over.count}
@@ -256,7 +255,7 @@ def _local_rates(traces: Sequence[Trace]) -> tuple[Array, Array, Array | None]:
     if np.any(energies <= 0):
         raise PictureError("a repeat loses all of its energy, so that it has no decay rate")
     width = end / WINDOWS
-    rates = -np.diff(np.log(energies.mean(axis=0))) / width
+    rates = 0.0 - np.diff(np.log(energies.mean(axis=0))) / width  # never −0.0
     errors = None
     if len(traces) > 1:
         # Each repeat's own rate spreads as much around the mean.

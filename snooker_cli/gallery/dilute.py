@@ -12,7 +12,6 @@ from snooker_cli.gallery.picture import NEUTRAL, Layer, Picture, PictureError, P
 from snooker_cli.gallery.selection import (
     Selection,
     label,
-    parameters,
     repeats,
     series_of_points,
     setting,
@@ -23,6 +22,10 @@ from snooker_cli.observables import series, temperature
 if TYPE_CHECKING:
     from snooker_cli.results import Run
     from snooker_cli.trace import Trace
+
+
+MOST_MARKERS = 60
+"""Repeats of a point that are shown; more hide each other. The means are over all."""
 
 
 def ideal_ratio(run: Run, selection: Selection) -> Picture:
@@ -40,15 +43,15 @@ def ideal_ratio(run: Run, selection: Selection) -> Picture:
             rows.append(_ratios(trace))
             short += not trace.stop.reason.complete
         table = np.array(rows)
-        name = label(point, points)
+        name, seen = label(point, points), table[:MOST_MARKERS]
         layers += [
-            Points(table[:, 2], table[:, 3], None, None, None, index, filled=False),
-            Points(table[:, 0], table[:, 1], None, None, name, index),
+            Points(seen[:, 2], seen[:, 3], None, None, None, index, filled=False),
+            Points(seen[:, 0], seen[:, 1], None, None, name, index),
         ]
         mean, end = mean_and_error(table[:, 1]), mean_and_error(table[:, 3])
         records.append(
             {
-                "parameters": parameters(point),
+                "parameters": point.as_json(),
                 "over_ideal_at_mean": mean[0],
                 "over_ideal_at_mean_error": mean[1],
                 "over_ideal_at_end": end[0],
@@ -59,6 +62,7 @@ def ideal_ratio(run: Run, selection: Selection) -> Picture:
             }
         )
         said.append((f"{name}: " if name else "") + f"{mean[0]:.3f} and {end[0]:.3f}")
+    few = f" (the first {MOST_MARKERS})" if len(table) > MOST_MARKERS else ""
     ended = f" ({short} repeats ended early, in a wall trap or collapse)" if short else ""
     return Picture(
         kind="ideal-ratio",
@@ -70,7 +74,7 @@ def ideal_ratio(run: Run, selection: Selection) -> Picture:
             _key("at the mean temperature", filled=True),
             _key("at the final temperature", filled=False),
         ),
-        caption="A point is a repeat: its mean pressure over the ideal gas's at its mean "
+        caption=f"A marker is a repeat{few}: its mean pressure over the ideal gas's at its mean "
         "temperature (filled) and at its temperature in the end (open), which is lower where "
         f"energy is lost; means: {'; '.join(said)}{ended}. " + setting(run, points, selection),
         numbers={"points": records, "ended_early": short},

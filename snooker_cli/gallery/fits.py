@@ -15,14 +15,13 @@ from snooker_cli.gallery.selection import (
     described,
     elastic,
     one_repeat,
-    parameters,
     repeats,
     require_motion,
     setting,
     single_point,
     varying,
 )
-from snooker_cli.gallery.words import with_error
+from snooker_cli.words import with_error
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
@@ -138,7 +137,7 @@ def _numbers(
     point: Point, fits: dict[Law, FitResult], means: dict[Law, Ensemble], repeat: int
 ) -> dict[str, Any]:
     """The fits as JSON: ``k`` of the exponential (κ of a pressure), ``alpha`` of Haff's law."""
-    numbers: dict[str, Any] = {"parameters": parameters(point), "repeat": repeat}
+    numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": repeat}
     names: dict[Law, str] = {"exponential": "k", "haff": "alpha"}
     for law, name in names.items():
         numbers |= {

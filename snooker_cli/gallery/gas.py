@@ -17,12 +17,11 @@ from snooker_cli.gallery.selection import (
     elastic_points,
     equal_balls,
     label,
-    parameters,
     repeats,
     setting,
 )
 from snooker_cli.gallery.statistics import mean_and_error, mean_pressure, mean_temperature
-from snooker_cli.gallery.words import short
+from snooker_cli.words import short
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
@@ -134,7 +133,7 @@ def temperature_ratio(run: Run, selection: Selection) -> Picture:
         numbers={
             "points": [
                 {
-                    "parameters": parameters(state.point),
+                    "parameters": state.point.as_json(),
                     "ratio": float(ratio),
                     "ratio_error": float(error),
                     "theory": _ideal_over_theory(
@@ -182,7 +181,7 @@ def _pressures(
         for k, state in enumerate(states):
             records.append(
                 {
-                    "parameters": parameters(state.point),
+                    "parameters": state.point.as_json(),
                     "number": state.scene.number,
                     "area": state.area,
                     "temperature": warm[k, 0],

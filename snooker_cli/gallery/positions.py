@@ -20,13 +20,12 @@ from snooker_cli.gallery.picture import (
 from snooker_cli.gallery.selection import (
     Selection,
     label,
-    parameters,
     repeats,
     series_of_points,
     setting,
 )
-from snooker_cli.gallery.words import exact, short
 from snooker_cli.observables import at_collisions, central_distances, pair_distances
+from snooker_cli.words import exact, short
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
@@ -147,7 +146,7 @@ class _Distances:
     def record(self, name: str) -> dict[str, object]:
         """The point's own numbers as JSON."""
         extreme = self.largest if name.startswith("largest") else self.smallest
-        return {"parameters": parameters(self.point), name: extreme, "beyond_limit": self.excess}
+        return {"parameters": self.point.as_json(), name: extreme, "beyond_limit": self.excess}
 
 
 def _points_with_states(run: Run, selection: Selection, least: int) -> list[Point]:

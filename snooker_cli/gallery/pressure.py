@@ -14,14 +14,13 @@ from snooker_cli.gallery.selection import (
     elastic,
     equal_balls,
     label,
-    parameters,
     repeats,
     series_of_points,
     setting,
 )
 from snooker_cli.gallery.statistics import mean_and_error
-from snooker_cli.gallery.words import with_error
 from snooker_cli.observables import cumulative_pressure, series
+from snooker_cli.words import with_error
 
 if TYPE_CHECKING:
     from snooker_cli.results import Run
@@ -53,7 +52,7 @@ def pressure(run: Run, selection: Selection) -> Picture:
         final, error = mean_and_error(table[:, -1])
         records.append(
             {
-                "parameters": parameters(point),
+                "parameters": point.as_json(),
                 "time": shortest,
                 "pressure": final,
                 "pressure_error": error,

@@ -11,7 +11,7 @@ import numpy as np
 
 from snooker_cli import store
 from snooker_cli.gallery.picture import PictureError
-from snooker_cli.gallery.words import listed
+from snooker_cli.words import listed
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -244,11 +244,6 @@ def setting(
     else:
         shown = f"{number} repeats{length}{' each' if ends else ''}"
     return f"Scene: {', '.join(constants)}; {shown}."
-
-
-def parameters(point: Point) -> dict[str, Any]:
-    """A point's swept keys and values."""
-    return dict(point.parameters)
 
 
 def _read(path: Path) -> Trace:

@@ -22,14 +22,13 @@ from snooker_cli.gallery.selection import (
     equal_balls,
     label,
     one_repeat,
-    parameters,
     repeats,
     series_of_points,
     setting,
 )
-from snooker_cli.gallery.words import listed
 from snooker_cli.observables import reduced_speed_counts
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
+from snooker_cli.words import listed
 
 if TYPE_CHECKING:
     from snooker_cli.results import Run
@@ -70,7 +69,7 @@ def speeds(run: Run, selection: Selection) -> Picture:
         distance = _distance(counts, edges, scene.number)
         records.append(
             {
-                "parameters": parameters(point),
+                "parameters": point.as_json(),
                 "speeds": int(total),
                 "distance_from_fixed_energy": distance,
                 "one_over_root": float(total**-0.5),

@@ -52,7 +52,7 @@ def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
 def _fits(run: Run) -> list[dict[str, Any]]:
     """The decay constants of a run."""
     return [
-        record(decay, dict(point.parameters))
+        record(decay, point.as_json())
         for point in run.points
         for decay in decays(run.traces(point))
     ]

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from snooker_cli.report.audit import EXPLAINED, REPRODUCED, Audit, Row
 from snooker_cli.report.document import Block, Document, Figure, Heading, Paragraph, Table
-from snooker_cli.report.numbers import digits, with_error
 from snooker_cli.report.plates import BEYOND, ENERGY, IDEAL, MOTION, PRESSURE, SPEEDS, Plate
 from snooker_cli.report.published import published
+from snooker_cli.words import short, with_error
 
 if TYPE_CHECKING:
     from snooker_cli.gallery import Picture
@@ -81,7 +81,7 @@ def _summary(audit: Audit) -> tuple[str, ...]:
     verdicts = [row.verdict for row in audit.rows]
     values = audit.finding.values
     constants = "; ".join(
-        f"{published(name).printed.removesuffix(' 1/s')} (ours then {digits(values[name][0], 3)})"
+        f"{published(name).printed.removesuffix(' 1/s')} (ours then {short(values[name][0])})"
         for name in ("energy_mean_0.8", "energy_mean_0.9", "pressure_mean_0.8", "pressure_mean_0.9")
     )
     return (
@@ -104,7 +104,7 @@ def _value(fits: Fits, cor: float, quantity: str, model: str = "exponential") ->
 
 
 def _shown(one: Mapping[str, Any], error: str = "error") -> str:
-    return with_error(one["value"], one[error] or 0.0)
+    return with_error(one["value"], one[error])
 
 
 def _energy_text(fits: Fits) -> str:
@@ -140,8 +140,8 @@ def _fit_table(label: str, fits: Fits, repeats: int) -> Table:
             one["quantity"].replace("_", " "),
             one["model"],
             _shown(one),
-            digits(one["bootstrap_error"] or float("nan"), 2),
-            digits(one["max_min_half_range"] or float("nan"), 2),
+            short(one["bootstrap_error"], 2),
+            short(one["max_min_half_range"], 2),
             f"{one['r_squared']:.3f}" if one["r_squared"] is not None else "–",
         )
         for one in fits

@@ -1,4 +1,4 @@
-"""Numbers and lists -> the words of labels and captions."""
+"""Numbers and lists -> words, the same way in tables, figures and the report."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from collections.abc import Sequence
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def short(value: float, digits: int = 3) -> str:
-    """A number to so many digits, large and small ones as 1.2 × 10⁻¹⁵."""
+def short(value: float | None, digits: int = 3) -> str:
+    """A number to so many digits, large and small ones as 1.2 × 10⁻¹⁵; a dash for none."""
+    if value is None or not math.isfinite(value):
+        return "–"
     text = f"{value:.{digits}g}"
     mantissa, separator, exponent = text.partition("e")
     if separator:
@@ -22,10 +24,10 @@ def exact(value: float) -> str:
     return repr(float(value)).removesuffix(".0").replace("-", "−")
 
 
-def with_error(value: float, error: float, unit: str = "") -> str:
+def with_error(value: float | None, error: float | None, unit: str = "") -> str:
     """``1.234 ± 0.012 s⁻¹``: the error to two digits, the value to the same place."""
     unit = f" {unit}" if unit else ""
-    if not math.isfinite(error) or error <= 0:
+    if value is None or error is None or not math.isfinite(error) or error <= 0:
         return f"{short(value, 4)}{unit}"
     places = 1 - math.floor(math.log10(error))
     if 0 <= places <= 8 and abs(value) < 1e7:

@@ -1,0 +1,353 @@
+"""Decay constants: those put into synthetic runs come out, and real runs obey their symmetries."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from snooker_cli import decay
+from snooker_cli.arrange import arrange
+from snooker_cli.config import parse
+from snooker_cli.decay import LAWS, QUANTITIES, SKIPPED_COLLISIONS, WINDOWS, Decay
+from snooker_cli.engine import simulate
+from snooker_cli.observables import energy_ratio, series, temperature
+from snooker_cli.scene import EPSILON, Scene
+from snooker_cli.trace import SPEED_BINS, Events, Series, Stop, StopReason, Summary, Trace
+
+RADIUS, END = 8.0, 5.0
+"""Of the synthetic runs, m and s; the edges of twenty windows are exact doubles."""
+
+STEPS = 2000
+
+SCENE = """\
+container: {radius: 10.0, mass: 1.0e7}
+balls: {rings: 2, radius: 1.0, mass: 1.0, speed: 10.0}
+cor: 0.95
+collisions: 400
+"""
+
+
+def at_rest() -> Scene:
+    """Two balls that do not move in a fixed container."""
+    return Scene(
+        positions=np.array([[-3.0, 0.0], [3.0, 0.0]]),
+        velocities=np.zeros((2, 2)),
+        radii=np.ones(2),
+        masses=np.ones(2),
+        container_radius=RADIUS,
+        container_mass=math.inf,
+        container_position=np.zeros(2),
+        container_velocity=np.zeros(2),
+        restitution=0.9,
+        wall_restitution=0.9,
+    )
+
+
+def synthetic(kinetic_energy: np.ndarray, wall_impulse: np.ndarray, collisions: int = 1) -> Trace:
+    """A run whose energy and impulse are given at evenly spaced times."""
+    time = np.linspace(0.0, END, STEPS + 1)
+    found = Series(
+        time=time,
+        kinetic_energy=kinetic_energy,
+        container_energy=np.zeros(STEPS + 1),
+        wall_impulse=wall_impulse,
+        pair_virial=np.zeros(STEPS + 1),
+        wall_events=np.arange(STEPS + 1.0) * collisions,
+        pair_events=np.zeros(STEPS + 1),
+        mean_speed=np.ones(STEPS + 1),
+        energy_moment=np.ones(STEPS + 1),
+    )
+    summary = Summary(found, np.zeros((STEPS + 1, SPEED_BINS), dtype=np.int64))
+    stop = Stop(StopReason.TIME, END, (), "5 s reached")
+    return Trace(at_rest(), at_rest(), stop, STEPS * collisions, 0, None, summary)
+
+
+TIME = np.linspace(0.0, END, STEPS + 1)
+
+
+def exponential(rate: float) -> Trace:
+    """Energy e^-kt; the force on the wall, and so the mean of it in any window, falls likewise."""
+    return synthetic(3.0 * np.exp(-rate * TIME), (1 - np.exp(-rate * TIME)) / rate)
+
+
+def haff(rate: float) -> Trace:
+    """Haff's law: energy 1/(1 + at)^2, the impulse so far t/(1 + at)."""
+    return synthetic(3.0 / (1 + rate * TIME) ** 2, TIME / (1 + rate * TIME))
+
+
+def by_name(found: list[Decay]) -> dict[tuple[str, str], Decay]:
+    return {(each.quantity, each.law): each for each in found}
+
+
+def repeats(number: int, *overrides: str) -> list[Trace]:
+    """Real runs of nineteen balls."""
+    experiment = parse(SCENE, overrides=overrides).experiment
+    return [
+        simulate(arrange(experiment, repeat), collisions=experiment.collisions)
+        for repeat in range(number)
+    ]
+
+
+@pytest.fixture(scope="module")
+def cooling() -> list[Trace]:
+    return repeats(4)
+
+
+# Synthetic runs
+
+
+def test_curves_of_a_synthetic_run() -> None:
+    trace = exponential(0.4)
+    for quantity in ("kinetic_energy", "temperature"):
+        found = decay.curve(trace, quantity)
+        assert (found.amplitude, found.haff) == (1.0, "haff")
+        assert found.time.tolist() == TIME.tolist()
+        np.testing.assert_allclose(found.value, np.exp(-0.4 * TIME), rtol=4 * EPSILON)
+    pressure = decay.curve(trace, "pressure")
+    assert (pressure.amplitude, pressure.haff) == (None, "haff_root")
+    assert pressure.time.tolist() == TIME[SKIPPED_COLLISIONS:].tolist()
+    assert pressure.value[0] == 1
+    local = decay.curve(trace, "local_pressure")
+    assert (local.amplitude, local.haff) == (None, "haff")
+    assert local.time.tolist() == ((np.arange(WINDOWS) + 0.5) * END / WINDOWS).tolist()
+    assert local.value.max() == 1
+
+
+@pytest.mark.parametrize("rate", [0.05, 0.4, 3.0])
+def test_the_constants_put_in_come_out(rate: float) -> None:
+    """To what the search for the least squares settles at, 1e-12, times what it loses by squares.
+
+    A minimum is known to the root of its accuracy at worst: 1e-6.
+    """
+    cooled = by_name(decay.decays([exponential(rate)]))
+    for quantity in ("kinetic_energy", "temperature", "local_pressure"):
+        found = cooled[quantity, "exponential"]
+        assert found.over_repeats.mean == pytest.approx(rate, rel=1e-6)
+        assert found.r_squared == pytest.approx(1, abs=1e-9)
+        assert found.rms_residual < 1e-6
+    slowed = by_name(decay.decays([haff(rate)]))
+    for quantity in ("kinetic_energy", "temperature", "pressure"):
+        found = slowed[quantity, "haff"]
+        assert found.over_repeats.mean == pytest.approx(rate, rel=1e-6)
+        assert found.r_squared == pytest.approx(1, abs=1e-9)
+
+
+def test_the_wrong_law_fits_worse() -> None:
+    for trace, right, wrong in (
+        (exponential(0.6), "exponential", "haff"),
+        (haff(0.6), "haff", "exponential"),
+    ):
+        found = by_name(decay.decays([trace], ["kinetic_energy"]))
+        assert (
+            found["kinetic_energy", wrong].rms_residual
+            > 100 * found["kinetic_energy", right].rms_residual
+        )
+
+
+def test_repeats_are_fitted_one_by_one_and_averaged() -> None:
+    rates = (0.3, 0.4, 0.8)
+    found = decay.decays(map(exponential, rates), ["kinetic_energy"])[0]
+    assert [each.value for each in found.fits] == pytest.approx(rates, rel=1e-6)
+    over = found.over_repeats
+    assert (over.count, over.failed, found.short) == (3, 0, 0)
+    assert over.mean == pytest.approx(np.mean(rates), rel=1e-6)
+    assert over.standard_error == pytest.approx(np.std(rates, ddof=1) / math.sqrt(3), rel=1e-6)
+    assert over.max_min_half_range == pytest.approx(0.25, rel=1e-6)
+
+
+def test_every_quantity_is_fitted_with_every_law() -> None:
+    found = decay.decays([exponential(0.4), exponential(0.5)])
+    assert [(each.quantity, each.law) for each in found] == [
+        (quantity, law) for quantity in QUANTITIES for law in LAWS
+    ]
+    assert all(len(each.fits) == 2 for each in found)
+    (one, other) = decay.decays([exponential(0.4)], ["pressure"])
+    assert (one.quantity, other.quantity) == ("pressure", "pressure")
+
+
+def test_repeats_that_ended_early_are_counted() -> None:
+    trace = exponential(0.4)
+    ended = [
+        replace(trace, stop=replace(trace.stop, reason=reason))
+        for reason in (
+            StopReason.COLLISIONS,
+            StopReason.NOTHING_LEFT,
+            StopReason.WALL_TRAP,
+            StopReason.COLLAPSE,
+            StopReason.INTERRUPTED,
+        )
+    ]
+    for found in decay.decays(ended, ["temperature"]):
+        assert found.short == 3
+        assert found.over_repeats.count == 5
+
+
+def test_a_wall_that_is_first_hit_late_still_has_a_pressure() -> None:
+    """In large containers the first fifty collisions can all be between balls."""
+    impulse = np.where(TIME < 0.5, 0.0, TIME / (1 + 0.7 * TIME))
+    trace = synthetic(np.ones(STEPS + 1), impulse)
+    with np.errstate(all="raise"):
+        found = by_name(decay.decays([trace], ["pressure"]))
+    for law in LAWS:
+        assert found["pressure", law].over_repeats.count == 1
+        assert math.isfinite(found["pressure", law].over_repeats.mean)
+
+
+# Records
+
+
+KEYS = {
+    "parameters",
+    "quantity",
+    "model",
+    "value",
+    "error",
+    "repeats",
+    "failed",
+    "short",
+    "unit",
+    "standard_deviation",
+    "bootstrap_error",
+    "bootstrap_interval",
+    "max_min_half_range",
+    "r_squared",
+    "rms_residual",
+}
+
+
+def test_a_record_says_what_was_found(cooling: list[Trace]) -> None:
+    for found in decay.decays(cooling):
+        record = json.loads(json.dumps(decay.record(found, {"cor": 0.95}), allow_nan=False))
+        assert set(record) == KEYS
+        over = found.over_repeats
+        assert (record["quantity"], record["model"]) == (found.quantity, found.law)
+        assert (record["parameters"], record["unit"]) == ({"cor": 0.95}, "s-1")
+        assert (record["value"], record["error"]) == (over.mean, over.standard_error)
+        assert (record["repeats"], record["failed"], record["short"]) == (4, 0, 0)
+        low, high = record["bootstrap_interval"]
+        assert low <= record["value"] <= high
+        assert record["rms_residual"] == found.rms_residual
+
+
+def no_events(trace: Trace, end: float) -> Trace:
+    nobody = np.empty(0, dtype=np.int32)
+    stop = Stop(StopReason.NOTHING_LEFT, end, (), "no collision lies ahead")
+    events = Events(np.empty(0), nobody, nobody, np.empty(0))
+    return replace(trace, stop=stop, events=events, summary=None, wall_events=0, pair_events=0)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "traces",
+    [
+        [],
+        [no_events(exponential(0.4), 0.0)],
+        [no_events(exponential(0.4), 5.0)] * 2,
+        [synthetic(np.zeros(STEPS + 1), np.zeros(STEPS + 1))],
+        [synthetic(np.ones(STEPS + 1), np.zeros(STEPS + 1))] * 2,
+        [exponential(0.4)],
+    ],
+    ids=["no repeat", "nothing happens", "at rest", "no energy", "no decay", "one repeat"],
+)
+def test_a_record_has_no_nan_whatever_was_fitted(traces: list[Trace]) -> None:
+    found = decay.decays(traces)
+    assert len(found) == len(QUANTITIES) * len(LAWS)
+    for each in found:
+        record = decay.record(each, {})
+        assert json.loads(json.dumps(record, allow_nan=False)) == record
+        assert set(record) == KEYS
+        assert record["repeats"] + record["failed"] == len(traces)
+        assert (record["value"] is None) == (record["repeats"] == 0)
+        assert (record["error"] is None) == (record["repeats"] < 2)
+
+
+# Real runs
+
+
+def test_twice_the_speed_doubles_every_constant(cooling: list[Trace]) -> None:
+    """Time has no scale but that of the speed, and doubling is exact in binary."""
+    fast = repeats(4, "balls.speed=20")
+    for slow_trace, fast_trace in zip(cooling, fast, strict=True):
+        assert fast_trace.stop.time == slow_trace.stop.time / 2
+    for slow, quick in zip(decay.decays(cooling), decay.decays(fast), strict=True):
+        for one, other in zip(slow.fits, quick.fits, strict=True):
+            assert one.converged
+            assert other.value == pytest.approx(2 * one.value, rel=1e-9), slow.quantity
+            assert other.error == pytest.approx(2 * one.error, rel=1e-6)
+
+
+def test_nothing_decays_without_losses() -> None:
+    """Each collision rounds the energies of two balls: by a few epsilon of the whole at most."""
+    lossless = repeats(6, "cor=1")
+    drift = 4 * EPSILON * 400
+    found = by_name(decay.decays(lossless))
+    for trace in lossless:
+        assert np.max(np.abs(energy_ratio(series(trace)) - 1)) <= drift
+    for law in LAWS:
+        for result in found["kinetic_energy", law].fits:
+            # With y = 1 - kt + ..., |k| is at most the largest deviation over the mean time.
+            assert abs(result.value) * series(lossless[0]).time.mean() <= 2 * drift
+        # Student's t with five degrees of freedom is above 5 in size once in 240 cases.
+        local = found["local_pressure", law].over_repeats
+        assert abs(local.mean) <= 5 * local.standard_error
+        assert local.standard_error < found_rate(law) / 3
+
+
+def found_rate(law: str) -> float:
+    """The rate at which a CoR of 0.8 cools the same balls, for comparison."""
+    found = by_name(decay.decays(repeats(2, "cor=0.8"), ["kinetic_energy"]))
+    return found["kinetic_energy", law].over_repeats.mean
+
+
+def test_a_heavy_container_takes_no_part_in_the_energy(cooling: list[Trace]) -> None:
+    """Energy ratio and temperature differ by the container's share alone, and so do their fits.
+
+    To first order the constants differ by the projection of that difference on the fit's slope,
+    at most the ratio of their norms (Cauchy-Schwarz); twice that leaves room for the rest.
+    """
+    found = by_name(decay.decays(cooling))
+    for k, trace in enumerate(cooling):
+        seen = series(trace)
+        start = seen.kinetic_energy[0]
+        share = seen.container_energy / start
+        assert 0 < share.max() < 1e-4
+        ratio = temperature(seen, 19) / temperature(seen, 19)[0]
+        np.testing.assert_allclose(energy_ratio(seen) - ratio, share, rtol=0, atol=4 * EPSILON)
+        for law in LAWS:
+            energy = found["kinetic_energy", law].fits[k]
+            heat = found["temperature", law].fits[k]
+            assert energy.value > 0
+            slope = seen.time * np.exp(-2 * energy.value * seen.time)
+            allowed = 2 * np.linalg.norm(share) / np.linalg.norm(slope)
+            assert abs(energy.value - heat.value) <= allowed < 1e-4 * energy.value
+
+
+def test_more_loss_decays_faster() -> None:
+    rates = [
+        by_name(decay.decays(repeats(3, f"cor={cor}"), ["kinetic_energy"]))[
+            "kinetic_energy", "exponential"
+        ].over_repeats.mean
+        for cor in (0.99, 0.95, 0.85)
+    ]
+    assert 0 < rates[0] < rates[1] < rates[2]
+
+
+def test_summaries_and_events_give_the_same_constants() -> None:
+    """The grid holds the same staircases at fewer times: a fit differs by their steps.
+
+    One of 400 collisions takes 1/400 of the decay on average; no more than a few of them lie
+    between two times of the grid.
+    """
+    experiment = parse(SCENE).experiment
+    scene = arrange(experiment, 0)
+    full = by_name(decay.decays([simulate(scene, collisions=400)]))
+    grid = by_name(decay.decays([simulate(scene, collisions=400, summary=True)]))
+    for law in LAWS:
+        for quantity in ("kinetic_energy", "temperature"):
+            one, other = full[quantity, law].fits[0], grid[quantity, law].fits[0]
+            assert other.points > 100
+            assert other.value == pytest.approx(one.value, rel=0.1)

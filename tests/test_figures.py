@@ -1,0 +1,318 @@
+"""Figures: every kind drawn without a warning, legible, the same bytes; and ``snooker plot``."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import pickle
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pytest
+import typer
+from galleries import DECAYING, ELASTIC, WARM, made
+from matplotlib.axis import Axis
+from matplotlib.text import Text
+
+from snooker_cli.cli import plotting
+from snooker_cli.cli.endings import Exit, guarded
+from snooker_cli.figures import draw, save, to_json
+from snooker_cli.figures.style import colour, dashes, marker, styled
+from snooker_cli.gallery import (
+    KINDS,
+    NEUTRAL,
+    Band,
+    Histogram,
+    Line,
+    Note,
+    Picture,
+    Points,
+    Reference,
+    Selection,
+)
+from snooker_cli.results import Run
+
+X = np.array([0.1, 0.2, 0.3])
+EVERYTHING = Picture(
+    kind="everything",
+    title="Every kind of layer, under a title that is so long that it needs a second line",
+    x_label="time (s)",
+    y_label="a quantity whose name is too long for one line (Pa m)",
+    layers=(
+        Band(X, X - 0.1, X + 0.1, "band", 0),
+        Line(X, X / 3, "line", 0),
+        Line(X, X**2, "steps", 1, "dotted", steps=True),
+        Points(X, X + 1, X / 10, np.array([0.1, np.nan, 0.3]), "points", 2),
+        Points(X, X + 2, label="open points", series=3, filled=False),
+        Histogram(np.array([0.0, 0.2, 0.3]), np.array([1.0, 3.0]), "histogram", 4),
+        Reference("x", 0.25, "x = 0.25"),
+        Reference("y", 2.5),
+        Note("a note, such as κ = 0.1 ± 0.2 s⁻¹"),
+    ),
+    caption="“Quoted” & <escaped> − 1/3.",
+    numbers={"third": 1 / 3, "nothing": float("nan")},
+    y_limits=(0.0, None),
+)
+
+
+@pytest.fixture(scope="module")
+def decaying(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return made(tmp_path_factory.mktemp("decaying") / "run", *DECAYING)
+
+
+@pytest.fixture(scope="module")
+def pictures(decaying: Run, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Picture]:
+    """One picture of every kind, made of small runs."""
+    folder = tmp_path_factory.mktemp("gases")
+    runs = {
+        "pressure-temperature": made(folder / "warm", *WARM),
+        "pressure-area": made(folder / "wide", *ELASTIC, "container.radius=10,20,50"),
+        "pressure-number": made(folder / "many", *ELASTIC, "balls.rings=1,2,3"),
+        "temperature-ratio": made(folder / "sizes", *ELASTIC, "balls.radius=0.1,0.5,1"),
+        "speeds": made(folder / "speeds", *ELASTIC, "balls.speed=5,10"),
+    }
+    return {
+        name: kind.make(
+            runs.get(name, decaying), Selection({"cor": 0.8} if kind.each_point else {})
+        )
+        for name, kind in KINDS.items()
+    }
+
+
+@pytest.fixture(autouse=True)
+def warnings_are_errors() -> Iterator[None]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        yield
+
+
+def data_of(line: Any) -> list[list[float]]:
+    return [[float(each) for each in line.get_xdata()], [float(each) for each in line.get_ydata()]]
+
+
+def plain_text(text: Any) -> str:
+    return str(text.get_text().replace("\n", " "))
+
+
+def tick_labels(axis: Axis) -> list[Text]:
+    """The labels of ticks that are drawn: those within the axis's limits."""
+    low, high = axis.get_view_interval()
+    locations, labels = axis.get_ticklocs(), axis.get_ticklabels()
+    pairs = zip(locations, labels, strict=True)
+    return [label for at, label in pairs if low <= at <= high and label.get_text()]
+
+
+@pytest.mark.parametrize("name", [*KINDS, "everything"])
+def test_every_kind_is_drawn_legibly(name: str, pictures: dict[str, Picture]) -> None:
+    picture = {**pictures, "everything": EVERYTHING}[name]
+    with styled():
+        figure = draw(picture)
+        figure.canvas.draw()
+        (axes,) = figure.axes
+        ticks = [tick_labels(axis) for axis in (axes.xaxis, axes.yaxis)]
+        in_legends = [text for legend in figure.legends for text in legend.get_texts()]
+        titles = [text for text in axes.findobj(Text) if plain_text(text) == picture.title]
+        words = [*titles, axes.xaxis.label, axes.yaxis.label, *axes.texts, *in_legends]
+        for text in [*words, *ticks[0], *ticks[1]]:
+            box = text.get_window_extent()
+            inside = figure.bbox.contains(box.x0, box.y0) and figure.bbox.contains(box.x1, box.y1)
+            assert inside or not text.get_text(), f"{text.get_text()!r} is cut off"
+        for legend in figure.legends:
+            assert not legend.get_window_extent().overlaps(axes.get_window_extent())
+        for labels in ticks:
+            assert len(labels) >= 2
+            boxes = [label.get_window_extent() for label in labels]
+            assert not any(one.overlaps(two) for one, two in itertools.combinations(boxes, 2))
+    said = {plain_text(text) for text in words}
+    assert {picture.title, picture.x_label, picture.y_label} <= said
+    for layer in picture.layers:
+        label = getattr(layer, "label", None)
+        assert label is None or label in said
+
+
+@pytest.mark.parametrize("name", ["momentum-x", "pressure"])
+def test_files_stay_small(name: str, pictures: dict[str, Picture], tmp_path: Path) -> None:
+    picture = pictures[name]
+    many = [layer for layer in picture.layers if isinstance(layer, Line) and len(layer.x) > 100]
+    assert many
+    svg, png, _ = save(picture, tmp_path / name)
+    assert svg.stat().st_size < 300_000
+    assert png.read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_is_drawn_is_what_the_json_says(tmp_path: Path) -> None:
+    _, _, path = save(EVERYTHING, tmp_path / "everything")
+    content = json.loads(path.read_text(encoding="utf-8"))
+    assert content["numbers"] == {"third": 1 / 3, "nothing": None}
+    assert content["caption"] == EVERYTHING.caption
+    assert [layer["type"] for layer in content["layers"]] == [
+        *("band", "line", "line", "points", "points"),
+        *("histogram", "reference", "reference", "note"),
+    ]
+    _, line, steps, points, _, histogram, vertical, horizontal, _ = content["layers"]
+    (axes,) = draw(EVERYTHING).axes
+    drawn = [data_of(each) for each in axes.lines]
+    for layer in (line, steps, points):
+        assert [layer["x"], layer["y"]] in drawn
+    assert points["y_error"] == [0.1, None, 0.3]
+    assert [[vertical["value"]] * 2, [0.0, 1.0]] in drawn
+    assert [[0.0, 1.0], [horizontal["value"]] * 2] in drawn
+    (stairs,) = axes.patches
+    heights, edges, _ = stairs.get_data()  # type: ignore[attr-defined]
+    assert [heights.tolist(), edges.tolist()] == [histogram["heights"], histogram["edges"]]
+
+
+def test_json_keeps_every_double(pictures: dict[str, Picture]) -> None:
+    for picture in pictures.values():
+        content = json.loads(to_json(picture))
+        for layer, written in zip(picture.layers, content["layers"], strict=True):
+            for name in ("x", "y", "low", "high", "edges", "heights"):
+                values = getattr(layer, name, None)
+                assert values is None or values.tolist() == written[name]
+
+
+ELSEWHERE = """
+import pickle, sys
+from pathlib import Path
+import snooker_cli.gallery
+assert "matplotlib" not in sys.modules
+from snooker_cli.figures import save
+assert "matplotlib.pyplot" not in sys.modules
+save(pickle.loads(Path("picture").read_bytes()), Path("third"))
+"""
+
+
+def test_the_same_bytes_every_time(tmp_path: Path) -> None:
+    before = dict(matplotlib.rcParams)
+    first = [path.read_bytes() for path in save(EVERYTHING, tmp_path / "first")]
+    assert [path.read_bytes() for path in save(EVERYTHING, tmp_path / "second")] == first
+    assert dict(matplotlib.rcParams) == before
+    # A user's settings must not show, nor the seed of Python's hashes in another process.
+    (tmp_path / "matplotlibrc").write_text("lines.linewidth: 9\nfont.size: 30\n")
+    (tmp_path / "picture").write_bytes(pickle.dumps(EVERYTHING))
+    subprocess.run(
+        [sys.executable, "-c", ELSEWHERE],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONHASHSEED": "7", "SOURCE_DATE_EPOCH": "1"},
+        check=True,
+    )
+    endings = ("svg", "png", "json")
+    assert [(tmp_path / f"third.{ending}").read_bytes() for ending in endings] == first
+
+
+def test_images_carry_the_caption_and_no_date(tmp_path: Path) -> None:
+    svg, png, _ = save(EVERYTHING, tmp_path / "a.b")
+    assert (svg.name, png.name) == ("a.b.svg", "a.b.png")
+    text = svg.read_text(encoding="utf-8")
+    assert "“Quoted” &amp; &lt;escaped&gt; − 1/3." in text
+    assert "dc:date" not in text
+    assert b"Software" not in png.read_bytes()
+
+
+def test_series_differ_without_colour() -> None:
+    for look in (colour, marker, lambda series: dashes("series", series)):
+        assert len({str(look(series)) for series in range(6)}) == 6
+    assert colour(NEUTRAL) not in {colour(series) for series in range(10)}
+
+
+# The command
+
+
+Plot = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def plot(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Plot:
+    """``snooker plot`` with arguments: its exit code, stdout and stderr."""
+    app = typer.Typer(pretty_exceptions_enable=False)
+    app.command()(plotting.plot)
+
+    def call(*arguments: str | Path) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["plot", *map(str, arguments)])
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as end:
+            guarded(app)
+        said = capsys.readouterr()
+        return int(end.value.code or 0), said.out, said.err
+
+    return call
+
+
+def test_plot_writes_figures_and_prints_their_paths(
+    plot: Plot, decaying: Run, tmp_path: Path
+) -> None:
+    code, out, err = plot(decaying.directory, "energy-fit", "--out", tmp_path)
+    assert code == Exit.DONE
+    stems = ("energy-fit-cor-0.8", "energy-fit-cor-0.9")
+    assert out.splitlines() == [
+        str(tmp_path / f"{stem}.{ending}") for stem in stems for ending in ("svg", "png", "json")
+    ]
+    assert all(Path(line).stat().st_size > 0 for line in out.splitlines())
+    assert "energy-fit left out at 1 of 3 points: nothing decays" in err
+
+
+def test_plot_gives_all_that_a_run_can(plot: Plot, tmp_path: Path) -> None:
+    run = made(tmp_path / "run", *ELASTIC, "collisions=20", "repeats=1")
+    code, out, err = plot(run.directory, "--json")
+    assert code == Exit.DONE
+    content = json.loads(out)
+    names = [figure["kind"] for figure in content["figures"]]
+    assert names == ["energy", "pressure", "ideal-ratio"]
+    assert all((run.directory / "figures" / f"{name}.png").exists() for name in names)
+    assert [each["kind"] for each in content["skipped"]] == [k for k in KINDS if k not in names]
+    assert "momentum-x left out: it needs velocities" in err
+
+
+def test_plot_selects_and_names_files_after_it(plot: Plot, decaying: Run, tmp_path: Path) -> None:
+    where = ("--where", "cor=0.8,1.0", "--where", "record=events", "--repeat", "2")
+    code, out, _ = plot(decaying.directory, "momentum-x", *where, "--out", tmp_path, "--json")
+    assert code == Exit.DONE
+    (figure,) = json.loads(out)["figures"]
+    assert Path(figure["files"][0]).name == "momentum-x-cor-0.8-1.0-record-events-repeat-2.svg"
+    assert [point["parameters"]["cor"] for point in figure["numbers"]["points"]] == [0.8, 1.0]
+    assert "repeat 2 of 3" in figure["caption"]
+
+
+def test_plot_lists_the_figures(plot: Plot) -> None:
+    code, out, _ = plot("--list")
+    assert code == Exit.DONE
+    assert [line.split()[0] for line in out.splitlines()] == ["figure", *KINDS]
+    code, out, _ = plot("--list", "--json")
+    assert {each["name"]: each["needs"] for each in json.loads(out)} == {
+        name: kind.needs for name, kind in KINDS.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["enrgy"], "there is no figure enrgy; the nearest is energy"),
+        (["energy", "--where", "cor"], "--where cor: give KEY=VALUE"),
+        (["--where", "cor=0.7"], "no point has cor = 0.7: there it is 0.8, 0.9 and 1.0"),
+        (["energy", "--repeat", "3"], "there is no repeat 3"),
+        (["pressure-area"], "cannot give pressure-area"),
+    ],
+)
+def test_plot_says_what_is_wrong(
+    plot: Plot, decaying: Run, arguments: list[str], sentence: str
+) -> None:
+    code, out, err = plot(decaying.directory, *arguments)
+    assert (code, out) == (Exit.USAGE, "")
+    assert sentence in err
+    assert "Traceback" not in err
+
+
+def test_plot_needs_a_run(plot: Plot, tmp_path: Path) -> None:
+    code, _, err = plot()
+    assert code == Exit.USAGE
+    assert "give the RUN" in err
+    code, _, err = plot(tmp_path / "nowhere", "energy")
+    assert code == Exit.USAGE
+    assert "there is no run here" in err

@@ -1,0 +1,367 @@
+"""Observables: against a run worked out by hand, and against direct sums over replayed states."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from snooker_cli import observables
+from snooker_cli.arrange import arrange
+from snooker_cli.config import parse
+from snooker_cli.engine import replay, simulate
+from snooker_cli.scene import EPSILON, Scene
+from snooker_cli.trace import SERIES_UNITS, SPEED_BIN, SPEED_BINS, Events, Stop, StopReason, Trace
+
+
+@pytest.fixture(scope="module")
+def by_hand() -> Trace:
+    """Two balls meet head-on, part at half their speed, and each hits the wall.
+
+    Mass 2 kg, radius 1 m, 1 m/s; container of radius 9 m; CoR 1/2. The gap of 4 m closes in 2 s.
+    From x = -1 and 1 the balls reach the wall, at x = -8 and 8, 14 s later. Every number is a
+    dyadic fraction, so that every sum of them is exact.
+    """
+    start = Scene(
+        positions=np.array([[-3.0, 0.0], [3.0, 0.0]]),
+        velocities=np.array([[1.0, 0.0], [-1.0, 0.0]]),
+        radii=np.ones(2),
+        masses=np.full(2, 2.0),
+        container_radius=9.0,
+        container_mass=math.inf,
+        container_position=np.zeros(2),
+        container_velocity=np.zeros(2),
+        restitution=0.5,
+        wall_restitution=0.5,
+    )
+    finish = replace(
+        start,
+        positions=np.array([[-7.0, 0.0], [7.0, 0.0]]),
+        velocities=np.array([[0.25, 0.0], [-0.25, 0.0]]),
+    )
+    events = Events(
+        time=np.array([2.0, 16.0, 16.0]),
+        i=np.array([0, 0, 1], dtype=np.int32),
+        j=np.array([1, -1, -1], dtype=np.int32),
+        # (1 + e) times the reduced mass times the speed of approach; at the wall, the mass.
+        impulse=np.array([1.5 * 1.0 * 2.0, 1.5 * 2.0 * 0.5, 1.5 * 2.0 * 0.5]),
+    )
+    stop = Stop(StopReason.TIME, 20.0, (), "20 s reached")
+    return Trace(start, finish, stop, wall_events=2, pair_events=1, events=events, summary=None)
+
+
+SCENE = """\
+container: {radius: 10.0, mass: 50.0}
+balls: {rings: 2, radius: 1.0, mass: 1.0, speed: 10.0}
+cor: 0.95
+collisions: 400
+"""
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """Nineteen balls in a container that they move."""
+    return arrange(parse(SCENE).experiment, 0)
+
+
+@pytest.fixture(scope="module")
+def simulated(scene: Scene) -> Trace:
+    return simulate(scene, collisions=400)
+
+
+@pytest.fixture(scope="module")
+def summarised(scene: Scene) -> Trace:
+    return simulate(scene, collisions=400, summary=True)
+
+
+# The run worked out by hand
+
+
+def test_series_by_hand(by_hand: Trace) -> None:
+    found = observables.series(by_hand)
+    assert found.time.tolist() == [0, 2, 16, 16]
+    assert found.kinetic_energy.tolist() == [2, 0.5, 0.3125, 0.125]
+    assert found.container_energy.tolist() == [0, 0, 0, 0]
+    assert found.wall_impulse.tolist() == [0, 0, 1.5, 3]
+    assert found.pair_virial.tolist() == [0, 6, 6, 6]
+    assert found.wall_events.tolist() == [0, 0, 1, 2]
+    assert found.pair_events.tolist() == [0, 1, 1, 1]
+    assert found.mean_speed.tolist() == [1, 0.5, 0.375, 0.25]
+    # Energies 1/16 and 1/4: <k^2>/<k>^2 = (17/512) / (5/32)^2.
+    assert found.energy_moment.tolist() == [1, 1, pytest.approx(1.36, rel=4 * EPSILON), 1]
+
+
+def test_temperature_and_energy_ratio_by_hand(by_hand: Trace) -> None:
+    found = observables.series(by_hand)
+    assert observables.temperature(found, 2).tolist() == [1, 0.25, 0.15625, 0.0625]
+    assert observables.energy_ratio(found).tolist() == [1, 0.25, 0.15625, 0.0625]
+    shared = replace(found, container_energy=np.array([2.0, 0.0, 0.0, 0.5]))
+    assert observables.energy_ratio(shared).tolist() == [1, 0.125, 0.078125, 0.15625]
+
+
+def test_pressure_by_hand(by_hand: Trace) -> None:
+    found = observables.series(by_hand)
+    time, values = observables.cumulative_pressure(found, 9.0)
+    assert time.tolist() == [2, 16, 16]
+    perimeter = 2 * math.pi * 9
+    assert values == pytest.approx(
+        [0, 1.5 / perimeter / 16, 3 / perimeter / 16], rel=4 * EPSILON, abs=0
+    )
+    middles, windows = observables.window_pressure(found, 9.0, 5, 20.0)
+    assert middles.tolist() == [2, 6, 10, 14, 18]
+    # An event on an edge, here at 16 s, belongs to the window before it.
+    assert windows == pytest.approx([0, 0, 0, 3 / perimeter / 4, 0], rel=4 * EPSILON, abs=0)
+
+
+def test_states_after_each_collision_by_hand(by_hand: Trace) -> None:
+    states = observables.at_collisions(by_hand)
+    assert states.time.tolist() == [0, 2, 16, 16]
+    assert states.positions[..., 0].tolist() == [[-3, 3], [-1, 1], [-8, 8], [-8, 8]]
+    assert states.velocities[..., 0].tolist()[:2] == [[1, -1], [-0.5, 0.5]]
+    assert observables.central_distances(states).tolist() == [3, 3, 1, 1, 8, 8, 8, 8]
+    assert observables.pair_distances(states).tolist() == [6, 2, 16, 16]
+    total = observables.momentum(states, by_hand.start)
+    assert total.tolist() == [[0, 0]] * 4
+
+
+def test_speeds_by_hand(by_hand: Trace) -> None:
+    # One collision between two balls in 20 s: one each, so that five take 100 s.
+    assert observables.sampling_times(by_hand).tolist() == []
+    assert observables.sampling_times(by_hand, 0.25).tolist() == [5, 10, 15, 20]
+    assert observables.speeds(by_hand, np.array([0.0, 5.0, 20.0])).tolist() == [
+        [1, 1],
+        [0.5, 0.5],
+        [0.25, 0.25],
+    ]
+    # One pair collision for every quarter of them: a sample every 5 s, all of equal speeds.
+    counts = observables.reduced_speed_counts(replace(by_hand, pair_events=20))
+    assert counts[int(1 / SPEED_BIN)] == counts.sum() == 8
+
+
+def test_time_mean_of_a_staircase() -> None:
+    times, values = np.array([0.0, 1.0, 4.0]), np.array([2.0, 4.0, 8.0])
+    assert observables.time_mean(times, values, 8.0) == (2 * 1 + 4 * 3 + 8 * 4) / 8
+    assert observables.time_mean(times + 1, values, 9.0) == (2 * 1 + 4 * 3 + 8 * 4) / 8
+    assert observables.time_mean(times[:1], values[:1], 0.0) == 2
+
+
+# Against direct sums
+
+
+def test_summary_is_the_series_read_at_its_times(simulated: Trace, summarised: Trace) -> None:
+    """To the bit: both read the same velocities and add the same impulses in the same order."""
+    assert summarised.stop == simulated.stop
+    assert (summarised.wall_events, summarised.pair_events) == (
+        simulated.wall_events,
+        simulated.pair_events,
+    )
+    full, grid = observables.series(simulated), observables.series(summarised)
+    assert len(grid.time) > 100
+    assert grid.time[-1] == simulated.stop.time
+    *steps, last = np.diff(grid.time).tolist()
+    assert set(steps) == {steps[0]}
+    assert 0 < last <= steps[0]
+    rows = np.searchsorted(full.time, grid.time, side="right") - 1
+    for name in SERIES_UNITS:
+        if name != "time":
+            assert getattr(grid, name).tolist() == getattr(full, name)[rows].tolist(), name
+
+
+def test_series_is_what_the_states_say(simulated: Trace) -> None:
+    """Means of N numbers differ by their order of summing: at most N epsilon of the value."""
+    found = observables.series(simulated)
+    states = replay(simulated, found.time)
+    number = simulated.start.number
+    speeds = np.hypot(states.velocities[..., 0], states.velocities[..., 1])
+    energies = 0.5 * simulated.start.masses * speeds**2
+    drift = np.sum(states.container_velocities**2, axis=1)
+    rounding = 4 * number * EPSILON
+    for value, expected in (
+        (found.kinetic_energy, energies.sum(axis=1)),
+        (found.container_energy, 0.5 * simulated.start.container_mass * drift),
+        (found.mean_speed, speeds.mean(axis=1)),
+        (found.energy_moment, (energies**2).mean(axis=1) / energies.mean(axis=1) ** 2),
+    ):
+        np.testing.assert_allclose(value, expected, rtol=rounding, atol=0)
+    assert found.kinetic_energy[0] == pytest.approx(simulated.start.kinetic_energy, rel=rounding)
+    assert found.container_energy[-1] == pytest.approx(
+        simulated.finish.container_energy, rel=rounding
+    )
+    assert (found.wall_events[-1], found.pair_events[-1]) == (
+        simulated.wall_events,
+        simulated.pair_events,
+    )
+
+
+def test_momentum_is_kept_by_balls_and_container(simulated: Trace) -> None:
+    """Each collision rounds the two momenta it changes, by some epsilon of the largest."""
+    states = observables.at_collisions(simulated)
+    total = observables.momentum(states, simulated.start)
+    assert total.shape == (401, 2)
+    largest = 10.0 * simulated.start.number
+    assert np.max(np.abs(total - total[0])) <= 8 * EPSILON * largest * 400
+    moved = states.container_velocities * simulated.start.container_mass
+    assert np.max(np.abs(moved)) > 1, "the container takes part"
+
+
+def test_momentum_of_a_fixed_container_is_left_out(by_hand: Trace) -> None:
+    states = observables.at_collisions(by_hand)
+    one_ball = replace(states, velocities=states.velocities * [[[1], [0]]])
+    assert observables.momentum(one_ball, by_hand.start)[:, 0].tolist() == [2, -1, 0.5, 0.5]
+
+
+def test_pressures_are_sums_over_wall_events(simulated: Trace) -> None:
+    events, radius, end = simulated.events, 10.0, simulated.stop.time
+    assert events is not None
+    hits = [
+        (time, impulse)
+        for time, j, impulse in zip(events.time, events.j, events.impulse, strict=True)
+        if j == -1
+    ]
+    rounding = 2 * len(hits) * EPSILON
+    time, values = observables.cumulative_pressure(observables.series(simulated), radius)
+    assert time.tolist() == events.time.tolist()
+    for k in (0, 57, 399):
+        expected = math.fsum(impulse for when, impulse in hits if when <= time[k])
+        assert values[k] == pytest.approx(
+            expected / (2 * math.pi * radius * time[k]), rel=rounding, abs=0
+        )
+    middles, windows = observables.window_pressure(observables.series(simulated), radius, 7, end)
+    total = math.fsum(impulse for _, impulse in hits)
+    for k in range(7):
+        low, high = np.linspace(0.0, end, 8)[k : k + 2]
+        expected = math.fsum(impulse for when, impulse in hits if low < when <= high)
+        # A window is the difference of two sums as large as the total.
+        slack = rounding * total / (2 * math.pi * radius * end / 7)
+        assert windows[k] == pytest.approx(
+            expected / (2 * math.pi * radius * end / 7), rel=0, abs=slack
+        )
+        assert low < middles[k] < high
+    assert windows.mean() == pytest.approx(values[-1], rel=rounding)
+
+
+def test_distances_are_those_of_the_states(simulated: Trace) -> None:
+    states = observables.at_collisions(simulated, 5)
+    central, pairs = observables.central_distances(states), observables.pair_distances(states)
+    assert len(central) == 5 * 19
+    assert len(pairs) == 5 * 19 * 18 // 2
+    expected_central, expected_pairs = [], []
+    for positions, middle in zip(states.positions, states.container_positions, strict=True):
+        expected_central += [math.dist(ball, middle) for ball in positions]
+        expected_pairs += [math.dist(*pair) for pair in itertools.combinations(positions, 2)]
+    np.testing.assert_allclose(central, expected_central, rtol=4 * EPSILON, atol=1e-14)
+    np.testing.assert_allclose(pairs, expected_pairs, rtol=4 * EPSILON)
+    # Nothing overlaps or sticks out, to the rounding of positions of some 10 m.
+    assert pairs.min() >= 2 - 64 * EPSILON * 10
+    assert central.max() <= 9 + 64 * EPSILON * 10
+
+
+@pytest.mark.parametrize("most", [2, 7, 400, 401, 402, 2000])
+def test_states_are_thinned_evenly(most: int, simulated: Trace) -> None:
+    events = simulated.events
+    assert events is not None
+    states = observables.at_collisions(simulated, most)
+    assert len(states.time) == min(most, 401)
+    times = [0.0, *events.time.tolist()]
+    rows = [times.index(time) for time in states.time.tolist()]
+    assert (rows[0], rows[-1]) == (0, 400)
+    gaps = np.diff(rows)
+    assert gaps.max() - gaps.min() <= 1
+
+
+def test_a_run_without_collisions_has_its_start(by_hand: Trace) -> None:
+    nobody = np.empty(0, dtype=np.int32)
+    empty = replace(by_hand, events=Events(np.empty(0), nobody, nobody, np.empty(0)))
+    states = observables.at_collisions(empty)
+    assert states.time.tolist() == [0]
+    assert states.positions.tolist() == [by_hand.start.positions.tolist()]
+    assert observables.series(empty).kinetic_energy.tolist() == [2]
+
+
+def test_a_summary_has_no_states(summarised: Trace) -> None:
+    with pytest.raises(ValueError, match="recorded as a summary"):
+        observables.at_collisions(summarised)
+
+
+def test_sampling_times_are_some_collisions_a_ball_apart(simulated: Trace) -> None:
+    times = observables.sampling_times(simulated, 5.0)
+    a_ball = 2 * simulated.pair_events / simulated.start.number
+    assert len(times) == int(a_ball / 5) > 2
+    np.testing.assert_allclose(np.diff(times), 5 / a_ball * simulated.stop.time, rtol=1e-12)
+    assert times[0] == pytest.approx(5 / a_ball * simulated.stop.time)
+    assert times[-1] <= simulated.stop.time
+
+
+def test_sampling_times_of_a_run_without_meetings(by_hand: Trace) -> None:
+    alone = replace(by_hand, pair_events=0)
+    assert observables.sampling_times(alone).tolist() == [20]
+    never = replace(alone, stop=replace(by_hand.stop, time=0.0))
+    assert observables.sampling_times(never).tolist() == []
+
+
+@pytest.mark.parametrize(
+    ("pair_events", "end"),
+    [(335, 0.83840099289538), (360, 5.190794206126152), (185, 2.6658124511682817)],
+)
+def test_the_last_sample_is_not_rounded_past_the_end(
+    pair_events: int, end: float, by_hand: Trace
+) -> None:
+    """Cases in which a multiple of the rounded interval comes out above the run's time."""
+    nobody = np.empty(0, dtype=np.int32)
+    trace = replace(
+        by_hand,
+        events=Events(np.empty(0), nobody, nobody, np.empty(0)),
+        stop=replace(by_hand.stop, time=end),
+        pair_events=pair_events,
+    )
+    samples = pair_events // 5
+    assert len(observables.speeds(trace, observables.sampling_times(trace))) == samples
+    assert observables.reduced_speed_counts(trace).sum() == 2 * samples
+
+
+def test_reduced_speeds_are_counted_in_bins(simulated: Trace) -> None:
+    counts = observables.reduced_speed_counts(simulated)
+    times = observables.sampling_times(simulated)
+    assert counts.shape == (SPEED_BINS,)
+    assert counts.sum() == len(times) * 19
+    expected = np.zeros(SPEED_BINS)
+    for found in observables.speeds(simulated, times):
+        temperature = np.mean(0.5 * found**2)
+        reduced = found * math.sqrt(1 / (2 * temperature))
+        bins, _ = np.histogram(np.minimum(reduced, 3.99), SPEED_BINS, (0, SPEED_BINS * SPEED_BIN))
+        expected += bins
+    assert counts.tolist() == expected.tolist()
+
+
+def test_reduced_speeds_of_a_summary_are_those_of_its_rows(
+    simulated: Trace, summarised: Trace
+) -> None:
+    """Its grid is finer than the samples, so that each has a row: the last one before it."""
+    counts = observables.reduced_speed_counts(summarised)
+    grid = observables.series(summarised).time
+    samples = observables.sampling_times(summarised)
+    before = grid[np.searchsorted(grid, samples, side="right") - 1]
+    assert counts.sum() == 19 * len(samples)
+    expected = np.zeros(SPEED_BINS)
+    for found in observables.speeds(simulated, before):
+        reduced = found * math.sqrt(1 / np.mean(found**2))
+        bins, _ = np.histogram(np.minimum(reduced, 3.99), SPEED_BINS, (0, SPEED_BINS * SPEED_BIN))
+        expected += bins
+    assert counts.tolist() == expected.tolist()
+
+
+def test_balls_at_rest_have_no_reduced_speed(by_hand: Trace) -> None:
+    at_rest = replace(by_hand.start, velocities=np.zeros((2, 2)))
+    stop = Stop(StopReason.NOTHING_LEFT, 0.0, (), "no collision lies ahead")
+    nobody = np.empty(0, dtype=np.int32)
+    trace = Trace(
+        at_rest, at_rest, stop, 0, 0, Events(np.empty(0), nobody, nobody, np.empty(0)), None
+    )
+    assert observables.reduced_speed_counts(trace).sum() == 0
+
+
+def test_every_quantity_of_a_series_has_a_unit(simulated: Trace) -> None:
+    assert [field.name for field in fields(observables.series(simulated))] == list(SERIES_UNITS)
