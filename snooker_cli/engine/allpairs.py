@@ -164,10 +164,10 @@ def advance(
                 break
             predict_again(i, now, balls, setup, radii, agenda, links)
             counts[PREDICTIONS] += number
-        if now > setup.time_limit:
-            return TIME
         if now == NEVER:
             return NOTHING_LEFT
+        if now > setup.time_limit:
+            return TIME
         if grid is not None:
             sample_until(now, grid, balls, container, setup, masses, sums, counts)
         counts[STALLED] = counts[STALLED] + 1 if now == sums[NOW] else 0
@@ -193,7 +193,7 @@ def advance(
             if setup.wall_restitution < 1.0 and (
                 counts[BOUNCES] > 1 or setup.wall_restitution == 0.0
             ):
-                trapped = is_trapped(i, now, balls, container, setup, radii, agenda)
+                trapped = is_trapped(i, now, balls, container, setup, radii, masses, agenda)
         else:
             move(j, now, balls)
             count[j] += 1
@@ -215,8 +215,8 @@ def advance(
             recorded.i[filled] = i if at_wall else min(i, j)
             recorded.j[filled] = NOBODY if at_wall else max(i, j)
             recorded.impulse[filled] = size
-        if trapped:
-            return WALL_TRAP
-        if counts[STALLED] > STALL_LIMIT * number:
-            return COLLAPSE
+        if trapped or counts[STALLED] > STALL_LIMIT * number:
+            if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
+                return COLLISIONS
+            return WALL_TRAP if trapped else COLLAPSE
     return FULL

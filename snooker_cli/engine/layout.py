@@ -80,11 +80,16 @@ class Setup(NamedTuple):
 
 
 def balls_of(scene: Scene) -> Floats:
-    """The balls' state at the scene's instant, all clocks at zero."""
+    """The balls' state at the scene's instant, all clocks at zero, seen from ``origin_of``."""
     balls = np.zeros((BALL_ROWS, scene.number))
-    balls[[X, Y]] = scene.positions.T
+    balls[[X, Y]] = (scene.positions - origin_of(scene)).T
     balls[[U, V]] = scene.velocities.T
     return balls
+
+
+def origin_of(scene: Scene) -> Floats:
+    """Where the kernel's coordinates begin: at the centre of a fixed container, m."""
+    return np.zeros(2) if scene.free else np.asarray(scene.container_position)
 
 
 def container_of(scene: Scene) -> Floats | None:

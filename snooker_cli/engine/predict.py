@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from snooker_cli.engine.collide import mass_of
 from snooker_cli.engine.compiling import compiled
 from snooker_cli.engine.contact import chord_delay, pair_delay, wall_delay
 from snooker_cli.engine.layout import (
@@ -148,6 +149,7 @@ def is_trapped(
     container: Floats | None,
     setup: Setup,
     radii: Floats | None,
+    masses: Floats | None,
     agenda: Floats,
 ) -> bool:
     """Whether ball i, just off the wall, will hit it infinitely often before anything else.
@@ -155,8 +157,11 @@ def is_trapped(
     Each bounce keeps the tangential speed v_t and multiplies the normal one v_n by the wall's
     restitution e, so that the chords last 2 a e^k v_n / (e^2k v_n^2 + v_t^2); without the first
     term below, their sum is geometric: 2 a v_n / ((1 - e) v_t^2) is an upper bound of the time
-    left. The ball is trapped if within it no other event is due and no ball can come near: the
-    others move straight, and ball i is never faster than now.
+    left. The ball is trapped if within it the run does not end, no other event is due and no ball
+    can come near: the others move straight, and ball i is never faster than now.
+
+    All this is relative to the container. A free one is pushed by the bounces, by no more than
+    its share of (1 + e) v_n / (1 - e) together, and the others must not reach its wall either.
     """
     x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     if container is not None:
@@ -167,21 +172,29 @@ def is_trapped(
         return False
     left = 2.0 * inward * (x * x + y * y) / ((1.0 - setup.wall_restitution) * cross * cross)
     end = now + left
-    if agenda[PAIR_TIME, i] <= end:
+    if end > setup.time_limit or agenda[PAIR_TIME, i] <= end:
         return False
-    # The container moves too, so that "faster" is said of the ball's speed in the lab.
-    speed = math.sqrt(u * u + v * v)
+    wall_speed = 0.0
     if container is not None:
-        speed += math.sqrt(container[U] * container[U] + container[V] * container[V])
+        m = mass_of(setup, masses, i)
+        pushes = (1.0 + setup.wall_restitution) / (1.0 - setup.wall_restitution)
+        pushes *= inward / math.sqrt(x * x + y * y) * (m / (m + setup.container_mass))
+        wall_speed = pushes + math.sqrt(container[U] * container[U] + container[V] * container[V])
+    speed = math.sqrt(u * u + v * v) + wall_speed
     for k in range(balls.shape[1]):
         if k != i:
             if agenda[PAIR_TIME, k] <= end or agenda[WALL_TIME, k] <= end:
                 return False
             age = now - balls[CLOCK, k]
-            x = balls[X, k] + balls[U, k] * age - balls[X, i]
-            y = balls[Y, k] + balls[V, k] * age - balls[Y, i]
+            xk, yk = balls[X, k] + balls[U, k] * age, balls[Y, k] + balls[V, k] * age
+            its_speed = math.sqrt(balls[U, k] * balls[U, k] + balls[V, k] * balls[V, k])
+            x, y = xk - balls[X, i], yk - balls[Y, i]
             gap = math.sqrt(x * x + y * y) - contact_distance(setup, radii, i, k)
-            closing = speed + math.sqrt(balls[U, k] * balls[U, k] + balls[V, k] * balls[V, k])
-            if gap <= closing * left:
+            if gap <= (speed + its_speed) * left:
                 return False
+            if container is not None:
+                x, y = xk - container[X], yk - container[Y]
+                gap = wall_reach(setup, radii, k) - math.sqrt(x * x + y * y)
+                if gap <= (wall_speed + its_speed) * left:
+                    return False
     return True

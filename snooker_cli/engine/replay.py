@@ -26,6 +26,7 @@ from snooker_cli.engine.layout import (
     Y,
     balls_of,
     container_of,
+    origin_of,
     unless_equal,
 )
 from snooker_cli.trace import CONTAINER, Series
@@ -65,6 +66,7 @@ def replay(trace: Trace, times: ArrayLike) -> States:
     if not inside or np.any(np.diff(wanted) < 0):
         raise ValueError(f"times must ascend within 0 and {trace.stop.time!r} s")
     scene = trace.start
+    origin = origin_of(scene)
     out = np.empty((len(wanted), 4, scene.number))
     container_out = np.zeros((len(wanted), 4))
     _replay(
@@ -81,9 +83,9 @@ def replay(trace: Trace, times: ArrayLike) -> States:
     )
     return States(
         time=wanted,
-        positions=out[:, :2].transpose(0, 2, 1),
+        positions=out[:, :2].transpose(0, 2, 1) + origin,
         velocities=out[:, 2:].transpose(0, 2, 1),
-        container_positions=container_out[:, :2],
+        container_positions=container_out[:, :2] + origin,
         container_velocities=container_out[:, 2:],
     )
 

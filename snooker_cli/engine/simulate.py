@@ -114,7 +114,7 @@ class _Run:
     def chunk(self) -> int:
         """Advance by a chunk of events at most; the kernel's answer."""
         before = self.events
-        room = min(CHUNK, self.collision_limit)
+        room = min(CHUNK, max(1, self.collision_limit))
         recorded = None if self.summary else _room(room)
         answer = allpairs.advance(
             self.balls,
@@ -160,7 +160,11 @@ class _Run:
         balls, container = self.balls, self.container
         velocities = balls[[layout.U, layout.V]]
         positions = balls[[layout.X, layout.Y]] + velocities * (time - balls[layout.CLOCK])
-        moved = replace(self.scene, positions=positions.T.copy(), velocities=velocities.T.copy())
+        moved = replace(
+            self.scene,
+            positions=positions.T + layout.origin_of(self.scene),
+            velocities=velocities.T.copy(),
+        )
         if container is None:
             return moved
         return replace(

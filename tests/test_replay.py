@@ -1,0 +1,195 @@
+"""The state at any time, from the list of collisions; and summaries, which need no list."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import EPSILON, digest, is_wall, mixed_scene, report_scene, scene_of, total_energy
+
+from snooker_cli.engine import States, replay, series, simulate
+from snooker_cli.scene import Scene
+from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, StopReason
+
+SCENES = {
+    "fixed": lambda: report_scene(cor=0.9, wall_cor=1.0),
+    "free": lambda: report_scene(cor=0.9, wall_cor=1.0, container_mass=50.0),
+    "mixed": lambda: mixed_scene(50.0, 0.95),
+    "mixed, fixed": lambda: mixed_scene(math.inf, 0.95),
+}
+
+
+@pytest.fixture(params=SCENES)
+def scene(request) -> Scene:
+    return SCENES[request.param]()
+
+
+def test_ends_are_the_starts_and_the_finishes_bits(scene):
+    for limit in ({"time": 2.0}, {"collisions": 700}):
+        trace = simulate(scene, **limit)
+        states = replay(trace, [0.0, trace.stop.time])
+        for k, end in enumerate((trace.start, trace.finish)):
+            assert np.array_equal(states.positions[k], end.positions)
+            assert np.array_equal(states.velocities[k], end.velocities)
+            assert np.array_equal(states.container_positions[k], end.container_position)
+            assert np.array_equal(states.container_velocities[k], end.container_velocity)
+
+
+def test_any_moment_is_where_a_run_until_then_ends(scene):
+    """Bit for bit."""
+    trace = simulate(scene, collisions=700)
+    moments = np.linspace(0.0, trace.stop.time, 9)[1:-1]
+    states = replay(trace, moments)
+    for k, moment in enumerate(moments):
+        until = simulate(scene, time=float(moment))
+        assert until.stop.reason is StopReason.TIME
+        assert np.array_equal(states.positions[k], until.finish.positions)
+        assert np.array_equal(states.velocities[k], until.finish.velocities)
+        assert np.array_equal(states.container_positions[k], until.finish.container_position)
+
+
+def test_a_moment_of_a_collision_is_just_after_it():
+    scene = scene_of([(0.0, 0.0, 4.5, 0.0, 1.0, 1.0)])
+    states = replay(simulate(scene, time=3.0), [np.nextafter(2.0, 0.0), 2.0, 2.0, 3.0])
+    assert states.velocities[:, 0, 0].tolist() == [4.5, -4.5, -4.5, -4.5]
+    assert states.positions[:, 0, 0] == pytest.approx([9.0, 9.0, 9.0, 4.5], rel=EPSILON)
+
+
+def test_no_moments():
+    states = replay(simulate(report_scene(), collisions=10), [])
+    assert states.positions.shape == (0, 37, 2)
+    assert states.container_positions.shape == (0, 2)
+
+
+@pytest.mark.parametrize("times", [[1.0, 0.5], [-0.1, 0.5], [0.5, 1.1], [math.nan]])
+def test_moments_must_ascend_within_the_run(times):
+    trace = simulate(report_scene(), time=1.0)
+    with pytest.raises(ValueError, match="ascend"):
+        replay(trace, times)
+
+
+def test_a_summary_cannot_be_replayed():
+    trace = simulate(report_scene(), time=0.1, summary=True)
+    with pytest.raises(ValueError, match="summary"):
+        replay(trace, [0.0])
+
+
+# --- summaries ------------------------------------------------------------------------------
+
+# A few events, so that the grid is as it was made, and so many that it has been halved often.
+LIMITS = [{"collisions": 300}, {"collisions": 30_000}, {"time": 1.7}]
+
+
+def assert_velocities(scene: Scene, columns: Series, states: States) -> np.ndarray:
+    """Assert the columns that are read off the velocities; the balls' energies, (t, N), in J."""
+    rounding = 4 * scene.number * EPSILON
+    squares = np.sum(states.velocities**2, axis=2)
+    energies = 0.5 * scene.masses * squares
+    assert np.allclose(columns.kinetic_energy, energies.sum(axis=1), rtol=rounding, atol=0)
+    assert np.allclose(columns.mean_speed, np.sqrt(squares).mean(axis=1), rtol=rounding, atol=0)
+    moment = np.mean(energies**2, axis=1) / np.mean(energies, axis=1) ** 2
+    assert np.allclose(columns.energy_moment, moment, rtol=rounding, atol=0)
+    mass = scene.container_mass if scene.free else 0.0
+    of_the_container = 0.5 * mass * np.sum(states.container_velocities**2, axis=1)
+    assert np.allclose(columns.container_energy, of_the_container, rtol=rounding, atol=0)
+    return energies
+
+
+def test_series_after_each_event(scene):
+    trace = simulate(scene, collisions=2000)
+    columns, events = series(trace), trace.events
+    assert np.array_equal(columns.time, np.concatenate([[0.0], events.time]))
+    assert_velocities(scene, columns, replay(trace, columns.time))
+    at_wall = is_wall(events)
+    assert np.array_equal(np.diff(columns.wall_events), at_wall)
+    assert np.array_equal(np.diff(columns.pair_events), ~at_wall)
+    distances = scene.radii[events.i] + scene.radii[events.j]
+    rounding = len(events) * EPSILON
+    for column, terms in (
+        (columns.wall_impulse, events.impulse * at_wall),
+        (columns.pair_virial, events.impulse * distances * ~at_wall),
+    ):
+        assert column[0] == 0
+        assert np.allclose(column[1:], np.cumsum(terms), rtol=rounding, atol=0)
+
+
+@pytest.mark.parametrize("limit", LIMITS)
+def test_summary_says_what_the_events_say(scene, limit):
+    recorded = simulate(scene, **limit)
+    trace = simulate(scene, **limit, summary=True)
+    assert trace.events is None
+    assert trace.stop == recorded.stop
+    assert (trace.wall_events, trace.pair_events) == (recorded.wall_events, recorded.pair_events)
+    assert np.array_equal(trace.finish.positions, recorded.finish.positions)
+
+    summary, events = trace.summary.series, recorded.events
+    assert series(trace) is summary
+    states = replay(recorded, summary.time)
+    at_wall = is_wall(events)
+    so_far = np.searchsorted(events.time, summary.time, side="right")
+
+    def total(terms: np.ndarray) -> np.ndarray:
+        return np.concatenate([[0.0], np.cumsum(terms)])[so_far]
+
+    assert np.array_equal(summary.wall_events, total(at_wall))
+    assert np.array_equal(summary.pair_events, total(~at_wall))
+    # Sums in another order differ by a rounding a term at most.
+    rounding = max(len(events), scene.number) * EPSILON
+    distances = scene.radii[events.i] + scene.radii[events.j]
+    assert np.allclose(summary.wall_impulse, total(events.impulse * at_wall), rtol=rounding, atol=0)
+    assert np.allclose(
+        summary.pair_virial, total(events.impulse * distances * ~at_wall), rtol=rounding, atol=0
+    )
+    energies = assert_velocities(scene, summary, states)
+    reduced = np.sqrt(energies / energies.mean(axis=1, keepdims=True))
+    bins = np.minimum((reduced / SPEED_BIN).astype(int), SPEED_BINS - 1)
+    histogram = np.array([np.bincount(row, minlength=SPEED_BINS) for row in bins])
+    assert np.array_equal(trace.summary.speed_histogram, histogram)
+
+
+@pytest.mark.parametrize("limit", LIMITS)
+def test_grid_of_a_summary(scene, limit):
+    trace = simulate(scene, **limit, summary=True)
+    time = trace.summary.series.time
+    assert time[-1] == trace.stop.time
+    grid, step = time[:-1], time[1]
+    assert math.frexp(step)[0] == 0.5  # a power of two: every time is exact
+    assert np.array_equal(grid, step * np.arange(len(grid)))
+    assert grid[-1] < trace.stop.time <= grid[-1] + step
+    assert 200 < len(grid) <= 513
+    first = trace.summary.series.kinetic_energy[0]
+    assert first == pytest.approx(scene.kinetic_energy, rel=scene.number * EPSILON)
+
+
+def test_summary_of_a_single_event():
+    columns = simulate(report_scene(), collisions=1, summary=True).summary.series
+    assert columns.time[0] == 0.0
+    assert len(columns.time) > 2
+    assert (columns.wall_events + columns.pair_events).tolist() == [0] * (len(columns.time) - 1) + [
+        1
+    ]
+
+
+def test_summary_of_balls_at_rest():
+    scene = report_scene()
+    still = simulate(replace(scene, velocities=0 * scene.velocities), time=5.0, summary=True)
+    assert np.all(still.summary.series.kinetic_energy == 0)
+    assert np.all(still.summary.series.energy_moment == 0)
+    assert not still.summary.speed_histogram.any()
+
+
+def test_a_collision_on_the_grid_is_in_the_row_of_its_time():
+    """9 m at 4.5 m/s take 2 s, and 2 s are on the grid: as ``replay``, just after it."""
+    scene = scene_of([(0.0, 0.0, 4.5, 0.0, 1.0, 1.0)])
+    columns = simulate(scene, time=3.0, summary=True).summary.series
+    assert 2.0 in columns.time
+    assert np.array_equal(columns.wall_events, columns.time >= 2.0)
+    assert columns.wall_impulse[columns.time == 2.0].tolist() == [9.0]
+
+
+def test_a_summary_changes_no_bit_of_the_run():
+    scene = report_scene(cor=0.95, wall_cor=1.0)
+    finishes = [simulate(scene, collisions=70_000, summary=kind).finish for kind in (True, False)]
+    assert np.array_equal(finishes[0].positions, finishes[1].positions)
+    assert total_energy(finishes[0]) == total_energy(finishes[1])
+    assert digest(simulate(scene, collisions=10).events)
