@@ -191,6 +191,25 @@ def test_a_trap_does_not_end_a_run_whose_time_is_up_before_the_last_bounce():
     assert len(trace.events) == 5
 
 
+def test_two_balls_that_are_trapped_together_end_the_run():
+    """Opposite each other they bounce in step, ever more weakly, until 14.78 s: it must not go on
+    with impulses that are nothing but rounding while the clock creeps."""
+    one = lone_bouncer()
+    scene = replace(
+        one,
+        positions=np.vstack([one.positions, -one.positions]),
+        velocities=np.vstack([one.velocities, -one.velocities]),
+        radii=np.ones(2),
+        masses=np.ones(2),
+    )
+    trace = simulate(scene, collisions=3000)
+    assert not trace.stop.reason.complete
+    assert trace.stop.time == pytest.approx(0.5 + 14.284783441, abs=1e-6) or (
+        trace.stop.reason is StopReason.WALL_TRAP
+    )
+    assert trace.events.impulse.min() > 1e-12
+
+
 def test_a_light_container_carries_the_wall_to_another_ball():
     """The ball that bounces along the wall pushes the container into the one at rest, before it
     has bounced infinitely often: it is not trapped."""

@@ -158,12 +158,13 @@ class _Run:
     def _finish(self, time: float) -> Scene:
         """The scene at ``time``, at or after the last event."""
         balls, container = self.balls, self.container
-        velocities = balls[[layout.U, layout.V]]
-        positions = balls[[layout.X, layout.Y]] + velocities * (time - balls[layout.CLOCK])
+        velocities = np.ascontiguousarray(balls[[layout.U, layout.V]].T)
+        ages = (time - balls[layout.CLOCK])[:, None]
+        positions = np.ascontiguousarray(balls[[layout.X, layout.Y]].T) + velocities * ages
         moved = replace(
             self.scene,
-            positions=positions.T + layout.origin_of(self.scene),
-            velocities=velocities.T.copy(),
+            positions=positions + layout.origin_of(self.scene),
+            velocities=velocities,
         )
         if container is None:
             return moved
