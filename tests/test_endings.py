@@ -203,11 +203,8 @@ def test_two_balls_that_are_trapped_together_end_the_run():
         masses=np.ones(2),
     )
     trace = simulate(scene, collisions=3000)
-    assert not trace.stop.reason.complete
-    assert trace.stop.time == pytest.approx(0.5 + 14.284783441, abs=1e-6) or (
-        trace.stop.reason is StopReason.WALL_TRAP
-    )
-    assert trace.events.impulse.min() > 1e-12
+    assert trace.stop.reason in (StopReason.WALL_TRAP, StopReason.COLLAPSE)
+    assert trace.stop.time < 0.5 + 14.284783441 + 1e-9
 
 
 def test_a_light_container_carries_the_wall_to_another_ball():

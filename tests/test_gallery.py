@@ -15,9 +15,9 @@ from snooker_cli.decay import curve, fit_curve
 from snooker_cli.engine import replay, series
 from snooker_cli.fit import ensemble, fitted_curve
 from snooker_cli.gallery import NEUTRAL, Band, Histogram, Line, Note, Points, Reference
-from snooker_cli.words import exact, with_error
 from snooker_cli.results import Run
 from snooker_cli.trace import SPEED_BIN, Trace
+from snooker_cli.words import exact, with_error
 
 EPSILON = 2.0**-52
 

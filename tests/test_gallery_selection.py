@@ -22,8 +22,8 @@ from snooker_cli.gallery import (
     selected,
 )
 from snooker_cli.gallery.selection import evenly
-from snooker_cli.words import exact, listed, short, with_error
 from snooker_cli.results import Run
+from snooker_cli.words import exact, listed, short, with_error
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,6 @@ from snooker_cli.engine.collide import hit_pair, hit_wall, move
 from snooker_cli.engine.compiling import compiled
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.layout import (
-    BOUNCER,
     BOUNCES,
     COUNT,
     FIRST,
@@ -58,9 +57,17 @@ from snooker_cli.engine.sampling import Grid, sample_until
 # What ``advance`` answers.
 FULL, COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE = range(6)
 
-# After this many events for each ball, all at one reading of the clock, time has stopped. A rack
+# After this many events for each ball in a row that do not move the clock, time has stopped. A rack
 # of touching balls settles an impact in a few collisions a ball.
 STALL_LIMIT = 64
+
+# After this many bounces in a row a ball in a fixed container is trapped even if others have events
+# before it has come to an end, so long as none can reach it: two balls may be trapped in step.
+PATIENCE = 64
+
+# An event this near to the one before, relative to the time, does not move the clock: a few units
+# of its last digit. A ball that only rounding keeps off the wall moves it by one or two.
+CLOCK_DIGITS = 4 * 2.0**-52
 
 
 @compiled
@@ -170,7 +177,8 @@ def advance(
             return TIME
         if grid is not None:
             sample_until(now, grid, balls, container, setup, masses, sums, counts)
-        counts[STALLED] = counts[STALLED] + 1 if now == sums[NOW] else 0
+        stalls = now - sums[NOW] <= CLOCK_DIGITS * now
+        counts[STALLED] = counts[STALLED] + 1 if stalls else 0
         counts[FIRST], counts[SECOND] = i, j
         sums[NOW] = now
         move(i, now, balls)
@@ -188,12 +196,14 @@ def advance(
             counts[PREDICTIONS] += number
             counts[WALL_EVENTS] += 1
             sums[WALL_IMPULSE] += size
-            counts[BOUNCES] = counts[BOUNCES] + 1 if counts[BOUNCER] == i else 1
-            counts[BOUNCER] = i
+            links[BOUNCES, i] += 1
             if setup.wall_restitution < 1.0 and (
-                counts[BOUNCES] > 1 or setup.wall_restitution == 0.0
+                links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0
             ):
-                trapped = is_trapped(i, now, balls, container, setup, radii, masses, agenda)
+                patient = container is not None or links[BOUNCES, i] <= PATIENCE
+                trapped = is_trapped(
+                    i, now, balls, container, setup, radii, masses, agenda, patient
+                )
         else:
             move(j, now, balls)
             count[j] += 1
@@ -208,7 +218,7 @@ def advance(
             predict_wall(j, now, balls, container, setup, radii, agenda)
             counts[PREDICTIONS] += 2 * number
             counts[PAIR_EVENTS] += 1
-            counts[BOUNCER] = NOBODY
+            links[BOUNCES, i] = links[BOUNCES, j] = 0
             sums[PAIR_VIRIAL] += size * contact_distance(setup, radii, i, j)
         if recorded is not None:
             recorded.time[filled] = now

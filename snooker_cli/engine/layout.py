@@ -29,27 +29,25 @@ X, Y, U, V, CLOCK, BALL_ROWS = range(6)
 PAIR_TIME, WALL_TIME, ROW, OTHER_ROW, AGENDA_ROWS = range(5)
 
 # Rows of ``links``: the partner of the earliest contact, how many events it had had when the
-# contact was predicted, the ball's own number of events, and the ball it last collided with.
-PARTNER, PARTNER_COUNT, COUNT, LAST, LINK_ROWS = range(5)
+# contact was predicted, the ball's own number of events, the ball it last collided with, and how
+# often it has hit the wall since.
+PARTNER, PARTNER_COUNT, COUNT, LAST, BOUNCES, LINK_ROWS = range(6)
 
 # Elements of ``sums``: the time of the last event (s), the impulse on the wall (kg m/s) and the
 # virial of the ball-ball collisions (kg m^2/s).
 NOW, WALL_IMPULSE, PAIR_VIRIAL, SUMS = range(4)
 
 # Elements of ``counts``: events at the wall and between balls; pairs whose contact was computed;
-# events in a row that did not move the clock; the ball of the last events, if they were all its
-# wall hits, and how many they were; the balls of the last event.
+# events in a row that did not move the clock; the balls of the last event.
 (
     WALL_EVENTS,
     PAIR_EVENTS,
     PREDICTIONS,
     STALLED,
-    BOUNCER,
-    BOUNCES,
     FIRST,
     SECOND,
     COUNTS,
-) = range(9)
+) = range(7)
 
 
 class Setup(NamedTuple):

@@ -142,6 +142,17 @@ def predict_return(
 
 
 @compiled
+def top_speed(balls: Floats, setup: Setup, masses: Floats | None) -> float:
+    """The speed of the lightest ball if it had all the energy, m/s: none can become faster."""
+    energy, lightest = 0.0, math.inf
+    for k in range(balls.shape[1]):
+        m = mass_of(setup, masses, k)
+        energy += m * (balls[U, k] * balls[U, k] + balls[V, k] * balls[V, k])
+        lightest = min(lightest, m)
+    return math.sqrt(energy / lightest)
+
+
+@compiled
 def is_trapped(
     i: int,
     now: float,
@@ -151,6 +162,7 @@ def is_trapped(
     radii: Floats | None,
     masses: Floats | None,
     agenda: Floats,
+    patient: bool,
 ) -> bool:
     """Whether ball i, just off the wall, will hit it infinitely often before anything else.
 
@@ -162,6 +174,9 @@ def is_trapped(
 
     All this is relative to the container. A free one is pushed by the bounces, by no more than
     its share of (1 + e) v_n / (1 - e) together, and the others must not reach its wall either.
+
+    Without patience, others may have events; none of them is then faster than all the energy in
+    one ball, which in a fixed container never grows.
     """
     x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     if container is not None:
@@ -181,13 +196,16 @@ def is_trapped(
         pushes *= inward / math.sqrt(x * x + y * y) * (m / (m + setup.container_mass))
         wall_speed = pushes + math.sqrt(container[U] * container[U] + container[V] * container[V])
     speed = math.sqrt(u * u + v * v) + wall_speed
+    fastest = 0.0 if patient else top_speed(balls, setup, masses)
     for k in range(balls.shape[1]):
         if k != i:
-            if agenda[PAIR_TIME, k] <= end or agenda[WALL_TIME, k] <= end:
+            if patient and (agenda[PAIR_TIME, k] <= end or agenda[WALL_TIME, k] <= end):
                 return False
             age = now - balls[CLOCK, k]
             xk, yk = balls[X, k] + balls[U, k] * age, balls[Y, k] + balls[V, k] * age
-            its_speed = math.sqrt(balls[U, k] * balls[U, k] + balls[V, k] * balls[V, k])
+            its_speed = fastest
+            if patient:
+                its_speed = math.sqrt(balls[U, k] * balls[U, k] + balls[V, k] * balls[V, k])
             x, y = xk - balls[X, i], yk - balls[Y, i]
             gap = math.sqrt(x * x + y * y) - contact_distance(setup, radii, i, k)
             if gap <= (speed + its_speed) * left:

@@ -94,10 +94,10 @@ class _Run:
         self.setup = layout.Setup.of(scene, self.time_limit, self.collision_limit)
         self.agenda = np.full((layout.AGENDA_ROWS, number), math.inf)
         self.links = np.full((layout.LINK_ROWS, number), layout.NOBODY, dtype=np.int64)
-        self.links[layout.COUNT] = 0
+        self.links[[layout.COUNT, layout.BOUNCES]] = 0
         self.sums = np.zeros(layout.SUMS)
         self.counts = np.zeros(layout.COUNTS, dtype=np.int64)
-        self.counts[[layout.BOUNCER, layout.FIRST, layout.SECOND]] = layout.NOBODY
+        self.counts[[layout.FIRST, layout.SECOND]] = layout.NOBODY
         speed = float(np.max(np.hypot(*self.balls[[layout.U, layout.V]])))
         self.grid = sampling.new_grid(scene.container_radius, speed) if summary else None
         self.summary = summary
