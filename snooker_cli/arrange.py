@@ -122,5 +122,5 @@ def _check_rings(balls: Rings, container_radius: float) -> None:
             f"{balls.rings} rings within {balls.ring_extent:g} of the container's radius are "
             f"{spacing:.6g} m apart and leave {container_radius - extent:.6g} m to the wall, too "
             f"tight for balls of radius {balls.radius:.6g} m; the largest radius that fits is "
-            f"{largest:.6g} m",
+            f"{largest!r} m",
         )
