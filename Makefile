@@ -2,7 +2,7 @@
 
 PYTHON ?= python3
 # Two runs at a time: a run's files are written one after the other.
-MAKEFLAGS += --jobs=2 --output-sync=target
+MAKEFLAGS += --jobs=2
 BIN := .venv/bin
 READY := .venv/.ready
 

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from snooker_cli.trace import Trace
 
 
+ROUNDING = 1e-12
+"""Relative spread below which repeats differ by nothing but rounding."""
+
+
 @dataclass(frozen=True)
 class Measured:
     """What one repeat measured, means being over its time.
@@ -73,6 +77,8 @@ class Comparison:
         """The difference in standard errors; nan if there is no error."""
         if not self.difference_error > 0:
             return math.nan
+        if self.difference_error < ROUNDING * max(abs(self.measured), abs(self.predicted)):
+            return math.nan  # the repeats agree to rounding: that is no measure of their spread
         return self.difference / self.difference_error
 
 
@@ -251,9 +257,11 @@ def _cooling(table: _Table, scene: Scene) -> None:
     root = np.sqrt(table.column("start_temperature"))
     contact = float(theory.contact_value(theory.packing_fraction(number, radius, outer)))
     pairs = theory.ball_ball_rate(density, radius, 1.0, contact, mass)
-    walls = theory.wall_rate_from_pressure(
-        number, theory.circle_state(number, 1.0, radius, outer).pressure, 1.0, outer, mass
-    )
+    try:
+        walled = theory.circle_state(number, 1.0, radius, outer).pressure
+    except ValueError:
+        return  # too dense for a fluid: no rates are known
+    walls = theory.wall_rate_from_pressure(number, walled, 1.0, outer, mass)
     alpha = theory.haff_rate(theory.cooling_rate(inelastic, pairs, wall_inelastic, walls))
     table.add(
         "Haff's α", "1/s", table.column("haff_rate"), "Enskog rates at the start", alpha * root

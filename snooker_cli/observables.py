@@ -77,8 +77,8 @@ def window_pressure(
 
 def time_mean(time: Array, values: Array, end: float) -> float:
     """Mean over time up to ``end`` of what stays as it is between its times."""
-    if end <= 0:
-        return float(values[0])
+    if end <= time[0]:
+        return float(values[-1])
     return float(np.sum(values * np.diff(np.append(time, end))) / (end - time[0]))
 
 

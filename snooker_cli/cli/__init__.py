@@ -12,6 +12,7 @@ app = typer.Typer(
     name="snooker",
     help="Experiments with inelastic hard disks in a container.",
     no_args_is_help=True,
+    rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
 

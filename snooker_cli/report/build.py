@@ -70,6 +70,7 @@ def _numbers(
                 "values": judged.finding.values,
                 "score": judged.score,
                 "candidates": judged.candidates,
+                "near": judged.near,
             },
             "numbers": [_row(row) for row in judged.rows],
             "claims": [asdict(claim) for claim in judged.claims],
