@@ -86,6 +86,9 @@ def export(
     opened = open_run(run)
     if point >= len(opened.points):
         raise UserError(f"--point {point}: {opened.name} has points 0 to {len(opened.points) - 1}")
+    if repeat >= opened.experiment.repeats:
+        last = opened.experiment.repeats - 1
+        raise UserError(f"--repeat {repeat}: {opened.name} has repeats 0 to {last}")
     trace = store.read(opened.path(point, repeat)).trace
     if trace.events is None:
         raise UserError(f"{opened.name} was run with `record: summary`: it has no events to export")
