@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
 from snooker_cli.cli.running import AsJson
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from snooker_cli.results import Run
+    from snooker_cli.trace import Trace
+
+Row = TypeVar("Row")
 
 RunName = Annotated[str, typer.Argument(metavar="RUN", help="A run's folder, or name in runs/.")]
 
@@ -23,16 +31,11 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
 
     from snooker_cli.cli.tables import Column, point_label, print_table
     from snooker_cli.decay import decays, record
-    from snooker_cli.results import open_run, write_json
+    from snooker_cli.results import open_run
     from snooker_cli.words import short, with_error
 
     opened = open_run(run)
-    records = [
-        record(decay, point.as_json())
-        for point in opened.points
-        for decay in decays(opened.traces(point))
-    ]
-    write_json(opened.directory / "fit.json", records)
+    records = _saved(opened, "fit.json", decays, record)
     if as_json:
         typer.echo(json.dumps(records))
         return
@@ -75,16 +78,11 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
     from snooker_cli.cli.tables import Column, point_label, print_table
     from snooker_cli.compare import compare as comparisons
     from snooker_cli.compare import record
-    from snooker_cli.results import open_run, write_json
+    from snooker_cli.results import open_run
     from snooker_cli.words import short, with_error
 
     opened = open_run(run)
-    records = [
-        record(row, point.as_json())
-        for point in opened.points
-        for row in comparisons(opened.traces(point))
-    ]
-    write_json(opened.directory / "compare.json", records)
+    records = _saved(opened, "compare.json", comparisons, record)
     if as_json:
         typer.echo(json.dumps(records))
         return
@@ -113,6 +111,22 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
             for one in records
         ],
     )
+
+
+def _saved(
+    run: Run,
+    name: str,
+    analysis: Callable[[Iterator[Trace]], list[Row]],
+    record: Callable[[Row, dict[str, Any]], dict[str, Any]],
+) -> list[dict[str, Any]]:
+    """The records of an analysis of every point, also saved beside the run."""
+    from snooker_cli.results import write_json
+
+    records = [
+        record(row, point.as_json()) for point in run.points for row in analysis(run.traces(point))
+    ]
+    write_json(run.directory / name, records)
+    return records
 
 
 def _mention_short(records: list[dict[str, Any]]) -> None:
