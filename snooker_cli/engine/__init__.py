@@ -1,9 +1,18 @@
 """The simulator: arrays and floats in, a trace out; it knows no config, no files, no plots."""
 
+from snooker_cli.engine.patience import when_compiling
 from snooker_cli.engine.replay import States, replay, series
 from snooker_cli.engine.simulate import simulate, specialisation
 
-ENGINE_VERSION = 1
+ENGINE_VERSION = 2
 """Goes up when the same config may give other bits; results of two versions are never mixed."""
 
-__all__ = ["ENGINE_VERSION", "States", "replay", "series", "simulate", "specialisation"]
+__all__ = [
+    "ENGINE_VERSION",
+    "States",
+    "replay",
+    "series",
+    "simulate",
+    "specialisation",
+    "when_compiling",
+]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from snooker_cli.engine.compiling import compiled
+from snooker_cli.engine.compiling import inlined
 from snooker_cli.engine.impact import relative_change, shares
 from snooker_cli.engine.layout import CLOCK, Floats, Setup, U, V, X, Y
 
 
-@compiled
+@inlined
 def mass_of(setup: Setup, masses: Floats | None, i: int) -> float:
     """Mass of ball i, kg."""
     if masses is None:
@@ -17,7 +17,7 @@ def mass_of(setup: Setup, masses: Floats | None, i: int) -> float:
     return float(masses[i])
 
 
-@compiled
+@inlined
 def move(i: int, now: float, balls: Floats) -> None:
     """Bring ball i to the present."""
     age = now - balls[CLOCK, i]
@@ -26,7 +26,7 @@ def move(i: int, now: float, balls: Floats) -> None:
     balls[CLOCK, i] = now
 
 
-@compiled
+@inlined
 def hit_pair(i: int, j: int, balls: Floats, setup: Setup, masses: Floats | None) -> float:
     """Collide balls i and j, both at the present; the impulse, kg m/s."""
     x, y = balls[X, j] - balls[X, i], balls[Y, j] - balls[Y, i]
@@ -41,7 +41,7 @@ def hit_pair(i: int, j: int, balls: Floats, setup: Setup, masses: Floats | None)
     return m * first * math.sqrt(x * x + y * y)
 
 
-@compiled
+@inlined
 def hit_wall(
     i: int, now: float, balls: Floats, container: Floats | None, setup: Setup, masses: Floats | None
 ) -> float:

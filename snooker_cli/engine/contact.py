@@ -11,17 +11,17 @@ from __future__ import annotations
 
 import math
 
-from snooker_cli.engine.compiling import compiled
+from snooker_cli.engine.compiling import inlined
 
 NEVER = math.inf
 
 
-@compiled
+@inlined
 def pair_delay(x: float, y: float, u: float, v: float, contact_squared: float) -> float:
     """Time until two balls at relative (x, y), moving at relative (u, v), touch; s, or inf.
 
     The discriminant b^2 - w2 c is taken as w2 d^2 - (x cross w)^2, which keeps its precision when
-    the balls are far apart. No branches, so that a loop over partners runs in vector registers.
+    the balls are far apart.
     """
     b = x * u + y * v
     w2 = u * u + v * v
@@ -35,7 +35,25 @@ def pair_delay(x: float, y: float, u: float, v: float, contact_squared: float) -
     return delay if meets else NEVER
 
 
-@compiled
+@inlined
+def may_touch(
+    x: float, y: float, u: float, v: float, contact_squared: float, twice_horizon: float
+) -> bool:
+    """Whether ``pair_delay`` can be less than a horizon: necessary, and cheap.
+
+    For c > 0 the delay is c / (-b + sqrt(D)) with sqrt(D) <= -b, hence at least c / (-2b). Neither
+    a branch nor a root nor a division, so that a loop over partners runs in vector registers.
+    """
+    b = x * u + y * v
+    w2 = u * u + v * v
+    c = x * x + y * y - contact_squared
+    cross = x * v - y * u
+    discriminant = w2 * contact_squared - cross * cross
+    in_time = c + b * twice_horizon < 0.0
+    return (b < 0.0) & ((discriminant > 0.0) | (c <= 0.0)) & in_time
+
+
+@inlined
 def wall_delay(x: float, y: float, u: float, v: float, reach_squared: float) -> float:
     """Time until a ball at (x, y) from the container's centre hits the wall; s, or inf at rest.
 
@@ -53,7 +71,7 @@ def wall_delay(x: float, y: float, u: float, v: float, reach_squared: float) -> 
     return numerator / denominator if w2 > 0.0 else NEVER
 
 
-@compiled
+@inlined
 def chord_delay(x: float, y: float, u: float, v: float) -> float:
     """Time until a ball that has just left the wall at (x, y) is back at it; s, or inf at rest.
 

@@ -14,10 +14,10 @@ energy by 1e-11 of itself; both are avoided:
 
 from __future__ import annotations
 
-from snooker_cli.engine.compiling import compiled
+from snooker_cli.engine.compiling import inlined
 
 
-@compiled
+@inlined
 def relative_change(x: float, y: float, u: float, v: float, restitution: float) -> float:
     """Change of relative velocity as a multiple of the offset (x, y), 1/s.
 
@@ -26,7 +26,7 @@ def relative_change(x: float, y: float, u: float, v: float, restitution: float) 
     return (1.0 + restitution) * ((u * x + v * y) / (x * x + y * y))
 
 
-@compiled
+@inlined
 def shares(change: float, m: float, n: float) -> tuple[float, float]:
     """The change divided between masses m and n, in proportion n to m; n may be infinite."""
     if m <= n:

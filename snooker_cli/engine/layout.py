@@ -19,18 +19,20 @@ if TYPE_CHECKING:
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 
-NOBODY = -1
+NOBODY, LOOK_AGAIN = -1, -2
 
 # Rows of ``balls``, a column a ball: position (m), velocity (m/s) and the ball's own clock (s).
 # A ball moves only in its own events. ``container`` has the same five as elements.
 X, Y, U, V, CLOCK, BALL_ROWS = range(6)
 
-# Rows of ``agenda``: the earliest contact with a ball and with the wall (s), and two to work in.
-PAIR_TIME, WALL_TIME, ROW, OTHER_ROW, AGENDA_ROWS = range(5)
+# Rows of ``agenda``, s: the earliest contact of a ball with another, the one with the wall, and the
+# earlier of the two.
+PAIR_TIME, WALL_TIME, NEXT_TIME, AGENDA_ROWS = range(4)
 
-# Rows of ``links``: the partner of the earliest contact, how many events it had had when the
-# contact was predicted, the ball's own number of events, the ball it last collided with, and how
-# often it has hit the wall since.
+# Rows of ``links``: the partner of the earliest contact (``LOOK_AGAIN`` if none was found before
+# PAIR_TIME, up to which was searched), how many events it had had when the contact was predicted,
+# the ball's own number of events, the ball it last collided with, and how often it has hit the wall
+# since.
 PARTNER, PARTNER_COUNT, COUNT, LAST, BOUNCES, LINK_ROWS = range(6)
 
 # Elements of ``sums``: the time of the last event (s), the impulse on the wall (kg m/s) and the

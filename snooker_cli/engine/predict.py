@@ -1,14 +1,20 @@
-"""When each ball will next touch another ball and the wall, for all partners in vector form."""
+"""When each ball will next touch another ball and the wall.
+
+Most pairs cannot meet before the ball hits the wall, and that is seen without a root or a division:
+a first pass over all partners, in vector form, leaves a mask of the few that can, a bit each, and
+only for those the time of contact is computed.
+"""
 
 from __future__ import annotations
 
 import math
 
 from snooker_cli.engine.collide import mass_of
-from snooker_cli.engine.compiling import compiled
-from snooker_cli.engine.contact import chord_delay, pair_delay, wall_delay
+from snooker_cli.engine.compiling import compiled, inlined, lowest_bit
+from snooker_cli.engine.contact import chord_delay, may_touch, pair_delay, wall_delay
 from snooker_cli.engine.layout import (
     CLOCK,
+    NEXT_TIME,
     PAIR_TIME,
     WALL_TIME,
     Floats,
@@ -19,8 +25,11 @@ from snooker_cli.engine.layout import (
     Y,
 )
 
+# Balls of a mask: below the sign bit of an integer, and a multiple of any vector's length.
+BLOCK = 48
 
-@compiled
+
+@inlined
 def contact_distance(setup: Setup, radii: Floats | None, i: int, k: int) -> float:
     """Distance of the centres of two balls that touch, m."""
     if radii is None:
@@ -28,7 +37,7 @@ def contact_distance(setup: Setup, radii: Floats | None, i: int, k: int) -> floa
     return float(radii[i] + radii[k])
 
 
-@compiled
+@inlined
 def wall_reach(setup: Setup, radii: Floats | None, i: int) -> float:
     """Largest distance of a ball's centre from the container's, m."""
     if radii is None:
@@ -36,51 +45,107 @@ def wall_reach(setup: Setup, radii: Floats | None, i: int) -> float:
     return setup.container_radius - float(radii[i])
 
 
-@compiled
-def predict_row(
-    i: int, now: float, balls: Floats, setup: Setup, radii: Floats | None, row: Floats
-) -> None:
-    """Write into ``row`` when ball i will touch each other ball."""
+@inlined
+def candidates(
+    i: int,
+    now: float,
+    horizon: float,
+    balls: Floats,
+    setup: Setup,
+    radii: Floats | None,
+    start: int,
+    stop: int,
+) -> int:
+    """The balls from ``start`` to ``stop`` that may touch ball i within ``horizon``, a bit each."""
     age = now - balls[CLOCK, i]
     u, v = balls[U, i], balls[V, i]
     x, y = balls[X, i] + u * age, balls[Y, i] + v * age
-    for k in range(balls.shape[1]):
+    twice = 2.0 * horizon
+    mask = 0
+    for k in range(start, stop):
         d = contact_distance(setup, radii, i, k)
         age = now - balls[CLOCK, k]
-        row[k] = now + pair_delay(
+        uk, vk = balls[U, k], balls[V, k]
+        xk, yk = balls[X, k] + uk * age, balls[Y, k] + vk * age
+        may = may_touch(xk - x, yk - y, uk - u, vk - v, d * d, twice)
+        mask |= 1 << (k - start) if may else 0
+    return mask
+
+
+@inlined
+def candidates_of_two(
+    i: int,
+    j: int,
+    now: float,
+    horizon_i: float,
+    horizon_j: float,
+    balls: Floats,
+    setup: Setup,
+    radii: Floats | None,
+    start: int,
+    stop: int,
+) -> tuple[int, int]:
+    """``candidates`` of two balls whose clocks are at ``now``, in one pass over the others."""
+    xi, yi, ui, vi = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    xj, yj, uj, vj = balls[X, j], balls[Y, j], balls[U, j], balls[V, j]
+    twice_i, twice_j = 2.0 * horizon_i, 2.0 * horizon_j
+    mask_i, mask_j = 0, 0
+    for k in range(start, stop):
+        di = contact_distance(setup, radii, i, k)
+        dj = contact_distance(setup, radii, j, k)
+        age = now - balls[CLOCK, k]
+        u, v = balls[U, k], balls[V, k]
+        x, y = balls[X, k] + u * age, balls[Y, k] + v * age
+        may_i = may_touch(x - xi, y - yi, u - ui, v - vi, di * di, twice_i)
+        may_j = may_touch(x - xj, y - yj, u - uj, v - vj, dj * dj, twice_j)
+        bit = 1 << (k - start)
+        mask_i |= bit if may_i else 0
+        mask_j |= bit if may_j else 0
+    return mask_i, mask_j
+
+
+@inlined
+def without(mask: int, start: int, k: int) -> int:
+    """The mask of balls from ``start`` on, less ball k."""
+    if start <= k < start + BLOCK:
+        return mask & ~(1 << (k - start))
+    return mask
+
+
+@inlined
+def earliest(
+    mask: int,
+    start: int,
+    i: int,
+    now: float,
+    delay: float,
+    whom: int,
+    balls: Floats,
+    setup: Setup,
+    radii: Floats | None,
+) -> tuple[float, int]:
+    """Of the balls in the mask the one that ball i touches first, if before ``delay``, and when."""
+    age = now - balls[CLOCK, i]
+    u, v = balls[U, i], balls[V, i]
+    x, y = balls[X, i] + u * age, balls[Y, i] + v * age
+    while mask != 0:
+        k = start + lowest_bit(mask)
+        mask &= mask - 1
+        d = contact_distance(setup, radii, i, k)
+        age = now - balls[CLOCK, k]
+        its_delay = pair_delay(
             balls[X, k] + balls[U, k] * age - x,
             balls[Y, k] + balls[V, k] * age - y,
             balls[U, k] - u,
             balls[V, k] - v,
             d * d,
         )
+        if its_delay < delay:
+            delay, whom = its_delay, k
+    return delay, whom
 
 
-@compiled
-def predict_two_rows(
-    i: int,
-    j: int,
-    now: float,
-    balls: Floats,
-    setup: Setup,
-    radii: Floats | None,
-    row: Floats,
-    other_row: Floats,
-) -> None:
-    """``predict_row`` for two balls whose clocks are at ``now``, in one pass over the others."""
-    xi, yi, ui, vi = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
-    xj, yj, uj, vj = balls[X, j], balls[Y, j], balls[U, j], balls[V, j]
-    for k in range(balls.shape[1]):
-        age = now - balls[CLOCK, k]
-        u, v = balls[U, k], balls[V, k]
-        x, y = balls[X, k] + u * age, balls[Y, k] + v * age
-        di = contact_distance(setup, radii, i, k)
-        dj = contact_distance(setup, radii, j, k)
-        row[k] = now + pair_delay(x - xi, y - yi, u - ui, v - vi, di * di)
-        other_row[k] = now + pair_delay(x - xj, y - yj, u - uj, v - vj, dj * dj)
-
-
-@compiled
+@inlined
 def predict_wall(
     i: int,
     now: float,
@@ -89,8 +154,8 @@ def predict_wall(
     setup: Setup,
     radii: Floats | None,
     agenda: Floats,
-) -> None:
-    """Write into the agenda when ball i will hit the wall."""
+) -> float:
+    """Time until ball i will hit the wall, s; when that is goes into the agenda."""
     reach = wall_reach(setup, radii, i)
     age = now - balls[CLOCK, i]
     u, v = balls[U, i], balls[V, i]
@@ -101,44 +166,43 @@ def predict_wall(
         y -= container[Y] + container[V] * age
         u -= container[U]
         v -= container[V]
-    agenda[WALL_TIME, i] = now + wall_delay(x, y, u, v, reach * reach)
+    delay = wall_delay(x, y, u, v, reach * reach)
+    agenda[WALL_TIME, i] = now + delay
+    return delay
 
 
-@compiled
-def predict_row_and_walls(
-    i: int,
+@inlined
+def predict_walls(
     now: float,
     balls: Floats,
     container: Floats,
     setup: Setup,
     radii: Floats | None,
-    row: Floats,
-    wall_time: Floats,
+    agenda: Floats,
 ) -> None:
-    """``predict_row`` for ball i, and for all balls when they will hit the wall, in one pass.
-
-    For a container that has just been hit by ball i and has changed its velocity.
-    """
-    xi, yi, ui, vi = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    """``predict_wall`` for all balls: the container's clock is at ``now``, its velocity is new."""
     xc, yc, uc, vc = container[X], container[Y], container[U], container[V]
     for k in range(balls.shape[1]):
         age = now - balls[CLOCK, k]
         u, v = balls[U, k], balls[V, k]
         x, y = balls[X, k] + u * age, balls[Y, k] + v * age
-        d, reach = contact_distance(setup, radii, i, k), wall_reach(setup, radii, k)
-        row[k] = now + pair_delay(x - xi, y - yi, u - ui, v - vi, d * d)
-        wall_time[k] = now + wall_delay(x - xc, y - yc, u - uc, v - vc, reach * reach)
+        reach = wall_reach(setup, radii, k)
+        time = now + wall_delay(x - xc, y - yc, u - uc, v - vc, reach * reach)
+        agenda[WALL_TIME, k] = time
+        agenda[NEXT_TIME, k] = min(time, agenda[PAIR_TIME, k])
 
 
-@compiled
+@inlined
 def predict_return(
     i: int, now: float, balls: Floats, container: Floats | None, agenda: Floats
-) -> None:
-    """Write into the agenda when ball i, which has just hit the wall, will hit it again."""
+) -> float:
+    """``predict_wall`` for a ball that has just hit the wall."""
     x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     if container is not None:
         x, y, u, v = x - container[X], y - container[Y], u - container[U], v - container[V]
-    agenda[WALL_TIME, i] = now + chord_delay(x, y, u, v)
+    delay = chord_delay(x, y, u, v)
+    agenda[WALL_TIME, i] = now + delay
+    return delay
 
 
 @compiled
@@ -187,7 +251,7 @@ def is_trapped(
         return False
     left = 2.0 * inward * (x * x + y * y) / ((1.0 - setup.wall_restitution) * cross * cross)
     end = now + left
-    if end > setup.time_limit or agenda[PAIR_TIME, i] <= end:
+    if end > setup.time_limit:
         return False
     wall_speed = 0.0
     if container is not None:
@@ -199,7 +263,7 @@ def is_trapped(
     fastest = 0.0 if patient else top_speed(balls, setup, masses)
     for k in range(balls.shape[1]):
         if k != i:
-            if patient and (agenda[PAIR_TIME, k] <= end or agenda[WALL_TIME, k] <= end):
+            if patient and agenda[NEXT_TIME, k] <= end:
                 return False
             age = now - balls[CLOCK, k]
             xk, yk = balls[X, k] + balls[U, k] * age, balls[Y, k] + balls[V, k] * age

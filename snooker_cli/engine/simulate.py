@@ -34,6 +34,7 @@ def simulate(
     time: float | None = None,
     summary: bool = False,
     watch: Callable[[int], bool] | None = None,
+    sink: Callable[[Events], None] | None = None,
 ) -> Trace:
     """Simulate a scene until a number of collisions or a time, whichever comes first.
 
@@ -41,12 +42,14 @@ def simulate(
     time : s
     summary : record observables on a grid of times instead of the events
     watch : called after each chunk with the number of new events; a true answer stops the run
+    sink : given the events of each chunk, which it may keep; the trace then has none, so that
+        memory stays bounded
 
     Raises ``ValueError`` if neither limit is given.
     """
     if collisions is None and time is None:
         raise ValueError("a run needs a number of collisions or a time to end at")
-    run = _Run(scene, collisions, time, summary)
+    run = _Run(scene, collisions, time, summary, sink)
     while True:
         before = run.events
         answer = run.chunk()
@@ -81,7 +84,12 @@ class _Run:
     """One simulation under way: the kernel's arrays and the chunks recorded so far."""
 
     def __init__(
-        self, scene: Scene, collisions: int | None, time: float | None, summary: bool
+        self,
+        scene: Scene,
+        collisions: int | None,
+        time: float | None,
+        summary: bool,
+        sink: Callable[[Events], None] | None,
     ) -> None:
         number = scene.number
         self.scene = scene
@@ -102,6 +110,7 @@ class _Run:
         self.grid = sampling.new_grid(scene.container_radius, speed) if summary else None
         self.summary = summary
         self.chunks: list[Events] = []
+        self.sink = self.chunks.append if sink is None else sink
         allpairs.prepare(
             self.balls, self.container, self.setup, self.radii, self.agenda, self.links
         )
@@ -132,7 +141,7 @@ class _Run:
         )
         if recorded is not None:
             filled = slice(self.events - before)
-            self.chunks.append(
+            self.sink(
                 Events(
                     recorded.time[filled],
                     recorded.i[filled],
@@ -151,7 +160,7 @@ class _Run:
             stop=stop,
             wall_events=int(self.counts[layout.WALL_EVENTS]),
             pair_events=int(self.counts[layout.PAIR_EVENTS]),
-            events=None if self.summary else _joined(self.chunks),
+            events=_joined(self.chunks) if self.chunks else None,
             summary=None if self.grid is None else self._summary(stop.time, self.grid),
         )
 
