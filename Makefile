@@ -41,8 +41,9 @@ $(READY): pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@
 
-# A changed config, or an engine that gives other bits, makes its run anew and no other.
-runs/%/.done: configs/%.yaml snooker_cli/engine/__init__.py | $(READY)
+# A changed config makes its run anew and no other; an engine that gives other bits, or files of
+# another schema, make all.
+runs/%/.done: configs/%.yaml snooker_cli/engine/__init__.py snooker_cli/store/records.py | $(READY)
 	$(BIN)/snooker run $< --out $(@D) --fresh
 	@touch $@
 

@@ -7,43 +7,62 @@ correlated, so that the error of a fit to one curve, or to an averaged one, is f
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from snooker_cli import theory
 from snooker_cli.fit import Ensemble, FitResult, Model, ensemble, fit
 from snooker_cli.observables import (
+    after_collisions,
     cumulative_pressure,
     energy_ratio,
+    equal_balls,
     over_first,
-    series,
     temperature,
+    window_energy,
     window_pressure,
 )
+from snooker_cli.trace import StopReason
+from snooker_cli.words import listed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from snooker_cli.trace import Trace
 
-Quantity = Literal["kinetic_energy", "temperature", "pressure", "local_pressure"]
+Quantity = Literal["kinetic_energy", "temperature", "pressure", "local_pressure", "local_energy"]
 Law = Literal["exponential", "haff"]
 
 SKIPPED_COLLISIONS = 50
 """Collisions before the cumulative pressure is fitted, as in the report: it starts at zero."""
 
 WINDOWS = 20
-"""Windows of time in which the local pressure is taken."""
+"""Windows of time in which the local pressure and energy are taken."""
+
+COLLISION_ROUNDING = 8 * float(np.finfo(np.float64).eps)
+"""What a collision of elastic balls may change of their energy.
+
+A speed after it is some four roundings off, its square twice as many.
+"""
 
 QUANTITIES: dict[Quantity, str] = {
     "kinetic_energy": "kinetic energy of balls and container over that at the start",
     "temperature": "temperature of the balls over that at the start",
     "pressure": f"mean pressure since the start, after {SKIPPED_COLLISIONS} collisions",
     "local_pressure": f"pressure in {WINDOWS} windows of time",
+    "local_energy": f"mean of the energy over that at the start, in {WINDOWS} windows of time",
 }
-"""What is fitted."""
+"""What is fitted: with a point a collision, or a window."""
+
+SAMPLING = (
+    "One point a collision for energy, temperature and pressure, whatever was recorded; "
+    f"{WINDOWS} windows of time for the local ones."
+)
+"""How curves are sampled, as a fit's reader has to know."""
 
 LAWS: tuple[Law, ...] = ("exponential", "haff")
 
@@ -54,19 +73,22 @@ class Curve:
 
     amplitude : 1.0 if the curve starts at one, ``None`` if the fit is to find where it starts
     haff : Haff's law for this quantity; a cumulative mean follows its root
+    rounding : relative size of what may be rounding in the values
     """
 
     time: NDArray[np.float64]
     value: NDArray[np.float64]
     amplitude: float | None
     haff: Model
+    rounding: float = 0.0
 
 
 @dataclass(frozen=True)
 class Decay:
     """A decay constant of a point: over its repeats, and how well the law fits.
 
-    r_squared : mean over the repeats; short : repeats that ended before what was asked for
+    r_squared, rms_residual : mean over the repeats
+    ended : how many repeats ended for which reason
     """
 
     quantity: Quantity
@@ -74,35 +96,69 @@ class Decay:
     over_repeats: Ensemble
     r_squared: float
     rms_residual: float
-    short: int
+    ended: Mapping[StopReason, int]
     fits: tuple[FitResult, ...]
+
+    @property
+    def short(self) -> int:
+        """Repeats that ended before what was asked for."""
+        return sum(number for reason, number in self.ended.items() if not reason.complete)
+
+    @property
+    def reason(self) -> str | None:
+        """Why fits failed, the most frequent reason first; None if none has."""
+        reasons = Counter(result.message for result in self.fits if not result.converged)
+        return " ".join(message for message, _ in reasons.most_common()) or None
+
+
+def reported_constant(trace: Trace) -> float:
+    """The source report's decay constant of the energy for a repeat (1/s); pressure's is half.
+
+    k = -2 ln(CoR) <v>/lambda, lambda = 1/(sqrt(2) n 2 pi r), its equations 6 and 7, where <v> is
+    the mean over the collisions of the balls' mean speed after each. nan at CoR 0, for unequal
+    balls, and for a repeat without collisions.
+    """
+    scene, found = trace.start, after_collisions(trace)
+    if scene.restitution == 0 or not equal_balls(scene) or len(found.time) < 2:
+        return math.nan
+    density = theory.number_density(scene.number, scene.container_radius)
+    path = theory.report_mean_free_path(density, float(scene.radii[0]))
+    speed = float(found.mean_speed[1:].mean())
+    return theory.report_decay_constant(scene.restitution, path, speed)
 
 
 def curve(trace: Trace, quantity: Quantity) -> Curve:
     """The decay of a quantity in one repeat."""
-    found = series(trace)
+    rounding = COLLISION_ROUNDING * trace.collisions
+    if quantity == "local_pressure":
+        time, values = window_pressure(trace, WINDOWS)
+        return Curve(time, over_first(values), None, "haff", rounding)
+    if quantity == "local_energy":
+        time, values = window_energy(trace, WINDOWS)
+        return Curve(time, values, None, "haff", rounding)
+    found = after_collisions(trace)
     if quantity == "kinetic_energy":
-        return Curve(found.time, energy_ratio(found), 1.0, "haff")
+        return Curve(found.time, energy_ratio(found), 1.0, "haff", rounding)
     if quantity == "temperature":
         values = over_first(temperature(found, trace.start.number))
-        return Curve(found.time, values, 1.0, "haff")
-    radius = trace.start.container_radius
-    if quantity == "pressure":
-        settled = found.wall_events + found.pair_events >= SKIPPED_COLLISIONS
-        time, values = cumulative_pressure(found, radius)
-        settled = settled[found.time > 0]
-        time, values = time[settled], values[settled]
-        return Curve(time, _over_first(values), None, "haff_root")
-    time, values = window_pressure(found, radius, WINDOWS, trace.stop.time)
-    return Curve(time, _over_first(values), None, "haff")
+        return Curve(found.time, values, 1.0, "haff", rounding)
+    settled = found.wall_events + found.pair_events >= SKIPPED_COLLISIONS
+    time, values = cumulative_pressure(found, trace.start.container_radius)
+    settled = settled[found.time > 0]
+    return Curve(time[settled], over_first(values[settled]), None, "haff_root", rounding)
 
 
 def fit_curve(decay: Curve, law: Law) -> FitResult:
     """Fit one repeat's decay; Haff's law counts time from the start of the run."""
-    if law == "exponential":
-        start = 0.0 if decay.amplitude is not None else None
-        return fit(decay.time, decay.value, amplitude=decay.amplitude, start=start)
-    return fit(decay.time, decay.value, decay.haff, amplitude=decay.amplitude, start=0.0)
+    held = decay.amplitude is not None
+    return fit(
+        decay.time,
+        decay.value,
+        "exponential" if law == "exponential" else decay.haff,
+        amplitude=decay.amplitude,
+        start=0.0 if held or law == "haff" else None,
+        rounding=decay.rounding,
+    )
 
 
 def decays(
@@ -112,9 +168,9 @@ def decays(
     fits: dict[tuple[Quantity, Law], list[FitResult]] = {
         (quantity, law): [] for quantity in quantities for law in LAWS
     }
-    short = 0
+    ended: Counter[StopReason] = Counter()
     for trace in traces:
-        short += not trace.stop.reason.complete
+        ended[trace.stop.reason] += 1
         for quantity in quantities:
             decay = curve(trace, quantity)
             for law in LAWS:
@@ -126,7 +182,7 @@ def decays(
             over_repeats=ensemble(results),
             r_squared=_mean([result.r_squared for result in results]),
             rms_residual=_mean([result.rms_residual for result in results]),
-            short=short,
+            ended=ended,
             fits=tuple(results),
         )
         for (quantity, law), results in fits.items()
@@ -145,6 +201,7 @@ def record(decay: Decay, parameters: dict[str, Any]) -> dict[str, Any]:
         "repeats": found.count,
         "failed": found.failed,
         "short": decay.short,
+        "reason": decay.reason,
         "unit": "s-1",
         "standard_deviation": _finite(found.standard_deviation),
         "bootstrap_error": _finite(found.bootstrap_error),
@@ -155,10 +212,43 @@ def record(decay: Decay, parameters: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _over_first(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The values over the first of them that is not zero: there may be no wall hit before."""
-    positive = values[values > 0]
-    return values / positive[0] if len(positive) else values
+def notes(found: Sequence[Decay]) -> list[str]:
+    """What a reader of a point's decay constants has to know, in sentences."""
+    if not found:
+        return []
+    failures: dict[tuple[str, int], dict[Quantity, list[Law]]] = {}
+    for each in found:
+        if each.reason is not None:
+            of_reason = failures.setdefault((each.reason, each.over_repeats.failed), {})
+            of_reason.setdefault(each.quantity, []).append(each.law)
+    said = [early_endings(found[0].ended)]
+    for (reason, failed), laws in failures.items():
+        names = [
+            quantity.replace("_", " ") + ("" if len(which) == len(LAWS) else f" ({which[0]})")
+            for quantity, which in laws.items()
+        ]
+        of = "" if len(found[0].fits) == 1 else f" in {failed} of {len(found[0].fits)} repeats"
+        said.append(f"no fit of {listed(names)}{of}: {reason}")
+    return [sentence for sentence in said if sentence]
+
+
+_EARLY = {
+    StopReason.WALL_TRAP: "in a wall trap",
+    StopReason.COLLAPSE: "in a collapse",
+    StopReason.INTERRUPTED: "at an interruption",
+}
+
+
+def early_endings(ended: Mapping[StopReason, int]) -> str:
+    """How many repeats ended before what was asked for, and why; empty if none did."""
+    counts = {words: ended[reason] for reason, words in _EARLY.items() if ended.get(reason)}
+    if not counts:
+        return ""
+    short, total = sum(counts.values()), sum(ended.values())
+    who = "the repeat" if total == 1 else f"{short} of {total} repeats"
+    each = [words if len(counts) == 1 else f"{count} {words}" for words, count in counts.items()]
+    used = "is" if short == 1 else "are"
+    return f"{who} ended early, {listed(each)}, and {used} used up to there"
 
 
 def _mean(values: Sequence[float]) -> float:

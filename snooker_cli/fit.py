@@ -16,6 +16,9 @@ from scipy import optimize
 Array = NDArray[np.float64]
 Model = Literal["exponential", "haff", "haff_root"]
 
+NOTHING_DECAYS = "The values are equal but for rounding, so nothing decays."
+"""The message of a fit to a curve that stays where it is."""
+
 _MOST_STEPS = 200
 
 
@@ -133,6 +136,7 @@ def fit(
     amplitude: float | None = None,
     start: float | None = None,
     sigma: ArrayLike | None = None,
+    rounding: float = 0.0,
 ) -> FitResult:
     """Least-squares fit of a decay to one curve.
 
@@ -150,6 +154,8 @@ def fit(
     sigma : (n,) array_like, optional
         Standard deviations of y. They weight the points and set the scale of the errors, which
         otherwise comes from the residuals.
+    rounding : float, optional
+        Relative size of changes that are nothing but rounding: in them no decay is sought.
 
     Data that cannot be fitted give a result with converged=False and a sentence that says why.
     Raises ValueError for an unknown model, arrays of unlike shape, or an amplitude that is 0 or not
@@ -173,7 +179,7 @@ def fit(
         covariance.setflags(write=False)
         return FitResult(model, False, message, times.size, start, covariance)
 
-    problem = _problem(times, values, sigmas, start, held=amplitude is not None)
+    problem = _problem(times, values, sigmas, start, amplitude, rounding)
     if problem:
         return failure(problem)
 
@@ -225,8 +231,9 @@ def fit(
         plain_square = float(plain @ plain)
         deviation = scaled - scaled.mean()
         total = float(deviation @ deviation)
-    # The second clause meets decays that are over before the second point: no value is too large.
-    if not np.all(np.isfinite(covariance)) or rate_error > 10 * abs(rate) > 10:
+    # The last clause meets decays that are over before the second point: no value is too large.
+    determined = np.all(np.isfinite(covariance)) and math.isfinite(rate_error)
+    if not determined or rate_error > 10 * abs(rate) > 10:
         return failure("The points do not determine the decay constant.")
     covariance.setflags(write=False)
     return FitResult(
@@ -255,8 +262,16 @@ def fitted_curve(result: FitResult, t: ArrayLike) -> Array:
         return np.asarray(result.amplitude / (1 + result.value * elapsed) ** power)
 
 
-def _problem(times: Array, values: Array, sigmas: Array, start: float, held: bool) -> str:
+def _problem(
+    times: Array,
+    values: Array,
+    sigmas: Array,
+    start: float,
+    amplitude: float | None,
+    rounding: float,
+) -> str:
     """Why these data cannot be fitted, as a sentence; empty if they can."""
+    held = amplitude is not None
     least = 2 if held else 3
     if times.size < least:
         return f"{times.size} points are too few for this fit; it needs {least} or more."
@@ -275,6 +290,10 @@ def _problem(times: Array, values: Array, sigmas: Array, start: float, held: boo
         return f"All times are {highest:g} s, so nothing decays between them."
     if not np.any(values):
         return "All values are zero, so there is no decay to fit."
+    level = float(values[0]) if amplitude is None else amplitude
+    with np.errstate(over="ignore"):
+        if np.max(np.abs(values - level)) <= rounding * abs(level):
+            return NOTHING_DECAYS
     return ""
 
 

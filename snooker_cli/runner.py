@@ -7,24 +7,23 @@ import platform
 import sys
 import threading
 import time
-from collections.abc import Iterator
+import traceback
+from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from snooker_cli import store
 from snooker_cli.arrange import arrange
-from snooker_cli.config import Point, digest, to_json
+from snooker_cli.config import Experiment, Point, Rings, digest, to_json
 from snooker_cli.engine import ENGINE_VERSION, simulate, specialisation
 from snooker_cli.results import Run
-from snooker_cli.scene import Scene, SceneError
+from snooker_cli.scene import SceneError
 from snooker_cli.trace import Stop, StopReason
-
-SLOW_START = 0.7
-"""Seconds after which a first call is taken to be compiling."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +31,7 @@ class Outcome:
     """What became of a repeat: how it ended, or the error that kept it from ending.
 
     cached : it was there already, and has been checked instead of simulated
+    traceback : where an error arose that no user can have made
     """
 
     point: int
@@ -40,21 +40,26 @@ class Outcome:
     collisions: int
     cached: bool = False
     error: str | None = None
+    traceback: str = ""
 
 
 @dataclass(frozen=True)
 class Job:
-    """A repeat to do."""
+    """A repeat to do, and its point's digest."""
 
     point: Point
     repeat: int
+    digest: str
 
 
 class Watcher:
     """What a run tells of itself; all methods may be called from any thread."""
 
-    def compiling(self) -> None:
-        """The engine is being compiled, once on this machine for this kind of scene."""
+    def outdated(self, removed: list[Path], figures: bool) -> None:
+        """Analyses of fewer repeats are removed; figures of them are still there or not."""
+
+    def simulating(self, compiling: float) -> None:
+        """The engine is ready, after so many seconds; simulating begins."""
 
     def events(self, number: int) -> None:
         """So many more collisions are simulated."""
@@ -63,15 +68,41 @@ class Watcher:
         """A repeat has ended."""
 
 
-def check_scenes(points: tuple[Point, ...]) -> None:
-    """Build every point's scene once. Raises ``SceneError``, telling the point, for a bad one."""
-    for point in points:
+def check_scenes(points: tuple[Point, ...]) -> set[int]:
+    """Build every scene that differs; the numbers of balls in them.
+
+    Raises ``SceneError``, telling the point, for one that cannot exist or be repeated.
+    """
+    numbers = set()
+    for point in _distinct(points):
         try:
-            arrange(point.experiment, 0)
+            _check_repeats(point.experiment)
+            numbers.add(arrange(point.experiment, 0).number)
         except SceneError as error:
             setting = ", ".join(f"{key}={value}" for key, value in point.parameters)
             where = f" (at the point {setting})" if setting else ""
             raise SceneError(error.key, f"{error}{where}") from None
+    return numbers
+
+
+def _check_repeats(experiment: Experiment) -> None:
+    """Raise ``SceneError`` for repeats that would all be the same bits."""
+    if experiment.repeats > 1 and not isinstance(experiment.balls, Rings):
+        raise SceneError(
+            "repeats",
+            f"{experiment.repeats} repeats of balls.list would be {experiment.repeats} copies of "
+            "the same bits, since its velocities are given; set repeats: 1, or give balls.rings, "
+            "whose directions are random",
+        )
+
+
+def _distinct(points: Iterable[Point]) -> list[Point]:
+    """The first of all points whose balls and container are the same and recorded alike."""
+    found: dict[Any, Point] = {}
+    for point in points:
+        one = point.experiment
+        found.setdefault((one.balls, one.container, one.record), point)
+    return list(found.values())
 
 
 def execute(
@@ -88,14 +119,19 @@ def execute(
     outcomes: list[Outcome] = []
     jobs = []
     for job in _jobs(run):
+        if cancelled.is_set():
+            return outcomes
         found = _present(run, job)
         if found is None:
             jobs.append(job)
         else:
             outcomes.append(found)
             watcher.finished(found)
-    if jobs and not cancelled.is_set():
-        _warm_up(jobs, watcher)
+    if jobs:
+        _discard_analyses(run, watcher)
+        clock = time.perf_counter()
+        _warm_up(jobs)
+        watcher.simulating(time.perf_counter() - clock)
         outcomes += _pooled(run, jobs, workers, watcher, cancelled)
     return sorted(outcomes, key=lambda outcome: (outcome.point, outcome.repeat))
 
@@ -103,8 +139,9 @@ def execute(
 def _jobs(run: Run) -> Iterator[Job]:
     """Every repeat of every point."""
     for point in run.points:
+        identity = digest(point.experiment)
         for repeat in range(run.experiment.repeats):
-            yield Job(point, repeat)
+            yield Job(point, repeat, identity)
 
 
 def _present(run: Run, job: Job) -> Outcome | None:
@@ -113,33 +150,37 @@ def _present(run: Run, job: Job) -> Outcome | None:
     if not path.exists():
         return None
     try:
-        stored = store.read(path)
+        found = store.check(path)
     except store.StoreError:
         return None
-    known = (stored.provenance.digest, stored.provenance.engine_version, stored.provenance.repeat)
-    if known != (digest(job.point.experiment), ENGINE_VERSION, job.repeat):
+    known = (found.provenance.digest, found.provenance.engine_version, found.provenance.repeat)
+    if known != (job.digest, ENGINE_VERSION, job.repeat):
         return None
-    if stored.trace.stop.reason is StopReason.INTERRUPTED:
+    if found.stop.reason is StopReason.INTERRUPTED:
         return None
-    trace = stored.trace
-    return Outcome(job.point.index, job.repeat, trace.stop, trace.collisions, cached=True)
+    return Outcome(job.point.index, job.repeat, found.stop, found.collisions, cached=True)
 
 
-def _warm_up(jobs: list[Job], watcher: Watcher) -> None:
+def _discard_analyses(run: Run, watcher: Watcher) -> None:
+    """Remove what has been fitted and compared without the repeats that are to come."""
+    removed = run.analyses()
+    for path in removed:
+        path.unlink(missing_ok=True)
+    figures = bool(run.figures())
+    if removed or figures:
+        watcher.outdated(removed, figures)
+
+
+def _warm_up(jobs: list[Job]) -> None:
     """Compile, before any thread starts, what the jobs' scenes need."""
-    timer = threading.Timer(SLOW_START, watcher.compiling)
-    timer.start()
     seen = []
-    try:
-        for point in {job.point.index: job.point for job in jobs}.values():
-            scene = arrange(point.experiment, 0)
-            summary = point.experiment.record == "summary"
-            kind = specialisation(scene, summary=summary)
-            if kind not in seen:
-                seen.append(kind)
-                simulate(scene, collisions=1, summary=summary)
-    finally:
-        timer.cancel()
+    for point in _distinct(job.point for job in jobs):
+        scene = arrange(point.experiment, 0)
+        summary = point.experiment.record == "summary"
+        kind = specialisation(scene, summary=summary)
+        if kind not in seen:
+            seen.append(kind)
+            simulate(scene, collisions=1, summary=summary)
 
 
 def _pooled(
@@ -175,37 +216,37 @@ def _do(run: Run, job: Job, watcher: Watcher, cancelled: threading.Event) -> Out
     started, clock = datetime.now(UTC), time.perf_counter()
     experiment = job.point.experiment
     try:
-        scene: Scene = arrange(experiment, job.repeat)
-        trace = simulate(
-            scene,
-            collisions=experiment.collisions,
-            time=experiment.time,
-            summary=experiment.record == "summary",
-            watch=watch,
-        )
-        provenance = store.Provenance(
-            config=to_json(experiment),
-            digest=digest(experiment),
-            parameters=json.dumps(job.point.as_json()),
-            point=job.point.index,
-            repeat=job.repeat,
-            engine_version=ENGINE_VERSION,
-            versions=_versions(),
-            machine=f"{platform.machine()} {platform.processor()}".strip(),
-            command=" ".join([Path(sys.argv[0]).name, *sys.argv[1:]]),
-            started=started.isoformat(timespec="milliseconds"),
-            seconds=time.perf_counter() - clock,
-        )
-        store.write(run.path(job.point.index, job.repeat), trace, provenance)
+        scene = arrange(experiment, job.repeat)
+        path = run.path(job.point.index, job.repeat)
+        with store.Recorder(path, scene) as recorder:
+            trace = simulate(
+                scene,
+                collisions=experiment.collisions,
+                time=experiment.time,
+                summary=experiment.record == "summary",
+                watch=watch,
+                sink=recorder.add,
+            )
+            provenance = store.Provenance(
+                config=to_json(experiment),
+                digest=job.digest,
+                parameters=json.dumps(job.point.as_json()),
+                point=job.point.index,
+                repeat=job.repeat,
+                engine_version=ENGINE_VERSION,
+                versions=_versions(),
+                machine=f"{platform.machine()} {platform.processor()}".strip(),
+                command=" ".join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+                started=started.isoformat(timespec="milliseconds"),
+                seconds=time.perf_counter() - clock,
+            )
+            recorder.finish(trace, provenance)
+    except (store.StoreError, SceneError) as error:
+        return Outcome(job.point.index, job.repeat, None, 0, error=str(error))
     except Exception as error:  # one repeat's failure must not end the others
-        return Outcome(job.point.index, job.repeat, None, 0, error=_said(error))
+        said, where = f"{type(error).__name__}: {error}", traceback.format_exc()
+        return Outcome(job.point.index, job.repeat, None, 0, error=said, traceback=where)
     return Outcome(job.point.index, job.repeat, trace.stop, trace.collisions)
-
-
-def _said(error: Exception) -> str:
-    """An error in a sentence: ours speak for themselves, others with their kind."""
-    ours = isinstance(error, store.StoreError | SceneError)
-    return str(error) if ours else f"{type(error).__name__}: {error}"
 
 
 @cache

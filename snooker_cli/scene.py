@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -22,16 +22,22 @@ class SceneError(ValueError):
         self.key = key
 
 
+Shape = Literal["circle", "box", "periodic"]
+"""A wall round a circle, four walls round a rectangle, or a rectangle that repeats for ever."""
+
+
 @dataclass(frozen=True)
 class Scene:
-    """Balls in a circular container at one instant, in SI units with k_B = 1.
+    """Balls in a container at one instant, in SI units with k_B = 1.
 
     positions, velocities : (*N*, 2) ``numpy.ndarray`` of ``numpy.float64``, m and m/s
     radii, masses : (*N*,) ``numpy.ndarray`` of ``numpy.float64``, m and kg
-    container_radius : m; the wall is the inside of this circle
+    container_radius : m; the wall is the inside of this circle; nan for a box
     container_mass : kg; infinite for a fixed wall
     container_position, container_velocity : (2,) arrays, m and m/s
     restitution, wall_restitution : coefficients of restitution, 0 to 1
+    shape : what the container is; a box is centred where the container is, and fixed
+    width, height : of a box, m; nan for a circle
     """
 
     positions: NDArray[np.float64]
@@ -44,6 +50,9 @@ class Scene:
     container_velocity: NDArray[np.float64]
     restitution: float
     wall_restitution: float
+    shape: Shape = "circle"
+    width: float = math.nan
+    height: float = math.nan
 
     def __post_init__(self) -> None:
         for array in (self.positions, self.velocities, self.radii, self.masses):
@@ -60,6 +69,27 @@ class Scene:
         return math.isfinite(self.container_mass)
 
     @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of the container, m."""
+        if self.shape == "circle":
+            return (2 * self.container_radius, 2 * self.container_radius)
+        return (self.width, self.height)
+
+    @property
+    def area(self) -> float:
+        """Area of the container, m^2."""
+        if self.shape == "circle":
+            return math.pi * self.container_radius**2
+        return self.width * self.height
+
+    @property
+    def wall_length(self) -> float:
+        """Length of the container's wall, m; zero for a periodic box."""
+        if self.shape == "circle":
+            return 2 * math.pi * self.container_radius
+        return 2 * (self.width + self.height) if self.shape == "box" else 0.0
+
+    @property
     def kinetic_energy(self) -> float:
         """Kinetic energy of the balls, J."""
         return float(0.5 * np.sum(self.masses * np.sum(self.velocities**2, axis=1)))
@@ -74,7 +104,10 @@ class Scene:
     @property
     def packing_fraction(self) -> float:
         """Area of the balls over the area of the container."""
-        return float(np.sum(self.radii**2)) / self.container_radius**2
+        squares = float(np.sum(self.radii**2))
+        if self.shape == "circle":
+            return squares / self.container_radius**2
+        return math.pi * squares / self.area
 
 
 def check(scene: Scene) -> None:

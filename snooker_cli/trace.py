@@ -127,7 +127,7 @@ class Trace:
     """One finished repeat.
 
     start, finish : the scene at time 0 and at ``stop.time``
-    events : every collision, or ``None`` if only a summary was recorded
+    events : every collision, or ``None`` if only a summary was recorded or a sink took them
     summary : observables on a grid, or ``None`` if events were recorded
     wall_events, pair_events : collisions with the wall and between balls
     """

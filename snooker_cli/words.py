@@ -39,3 +39,8 @@ def with_error(value: float | None, error: float | None, unit: str = "") -> str:
 def listed(words: Sequence[str]) -> str:
     """``a, b and c``."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def counted(number: int, noun: str) -> str:
+    """``1 repeat``, ``1,200 repeats``."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"

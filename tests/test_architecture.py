@@ -36,8 +36,8 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "bench": ("arrange", "config", "engine", "scene", "theory"),
     # Understanding
     "observables": ("engine", "scene", "trace"),
-    "decay": ("fit", "observables", "trace"),
-    "compare": (*DATA, "decay", "fit", "observables", "theory"),
+    "decay": ("fit", "observables", "theory", "trace", "words"),
+    "compare": ("decay", "observables", "scene", "theory", "trace", "words"),
     # Showing
     "gallery": (*DATA, "compare", "decay", "fit", "observables", "theory", "words"),
     "figures": ("gallery",),

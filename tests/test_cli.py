@@ -7,17 +7,22 @@ import json
 import re
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
+from numba.core import event
 
 from snooker_cli import __version__, results, store
+from snooker_cli.cli import progress, running
 from snooker_cli.config import schema
 from snooker_cli.engine import replay
+from snooker_cli.gallery.picture import Picture
 from snooker_cli.trace import StopReason, Trace
 
 HEAVY = ("numba", "numpy", "scipy", "matplotlib", "h5py", "pydantic", "yaml", "jinja2", "typst")
@@ -106,7 +111,14 @@ def test_run_prints_json(here: Path, snooker: Snooker) -> None:
     first = snooker("run", "small.yaml", "--json", "--out", "elsewhere", "-j", "2")
     assert first.code == 0
     told = json.loads(first.out)
-    assert set(told) == {"run", "events", "seconds", "events_per_second", "points"}
+    assert set(told) == {
+        "run",
+        "events",
+        "seconds",
+        "compiling_seconds",
+        "events_per_second",
+        "points",
+    }
     assert told["run"] == "elsewhere"
     assert told["seconds"] >= 0
     assert isinstance(told["events_per_second"], int)
@@ -121,10 +133,26 @@ def test_run_prints_json(here: Path, snooker: Snooker) -> None:
             "cached": 0,
             "collisions": sum(trace.collisions for trace in traces),
             "ended": {reason: reasons.count(reason) for reason in set(reasons)},
+            "stops": [
+                {
+                    "repeat": repeat,
+                    "reason": "wall_trap",
+                    "time": trace.stop.time,
+                    "balls": list(trace.stop.balls),
+                    "message": trace.stop.message,
+                }
+                for repeat, trace in enumerate(traces)
+                if trace.stop.reason is StopReason.WALL_TRAP
+            ],
             "errors": [],
         }
+        assert {"collisions", "wall_trap"} >= set(reasons)
+    assert [bool(point["stops"]) for point in told["points"]] == [True, False]
     again = json.loads(snooker("run", "small.yaml", "--json", "--out", "elsewhere").out)
-    assert again["events"] == 0
+    assert (again["events"], again["seconds"], again["events_per_second"]) == (0, 0, 0)
+    assert [point["stops"] for point in again["points"]] == [
+        point["stops"] for point in told["points"]
+    ]
     assert [point["cached"] for point in again["points"]] == [3, 3]
     assert [point["ended"] for point in again["points"]] == [
         point["ended"] for point in told["points"]
@@ -177,6 +205,60 @@ def test_fresh_replaces_another_configs_results(finished: Path, snooker: Snooker
     assert "give --fresh" in refused.err
     assert snooker("run", "small.yaml", "-o", "seed=2", "--fresh", "--no-progress").code == 0
     assert results.open_run("small").experiment.seed == 2
+
+
+def test_fresh_removes_the_fit_of_the_old_results(finished: Path, snooker: Snooker) -> None:
+    assert snooker("fit", "small").code == 0
+    assert (finished / "fit.json").exists()
+    assert snooker("run", "small.yaml", "--no-progress").code == 0
+    assert (finished / "fit.json").exists()
+    ended = snooker("run", "small.yaml", "--no-progress", "-o", "repeats=4")
+    assert (ended.code, ended.err) == (
+        0,
+        "snooker: removed fit.json, made before the repeats that follow; make it again later\n",
+    )
+    assert not (finished / "fit.json").exists()
+    assert snooker("fit", "small").code == 0
+    assert snooker("run", "small.yaml", "--no-progress", "--fresh").code == 0
+    assert not (finished / "fit.json").exists()
+
+
+def test_the_figures_of_a_run_are_known_by_what_is_written_beside_them() -> None:
+    assert {field.name for field in fields(Picture)} >= results.FIGURE_KEYS
+
+
+def test_many_points_do_not_fill_the_terminal(
+    here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(running, "MOST_ROWS", 3)
+    ended = snooker("run", "small.yaml", "-o", "cor=0.9:1.0:5", "-o", "repeats=1")
+    lines = ended.out.splitlines()
+    assert [line.split()[0] for line in lines[1:5]] == ["cor=0.9", "cor=0.925", "cor=0.95", "..."]
+    assert lines[4] == "... and 2 more points; --json tells of all"
+    told = json.loads(
+        snooker("run", "small.yaml", "-o", "cor=0.9:1.0:5", "--json", "-o", "repeats=1").out
+    )
+    assert len(told["points"]) == 5
+
+
+# The compiler
+
+
+def test_a_command_that_compiles_says_so(
+    here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A compilation that takes longer than one waits without wondering."""
+    said = threading.Event()
+
+    def compiling(*_arguments: object) -> None:
+        with event.trigger_event("numba:compile"), event.trigger_event("numba:compile"):
+            assert said.wait(30), "nothing is said"
+
+    monkeypatch.setattr(progress, "say", lambda message: (print(message), said.set()))
+    monkeypatch.setattr("snooker_cli.results.open_run", compiling)
+    printed = snooker("export", "small").out
+    assert printed.startswith("compiling for this kind of scene, once on this machine")
+    assert printed.count("compiling") == 1
 
 
 # validate and schema

@@ -96,6 +96,73 @@ def test_wrong_usage_has_its_code(arguments: list[str], finished: Path, snooker:
     assert "Traceback" not in ended.err
 
 
+def test_repeats_of_given_balls_are_refused_at_their_line(here: Path, snooker: Snooker) -> None:
+    (here / "list.yaml").write_text(
+        "container: {radius: 10.0}\n"
+        "balls: {list: [{position: [0, 0], velocity: [1, 0], radius: 1}]}\n"
+        "cor: 1\ncollisions: 10\nrepeats: 2\n"
+    )
+    for command in ("validate", "run"):
+        ended = snooker(command, "list.yaml")
+        assert (ended.code, ended.out) == (3, "")
+        assert ended.err.startswith("snooker: list.yaml:5:10: repeats: 2 repeats of balls.list ")
+        overridden = snooker(command, "list.yaml", "-o", "repeats=3")
+        assert overridden.err.startswith("snooker: -o repeats=3: repeats: 3 repeats of balls.list ")
+    assert not (here / "runs").exists()
+    assert snooker("validate", "list.yaml", "-o", "repeats=1").code == 0
+
+
+@pytest.mark.parametrize("wanted", ["", "0", "1"])
+def test_an_unforeseen_error_is_told_with_a_way_to_its_traceback(
+    wanted: str, finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lost(*_arguments: object, **_options: object) -> None:
+        raise KeyError("lost")
+
+    monkeypatch.setenv("SNOOKER_TRACEBACK", wanted)
+    monkeypatch.setattr("snooker_cli.results.open_run", lost)
+    ended = snooker("export", "small")
+    assert (ended.code, ended.out) == (1, "")
+    assert ("Traceback" in ended.err) == ("in lost" in ended.err) == (wanted == "1")
+    assert ended.err.splitlines()[-1] == (
+        "snooker: unexpected KeyError: 'lost'; this is a fault of snooker, please report it with "
+        "the command and the config"
+        + ("" if wanted == "1" else "; SNOOKER_TRACEBACK=1 in the environment shows where it arose")
+    )
+
+
+@pytest.mark.parametrize("wanted", ["", "1"])
+def test_an_unforeseen_error_in_a_repeat_has_its_traceback_too(
+    wanted: str, here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lost() -> str:
+        raise KeyError("lost")
+
+    monkeypatch.setenv("SNOOKER_TRACEBACK", wanted)
+    monkeypatch.setattr("snooker_cli.runner._versions", lost)
+    ended = snooker("run", "small.yaml", "--no-progress", "-o", "repeats=8", "-j", "1")
+    assert ended.code == 4
+    said = [line for line in ended.err.splitlines() if line.startswith("snooker: point ")]
+    assert len(said) == 10
+    assert all(" failed: unexpected KeyError: 'lost'; " in line for line in said)
+    assert ended.err.endswith("snooker: further failures are counted, but not told\n")
+    assert ended.err.count("Traceback") == (10 if wanted else 0)
+
+
+def test_what_the_system_refuses_is_no_fault_of_snookers(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_arguments: object) -> None:
+        raise PermissionError(13, "Permission denied", "somewhere")
+
+    monkeypatch.setattr("snooker_cli.results.open_run", refused)
+    ended = snooker("export", "small")
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err == (
+        "snooker: somewhere: Permission denied; check the disk and its permissions\n"
+    )
+
+
 def test_a_summary_has_no_events_to_export(here: Path, snooker: Snooker) -> None:
     assert snooker("run", "small.yaml", "-o", "record=summary", "--no-progress").code == 0
     for options in ([], ["--states"]):

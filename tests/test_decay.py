@@ -14,6 +14,7 @@ from snooker_cli.arrange import arrange
 from snooker_cli.config import parse
 from snooker_cli.decay import LAWS, QUANTITIES, SKIPPED_COLLISIONS, WINDOWS, Decay
 from snooker_cli.engine import simulate
+from snooker_cli.fit import NOTHING_DECAYS
 from snooker_cli.observables import energy_ratio, series, temperature
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import SPEED_BINS, Events, Series, Stop, StopReason, Summary, Trace
@@ -48,7 +49,7 @@ def at_rest() -> Scene:
 
 
 def synthetic(kinetic_energy: np.ndarray, wall_impulse: np.ndarray, collisions: int = 1) -> Trace:
-    """A run whose energy and impulse are given at evenly spaced times."""
+    """A run whose energy and impulse are given on a grid of times, with collisions between them."""
     time = np.linspace(0.0, END, STEPS + 1)
     found = Series(
         time=time,
@@ -68,15 +69,18 @@ def synthetic(kinetic_energy: np.ndarray, wall_impulse: np.ndarray, collisions: 
 
 TIME = np.linspace(0.0, END, STEPS + 1)
 
+STAIRS = np.maximum(0.0, TIME - END / STEPS / 2)
+"""When the last collision before each row was, if each is in the middle between two rows."""
 
-def exponential(rate: float) -> Trace:
+
+def exponential(rate: float, time: np.ndarray = STAIRS) -> Trace:
     """Energy e^-kt; the force on the wall, and so the mean of it in any window, falls likewise."""
-    return synthetic(3.0 * np.exp(-rate * TIME), (1 - np.exp(-rate * TIME)) / rate)
+    return synthetic(3.0 * np.exp(-rate * time), (1 - np.exp(-rate * time)) / rate)
 
 
-def haff(rate: float) -> Trace:
+def haff(rate: float, time: np.ndarray = STAIRS) -> Trace:
     """Haff's law: energy 1/(1 + at)^2, the impulse so far t/(1 + at)."""
-    return synthetic(3.0 / (1 + rate * TIME) ** 2, TIME / (1 + rate * TIME))
+    return synthetic(3.0 / (1 + rate * time) ** 2, time / (1 + rate * time))
 
 
 def by_name(found: list[Decay]) -> dict[tuple[str, str], Decay]:
@@ -101,38 +105,53 @@ def cooling() -> list[Trace]:
 
 
 def test_curves_of_a_synthetic_run() -> None:
-    trace = exponential(0.4)
+    trace, middles = exponential(0.4), STAIRS[1:]
+    # Speeds fall by a part of 2.5e-4 between rows, which moves a collision by its square at most.
+    near = {"rtol": 0, "atol": END / STEPS * 2.5e-4}
     for quantity in ("kinetic_energy", "temperature"):
         found = decay.curve(trace, quantity)
         assert (found.amplitude, found.haff) == (1.0, "haff")
-        assert found.time.tolist() == TIME.tolist()
-        np.testing.assert_allclose(found.value, np.exp(-0.4 * TIME), rtol=4 * EPSILON)
+        np.testing.assert_allclose(found.time, [0.0, *middles], **near)
+        np.testing.assert_allclose(found.value, np.exp(-0.4 * STAIRS), rtol=4 * EPSILON)
     pressure = decay.curve(trace, "pressure")
     assert (pressure.amplitude, pressure.haff) == (None, "haff_root")
-    assert pressure.time.tolist() == TIME[SKIPPED_COLLISIONS:].tolist()
+    np.testing.assert_allclose(pressure.time, middles[SKIPPED_COLLISIONS - 1 :], **near)
     assert pressure.value[0] == 1
-    local = decay.curve(trace, "local_pressure")
-    assert (local.amplitude, local.haff) == (None, "haff")
-    assert local.time.tolist() == ((np.arange(WINDOWS) + 0.5) * END / WINDOWS).tolist()
-    assert local.value.max() == 1
+    smooth = exponential(0.4, TIME)
+    for quantity in ("local_pressure", "local_energy"):
+        local = decay.curve(smooth, quantity)
+        assert (local.amplitude, local.haff) == (None, "haff")
+        assert local.time.tolist() == ((np.arange(WINDOWS) + 0.5) * END / WINDOWS).tolist()
+        assert local.value.max() == local.value[0]
+        np.testing.assert_allclose(
+            local.value / local.value[0], np.exp(-0.4 * (local.time - local.time[0])), rtol=1e-12
+        )
 
 
 @pytest.mark.parametrize("rate", [0.05, 0.4, 3.0])
 def test_the_constants_put_in_come_out(rate: float) -> None:
     """To what the search for the least squares settles at, 1e-12, times what it loses by squares.
 
-    A minimum is known to the root of its accuracy at worst: 1e-6.
+    A minimum is known to the root of its accuracy at worst: 1e-6. A collision between two rows, in
+    which speeds fall by dt rate/2, is read a sixteenth of dt^2 rate off the middle: in units of the
+    decay's time (dt rate)^2 at most, and for a mean over time, a share of its first time.
     """
-    cooled = by_name(decay.decays([exponential(rate)]))
-    for quantity in ("kinetic_energy", "temperature", "local_pressure"):
-        found = cooled[quantity, "exponential"]
-        assert found.over_repeats.mean == pytest.approx(rate, rel=1e-6)
-        assert found.r_squared == pytest.approx(1, abs=1e-9)
-        assert found.rms_residual < 1e-6
+    slowing = rate * END / STEPS
+    read = 1e-6 + slowing**2 + slowing / (16 * SKIPPED_COLLISIONS)
+    for trace, quantities, rel in (
+        (exponential(rate), ("kinetic_energy", "temperature"), read),
+        (exponential(rate, TIME), ("local_pressure", "local_energy"), 1e-6),
+    ):
+        cooled = by_name(decay.decays([trace], quantities))
+        for quantity in quantities:
+            found = cooled[quantity, "exponential"]
+            assert found.over_repeats.mean == pytest.approx(rate, rel=rel)
+            assert found.r_squared == pytest.approx(1, abs=1e-9)
+            assert found.rms_residual < 1e-5
     slowed = by_name(decay.decays([haff(rate)]))
     for quantity in ("kinetic_energy", "temperature", "pressure"):
         found = slowed[quantity, "haff"]
-        assert found.over_repeats.mean == pytest.approx(rate, rel=1e-6)
+        assert found.over_repeats.mean == pytest.approx(rate, rel=read)
         assert found.r_squared == pytest.approx(1, abs=1e-9)
 
 
@@ -151,12 +170,12 @@ def test_the_wrong_law_fits_worse() -> None:
 def test_repeats_are_fitted_one_by_one_and_averaged() -> None:
     rates = (0.3, 0.4, 0.8)
     found = decay.decays(map(exponential, rates), ["kinetic_energy"])[0]
-    assert [each.value for each in found.fits] == pytest.approx(rates, rel=1e-6)
+    assert [each.value for each in found.fits] == pytest.approx(rates, rel=1e-5)
     over = found.over_repeats
     assert (over.count, over.failed, found.short) == (3, 0, 0)
-    assert over.mean == pytest.approx(np.mean(rates), rel=1e-6)
-    assert over.standard_error == pytest.approx(np.std(rates, ddof=1) / math.sqrt(3), rel=1e-6)
-    assert over.max_min_half_range == pytest.approx(0.25, rel=1e-6)
+    assert over.mean == pytest.approx(np.mean(rates), rel=1e-5)
+    assert over.standard_error == pytest.approx(np.std(rates, ddof=1) / math.sqrt(3), rel=1e-5)
+    assert over.max_min_half_range == pytest.approx(0.25, rel=1e-5)
 
 
 def test_every_quantity_is_fitted_with_every_law() -> None:
@@ -184,6 +203,11 @@ def test_repeats_that_ended_early_are_counted() -> None:
     for found in decay.decays(ended, ["temperature"]):
         assert found.short == 3
         assert found.over_repeats.count == 5
+        assert found.ended == dict.fromkeys((trace.stop.reason for trace in ended), 1)
+    assert decay.notes(decay.decays(ended, ["temperature"])) == [
+        "3 of 5 repeats ended early, 1 in a wall trap, 1 in a collapse and 1 at an interruption, "
+        "and are used up to there"
+    ]
 
 
 def test_a_wall_that_is_first_hit_late_still_has_a_pressure() -> None:
@@ -209,6 +233,7 @@ KEYS = {
     "repeats",
     "failed",
     "short",
+    "reason",
     "unit",
     "standard_deviation",
     "bootstrap_error",
@@ -228,6 +253,7 @@ def test_a_record_says_what_was_found(cooling: list[Trace]) -> None:
         assert (record["parameters"], record["unit"]) == ({"cor": 0.95}, "s-1")
         assert (record["value"], record["error"]) == (over.mean, over.standard_error)
         assert (record["repeats"], record["failed"], record["short"]) == (4, 0, 0)
+        assert record["reason"] is None
         low, high = record["bootstrap_interval"]
         assert low <= record["value"] <= high
         assert record["rms_residual"] == found.rms_residual
@@ -262,6 +288,7 @@ def test_a_record_has_no_nan_whatever_was_fitted(traces: list[Trace]) -> None:
         assert set(record) == KEYS
         assert record["repeats"] + record["failed"] == len(traces)
         assert (record["value"] is None) == (record["repeats"] == 0)
+        assert (record["reason"] is None) == (record["failed"] == 0)
         assert (record["error"] is None) == (record["repeats"] < 2)
 
 
@@ -283,18 +310,46 @@ def test_twice_the_speed_doubles_every_constant(cooling: list[Trace]) -> None:
 def test_nothing_decays_without_losses() -> None:
     """Each collision rounds the energies of two balls: by a few epsilon of the whole at most."""
     lossless = repeats(6, "cor=1")
-    drift = 4 * EPSILON * 400
+    drift = decay.COLLISION_ROUNDING * 400
     found = by_name(decay.decays(lossless))
     for trace in lossless:
         assert np.max(np.abs(energy_ratio(series(trace)) - 1)) <= drift
     for law in LAWS:
-        for result in found["kinetic_energy", law].fits:
-            # With y = 1 - kt + ..., |k| is at most the largest deviation over the mean time.
-            assert abs(result.value) * series(lossless[0]).time.mean() <= 2 * drift
+        for quantity in ("kinetic_energy", "local_energy"):
+            failed = found[quantity, law]
+            assert (failed.over_repeats.count, failed.over_repeats.failed) == (0, 6)
+            assert failed.reason == NOTHING_DECAYS
+            record = decay.record(failed, {})
+            assert (record["value"], record["reason"]) == (None, NOTHING_DECAYS)
         # Student's t with five degrees of freedom is above 5 in size once in 240 cases.
         local = found["local_pressure", law].over_repeats
         assert abs(local.mean) <= 5 * local.standard_error
         assert local.standard_error < found_rate(law) / 3
+    assert decay.notes(list(found.values())) == [
+        f"no fit of kinetic energy and local energy in 6 of 6 repeats: {NOTHING_DECAYS}"
+    ]
+
+
+def test_a_small_loss_is_no_rounding() -> None:
+    """At a CoR of 1 - 1e-9 each collision takes some 1e-10 of the energy: far above rounding."""
+    found = [
+        decay.decays(repeats(2, f"cor={1 - loss}"), ["kinetic_energy"]) for loss in (1e-9, 1e-6)
+    ]
+    for weak, strong in zip(*found, strict=True):
+        one, other = weak.over_repeats, strong.over_repeats
+        assert one.count == 2
+        # The losses, 1 - e^2, have the same ratio until trajectories part; rounding is 1e-5 of it.
+        assert 1000 * one.mean == pytest.approx(other.mean, rel=0.2)
+
+
+def test_one_ball_that_bounces_evenly_has_equal_windows() -> None:
+    """An elastic ball on a diameter: each of twenty windows holds ten of its two hundred hits."""
+    (lone,) = repeats(1, "balls.rings=0", "cor=1", "container.mass=.inf", "collisions=200")
+    hits = np.diff(lone.events.time)
+    end = lone.events.time[-1] + hits[0] / 2
+    even = replace(lone, stop=replace(lone.stop, time=end))
+    found = decay.decays([even], ["local_pressure"])
+    assert [each.reason for each in found] == [NOTHING_DECAYS] * len(LAWS)
 
 
 def found_rate(law: str) -> float:
@@ -334,20 +389,3 @@ def test_more_loss_decays_faster() -> None:
         for cor in (0.99, 0.95, 0.85)
     ]
     assert 0 < rates[0] < rates[1] < rates[2]
-
-
-def test_summaries_and_events_give_the_same_constants() -> None:
-    """The grid holds the same staircases at fewer times: a fit differs by their steps.
-
-    One of 400 collisions takes 1/400 of the decay on average; no more than a few of them lie
-    between two times of the grid.
-    """
-    experiment = parse(SCENE).experiment
-    scene = arrange(experiment, 0)
-    full = by_name(decay.decays([simulate(scene, collisions=400)]))
-    grid = by_name(decay.decays([simulate(scene, collisions=400, summary=True)]))
-    for law in LAWS:
-        for quantity in ("kinetic_energy", "temperature"):
-            one, other = full[quantity, law].fits[0], grid[quantity, law].fits[0]
-            assert other.points > 100
-            assert other.value == pytest.approx(one.value, rel=0.1)

@@ -6,6 +6,8 @@ import itertools
 import json
 import os
 import pickle
+import re
+import shutil
 import subprocess
 import sys
 import warnings
@@ -44,7 +46,7 @@ EVERYTHING = Picture(
     kind="everything",
     title="Every kind of layer, under a title that is so long that it needs a second line",
     x_label="time (s)",
-    y_label="a quantity whose name is too long for one line (Pa m)",
+    y_label="a quantity whose name is too long for one line (Pa·m)",
     layers=(
         Band(X, X - 0.1, X + 0.1, "band", 0),
         Line(X, X / 3, "line", 0),
@@ -207,6 +209,15 @@ def test_the_same_bytes_every_time(tmp_path: Path) -> None:
     assert [(tmp_path / f"third.{ending}").read_bytes() for ending in endings] == first
 
 
+def test_formats_share_one_layout(pictures: dict[str, Picture]) -> None:
+    figure = draw(pictures["energy-fit"])
+    (axes,) = figure.axes
+    before = axes.get_position().bounds
+    with styled():
+        figure.canvas.draw()
+    assert axes.get_position().bounds == before
+
+
 def test_images_carry_the_caption_and_no_date(tmp_path: Path) -> None:
     svg, png, _ = save(EVERYTHING, tmp_path / "a.b")
     assert (svg.name, png.name) == ("a.b.svg", "a.b.png")
@@ -214,6 +225,15 @@ def test_images_carry_the_caption_and_no_date(tmp_path: Path) -> None:
     assert "“Quoted” &amp; &lt;escaped&gt; − 1/3." in text
     assert "dc:date" not in text
     assert b"Software" not in png.read_bytes()
+
+
+def test_one_style_of_units_and_signs(pictures: dict[str, Picture]) -> None:
+    for picture in pictures.values():
+        words = [picture.title, picture.x_label, picture.y_label, picture.caption]
+        words += [getattr(layer, "label", None) or "" for layer in picture.layers]
+        words += [layer.text for layer in picture.layers if isinstance(layer, Note)]
+        for text in words:
+            assert not re.search(r"1/s|Pa m|\de[-+]\d|(?<!\w)-\d", text), text
 
 
 def test_series_differ_without_colour() -> None:
@@ -278,6 +298,26 @@ def test_plot_selects_and_names_files_after_it(plot: Plot, decaying: Run, tmp_pa
     assert Path(figure["files"][0]).name == "momentum-x-cor-0.8-1.0-record-events-repeat-2.svg"
     assert [point["parameters"]["cor"] for point in figure["numbers"]["points"]] == [0.8, 1.0]
     assert "repeat 2 of 3" in figure["caption"]
+
+
+def test_plot_draws_what_is_there_of_an_unfinished_run(
+    plot: Plot, decaying: Run, tmp_path: Path
+) -> None:
+    shutil.copytree(decaying.directory, tmp_path / "run")
+    for repeat in ("point-0000/repeat-0001.h5", "point-0001/repeat-0000.h5"):
+        (tmp_path / "run" / repeat).unlink()
+    shutil.rmtree(tmp_path / "run" / "point-0002")
+    code, out, err = plot(tmp_path / "run", "energy", "energy-fit", "--json")
+    assert code == Exit.DONE
+    missing = "2 of 3 at CoR 0.8, 2 of 3 at CoR 0.9 and none of 3 at CoR 1 are there."
+    assert err == f"snooker: The run is unfinished: {missing}\n"
+    energy, *fits = json.loads(out)["figures"]
+    assert energy["caption"].endswith(missing)
+    assert [fit["numbers"]["repeat"] for fit in fits] == [0, 1]
+    assert all("2 of 3 repeats are there" in fit["caption"] for fit in fits)
+    code, out, err = plot(tmp_path / "run", "--where", "cor=1.0")
+    assert (code, out) == (Exit.USAGE, "")
+    assert "no repeat is there yet; run the config again" in err
 
 
 def test_plot_lists_the_figures(plot: Plot) -> None:

@@ -1,4 +1,4 @@
-"""Errors over repeats in `snooker_cli.fit`: what covers the truth, and what does not."""
+"""Errors over repeats: what covers the truth, and what does not."""
 
 import dataclasses
 import math
@@ -8,6 +8,7 @@ import pytest
 from scipy import stats
 
 from snooker_cli.fit import Ensemble, FitResult, ensemble, fit
+from snooker_cli.observables import mean_and_error
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -130,3 +131,14 @@ def test_fewer_than_two_repeats_have_no_spread(values, mean):
 def test_bootstrap_needs_resamples():
     with pytest.raises(ValueError, match="at least 2 resamples, not 1"):
         ensemble(results_with([1.0, 2.0]), resamples=1)
+
+
+def test_mean_and_error() -> None:
+    assert mean_and_error(np.array([1.0, 2.0, 3.0, 6.0])) == (
+        3,
+        pytest.approx(math.sqrt(14 / 3 / 4)),
+    )
+    for alike in ([5.0], [5.0, 5.0, 5.0], [5.0, 5.0 * (1 + 2.0**-50), 5.0], [0.0, 0.0]):
+        mean, error = mean_and_error(np.array(alike))
+        assert mean == pytest.approx(alike[0])
+        assert math.isnan(error)

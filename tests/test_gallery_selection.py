@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from galleries import BASE, DECAYING, WARM, made, shown, why_not
+from galleries import BASE, DECAYING, WARM, layers, made, shown, why_not
 
 from snooker_cli.config import parse
 from snooker_cli.gallery import (
     KINDS,
     Line,
     PictureError,
+    Reference,
     Selection,
     described,
     plain,
@@ -64,9 +65,10 @@ def test_nothing_decays_where_all_is_elastic(warm: Run) -> None:
 
 
 def test_odd_scenes_get_a_sentence(tmp_path: Path) -> None:
-    one = made(tmp_path / "one", "balls.rings=0", "collisions=20", "repeats=1", "cor=1")
-    assert "two or more" in why_not(one, "pair-distances")
-    assert "two or more" in why_not(one, "speeds")
+    one = made(tmp_path / "one", "balls.rings=0", "collisions=20", "repeats=1", "cor=1,0.9")
+    for kind in ("pair-distances", "speeds", "event-decay"):
+        assert "two or more" in why_not(one, kind)
+    assert layers(shown(one, "pressure", cor=1.0), Reference) == []  # of one ball, no theory
     still = made(tmp_path / "still", "balls.speed=0", "repeats=1")
     for kind in ("energy", "energy-fit", "haff-time", "event-decay"):
         assert "nothing moves" in why_not(still, kind)
@@ -122,16 +124,10 @@ def test_points_in_words() -> None:
     assert described(points[0], "balls.radius") == "r = 0.1 m"
     assert described(points[0], "wall_cor") == "wall as balls"
     assert described(points[1], "wall_cor") == "wall CoR 0.5"
-
-
-def test_captions_tell_the_scene(decaying: Run, warm: Run) -> None:
-    scene = "Scene: N = 19, r = 1 m, v₀ = 10 m/s, R = 10 m, "
-    assert shown(decaying, "energy", repeat=2, cor=0.8).caption.endswith(
-        scene + "CoR 0.8, wall CoR 1; repeat 2 of 3, 200 collisions."
-    )
-    assert shown(warm, "pressure-temperature").caption.endswith(
-        "Scene: N = 19, R = 10 m, CoR 1, wall CoR 1; 3 repeats, 200 collisions each."
-    )
+    assert described(points[0], "container.mass") == "M = 1 × 10⁷ kg"
+    (fixed,) = parse(BASE, overrides=["container.mass=.inf", "balls.radius=1e-5"]).points()
+    assert described(fixed, "container.mass") == "fixed wall"
+    assert described(fixed, "balls.radius") == "r = 1 × 10⁻⁵ m"
 
 
 # The data itself

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +14,14 @@ from snooker_cli.arrange import arrange
 from snooker_cli.config import parse
 from snooker_cli.engine import replay, simulate
 from snooker_cli.scene import EPSILON, Scene
-from snooker_cli.trace import SERIES_UNITS, SPEED_BIN, SPEED_BINS, Events, Stop, StopReason, Trace
+from snooker_cli.trace import (
+    SPEED_BIN,
+    SPEED_BINS,
+    Events,
+    Stop,
+    StopReason,
+    Trace,
+)
 
 
 @pytest.fixture(scope="module")
@@ -72,11 +79,6 @@ def simulated(scene: Scene) -> Trace:
     return simulate(scene, collisions=400)
 
 
-@pytest.fixture(scope="module")
-def summarised(scene: Scene) -> Trace:
-    return simulate(scene, collisions=400, summary=True)
-
-
 # The run worked out by hand
 
 
@@ -110,7 +112,7 @@ def test_pressure_by_hand(by_hand: Trace) -> None:
     assert values == pytest.approx(
         [0, 1.5 / perimeter / 16, 3 / perimeter / 16], rel=4 * EPSILON, abs=0
     )
-    middles, windows = observables.window_pressure(found, 9.0, 5, 20.0)
+    middles, windows = observables.window_pressure(by_hand, 5)
     assert middles.tolist() == [2, 6, 10, 14, 18]
     # An event on an edge, here at 16 s, belongs to the window before it.
     assert windows == pytest.approx([0, 0, 0, 3 / perimeter / 4, 0], rel=4 * EPSILON, abs=0)
@@ -141,33 +143,73 @@ def test_speeds_by_hand(by_hand: Trace) -> None:
     assert counts[int(1 / SPEED_BIN)] == counts.sum() == 8
 
 
-def test_time_mean_of_a_staircase() -> None:
-    times, values = np.array([0.0, 1.0, 4.0]), np.array([2.0, 4.0, 8.0])
-    assert observables.time_mean(times, values, 8.0) == (2 * 1 + 4 * 3 + 8 * 4) / 8
-    assert observables.time_mean(times + 1, values, 9.0) == (2 * 1 + 4 * 3 + 8 * 4) / 8
-    assert observables.time_mean(times[:1], values[:1], 0.0) == 2
+def test_means_over_time_by_hand(by_hand: Trace) -> None:
+    energy = observables.series(by_hand).kinetic_energy
+    # 2 J for 2 s, 1/2 J for 14 s, 1/8 J for 4 s.
+    assert observables.time_mean(by_hand, energy) == (2 * 2 + 0.5 * 14 + 0.125 * 4) / 20
+    assert observables.time_mean(by_hand, energy, 4.0) == (0.5 * 12 + 0.125 * 4) / 16
+    assert math.isnan(observables.time_mean(by_hand, energy, 20.0))
+    edges = np.array([0.0, 4.0, 16.0, 20.0])
+    assert observables.time_means(by_hand, energy, edges).tolist() == [1.25, 0.5, 0.125]
+    middles, windows = observables.window_energy(by_hand, 5)
+    assert middles.tolist() == [2, 6, 10, 14, 18]
+    assert windows.tolist() == [0.625, 0.25, 0.25, 0.25, 0.0625]
+    assert observables.mean_temperature(by_hand) == 0.2875
+    assert observables.mean_temperature(by_hand, 16.0) == 0.0625
+    perimeter = 2 * math.pi * 9
+    assert observables.mean_pressure(by_hand) == pytest.approx(3 / perimeter / 20, rel=4 * EPSILON)
+    assert observables.mean_pressure(by_hand, 10.0) == pytest.approx(
+        3 / perimeter / 10, rel=4 * EPSILON
+    )
+    assert observables.mean_pressure(by_hand, 16.0) == 0
+    assert observables.mean_pressure(by_hand, 20.0) == 0
+    # P V/(N T) with the area of 81 pi: 3/(18 pi 20) 81 pi/(2 * 0.2875).
+    assert observables.ideal_gas_ratio(by_hand) == pytest.approx(
+        0.675 / 0.575, rel=8 * EPSILON, abs=0
+    )
+
+
+def test_a_run_that_takes_no_time_has_no_means(by_hand: Trace) -> None:
+    nobody = np.empty(0, dtype=np.int32)
+    events = Events(np.empty(0), nobody, nobody, np.empty(0))
+    still = replace(by_hand, events=events, stop=replace(by_hand.stop, time=0.0))
+    assert observables.mean_pressure(still) == 0
+    assert math.isnan(observables.mean_temperature(still))
+    assert math.isnan(observables.ideal_gas_ratio(still))
+    for windows in (observables.window_pressure(still, 4), observables.window_energy(still, 4)):
+        assert [column.tolist() for column in windows] == [[], []]
+
+
+def test_what_is_gained_by_hand(by_hand: Trace) -> None:
+    events = observables.series(by_hand).wall_events
+    assert [observables.gained(by_hand, events, since) for since in (0.0, 15.0, 16.0)] == [2, 2, 0]
+    assert observables.so_far(by_hand, events, np.array([0.0, 15.9, 16.0, 20.0])).tolist() == [
+        0,
+        0,
+        2,
+        2,
+    ]
+    # A ball that touches the wall at the start hits it at time zero: that is part of the run.
+    at_once = replace(by_hand, events=replace(by_hand.events, time=np.zeros(3)))
+    assert observables.gained(at_once, events, 0.0) == 2
+    assert observables.window_pressure(at_once, 1)[1][0] == observables.mean_pressure(at_once) > 0
+
+
+def test_one_row_an_instant_by_hand(by_hand: Trace) -> None:
+    found = observables.after_collisions(by_hand)
+    assert found.time.tolist() == [0, 2, 16]
+    assert found.kinetic_energy.tolist() == [2, 0.5, 0.125]
+    assert found.wall_events.tolist() == [0, 0, 2]
+
+
+def test_balls_are_equal_in_radius_and_mass(by_hand: Trace) -> None:
+    scene = by_hand.start
+    assert observables.equal_balls(scene)
+    for name in ("radii", "masses"):
+        assert not observables.equal_balls(replace(scene, **{name: np.array([1.0, 2.0])}))
 
 
 # Against direct sums
-
-
-def test_summary_is_the_series_read_at_its_times(simulated: Trace, summarised: Trace) -> None:
-    """To the bit: both read the same velocities and add the same impulses in the same order."""
-    assert summarised.stop == simulated.stop
-    assert (summarised.wall_events, summarised.pair_events) == (
-        simulated.wall_events,
-        simulated.pair_events,
-    )
-    full, grid = observables.series(simulated), observables.series(summarised)
-    assert len(grid.time) > 100
-    assert grid.time[-1] == simulated.stop.time
-    *steps, last = np.diff(grid.time).tolist()
-    assert set(steps) == {steps[0]}
-    assert 0 < last <= steps[0]
-    rows = np.searchsorted(full.time, grid.time, side="right") - 1
-    for name in SERIES_UNITS:
-        if name != "time":
-            assert getattr(grid, name).tolist() == getattr(full, name)[rows].tolist(), name
 
 
 def test_series_is_what_the_states_say(simulated: Trace) -> None:
@@ -229,7 +271,7 @@ def test_pressures_are_sums_over_wall_events(simulated: Trace) -> None:
         assert values[k] == pytest.approx(
             expected / (2 * math.pi * radius * time[k]), rel=rounding, abs=0
         )
-    middles, windows = observables.window_pressure(observables.series(simulated), radius, 7, end)
+    middles, windows = observables.window_pressure(simulated, 7)
     total = math.fsum(impulse for _, impulse in hits)
     for k in range(7):
         low, high = np.linspace(0.0, end, 8)[k : k + 2]
@@ -281,11 +323,6 @@ def test_a_run_without_collisions_has_its_start(by_hand: Trace) -> None:
     assert observables.series(empty).kinetic_energy.tolist() == [2]
 
 
-def test_a_summary_has_no_states(summarised: Trace) -> None:
-    with pytest.raises(ValueError, match="recorded as a summary"):
-        observables.at_collisions(summarised)
-
-
 def test_sampling_times_are_some_collisions_a_ball_apart(simulated: Trace) -> None:
     times = observables.sampling_times(simulated, 5.0)
     a_ball = 2 * simulated.pair_events / simulated.start.number
@@ -295,9 +332,23 @@ def test_sampling_times_are_some_collisions_a_ball_apart(simulated: Trace) -> No
     assert times[-1] <= simulated.stop.time
 
 
+def test_sampling_times_count_from_when_they_should(simulated: Trace) -> None:
+    found = observables.series(simulated)
+    since = simulated.stop.time / 2
+    later = simulated.pair_events - found.pair_events[found.time <= since][-1]
+    times = observables.sampling_times(simulated, 2.0, since)
+    a_ball = 2 * later / 19
+    assert len(times) == int(a_ball / 2) > 2
+    assert times[0] == pytest.approx(since + 2 / a_ball * (simulated.stop.time - since))
+    assert observables.sampling_times(simulated, 2.0, simulated.stop.time).tolist() == []
+    counts = observables.reduced_speed_counts(simulated, since)
+    assert counts.sum() == 19 * len(observables.sampling_times(simulated, since=since))
+
+
 def test_sampling_times_of_a_run_without_meetings(by_hand: Trace) -> None:
     alone = replace(by_hand, pair_events=0)
-    assert observables.sampling_times(alone).tolist() == [20]
+    assert observables.sampling_times(alone).tolist() == []
+    assert observables.reduced_speed_counts(alone).sum() == 0
     never = replace(alone, stop=replace(by_hand.stop, time=0.0))
     assert observables.sampling_times(never).tolist() == []
 
@@ -336,23 +387,6 @@ def test_reduced_speeds_are_counted_in_bins(simulated: Trace) -> None:
     assert counts.tolist() == expected.tolist()
 
 
-def test_reduced_speeds_of_a_summary_are_those_of_its_rows(
-    simulated: Trace, summarised: Trace
-) -> None:
-    """Its grid is finer than the samples, so that each has a row: the last one before it."""
-    counts = observables.reduced_speed_counts(summarised)
-    grid = observables.series(summarised).time
-    samples = observables.sampling_times(summarised)
-    before = grid[np.searchsorted(grid, samples, side="right") - 1]
-    assert counts.sum() == 19 * len(samples)
-    expected = np.zeros(SPEED_BINS)
-    for found in observables.speeds(simulated, before):
-        reduced = found * math.sqrt(1 / np.mean(found**2))
-        bins, _ = np.histogram(np.minimum(reduced, 3.99), SPEED_BINS, (0, SPEED_BINS * SPEED_BIN))
-        expected += bins
-    assert counts.tolist() == expected.tolist()
-
-
 def test_balls_at_rest_have_no_reduced_speed(by_hand: Trace) -> None:
     at_rest = replace(by_hand.start, velocities=np.zeros((2, 2)))
     stop = Stop(StopReason.NOTHING_LEFT, 0.0, (), "no collision lies ahead")
@@ -361,7 +395,3 @@ def test_balls_at_rest_have_no_reduced_speed(by_hand: Trace) -> None:
         at_rest, at_rest, stop, 0, 0, Events(np.empty(0), nobody, nobody, np.empty(0)), None
     )
     assert observables.reduced_speed_counts(trace).sum() == 0
-
-
-def test_every_quantity_of_a_series_has_a_unit(simulated: Trace) -> None:
-    assert [field.name for field in fields(observables.series(simulated))] == list(SERIES_UNITS)

@@ -12,10 +12,12 @@ from pathlib import Path
 import pytest
 
 from snooker_cli.config import load
+from snooker_cli.report.audit import EXPLAINED, FOLLOWS, REPRODUCED, UNEXPLAINED, VERDICTS
 from snooker_cli.report.build import build
 from snooker_cli.report.plates import PLATES, RUNS
 from snooker_cli.report.published import PUBLISHED
-from snooker_cli.results import create
+from snooker_cli.report.search import TARGETS
+from snooker_cli.results import RunError, create, open_run
 from snooker_cli.runner import Watcher, check_scenes, execute
 
 ROOT = Path(__file__).parent.parent
@@ -79,12 +81,51 @@ def test_figures_hold_what_the_source_says(report: Path) -> None:
 def test_every_printed_number_is_judged(report: Path) -> None:
     audit = json.loads((report / "numbers.json").read_text(encoding="utf-8"))["audit"]
     assert [row["name"] for row in audit["numbers"]] == [one.name for one in PUBLISHED]
-    assert all(row["verdict"] for row in audit["numbers"])
+    assert {row["verdict"] for row in audit["numbers"]} <= set(VERDICTS)
     by_name = {row["name"]: row for row in audit["numbers"]}
     # What needs no statistics comes out the same however short the runs are.
     for name in ("largest_distance", "smallest_distance", "momentum_x", "momentum_y", "density"):
-        assert by_name[name]["verdict"] == "reproduced", name
+        assert by_name[name]["verdict"] == REPRODUCED, name
+    for name in ("tau_0.8", "tau_0.9", "theory_0.8", "theory_0.9", "doubled_0.8", "doubled_0.9"):
+        assert by_name[name]["verdict"] == FOLLOWS, name
+    assert by_name["energy_abstract_0.8"]["verdict"] == FOLLOWS
+    assert by_name["mean_free_path"]["verdict"] == EXPLAINED
+    assert by_name["cross_section"]["verdict"] == UNEXPLAINED
     assert by_name["cross_section"]["ours"]["value"] == pytest.approx(6.2832, abs=1e-4)
+    assert by_name["cross_section"]["explained"]["value"] == pytest.approx(0.4, abs=1e-4)
+
+
+def test_settings_are_ranked_by_all_that_one_of_them_has_to_explain(report: Path) -> None:
+    audit = json.loads((report / "numbers.json").read_text(encoding="utf-8"))["audit"]
+    scores = [one["score"] for one in audit["profile"]]
+    assert scores == sorted(scores)
+    assert all(set(one["values"]) == set(TARGETS) for one in audit["profile"])
+    assert audit["settings"] >= audit["ranked"] >= len(scores)
+    assert audit["slip"] == 10.0
+
+
+def test_own_contradictions_are_claims_that_do_not_hold(report: Path) -> None:
+    audit = json.loads((report / "numbers.json").read_text(encoding="utf-8"))["audit"]
+    holds = {one["claim"]: one["holds"] for one in audit["claims"]}
+    assert not holds["Figure 17 has balls of 0.001 m."]
+    assert not holds["The k of pressure, CoR 0.9 is 0.035 ± 0.014."]
+    assert not holds["The uncertainties of k by its theory are ± 0.005 and ± 0.011."]
+    assert holds["Energy is conserved at CoR 1."]
+    assert len(holds) > 15
+
+
+def test_tables_name_their_units(report: Path) -> None:
+    page = (report / "report.html").read_text(encoding="utf-8")
+    headings = re.findall(r"<th[^>]*>([^<]*)</th>", page)
+    for heading in ("unit", "k, 1/s", "α, 1/s", "k at 0.8, 1/s", "⟨v⟩ at 0.8, m/s", "P, Pa m"):
+        assert heading in headings
+
+
+def test_repeats_that_ended_early_are_counted(runs: Path, report: Path) -> None:
+    run = open_run(runs / "audit")
+    ended = [trace.stop.reason.complete for point in run.points for trace in run.traces(point)]
+    page = (report / "report.html").read_text(encoding="utf-8")
+    assert f"{ended.count(False)} of the {len(ended)} repeats ended early" in page
 
 
 class Page(HTMLParser):
@@ -133,8 +174,6 @@ def test_second_build_gives_the_same_bytes(runs: Path, report: Path, tmp_path: P
 
 
 def test_missing_run_is_said(runs: Path, tmp_path: Path) -> None:
-    from snooker_cli.results import RunError
-
     partly = tmp_path / "runs"
     partly.mkdir()
     for name in RUNS[1:]:

@@ -73,12 +73,30 @@ def test_traces_come_in_the_order_of_the_repeats(finished_run: Run) -> None:
         assert len(set(hashes)) == 3
 
 
-def test_a_missing_repeat_is_said_when_its_turn_comes(copied_run: Path) -> None:
+def test_the_repeats_of_an_interrupted_run_are_those_present(copied_run: Path) -> None:
     run = results.open_run(copied_run)
+    first, second = run.points
+    whole = [store.content_hash(trace) for trace in run.traces(first)]
     run.path(0, 1).unlink()
+    assert (run.present(first), run.present(second)) == (2, 3)
+    assert [store.content_hash(trace) for trace in run.traces(first)] == [whole[0], whole[2]]
+
+
+def test_a_point_without_repeats_is_said(copied_run: Path) -> None:
+    run = results.open_run(copied_run)
+    shutil.rmtree(copied_run / "point-0001")
+    assert run.present(run.points[1]) == 0
+    with pytest.raises(RunError, match=r"copied: no repeat of the point cor=1\.0 is there yet"):
+        list(run.traces(run.points[1]))
+
+
+def test_a_repeat_that_cannot_be_read_is_no_missing_one(copied_run: Path) -> None:
+    run = results.open_run(copied_run)
+    run.path(0, 1).write_text("not HDF5")
+    assert run.present(run.points[0]) == 3
     traces = run.traces(run.points[0])
     assert next(traces).collisions > 0
-    with pytest.raises(StoreError, match=r"repeat-0001\.h5: there is no such result"):
+    with pytest.raises(StoreError, match=r"repeat-0001\.h5: not a readable result"):
         next(traces)
 
 
@@ -122,13 +140,49 @@ def test_another_engines_results_are_refused(copied_run: Path, experiment: Exper
 
 
 def test_fresh_replaces_another_experiments_results(copied_run: Path, small_config: str) -> None:
-    (copied_run / "point-0000" / "repeat-0009.h5.part").write_text("left behind by a kill")
     (copied_run / "notes.txt").write_text("mine")
     other = parse(small_config, overrides=["seed=2"]).experiment
     run = results.create(copied_run, other, fresh=True)
     assert sorted(files(copied_run)) == ["notes.txt", MANIFEST]
     assert results.open_run(copied_run) == run
     assert run.experiment == other
+
+
+def analysed(directory: Path) -> list[str]:
+    """What snooker would have written of a run, beside a user's own files; the former's names."""
+    (directory / "figures").mkdir()
+    figure = dict.fromkeys(results.FIGURE_KEYS) | {"series": []}
+    (directory / "figures" / "energy-cor-0.8.json").write_text(json.dumps(figure))
+    for name in ("fit.json", "compare.json", "figures/energy-cor-0.8.svg"):
+        (directory / name).write_text("[]")
+    for name in ("figures/mine.svg", "figures/mine.json", "figures/energy.svg", "mine.json"):
+        (directory / name).write_text("{}")
+    return ["compare.json", "figures/energy-cor-0.8.json", "figures/energy-cor-0.8.svg", "fit.json"]
+
+
+def test_fresh_removes_what_was_made_of_the_old_results(
+    copied_run: Path, experiment: Experiment
+) -> None:
+    before = set(files(copied_run))
+    ours = analysed(copied_run)
+    theirs = set(files(copied_run)) - before - set(ours)
+    run = results.create(copied_run, experiment)
+    assert sorted(str(path.relative_to(copied_run)) for path in run.analyses() + run.figures()) == (
+        ours
+    )
+    results.create(copied_run, experiment, fresh=True)
+    assert set(files(copied_run)) == {MANIFEST, *theirs}
+
+
+def test_fewer_repeats_remove_the_fits_of_all(copied_run: Path, small_config: str) -> None:
+    def made(repeats: int) -> list[str]:
+        override = f"repeats={repeats}"
+        run = results.create(copied_run, parse(small_config, overrides=[override]).experiment)
+        return [path.name for path in run.analyses()]
+
+    analysed(copied_run)
+    assert made(3) == ["fit.json", "compare.json"]
+    assert made(2) == []
 
 
 @pytest.mark.parametrize("fresh", [False, True])
@@ -144,9 +198,43 @@ def test_a_folder_that_is_no_run_is_refused(
 def test_a_run_killed_while_it_was_made_can_be_made_again(
     tmp_path: Path, experiment: Experiment
 ) -> None:
-    (tmp_path / f"{MANIFEST}.part").write_text('{"schema_ver')
-    results.create(tmp_path, experiment)
+    store.part_beside(tmp_path / MANIFEST).write_text('{"schema_ver')
+    with results.held(tmp_path):
+        results.create(tmp_path, experiment)
     assert list(files(tmp_path)) == [MANIFEST]
+
+
+def test_only_what_this_machine_left_is_cleared_away(finished_run: Run, copied_run: Path) -> None:
+    """Another machine, on the same disk, may still be writing its own."""
+    run = results.open_run(copied_run)
+    for path in (run.path(0, 1), run.path(1, 2), copied_run / "fit.json"):
+        store.part_beside(path).write_text("left behind by a kill")
+    other = copied_run / "point-0000" / "repeat-0000.h5.elsewhere-0123456789abcdef.part"
+    other.write_text("under way")
+    with results.held(copied_run):
+        assert set(files(copied_run)) == {
+            *files(finished_run.directory),
+            str(other.relative_to(copied_run)),
+        }
+
+
+def test_two_parts_of_one_file_have_names_of_their_own(tmp_path: Path) -> None:
+    names = {store.part_beside(tmp_path / "one.h5") for _ in range(1000)}
+    assert len(names) == 1000
+    assert {name.parent for name in names} == {tmp_path}
+
+
+def test_a_folder_is_held_once_at_a_time(tmp_path: Path) -> None:
+    with results.held(tmp_path / "run"):
+        with (
+            pytest.raises(RunError, match=r"run: another `snooker run` is writing here; .* --out"),
+            results.held(tmp_path / "run"),
+        ):
+            pytest.fail("held twice")
+        with results.held(tmp_path / "other"):
+            pass
+    with results.held(tmp_path / "run"):
+        pass
 
 
 def test_an_empty_folder_will_do(tmp_path: Path, experiment: Experiment) -> None:
@@ -161,6 +249,8 @@ def test_a_file_in_the_folders_place_is_said(tmp_path: Path, experiment: Experim
         for fresh in (False, True):
             with pytest.raises(RunError, match=r"plain.*: cannot be written .* --out"):
                 results.create(place, experiment, fresh=fresh)
+        with pytest.raises(RunError, match="cannot be written"), results.held(place):
+            pytest.fail("held a file")
 
 
 @pytest.mark.parametrize(

@@ -1,20 +1,16 @@
-"""The runner: resuming, the same bits however it is run, failures, kills and interrupts."""
+"""The runner: resuming, the same bits however it is run, failures and interrupts."""
 
 from __future__ import annotations
 
 import json
-import random
 import shutil
-import signal
-import subprocess
-import sys
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from repeating import bytes_of, contents, done, made
 
 from snooker_cli import results, store
 from snooker_cli.arrange import arrange
@@ -33,6 +29,17 @@ class Notes(Watcher):
         self.lock = threading.Lock()
         self.collisions = 0
         self.outcomes: list[Outcome] = []
+        self.readied = 0
+        self.removed: list[str] = []
+        self.figures = False
+
+    def outdated(self, removed: list[Path], figures: bool) -> None:
+        self.removed, self.figures = [path.name for path in removed], figures
+
+    def simulating(self, compiling: float) -> None:
+        assert compiling > 0
+        assert (self.collisions, [each for each in self.outcomes if not each.cached]) == (0, [])
+        self.readied += 1
 
     def events(self, number: int) -> None:
         with self.lock:
@@ -41,33 +48,6 @@ class Notes(Watcher):
     def finished(self, outcome: Outcome) -> None:
         with self.lock:
             self.outcomes.append(outcome)
-
-
-def done(run: Run, *, workers: int = 1, watcher: Watcher | None = None) -> list[Outcome]:
-    """The outcomes of doing what is missing of a run."""
-    return execute(run, workers=workers, watcher=watcher or Watcher(), cancelled=threading.Event())
-
-
-def made(directory: Path, text: str, *overrides: str) -> Run:
-    """A run's folder for a config."""
-    return results.create(directory, parse(text, overrides=overrides).experiment)
-
-
-def contents(run: Run) -> dict[tuple[int, int], str]:
-    """The content hash of every repeat; each file is read and checked for it."""
-    return {
-        (point.index, repeat): store.content_hash(store.read(run.path(point.index, repeat)).trace)
-        for point in run.points
-        for repeat in range(run.experiment.repeats)
-    }
-
-
-def bytes_of(directory: Path) -> dict[str, bytes]:
-    """The files of all repeats. A repeat made again differs, by its provenance's seconds."""
-    return {
-        str(path.relative_to(directory)): path.read_bytes()
-        for path in directory.glob("point-*/repeat-*")
-    }
 
 
 @pytest.fixture
@@ -99,7 +79,7 @@ def test_a_second_run_simulates_nothing(copied: Run) -> None:
     notes = Notes()
     outcomes = done(copied, watcher=notes)
     assert all(outcome.cached for outcome in outcomes)
-    assert notes.collisions == 0
+    assert (notes.collisions, notes.readied) == (0, 0)
     assert bytes_of(copied.directory) == before
 
 
@@ -179,6 +159,22 @@ def test_fewer_repeats_keep_the_others(copied: Run, small_config: str) -> None:
     assert bytes_of(copied.directory) == before
 
 
+def test_new_repeats_make_old_fits_outdated(copied: Run, small_config: str) -> None:
+    figure = copied.directory / "figures" / "speeds.json"
+    figure.parent.mkdir()
+    figure.write_text(json.dumps(dict.fromkeys(results.FIGURE_KEYS)))
+    for name in results.ANALYSES:
+        (copied.directory / name).write_text("[]")
+    nothing_new, more = Notes(), Notes()
+    done(copied, watcher=nothing_new)
+    assert (nothing_new.removed, nothing_new.figures) == ([], False)
+    assert len(copied.analyses()) == 2
+    done(made(copied.directory, small_config, "repeats=4"), watcher=more)
+    assert (more.removed, more.figures) == (["fit.json", "compare.json"], True)
+    assert copied.analyses() == []
+    assert copied.figures() == [figure]
+
+
 # The same bits
 
 
@@ -219,7 +215,7 @@ def test_the_file_tells_how_to_make_the_repeat_again(finished_run: Run) -> None:
 
 
 def test_provenance_names_the_software_and_the_moment(finished_run: Run) -> None:
-    told, _ = store.read_provenance(finished_run.path(0, 0))
+    told = store.check(finished_run.path(0, 0)).provenance
     assert {"python", "snooker", "numpy", "numba", "h5py"} <= set(json.loads(told.versions))
     assert told.machine
     assert told.started.endswith("+00:00")
@@ -230,7 +226,7 @@ def test_an_infinite_mass_in_a_sweep_is_json_in_the_file(small_config: str, tmp_
     run = made(tmp_path, small_config.replace("sweep", "# "), "container.mass=.inf", "repeats=1")
     swept = replace(run.points[0], parameters=(("container.mass", float("inf")),))
     assert [each.error for each in done(replace(run, points=(swept,)))] == [None]
-    told, _ = store.read_provenance(run.path(0, 0))
+    told = store.check(run.path(0, 0)).provenance
     json.loads(told.parameters, parse_constant=pytest.fail)
 
 
@@ -259,6 +255,46 @@ def test_a_scene_that_cannot_exist_tells_its_point(small_config: str) -> None:
     with pytest.raises(SceneError, match=r"\(at the point .*balls\.radius=3\.0\)") as caught:
         check_scenes(points(swept))
     assert caught.value.key == "balls.radius"
+
+
+TWO_BALLS = """\
+container: {radius: 10.0}
+balls:
+  list:
+    - {position: [-4, 0], velocity: [1, 0.1], radius: 1}
+    - {position: [4, 0], velocity: [-1, 0], radius: 1}
+cor: 1
+collisions: 10
+"""
+
+
+def test_repeats_of_given_balls_are_refused() -> None:
+    """They would be the same bits again: nothing in a list is random."""
+    check_scenes(points(parse(TWO_BALLS).experiment))
+    with pytest.raises(SceneError, match=r"^4 repeats of balls\.list .*; set repeats: 1") as caught:
+        check_scenes(points(parse(TWO_BALLS, overrides=["repeats=4"]).experiment))
+    assert caught.value.key == "repeats"
+
+
+def test_checking_scenes_tells_their_numbers_of_balls(small_config: str) -> None:
+    swept = parse(small_config, overrides=["balls.rings=0,2,1"]).experiment
+    assert check_scenes(points(swept)) == {1, 7, 19}
+    assert check_scenes(points(parse(TWO_BALLS).experiment)) == {2}
+
+
+def test_an_unforeseen_error_keeps_its_traceback(
+    copied: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lost(*_: object, **__: object) -> None:
+        raise KeyError("lost")
+
+    shutil.rmtree(copied.directory / "point-0001")
+    monkeypatch.setattr("snooker_cli.runner._versions", lost)
+    failed = [outcome for outcome in done(copied) if outcome.error]
+    assert [(each.point, each.repeat, each.error) for each in failed] == [
+        (1, repeat, "KeyError: 'lost'") for repeat in range(3)
+    ]
+    assert all("in lost" in each.traceback for each in failed)
 
 
 # Interrupts
@@ -307,90 +343,3 @@ def test_nothing_begins_in_a_cancelled_run(small_config: str, tmp_path: Path) ->
     cancelled.set()
     assert execute(run, workers=2, watcher=Watcher(), cancelled=cancelled) == []
     assert bytes_of(tmp_path) == {}
-
-
-ENDLESS = "repeats=3000"
-"""Far more than a process does before it is stopped."""
-
-
-def started(config: Path, directory: Path) -> subprocess.Popen[str]:
-    """A real `snooker run` with an end far away."""
-    command = [sys.executable, "-m", "snooker_cli", "run", str(config), "--out", str(directory)]
-    return subprocess.Popen(
-        [*command, "-o", ENDLESS, "-j", "2", "--no-progress"],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
-def repeats_in(directory: Path) -> list[Path]:
-    return sorted(directory.glob("point-0000/repeat-*.h5"))
-
-
-def ended(path: Path) -> StopReason:
-    return store.read_provenance(path)[1].reason
-
-
-def wait_for_repeats(number: int, directory: Path, process: subprocess.Popen[str]) -> None:
-    """Return as soon as so many repeats are there; the last one is waited for without pause."""
-    while (found := len(repeats_in(directory))) < number:
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.002 if found < number - 1 else 0.0)
-
-
-def assert_completes(directory: Path, text: str, reference: Path) -> None:
-    """What is there is whole, and a run that does the rest gives an uninterrupted run's bits."""
-    left = list(directory.glob("point-0000/*"))
-    for path in repeats_in(directory):
-        store.read(path)
-    repeats = 1 + max(int(path.name[7:].split(".")[0]) for path in left)
-    run = made(directory, text, f"repeats={repeats}")
-    kept = [path for path in repeats_in(directory) if ended(path) is not StopReason.INTERRUPTED]
-    outcomes = done(run, workers=2)
-    assert [run.path(0, each.repeat) for each in outcomes if each.cached] == kept
-    assert not list(directory.rglob("*.part"))
-    uninterrupted = made(reference, text, f"repeats={repeats}")
-    done(uninterrupted)
-    assert contents(run) == contents(uninterrupted)
-
-
-@pytest.fixture
-def one_point(small_config: str) -> str:
-    """The small config at a CoR of 1, where every repeat goes on to its last collision."""
-    return small_config.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
-
-
-def test_no_kill_leaves_a_torn_file(one_point: str, tmp_path: Path) -> None:
-    """SIGKILL at ten moments: when a file has just appeared, or up to about one later."""
-    chance = random.Random(1)
-    config, directory = tmp_path / "kill.yaml", tmp_path / "killed"
-    config.write_text(one_point)
-    whole: set[Path] = set()
-    for _ in range(10):
-        process = started(config, directory)
-        wait_for_repeats(len(repeats_in(directory)) + chance.randrange(1, 6), directory, process)
-        for _ in range(chance.choice([0, chance.randrange(100_000)])):
-            pass
-        process.kill()
-        _, said = process.communicate()
-        assert process.returncode == -signal.SIGKILL
-        assert "Traceback" not in said
-        for path in set(repeats_in(directory)) - whole:
-            store.read(path)
-            whole.add(path)
-    assert_completes(directory, one_point, tmp_path / "uninterrupted")
-
-
-def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None:
-    config, directory = tmp_path / "stop.yaml", tmp_path / "stopped"
-    config.write_text(one_point)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        process = started(config, directory)
-        wait_for_repeats(len(repeats_in(directory)) + 3, directory, process)
-        process.send_signal(number)
-        _, said = process.communicate()
-        assert process.returncode == 130
-        assert said.endswith("snooker: stopping; saving what is under way\n")
-        assert not list(directory.rglob("*.part"))
-    assert_completes(directory, one_point, tmp_path / "uninterrupted")

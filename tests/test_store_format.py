@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -71,6 +74,26 @@ def test_particles_have_a_box_that_nothing_leaves(opened: tuple[h5py.File, Trace
             assert group[name]["value"].shape == (2, number, 2)
 
 
+@pytest.mark.parametrize(("shape", "boundary"), [("box", b"none"), ("periodic", b"periodic")])
+def test_a_box_has_its_edges(
+    shape: Any, boundary: bytes, traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
+) -> None:
+    """H5MD wants edges wherever a boundary is periodic; no other length tells the box's size."""
+    trace = traces["events"]
+    start, finish = (
+        replace(scene, shape=shape, width=30.0, height=20.0, container_radius=math.nan)
+        for scene in (trace.start, trace.finish)
+    )
+    store.write(tmp_path / "box.h5", replace(trace, start=start, finish=finish), provenance)
+    with h5py.File(tmp_path / "box.h5", "r") as file:
+        for group in file["particles"].values():
+            assert group["box"].attrs["boundary"].tolist() == [boundary, boundary]
+            assert group["box/edges"][:].tolist() == [30.0, 20.0]
+            assert group["box/edges"].attrs["unit"] == b"m"
+    found = store.read(tmp_path / "box.h5").trace.finish
+    assert (found.shape, found.width, found.height) == (shape, 30.0, 20.0)
+
+
 def test_elements_have_step_time_and_value_of_one_length(opened: tuple[h5py.File, Trace]) -> None:
     file, trace = opened
     elements = groups_with("value", file)
@@ -95,6 +118,20 @@ def test_collisions_are_connectivity_of_the_balls(opened: tuple[h5py.File, Trace
     assert collisions["step"][:].tolist() == list(range(1, 301))
     assert file["observables/impulse/step"] == collisions["step"]
     assert file["observables/impulse/time"] == collisions["time"]
+
+
+def test_the_time_of_day_is_in_no_dataset(opened: tuple[h5py.File, Trace]) -> None:
+    """So that the same trace gives the same bytes tomorrow."""
+    tracked: list[bool] = []
+    opened[0].visititems(
+        lambda _, item: (
+            tracked.append(item.id.get_create_plist().get_obj_track_times())
+            if isinstance(item, h5py.Dataset)
+            else None
+        )
+    )
+    assert len(tracked) > 10
+    assert not any(tracked)
 
 
 def test_units_are_written_as_the_units_module_wants_them(

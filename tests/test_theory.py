@@ -32,7 +32,6 @@ def test_ideal_gas_numbers_and_round_trip():
     area = math.pi * R**2
     pressure = theory.ideal_gas_pressure(N, T, area)
     assert digits(pressure, "5.89")
-    assert digits(theory.accessible_area_pressure(N, T, 1.0, R), "7.27")
     assert theory.ideal_gas_temperature(pressure, area, N) == pytest.approx(T, rel=1e-15)
     assert digits(DENSITY, "0.118")
     assert theory.packing_fraction(N, 1.0, R) == pytest.approx(0.37, rel=1e-15)
@@ -104,7 +103,7 @@ def test_pade_reproduces_every_virial_ratio():
 def test_pade_against_molecular_dynamics(dilution, published):
     # Erpenbeck & Luban 1985, V over the close-packed V0. The published Z carry a relative error of
     # about 1e-4 and the Padé's last coefficients about as much, hence 2e-4 and four digits.
-    z = theory.compressibility(state.CLOSE_PACKING / dilution)
+    z = theory.compressibility(math.pi * math.sqrt(3) / 6 / dilution)
     assert z == pytest.approx(published, rel=2e-4)
 
 
@@ -114,53 +113,27 @@ def test_smooth_forms_fail_where_disks_order():
     assert 1.05 < theory.compressibility(0.7) / published < 1.15
 
 
-@pytest.mark.parametrize("equation", theory.EQUATIONS_OF_STATE)
-def test_equations_agree_when_dilute(equation):
-    # All know B2; the third virial coefficient differs by at most 4·0.0321 (scaled particle: 3).
-    eta = np.array([0.0, 1e-12, 1e-6, 1e-3, 1e-2])
-    difference = theory.compressibility(eta, equation) - theory.compressibility(eta)
-    assert np.all(np.abs(difference) <= 0.13 * eta**2 * (1 + 3 * eta) + 4e-16)
-    assert theory.contact_value(0.0, equation) == pytest.approx(1.0, abs=1e-9)
+def test_contact_value_keeps_its_digits_in_a_dilute_gas():
     # χ = 1 + 2·0.782 η: no digits are lost at the smallest packing, where Z − 1 would have three.
-    assert theory.contact_value(1e-12, equation) - 1 == pytest.approx(0, abs=2e-12)
+    assert theory.contact_value(0.0) == 1
+    assert theory.contact_value(1e-12) - 1 == pytest.approx(2 * 0.7820044e-12, abs=4e-16)
+    eta = np.array([1e-6, 1e-3, 1e-2])
+    # The next term of χ is 4·0.532 η².
+    left = theory.contact_value(eta) - 1 - 2 * 0.7820044 * eta
+    assert np.all(np.abs(left) <= 4 * 0.55 * eta**2 + 4e-16)
 
 
-@pytest.mark.parametrize(
-    ("equation", "z"),
-    [
-        ("henderson", lambda x: (1 + x**2 / 8) / (1 - x) ** 2),
-        ("scaled_particle", lambda x: 1 / (1 - x) ** 2),
-        (
-            "santos",
-            lambda x: 1 / (1 - 2 * x + (math.pi / math.sqrt(3) - 1) * 12 * (x / math.pi) ** 2),
-        ),
-        ("virial", lambda x: sum(b * (2 * x) ** k for k, b in enumerate(state.VIRIAL_RATIOS))),
-    ],
-)
-def test_contact_value_and_compressibility_belong_together(equation, z):
+def test_pade_agrees_with_hendersons_form():
+    # Henderson 1975, Z = (1 + η²/8)/(1 − η)², is within 1 % of simulations up to η = 0.6.
     eta = np.linspace(0.01, 0.6, 60)
-    np.testing.assert_allclose(theory.compressibility(eta, equation), z(eta), rtol=1e-14)
-    np.testing.assert_allclose(
-        theory.contact_value(eta, equation), (z(eta) - 1) / (2 * eta), rtol=2e-13
-    )
-
-
-def test_henderson_contact_value():
-    eta = 0.37
-    assert theory.contact_value(eta, "henderson") == pytest.approx(
-        (1 - 7 * eta / 16) / (1 - eta) ** 2, rel=1e-15
-    )
-
-
-def test_unknown_equation_is_refused_by_name():
-    with pytest.raises(ValueError, match=r"carnahan.*pade"):
-        theory.contact_value(0.1, "carnahan")
+    henderson = (1 + eta**2 / 8) / (1 - eta) ** 2
+    np.testing.assert_allclose(theory.compressibility(eta), henderson, rtol=0.012)
 
 
 def test_floats_give_floats_and_arrays_give_arrays():
     assert isinstance(theory.compressibility(0.3), float)
     assert theory.compressibility(np.array([0.1, 0.3])).shape == (2,)
-    assert theory.contact_value(np.zeros((2, 3)), "virial").shape == (2, 3)
+    assert theory.contact_value(np.zeros((2, 3))).shape == (2, 3)
 
 
 def test_circle_pressure_numbers():
@@ -173,8 +146,6 @@ def test_circle_pressure_numbers():
         left_out = (radius / (R - radius)) ** 2 + eta / N
         found = theory.circle_state(N, T, radius, R).pressure
         assert found == pytest.approx(measured[0], rel=left_out + 2 * measured[1] / measured[0])
-    consistent = theory.circle_state(N, T, 1.0, R, "scaled_particle").pressure
-    assert consistent < SIMULATED[1.0][0] < theory.circle_state(N, T, 1.0, R).pressure
 
 
 @STEADY
@@ -185,7 +156,7 @@ def test_circle_pressure_numbers():
 def test_circle_state_solves_its_own_equations(number, radius):
     accessible = R - radius
     assume(number * radius**2 < 0.99 * (R**2 - radius**2))
-    found = theory.circle_state(number, T, radius, R, "scaled_particle")
+    found = theory.circle_state(number, T, radius, R)
 
     def surplus(eta: float) -> float:
         density = eta / (math.pi * radius**2)
@@ -195,7 +166,8 @@ def test_circle_state_solves_its_own_equations(number, radius):
     eta = optimize.brentq(surplus, 0.0, 1.0, xtol=1e-300, rtol=1e-14)
     assert found.bulk_packing == pytest.approx(eta, rel=1e-11)
     density = eta / (math.pi * radius**2)
-    contact = density / (1 - eta) ** 2 + radius * density * eta / ((1 - eta) ** 2 * accessible)
+    wall = radius * density * eta / ((1 - eta) ** 2 * accessible)
+    contact = density * theory.compressibility(eta) + wall
     assert found.accessible_pressure == pytest.approx(T * contact, rel=1e-8)
     assert found.pressure * R == pytest.approx(found.accessible_pressure * accessible, rel=1e-14)
     # The wall attracts: the bulk is emptier than the mean over the accessible area.
@@ -232,8 +204,8 @@ def test_circle_without_room_is_refused(number, radius):
 
 
 def test_bulk_pressure_is_n_t_z():
-    z = theory.compressibility(0.37, "santos")
-    assert theory.bulk_pressure(N, T, 1.0, R, "santos") == pytest.approx(
+    z = theory.compressibility(0.37)
+    assert theory.bulk_pressure(N, T, 1.0, R) == pytest.approx(
         N * T / (math.pi * R**2) * z, rel=1e-14
     )
 
@@ -241,7 +213,7 @@ def test_bulk_pressure_is_n_t_z():
 def test_every_public_name_exists_and_is_documented():
     for name in theory.__all__:
         value = getattr(theory, name)
-        if callable(value) and name != "EquationOfState":
+        if callable(value):
             assert value.__doc__, name
 
 

@@ -81,6 +81,26 @@ def test_densities_are_slopes_of_their_cdf(number):
     )
 
 
+@pytest.mark.parametrize("a2", [-0.03, 0.0, 0.0729])
+def test_speeds_of_a_cooling_gas(a2):
+    mass = 1.7
+
+    def density(v: float) -> float:
+        x = mass * v * v / (2 * T)
+        return theory.maxwell_speed_density(v, T, mass) * (1 + a2 * (x * x / 2 - 2 * x + 1))
+
+    for v in (0.5, 5.0, 12.0):
+        below = integrate.quad(density, 0, v, epsabs=0, epsrel=1e-12)[0]
+        assert theory.sonine_speed_cdf(v, T, a2, mass) == pytest.approx(below, rel=1e-11)
+    # 20 thermal speeds: exp(−200) is left out. The kurtosis defines a2.
+
+    def moment(power: int) -> float:
+        return integrate.quad(lambda v: v**power * density(v), 0, 120, points=[5, 20])[0]
+
+    assert moment(4) / moment(2) ** 2 == pytest.approx(2 * (1 + a2), rel=1e-9)
+    assert theory.sonine_speed_cdf(1e3, T, a2, mass) == pytest.approx(1, rel=1e-14)
+
+
 def test_no_ball_has_more_than_all_of_the_energy():
     top = math.sqrt(2 * N * T)
     speeds = np.array([0.0, top * (1 + 1e-12), 2 * top])

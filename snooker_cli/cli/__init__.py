@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Callable
+from functools import wraps
+from typing import Annotated, Any
 
 import typer
 
@@ -15,6 +17,8 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
+
+COMPILING = "compiling for this kind of scene, once on this machine; it takes up to 20 s"
 
 
 def _version(wanted: bool) -> None:
@@ -34,12 +38,26 @@ def _root(
     pass
 
 
-app.command("run")(running.run)
-app.command("fit")(analysing.fit)
-app.command("compare")(analysing.compare)
-app.command("plot")(plotting.plot)
-app.command("report")(analysing.report)
-app.command("export")(inspecting.export)
+def _patient(command: Callable[..., None]) -> Callable[..., None]:
+    """A command that says so on stderr when it compiles for more than a second."""
+
+    @wraps(command)
+    def called(*arguments: Any, **options: Any) -> None:
+        from snooker_cli.cli.progress import say
+        from snooker_cli.engine import when_compiling
+
+        with when_compiling(lambda: say(COMPILING), after=1.0):
+            command(*arguments, **options)
+
+    return called
+
+
+app.command("run")(_patient(running.run))
+app.command("fit")(_patient(analysing.fit))
+app.command("compare")(_patient(analysing.compare))
+app.command("plot")(_patient(plotting.plot))
+app.command("report")(_patient(analysing.report))
+app.command("export")(_patient(inspecting.export))
 app.command("validate")(inspecting.validate)
 app.command("schema")(inspecting.schema)
 app.add_typer(benching.bench, name="bench")

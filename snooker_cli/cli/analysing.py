@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from snooker_cli.cli.running import AsJson
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from snooker_cli.results import Run
     from snooker_cli.trace import Trace
 
-Row = TypeVar("Row")
+    Records = list[dict[str, Any]]
+    Analysis = Callable[[Iterator[Trace], dict[str, Any]], tuple[Records, Sequence[str]]]
 
 RunName = Annotated[str, typer.Argument(metavar="RUN", help="A run's folder, or name in runs/.")]
 
@@ -27,17 +28,20 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
     error, the bootstrap's, and (largest - smallest)/2, which is the report's way. Saved in
     RUN/fit.json.
     """
-    import json
-
     from snooker_cli.cli.tables import Column, point_label, print_table
-    from snooker_cli.decay import decays, record
+    from snooker_cli.decay import SAMPLING, decays, notes, record
     from snooker_cli.results import open_run
     from snooker_cli.words import short, with_error
 
+    def analysis(
+        traces: Iterator[Trace], parameters: dict[str, Any]
+    ) -> tuple[Records, Sequence[str]]:
+        found = decays(traces)
+        return [record(one, parameters) for one in found], notes(found)
+
     opened = open_run(run)
-    records = _saved(opened, "fit.json", decays, record)
+    rows, said = _saved(opened, "fit.json", analysis, as_json)
     if as_json:
-        typer.echo(json.dumps(records))
         return
     print_table(
         [
@@ -48,6 +52,7 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
             Column("bootstrap", True),
             Column("(max-min)/2", True),
             Column("R²", True),
+            Column("rms residual", True),
             Column("repeats", True),
         ],
         [
@@ -58,13 +63,15 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
                 with_error(one["value"], one["error"]),
                 short(one["bootstrap_error"], 4),
                 short(one["max_min_half_range"], 4),
-                "–" if one["r_squared"] is None else f"{one['r_squared']:.3f}",
+                "–" if one["r_squared"] is None else f"{one['r_squared']:.3f}".replace("-", "−"),
+                short(one["rms_residual"], 2),
                 str(one["repeats"]),
             ]
-            for one in records
+            for one in rows
         ],
     )
-    _mention_short(records)
+    typer.echo(SAMPLING)
+    _print_notes(said, len(opened.points))
 
 
 def compare(run: RunName, as_json: AsJson = False) -> None:
@@ -73,18 +80,21 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
     Each row: measured mean and standard error, prediction, difference, and the difference in its
     standard errors. Saved in RUN/compare.json.
     """
-    import json
-
     from snooker_cli.cli.tables import Column, point_label, print_table
     from snooker_cli.compare import compare as comparisons
     from snooker_cli.compare import record
     from snooker_cli.results import open_run
     from snooker_cli.words import short, with_error
 
+    def analysis(
+        traces: Iterator[Trace], parameters: dict[str, Any]
+    ) -> tuple[Records, Sequence[str]]:
+        found = comparisons(traces)
+        return [record(row, parameters) for row in found.rows], found.notes
+
     opened = open_run(run)
-    records = _saved(opened, "compare.json", comparisons, record)
+    rows, said = _saved(opened, "compare.json", analysis, as_json)
     if as_json:
-        typer.echo(json.dumps(records))
         return
     print_table(
         [
@@ -103,41 +113,62 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
                 one["model"],
                 with_error(one["measured"], one["error"]),
                 short(one["predicted"], 4),
-                f"{one['difference']:+.3g}",
+                f"{one['difference']:+.3g}".replace("-", "−"),
                 "–"
                 if one["difference_in_errors"] is None
-                else f"{one['difference_in_errors']:+.1f}",
+                else f"{one['difference_in_errors']:+.1f}".replace("-", "−"),
             ]
-            for one in records
+            for one in rows
         ],
     )
+    _print_notes(said, len(opened.points))
 
 
-def _saved(
-    run: Run,
-    name: str,
-    analysis: Callable[[Iterator[Trace]], list[Row]],
-    record: Callable[[Row, dict[str, Any]], dict[str, Any]],
-) -> list[dict[str, Any]]:
-    """The records of an analysis of every point, also saved beside the run."""
-    from snooker_cli.results import write_json
+def _saved(run: Run, name: str, analysis: Analysis, as_json: bool) -> tuple[Records, Records]:
+    """The rows of an analysis of every point, and notes, also saved beside the run.
 
-    records = [
-        record(row, point.as_json()) for point in run.points for row in analysis(run.traces(point))
-    ]
-    write_json(run.directory / name, records)
-    return records
+    Points of an unfinished run are analysed as far as they are. Raises ``RunError`` if no repeat is
+    there, or the folder cannot be written.
+    """
+    import json
+
+    from snooker_cli.results import RunError, write_json
+
+    rows: Records = []
+    notes: Records = []
+    wanted = run.experiment.repeats
+    present = {point.index: run.present(point) for point in run.points}
+    for point in run.points:
+        parameters, there = point.as_json(), present[point.index]
+        if there < wanted:
+            said = f"{there} of {wanted} repeats are there; run the config again for the rest"
+            notes.append({"parameters": parameters, "note": said})
+        # Where there is none at all, the first point says so.
+        if there or not any(present.values()):
+            found, sentences = analysis(run.traces(point), parameters)
+            rows += found
+            notes += [{"parameters": parameters, "note": sentence} for sentence in sentences]
+    try:
+        write_json(run.directory / name, {"rows": rows, "notes": notes})
+    except OSError as error:
+        raise RunError(
+            f"{run.directory / name}: cannot be written ({error.strerror}); make the run's folder "
+            "writable, or copy it"
+        ) from None
+    if as_json:
+        typer.echo(json.dumps(rows))
+    return rows, notes
 
 
-def _mention_short(records: list[dict[str, Any]]) -> None:
-    """Say which points had repeats that ended early."""
+def _print_notes(notes: Records, points: int) -> None:
+    """The notes under a table, each once, with the points it is about if those are not all."""
     from snooker_cli.cli.tables import point_label
 
-    seen = {point_label(one["parameters"]): one["short"] for one in records if one["short"]}
-    for label, short in seen.items():
-        typer.echo(
-            f"{label}: {short} repeats ended early (wall trap or collapse), fitted up to there"
-        )
+    labels: dict[str, list[str]] = {}
+    for one in notes:
+        labels.setdefault(one["note"], []).append(point_label(one["parameters"]))
+    for note, about in labels.items():
+        typer.echo(note if len(about) == points else f"{'; '.join(about)}: {note}")
 
 
 def report(

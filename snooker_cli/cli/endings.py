@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import IntEnum
@@ -19,6 +20,34 @@ class Exit(IntEnum):
     CONFIG = 3
     SOME_FAILED = 4
     INTERRUPTED = 130
+
+
+OURS = {
+    "ConfigError": Exit.CONFIG,
+    "StoreError": Exit.SOME_FAILED,
+    "RunError": Exit.USAGE,
+    "PictureError": Exit.USAGE,
+    "RenderingError": Exit.USAGE,
+    "UserError": Exit.USAGE,
+}
+"""Errors that are a sentence for people, by name: whoever raised one has loaded its room."""
+
+TRACEBACK = "SNOOKER_TRACEBACK"
+"""The environment variable with which an unexpected error shows its traceback."""
+
+
+def wants_traceback() -> bool:
+    """Whether the environment asks for the tracebacks of unexpected errors."""
+    return os.environ.get(TRACEBACK, "") not in ("", "0")
+
+
+def fault(said: str) -> str:
+    """The sentence for an error that no user can have made."""
+    where = "" if wants_traceback() else f"; {TRACEBACK}=1 in the environment shows where it arose"
+    return (
+        f"unexpected {said}; this is a fault of snooker, please report it with the command and "
+        f"the config{where}"
+    )
 
 
 def fail(message: str, code: Exit) -> NoReturn:
@@ -49,24 +78,15 @@ def until_nobody_reads() -> Iterator[None]:
 
 def _explain(error: Exception) -> NoReturn:
     """The sentence and code for an error; our own kinds speak for themselves."""
-    from snooker_cli.config import ConfigError
-
-    if isinstance(error, ConfigError):
-        fail(str(error), Exit.CONFIG)
-    from snooker_cli.gallery import PictureError
-    from snooker_cli.report.rendering import RenderingError
-    from snooker_cli.results import RunError
-    from snooker_cli.store import StoreError
-
-    if isinstance(error, StoreError):
-        fail(str(error), Exit.SOME_FAILED)
-    if isinstance(error, RunError | PictureError | RenderingError | UserError):
-        fail(str(error), Exit.USAGE)
-    fail(
-        f"unexpected {type(error).__name__}: {error}; this is a fault of snooker, please report it "
-        "with the command and config",
-        Exit.UNEXPECTED,
-    )
+    for kind in type(error).__mro__:
+        if kind.__module__.startswith("snooker_cli.") and kind.__name__ in OURS:
+            fail(str(error), OURS[kind.__name__])
+    if isinstance(error, OSError):
+        what = f"{error.filename}: " if error.filename else ""
+        fail(f"{what}{error.strerror or error}; check the disk and its permissions", Exit.USAGE)
+    if wants_traceback():
+        traceback.print_exception(error)
+    fail(fault(f"{type(error).__name__}: {error}"), Exit.UNEXPECTED)
 
 
 class UserError(Exception):

@@ -19,13 +19,10 @@ def validate(config: ConfigPath, override: Overrides = None, as_json: AsJson = F
     """Check CONFIG, and that each of its scenes can exist, without running it."""
     import json
 
-    from snooker_cli.arrange import arrange
     from snooker_cli.cli.running import checked
 
-    loaded = checked(config, override or ())
-    points = loaded.points()
-    balls = sorted({arrange(point.experiment, 0).number for point in points})
-    experiment = loaded.experiment
+    loaded, points, found_balls = checked(config, override or ())
+    experiment, balls = loaded.experiment, sorted(found_balls)
     if as_json:
         found = {
             "config": str(config),
@@ -38,7 +35,7 @@ def validate(config: ConfigPath, override: Overrides = None, as_json: AsJson = F
         return
     numbers = str(balls[0]) if len(balls) == 1 else f"{balls[0]} to {balls[-1]}"
     typer.echo(
-        f"{config}: valid; points: {len(points)}, repeats of each: {experiment.repeats}, "
+        f"{config}: valid; points: {len(points):,}, repeats of each: {experiment.repeats}, "
         f"balls: {numbers}"
     )
 

@@ -65,7 +65,7 @@ def plot(
     kinds = _kinds(figures or ())
 
     from snooker_cli.figures import save
-    from snooker_cli.gallery import PictureError, Selection, selected
+    from snooker_cli.gallery import PictureError, Selection, selected, unfinished
     from snooker_cli.results import open_run
 
     opened = open_run(run)
@@ -77,6 +77,8 @@ def plot(
         selected(opened, selection)
     except PictureError as error:
         raise UserError(f"{opened.name}: {error}") from None
+    if what := unfinished(opened, selection):
+        say(what)
     for kind, one, stem in _jobs(opened, kinds, selection):
         try:
             picture = kind.make(opened, one)
@@ -96,9 +98,9 @@ def plot(
     if as_json:
         skipped = [{"kind": name, "why": why, "times": n} for (name, why), n in lacking.items()]
         typer.echo(json.dumps({"figures": drawn, "skipped": skipped}, allow_nan=False))
-    missing = [kind.name for kind in kinds if kind.name not in given]
-    if missing and (figures or not drawn):
-        raise UserError(f"{opened.name} cannot give {', '.join(missing)}; what it lacks is above")
+    refused = [kind.name for kind in kinds if kind.name not in given]
+    if refused and (figures or not drawn):
+        raise UserError(f"{opened.name} cannot give {', '.join(refused)}; what it lacks is above")
 
 
 def _show_kinds(as_json: bool) -> None:

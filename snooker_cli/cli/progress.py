@@ -5,13 +5,18 @@ from __future__ import annotations
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Self
 
+from snooker_cli.cli.endings import fault, wants_traceback
 from snooker_cli.runner import Outcome, Watcher
+from snooker_cli.words import listed
 
-COMPILING = "compiling the engine for this kind of scene, once on this machine (up to 15 s)"
+MOST_LINES = 10
+"""Failures that are told as they come; a full disk fails every repeat."""
 
 
 def say(message: str) -> None:
@@ -41,6 +46,9 @@ class Lines(Watcher):
 
     def __init__(self, points: int, repeats: int) -> None:
         self.points, self.repeats = points, repeats
+        self.compiling = 0.0
+        self._began: float | None = None
+        self._failures = 0
 
     def __enter__(self) -> Self:
         return self
@@ -48,12 +56,33 @@ class Lines(Watcher):
     def __exit__(self, *_error: object) -> None:
         """Nothing is left open."""
 
-    def compiling(self) -> None:
-        say(COMPILING)
+    @property
+    def seconds(self) -> float:
+        """Since simulating began; none if it never has."""
+        return 0.0 if self._began is None else time.perf_counter() - self._began
+
+    def outdated(self, removed: list[Path], figures: bool) -> None:
+        if removed:
+            names, them = listed([path.name for path in removed]), "them" if removed[1:] else "it"
+            say(f"removed {names}, made before the repeats that follow; make {them} again later")
+        if figures:
+            say("figures were drawn before the repeats that follow; draw them again later")
+
+    def simulating(self, compiling: float) -> None:
+        self.compiling, self._began = compiling, time.perf_counter()
 
     def finished(self, outcome: Outcome) -> None:
-        if outcome.error:
-            say(f"point {outcome.point}, repeat {outcome.repeat} failed: {outcome.error}")
+        if not outcome.error:
+            return
+        self._failures += 1
+        if self._failures > MOST_LINES:
+            return
+        if outcome.traceback and wants_traceback():
+            print(outcome.traceback, file=sys.stderr)
+        error = fault(outcome.error) if outcome.traceback else outcome.error
+        say(f"point {outcome.point}, repeat {outcome.repeat} failed: {error}")
+        if self._failures == MOST_LINES:
+            say("further failures are counted, but not told")
 
 
 class Bar(Lines):
@@ -71,7 +100,9 @@ class Bar(Lines):
 
         self._lock = threading.Lock()
         self._events = 0
-        self._done = [0] * self.points
+        self._done = 0
+        self._left = [self.repeats] * self.points
+        self._whole = 0
         self._progress = Progress(
             BarColumn(),
             MofNCompleteColumn(),
@@ -90,16 +121,22 @@ class Bar(Lines):
     def __exit__(self, *_error: object) -> None:
         self._progress.stop()
 
+    def simulating(self, compiling: float) -> None:
+        super().simulating(compiling)
+        # The time left is that of simulating: what was found or compiled tells nothing of it.
+        self._progress.reset(self._task, completed=self._done)
+
     def events(self, number: int) -> None:
         with self._lock:
             self._events += number
-            elapsed = self._progress.tasks[0].elapsed or 0.0
-            if elapsed > 0.2:
-                rate = f"{self._events / elapsed:,.0f} events/s"
+            if self.seconds > 0.2:
+                rate = f"{self._events / self.seconds:,.0f} events/s"
                 self._progress.update(self._task, rate=rate)
 
     def finished(self, outcome: Outcome) -> None:
         super().finished(outcome)
-        self._done[outcome.point] += 1
-        whole = sum(done == self.repeats for done in self._done)
-        self._progress.update(self._task, advance=1, points=f"{whole}/{self.points}")
+        self._done += 1
+        self._left[outcome.point] -= 1
+        self._whole += self._left[outcome.point] == 0
+        points = f"{self._whole}/{self.points}"
+        self._progress.update(self._task, advance=1, points=points)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +11,8 @@ import typer
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from snooker_cli.cli.progress import Lines
+    from snooker_cli.config import Loaded, Point
     from snooker_cli.results import Run
     from snooker_cli.runner import Outcome
 
@@ -24,6 +27,9 @@ Overrides = Annotated[
         "sweep it. May be given several times.",
     ),
 ]
+MOST_ROWS = 200
+"""Points in the table that is printed; a terminal keeps about as many lines."""
+
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 
 
@@ -50,25 +56,24 @@ def run(
     """
     import os
     import threading
-    import time
 
     from snooker_cli import results
     from snooker_cli.cli.endings import Exit
     from snooker_cli.cli.progress import Bar, Lines, stopping_on_signals
     from snooker_cli.runner import execute
 
-    loaded = checked(config, override or ())
+    loaded, _, _ = checked(config, override or ())
     directory = out or results.RUNS / config.stem
-    target = results.create(directory, loaded.experiment, fresh=fresh)
     cancelled = threading.Event()
-    clock = time.perf_counter()
     show = Lines if no_progress else Bar
-    shown = show(len(target.points), target.experiment.repeats)
-    with stopping_on_signals(cancelled), shown as watcher:
-        outcomes = execute(
-            target, workers=jobs or os.cpu_count() or 1, watcher=watcher, cancelled=cancelled
-        )
-    summary = _summary(target, outcomes, time.perf_counter() - clock)
+    with results.held(directory):
+        target = results.create(directory, loaded.experiment, fresh=fresh)
+        shown = show(len(target.points), target.experiment.repeats)
+        with stopping_on_signals(cancelled), shown as watcher:
+            outcomes = execute(
+                target, workers=jobs or os.cpu_count() or 1, watcher=watcher, cancelled=cancelled
+            )
+    summary = _summary(target, outcomes, watcher)
     if as_json:
         import json
 
@@ -76,42 +81,56 @@ def run(
     else:
         _show(target, outcomes, summary)
     if cancelled.is_set():
+        _say_how_to_go_on(target, outcomes, fresh)
         raise typer.Exit(Exit.INTERRUPTED)
     if any(outcome.error for outcome in outcomes):
         raise typer.Exit(Exit.SOME_FAILED)
 
 
-def checked(config: Path, overrides: Sequence[str]) -> Any:
-    """The loaded config, with every point's scene tried. Raises ``ConfigError``."""
+def checked(config: Path, overrides: Sequence[str]) -> tuple[Loaded, tuple[Point, ...], set[int]]:
+    """The loaded config, its points and their numbers of balls, every scene tried.
+
+    Raises ``ConfigError``.
+    """
     from snooker_cli.config import load
     from snooker_cli.runner import check_scenes
     from snooker_cli.scene import SceneError
 
     loaded = load(config, overrides)
     try:
-        check_scenes(loaded.points())
+        points = loaded.points()
+        return loaded, points, check_scenes(points)
     except SceneError as error:
         raise loaded.error(error.key, str(error)) from None
-    return loaded
 
 
-def _summary(run: Run, outcomes: list[Outcome], seconds: float) -> dict[str, Any]:
+def _summary(run: Run, outcomes: list[Outcome], watcher: Lines) -> dict[str, Any]:
     """What ``--json`` prints."""
+    from snooker_cli.trace import StopReason
+
+    as_asked = (StopReason.COLLISIONS, StopReason.TIME)
     simulated = sum(outcome.collisions for outcome in outcomes if not outcome.cached)
+    seconds = watcher.seconds
+    by_point: list[list[Outcome]] = [[] for _ in run.points]
+    for outcome in outcomes:
+        by_point[outcome.point].append(outcome)
     points = []
-    for point in run.points:
-        mine = [outcome for outcome in outcomes if outcome.point == point.index]
-        reasons: dict[str, int] = {}
-        for outcome in mine:
-            reason = "failed" if outcome.stop is None else str(outcome.stop.reason)
-            reasons[reason] = reasons.get(reason, 0) + 1
+    for point, mine in zip(run.points, by_point, strict=True):
+        reasons = Counter(
+            "failed" if outcome.stop is None else str(outcome.stop.reason) for outcome in mine
+        )
         points.append(
             {
                 "parameters": point.as_json(),
                 "repeats": len(mine),
                 "cached": sum(outcome.cached for outcome in mine),
                 "collisions": sum(outcome.collisions for outcome in mine),
-                "ended": reasons,
+                "ended": dict(reasons),
+                "stops": [
+                    {"repeat": outcome.repeat, **vars(outcome.stop)}
+                    for outcome in mine
+                    if outcome.stop and outcome.stop.reason not in as_asked
+                ],
                 "errors": [outcome.error for outcome in mine if outcome.error],
             }
         )
@@ -119,6 +138,7 @@ def _summary(run: Run, outcomes: list[Outcome], seconds: float) -> dict[str, Any
         "run": str(run.directory),
         "events": simulated,
         "seconds": round(seconds, 3),
+        "compiling_seconds": round(watcher.compiling, 3),
         "events_per_second": round(simulated / seconds) if seconds > 0 else 0,
         "points": points,
     }
@@ -128,20 +148,25 @@ def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:
     """The table of points, what went wrong, and where the results are."""
     from snooker_cli.cli.tables import Column, point_label, print_table
     from snooker_cli.trace import StopReason
+    from snooker_cli.words import counted
 
+    points = summary["points"]
+    wanted = run.experiment.repeats
     rows = [
         [
             point_label(point["parameters"]),
-            str(point["repeats"]),
+            str(wanted) if point["repeats"] == wanted else f"{point['repeats']} of {wanted}",
             f"{point['collisions']:,}",
             ", ".join(f"{count} {reason}" for reason, count in point["ended"].items()),
         ]
-        for point in summary["points"]
+        for point in points[:MOST_ROWS]
     ]
     print_table(
         [Column("point"), Column("repeats", True), Column("collisions", True), Column("ended")],
         rows,
     )
+    if len(points) > MOST_ROWS:
+        typer.echo(f"... and {len(points) - MOST_ROWS:,} more points; --json tells of all")
     unusual = [
         outcome
         for outcome in outcomes
@@ -152,10 +177,26 @@ def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:
         said = outcome.error or (outcome.stop.message if outcome.stop else "")
         typer.echo(f"point {outcome.point}, repeat {outcome.repeat}: {said}")
     if len(unusual) > 3:
-        typer.echo(f"... and {len(unusual) - 3} more such repeats")
+        typer.echo(f"... and {counted(len(unusual) - 3, 'more such repeat')}")
     cached = sum(outcome.cached for outcome in outcomes)
-    kept = f", {cached} repeats were there already" if cached else ""
+    were = "was" if cached == 1 else "were"
+    kept = f", {counted(cached, 'repeat')} {were} there already" if cached else ""
+    compiling = summary["compiling_seconds"]
+    after = f" after {compiling:.0f} s of compiling" if compiling >= 1 else ""
     typer.echo(
-        f"{summary['events']:,} events in {summary['seconds']:.2f} s"
-        f" ({summary['events_per_second']:,} events/s){kept}; results in {run.directory}"
+        f"{counted(summary['events'], 'event')} in {summary['seconds']:.2f} s"
+        f" ({summary['events_per_second']:,} events/s){after}{kept}; results in {run.directory}"
     )
+
+
+def _say_how_to_go_on(run: Run, outcomes: list[Outcome], fresh: bool) -> None:
+    """After an interrupt: what is there, and how to get the rest."""
+    from snooker_cli.cli.progress import say
+    from snooker_cli.trace import StopReason
+    from snooker_cli.words import counted
+
+    ended = [outcome.stop.reason for outcome in outcomes if outcome.stop]
+    done = len(ended) - ended.count(StopReason.INTERRUPTED)
+    command = "the same command without --fresh" if fresh else "the same command"
+    wanted = counted(len(run.points) * run.experiment.repeats, "repeat")
+    say(f"interrupted with {done:,} of {wanted} done; {command} goes on where it stopped")

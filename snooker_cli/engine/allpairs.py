@@ -17,6 +17,17 @@ from __future__ import annotations
 from snooker_cli.engine.collide import hit_pair, hit_wall, move
 from snooker_cli.engine.compiling import compiled, inlined
 from snooker_cli.engine.contact import NEVER
+from snooker_cli.engine.endings import (
+    CLOCK_DIGITS,
+    COLLAPSE,
+    COLLISIONS,
+    FULL,
+    NOTHING_LEFT,
+    PATIENCE,
+    STALL_LIMIT,
+    TIME,
+    WALL_TRAP,
+)
 from snooker_cli.engine.layout import (
     BOUNCES,
     COUNT,
@@ -55,21 +66,6 @@ from snooker_cli.engine.predict import (
     without,
 )
 from snooker_cli.engine.sampling import Grid, sample_until
-
-# What ``advance`` answers.
-FULL, COLLISIONS, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE = range(6)
-
-# After this many events for each ball in a row that do not move the clock, time has stopped. A rack
-# of touching balls settles an impact in a few collisions a ball.
-STALL_LIMIT = 64
-
-# After this many bounces in a row a ball in a fixed container is trapped even if others have events
-# before it has come to an end, so long as none can reach it: two balls may be trapped in step.
-PATIENCE = 64
-
-# An event this near to the one before, relative to the time, does not move the clock: a few units
-# of its last digit. A ball that only rounding keeps off the wall moves it by one or two.
-CLOCK_DIGITS = 4 * 2.0**-52
 
 
 @inlined
@@ -241,13 +237,13 @@ def advance(
             ):
                 patient = container is not None or links[BOUNCES, i] <= PATIENCE
                 trapped = is_trapped(
-                    i, now, balls, container, setup, radii, masses, agenda, patient
+                    i, now, balls, container, setup, radii, masses, next_time, patient
                 )
         else:
             move(j, now, balls)
             count[j] += 1
             links[LAST, i], links[LAST, j] = j, i
-            size = hit_pair(i, j, balls, setup, masses)
+            size = hit_pair(i, j, balls, setup, masses, None)
             delay = predict_wall(i, now, balls, container, setup, radii, agenda)
             other_delay = predict_wall(j, now, balls, container, setup, radii, agenda)
             find_contacts(

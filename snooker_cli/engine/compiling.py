@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -16,6 +18,14 @@ except ImportError:  # no wheel for this machine: the same source runs as plain 
     COMPILED = False
 
 if COMPILED:
+    # Numba looks only at a function's own file to see whether its compiled form is out of date, not
+    # at those of the functions it calls: so each state of the engine has a cache of its own.
+    _SOURCES = sorted(Path(__file__).parent.glob("*.py"))
+    _STATE = hashlib.sha256(b"".join(source.read_bytes() for source in _SOURCES)).hexdigest()[:16]
+    _settings: Any = config
+    _cache = _settings.CACHE_DIR or Path(__file__).with_name("__pycache__")
+    _settings.CACHE_DIR = str(Path(_cache) / f"engine-{_STATE}")
+
     OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
 
     def compiled(function: Function) -> Function:

@@ -11,7 +11,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from snooker_cli.engine.compiling import inlined
+from snooker_cli.engine.layout import Floats
 
 NEVER = math.inf
 
@@ -82,3 +85,26 @@ def chord_delay(x: float, y: float, u: float, v: float) -> float:
     w2 = u * u + v * v
     inward = -b if b < 0.0 else 0.0
     return 2.0 * inward / w2 if w2 > 0.0 else NEVER
+
+
+@inlined
+def side_delay(
+    x: float, y: float, u: float, v: float, half_width: float, half_height: float
+) -> float:
+    """Time until a ball's centre, at (x, y) from a box's, is off the middle by half a side; s.
+
+    The half sides are those left to the centre, less the ball's radius. A ball at or, by rounding,
+    beyond a side hits it now if it moves outwards.
+    """
+    across = ((half_width if u > 0.0 else -half_width) - x) / u
+    along = ((half_height if v > 0.0 else -half_height) - y) / v
+    across = across if u != 0.0 else NEVER
+    along = along if v != 0.0 else NEVER
+    earlier = across if across < along else along
+    return earlier if earlier > 0.0 else 0.0
+
+
+@inlined
+def nearest_image(x: float, y: float, period: Floats) -> tuple[float, float]:
+    """The offset (x, y) to the nearest of the images in a periodic box; m."""
+    return x - period[0] * np.rint(x / period[0]), y - period[1] * np.rint(y / period[1])

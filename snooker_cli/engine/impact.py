@@ -27,6 +27,17 @@ def relative_change(x: float, y: float, u: float, v: float, restitution: float) 
 
 
 @inlined
+def rebound(x: float, y: float, u: float, v: float, restitution: float) -> float:
+    """``relative_change`` for a ball at (x, y) from the centre that hits the wall round it, 1/s.
+
+    It hits the wall moving outwards. At the end of a chord that is shorter than the rounding of
+    its place it may seem to move inwards: then, too, the normal velocity becomes -e times its size.
+    """
+    normal = (u * x + v * y) / (x * x + y * y)
+    return (1.0 + restitution if normal > 0.0 else 1.0 - restitution) * normal
+
+
+@inlined
 def shares(change: float, m: float, n: float) -> tuple[float, float]:
     """The change divided between masses m and n, in proportion n to m; n may be infinite."""
     if m <= n:

@@ -18,12 +18,18 @@ if TYPE_CHECKING:
 
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
+Indices: TypeAlias = NDArray[np.int32]
+Flags: TypeAlias = NDArray[np.bool_]
 
 NOBODY, LOOK_AGAIN = -1, -2
 
 # Rows of ``balls``, a column a ball: position (m), velocity (m/s) and the ball's own clock (s).
 # A ball moves only in its own events. ``container`` has the same five as elements.
 X, Y, U, V, CLOCK, BALL_ROWS = range(6)
+
+# Among cells a ball's column is one line of a cache, and has three rows more: when it next touches
+# a ball or the wall, and when it leaves its cell across and up or down (s).
+CONTACT_TIME, CROSS_X, CROSS_Y, CELL_BALL_ROWS = range(5, 9)
 
 # Rows of ``agenda``, s: the earliest contact of a ball with another, the one with the wall, and the
 # earlier of the two.
@@ -35,12 +41,16 @@ PAIR_TIME, WALL_TIME, NEXT_TIME, AGENDA_ROWS = range(4)
 # since.
 PARTNER, PARTNER_COUNT, COUNT, LAST, BOUNCES, LINK_ROWS = range(6)
 
+# Three rows more among cells: the ball's cell, its place among the members, and whether it is on
+# the brink of a free container's wall.
+CELL, PLACE, BRINK, CELL_LINK_ROWS = range(5, 9)
+
 # Elements of ``sums``: the time of the last event (s), the impulse on the wall (kg m/s) and the
 # virial of the ball-ball collisions (kg m^2/s).
 NOW, WALL_IMPULSE, PAIR_VIRIAL, SUMS = range(4)
 
-# Elements of ``counts``: events at the wall and between balls; pairs whose contact was computed;
-# events in a row that did not move the clock; the balls of the last event.
+# Elements of ``counts``: events at the wall and between balls; pairs that were looked at; events in
+# a row that did not move the clock; the balls of the last event; crossings into another cell.
 (
     WALL_EVENTS,
     PAIR_EVENTS,
@@ -48,8 +58,9 @@ NOW, WALL_IMPULSE, PAIR_VIRIAL, SUMS = range(4)
     STALLED,
     FIRST,
     SECOND,
+    CROSSINGS,
     COUNTS,
-) = range(7)
+) = range(8)
 
 
 class Setup(NamedTuple):
@@ -99,6 +110,28 @@ def container_of(scene: Scene) -> Floats | None:
     return np.array([*scene.container_position, *scene.container_velocity, 0.0])
 
 
+def half_sides_of(scene: Scene) -> Floats | None:
+    """Half of the width and height of a box with walls, m."""
+    return np.array([scene.width, scene.height]) / 2 if scene.shape == "box" else None
+
+
+def period_of(scene: Scene) -> Floats | None:
+    """Width and height of a periodic box, m."""
+    return np.array([scene.width, scene.height]) if scene.shape == "periodic" else None
+
+
+def new_sums() -> Floats:
+    """Sums of a simulation that has not begun."""
+    return np.zeros(SUMS)
+
+
+def new_counts() -> Integers:
+    """Counts of a simulation that has not begun."""
+    counts = np.zeros(COUNTS, dtype=np.int64)
+    counts[[FIRST, SECOND]] = NOBODY
+    return counts
+
+
 def unless_equal(values: Floats) -> Floats | None:
     """The values, or ``None`` if all are equal: then they are a constant of the kernel."""
     return None if np.all(values == values[0]) else np.array(values)
@@ -111,3 +144,7 @@ class Recorded(NamedTuple):
     i: NDArray[np.int32]
     j: NDArray[np.int32]
     impulse: Floats
+
+    def after(self, filled: int) -> Recorded:
+        """What is left of the chunk when so many events are in it."""
+        return Recorded(self.time[filled:], self.i[filled:], self.j[filled:], self.impulse[filled:])

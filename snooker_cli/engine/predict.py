@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from snooker_cli.engine.collide import mass_of
+from snooker_cli.engine.collide import mass_of, radius_of
 from snooker_cli.engine.compiling import compiled, inlined, lowest_bit
 from snooker_cli.engine.contact import chord_delay, may_touch, pair_delay, wall_delay
 from snooker_cli.engine.layout import (
@@ -40,9 +40,7 @@ def contact_distance(setup: Setup, radii: Floats | None, i: int, k: int) -> floa
 @inlined
 def wall_reach(setup: Setup, radii: Floats | None, i: int) -> float:
     """Largest distance of a ball's centre from the container's, m."""
-    if radii is None:
-        return setup.container_radius - setup.radius
-    return setup.container_radius - float(radii[i])
+    return setup.container_radius - radius_of(setup, radii, i)
 
 
 @inlined
@@ -225,7 +223,7 @@ def is_trapped(
     setup: Setup,
     radii: Floats | None,
     masses: Floats | None,
-    agenda: Floats,
+    next_time: Floats | None,
     patient: bool,
 ) -> bool:
     """Whether ball i, just off the wall, will hit it infinitely often before anything else.
@@ -239,8 +237,8 @@ def is_trapped(
     All this is relative to the container. A free one is pushed by the bounces, by no more than
     its share of (1 + e) v_n / (1 - e) together, and the others must not reach its wall either.
 
-    Without patience, others may have events; none of them is then faster than all the energy in
-    one ball, which in a fixed container never grows.
+    Without patience, or knowledge of the others' next events, they may have some; none is then
+    faster than all the energy in one ball, which in a fixed container never grows.
     """
     x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     if container is not None:
@@ -263,8 +261,10 @@ def is_trapped(
     fastest = 0.0 if patient else top_speed(balls, setup, masses)
     for k in range(balls.shape[1]):
         if k != i:
-            if patient and agenda[NEXT_TIME, k] <= end:
-                return False
+            if next_time is not None:
+                due = next_time[k] <= end
+                if patient and due:
+                    return False
             age = now - balls[CLOCK, k]
             xk, yk = balls[X, k] + balls[U, k] * age, balls[Y, k] + balls[V, k] * age
             its_speed = fastest

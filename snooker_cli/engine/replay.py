@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.engine import sampling
-from snooker_cli.engine.collide import hit_pair, hit_wall, move
+from snooker_cli.engine.collide import hit_pair, hit_side, hit_wall, move, wrap
 from snooker_cli.engine.compiling import compiled
 from snooker_cli.engine.layout import (
     CLOCK,
@@ -26,7 +26,9 @@ from snooker_cli.engine.layout import (
     Y,
     balls_of,
     container_of,
+    half_sides_of,
     origin_of,
+    period_of,
     unless_equal,
 )
 from snooker_cli.trace import CONTAINER, Series
@@ -74,6 +76,9 @@ def replay(trace: Trace, times: ArrayLike) -> States:
         container_of(scene),
         Setup.of(scene),
         unless_equal(scene.masses),
+        half_sides_of(scene),
+        period_of(scene),
+        unless_equal(scene.radii),
         trace.events.time,
         trace.events.i,
         trace.events.j,
@@ -81,9 +86,13 @@ def replay(trace: Trace, times: ArrayLike) -> States:
         out,
         container_out,
     )
+    positions = out[:, :2].transpose(0, 2, 1)
+    period = period_of(scene)
+    if period is not None:
+        positions = positions - period * np.rint(positions / period)
     return States(
         time=wanted,
-        positions=out[:, :2].transpose(0, 2, 1) + origin,
+        positions=positions + origin,
         velocities=out[:, 2:].transpose(0, 2, 1),
         container_positions=container_out[:, :2] + origin,
         container_velocities=container_out[:, 2:],
@@ -103,7 +112,19 @@ def series(trace: Trace) -> Series:
     rows = np.zeros((len(events) + 1, sampling.COLUMNS))
     balls, masses = balls_of(scene), unless_equal(scene.masses)
     container, setup = container_of(scene), Setup.of(scene)
-    _replay_observables(balls, container, setup, masses, events.time, events.i, events.j, rows)
+    _replay_observables(
+        balls,
+        container,
+        setup,
+        masses,
+        half_sides_of(scene),
+        period_of(scene),
+        unless_equal(scene.radii),
+        events.time,
+        events.i,
+        events.j,
+        rows,
+    )
     at_wall = events.j == CONTAINER
     reach = scene.radii[events.i] + np.where(at_wall, 0.0, scene.radii[events.j])
     for column, increments in (
@@ -122,6 +143,9 @@ def _replay_observables(
     container: Floats | None,
     setup: Setup,
     masses: Floats | None,
+    box: Floats | None,
+    period: Floats | None,
+    radii: Floats | None,
     time: Floats,
     first: NDArray[np.int32],
     second: NDArray[np.int32],
@@ -130,7 +154,18 @@ def _replay_observables(
     """Carry out the collisions again, measuring at the start and after each."""
     sampling.measure(rows[0], balls, container, setup, masses)
     for event in range(len(time)):
-        _collide(time[event], first[event], second[event], balls, container, setup, masses)
+        _collide(
+            time[event],
+            first[event],
+            second[event],
+            balls,
+            container,
+            setup,
+            masses,
+            box,
+            period,
+            radii,
+        )
         sampling.measure(rows[event + 1], balls, container, setup, masses)
 
 
@@ -143,14 +178,24 @@ def _collide(
     container: Floats | None,
     setup: Setup,
     masses: Floats | None,
+    box: Floats | None,
+    period: Floats | None,
+    radii: Floats | None,
 ) -> None:
     """Carry out one collision again."""
     move(i, now, balls)
+    if period is not None:
+        wrap(i, balls, period)
     if j == NOBODY:
-        hit_wall(i, now, balls, container, setup, masses)
+        if box is not None:
+            hit_side(i, balls, box, setup, radii, masses)
+        else:
+            hit_wall(i, now, balls, container, setup, masses)
     else:
         move(j, now, balls)
-        hit_pair(i, j, balls, setup, masses)
+        if period is not None:
+            wrap(j, balls, period)
+        hit_pair(i, j, balls, setup, masses, period)
 
 
 @compiled
@@ -159,6 +204,9 @@ def _replay(
     container: Floats | None,
     setup: Setup,
     masses: Floats | None,
+    box: Floats | None,
+    period: Floats | None,
+    radii: Floats | None,
     time: Floats,
     first: NDArray[np.int32],
     second: NDArray[np.int32],
@@ -183,4 +231,15 @@ def _replay(
                 container_out[k, 3] = container[V]
             k += 1
         if event < len(time):
-            _collide(time[event], first[event], second[event], balls, container, setup, masses)
+            _collide(
+                time[event],
+                first[event],
+                second[event],
+                balls,
+                container,
+                setup,
+                masses,
+                box,
+                period,
+                radii,
+            )

@@ -8,7 +8,7 @@ that every time on it is exact.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from snooker_cli.engine.collide import mass_of
 from snooker_cli.engine.compiling import compiled
 from snooker_cli.engine.layout import Floats, Integers, Setup, U, V
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
+
+if TYPE_CHECKING:
+    from snooker_cli.scene import Scene
 
 ROWS = 512
 # Columns of a row: those of ``trace.Series`` without the time, in order.
@@ -43,9 +46,10 @@ class Grid(NamedTuple):
     used: NDArray[np.int64]  # one element
 
 
-def new_grid(length: float, speed: float) -> Grid:
-    """An empty grid whose first step is at most a 1024th of ``length / speed``, s."""
-    crossing = length / speed if speed > 0.0 else 1.0
+def new_grid(scene: Scene) -> Grid:
+    """An empty grid that starts with a 1024th of the time to cross half the container, or less."""
+    speed = float(np.max(np.hypot(*scene.velocities.T)))
+    crossing = min(scene.size) / 2 / speed if speed > 0.0 else 1.0
     step = math.ldexp(1.0, math.frexp(crossing)[1] - 11)
     return Grid(
         rows=np.zeros((ROWS + 1, COLUMNS)),

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from snooker_cli.engine import allpairs, layout, sampling
+from snooker_cli.engine import endings, engines, layout, sampling
 from snooker_cli.scene import Scene
 from snooker_cli.trace import (
     CONTAINER,
@@ -35,6 +35,7 @@ def simulate(
     summary: bool = False,
     watch: Callable[[int], bool] | None = None,
     sink: Callable[[Events], None] | None = None,
+    engine: str | None = None,
 ) -> Trace:
     """Simulate a scene until a number of collisions or a time, whichever comes first.
 
@@ -44,20 +45,21 @@ def simulate(
     watch : called after each chunk with the number of new events; a true answer stops the run
     sink : given the events of each chunk, which it may keep; the trace then has none, so that
         memory stays bounded
+    engine : "allpairs" or "cells" instead of what suits the scene
 
     Raises ``ValueError`` if neither limit is given.
     """
     if collisions is None and time is None:
         raise ValueError("a run needs a number of collisions or a time to end at")
-    run = _Run(scene, collisions, time, summary, sink)
+    run = _Run(scene, collisions, time, summary, sink, engine)
     while True:
         before = run.events
         answer = run.chunk()
         stop_wanted = watch is not None and watch(run.events - before)
-        if answer != allpairs.FULL:
+        if answer != endings.FULL:
             return run.trace(_REASONS[answer])
         if stop_wanted:
-            done = run.events >= run.collision_limit
+            done = run.events >= run.setup.collision_limit
             return run.trace(StopReason.COLLISIONS if done else StopReason.INTERRUPTED)
 
 
@@ -72,11 +74,11 @@ def specialisation(scene: Scene, *, summary: bool = False) -> dict[str, bool]:
 
 
 _REASONS = {
-    allpairs.COLLISIONS: StopReason.COLLISIONS,
-    allpairs.TIME: StopReason.TIME,
-    allpairs.NOTHING_LEFT: StopReason.NOTHING_LEFT,
-    allpairs.WALL_TRAP: StopReason.WALL_TRAP,
-    allpairs.COLLAPSE: StopReason.COLLAPSE,
+    endings.COLLISIONS: StopReason.COLLISIONS,
+    endings.TIME: StopReason.TIME,
+    endings.NOTHING_LEFT: StopReason.NOTHING_LEFT,
+    endings.WALL_TRAP: StopReason.WALL_TRAP,
+    endings.COLLAPSE: StopReason.COLLAPSE,
 }
 
 
@@ -90,55 +92,32 @@ class _Run:
         time: float | None,
         summary: bool,
         sink: Callable[[Events], None] | None,
+        kind: str | None,
     ) -> None:
-        number = scene.number
         self.scene = scene
-        self.collision_limit = NO_LIMIT if collisions is None else collisions
-        self.time_limit = math.inf if time is None else time
-        self.balls = layout.balls_of(scene)
-        self.container = layout.container_of(scene)
-        self.radii = layout.unless_equal(scene.radii)
         self.masses = layout.unless_equal(scene.masses)
-        self.setup = layout.Setup.of(scene, self.time_limit, self.collision_limit)
-        self.agenda = np.full((layout.AGENDA_ROWS, number), math.inf)
-        self.links = np.full((layout.LINK_ROWS, number), layout.NOBODY, dtype=np.int64)
-        self.links[[layout.COUNT, layout.BOUNCES]] = 0
-        self.sums = np.zeros(layout.SUMS)
-        self.counts = np.zeros(layout.COUNTS, dtype=np.int64)
-        self.counts[[layout.FIRST, layout.SECOND]] = layout.NOBODY
-        speed = float(np.max(np.hypot(*self.balls[[layout.U, layout.V]])))
-        self.grid = sampling.new_grid(scene.container_radius, speed) if summary else None
+        self.setup = layout.Setup.of(
+            scene,
+            math.inf if time is None else time,
+            NO_LIMIT if collisions is None else collisions,
+        )
+        self.engine = engines.engine_for(scene, kind)(scene, self.setup)
+        self.grid = sampling.new_grid(scene) if summary else None
         self.summary = summary
         self.chunks: list[Events] = []
         self.sink = self.chunks.append if sink is None else sink
-        allpairs.prepare(
-            self.balls, self.container, self.setup, self.radii, self.agenda, self.links
-        )
 
     @property
     def events(self) -> int:
         """Collisions so far."""
-        return int(self.counts[layout.WALL_EVENTS] + self.counts[layout.PAIR_EVENTS])
+        return int(self.engine.counts[layout.WALL_EVENTS] + self.engine.counts[layout.PAIR_EVENTS])
 
     def chunk(self) -> int:
         """Advance by a chunk of events at most; the kernel's answer."""
         before = self.events
-        room = min(CHUNK, max(1, self.collision_limit))
+        room = min(CHUNK, max(1, self.setup.collision_limit))
         recorded = None if self.summary else _room(room)
-        answer = allpairs.advance(
-            self.balls,
-            self.container,
-            self.setup,
-            self.radii,
-            self.masses,
-            self.agenda,
-            self.links,
-            self.sums,
-            self.counts,
-            recorded,
-            self.grid,
-            room,
-        )
+        answer = self.engine.advance(recorded, self.grid, room)
         if recorded is not None:
             filled = slice(self.events - before)
             self.sink(
@@ -149,7 +128,7 @@ class _Run:
                     recorded.impulse[filled],
                 )
             )
-        return int(answer)
+        return answer
 
     def trace(self, reason: StopReason) -> Trace:
         """Everything so far, as a finished trace."""
@@ -158,18 +137,21 @@ class _Run:
             start=self.scene,
             finish=self._finish(stop.time),
             stop=stop,
-            wall_events=int(self.counts[layout.WALL_EVENTS]),
-            pair_events=int(self.counts[layout.PAIR_EVENTS]),
+            wall_events=int(self.engine.counts[layout.WALL_EVENTS]),
+            pair_events=int(self.engine.counts[layout.PAIR_EVENTS]),
             events=_joined(self.chunks) if self.chunks else None,
             summary=None if self.grid is None else self._summary(stop.time, self.grid),
         )
 
     def _finish(self, time: float) -> Scene:
         """The scene at ``time``, at or after the last event."""
-        balls, container = self.balls, self.container
+        balls, container = self.engine.balls(), self.engine.container
         velocities = np.ascontiguousarray(balls[[layout.U, layout.V]].T)
         ages = (time - balls[layout.CLOCK])[:, None]
         positions = np.ascontiguousarray(balls[[layout.X, layout.Y]].T) + velocities * ages
+        period = layout.period_of(self.scene)
+        if period is not None:
+            positions -= period * np.rint(positions / period)
         moved = replace(
             self.scene,
             positions=positions + layout.origin_of(self.scene),
@@ -185,19 +167,20 @@ class _Run:
 
     def _stop(self, reason: StopReason) -> Stop:
         """The ending in words."""
-        now = float(self.sums[layout.NOW])
-        first, second = (int(ball) for ball in self.counts[[layout.FIRST, layout.SECOND]])
+        now = float(self.engine.sums[layout.NOW])
+        first, second = (int(ball) for ball in self.engine.counts[[layout.FIRST, layout.SECOND]])
         whom = (
             f"ball {first} and the wall" if second == CONTAINER else f"balls {first} and {second}"
         )
         events = self.events
+        kept = "1 collision is kept" if events == 1 else f"{events} collisions are kept"
         if reason is StopReason.COLLISIONS:
             return Stop(reason, now, (), f"{events} collisions reached at {now:.9g} s")
         if reason is StopReason.TIME:
-            limit = self.time_limit
+            limit = self.setup.time_limit
             return Stop(reason, limit, (), f"{limit:.9g} s reached after {events} collisions")
         if reason is StopReason.NOTHING_LEFT:
-            end = self.time_limit if math.isfinite(self.time_limit) else now
+            end = self.setup.time_limit if math.isfinite(self.setup.time_limit) else now
             return Stop(reason, end, (), f"no collision lies ahead after {events} and {now:.9g} s")
         if reason is StopReason.WALL_TRAP:
             return Stop(
@@ -207,7 +190,7 @@ class _Run:
                 f"wall trap: from {now:.9g} s on, ball {first} hits the wall infinitely often "
                 f"before anything else happens, each hit weaker by the wall's CoR "
                 f"{self.setup.wall_restitution:g}; it would slide along the wall; "
-                f"{events} collisions are kept",
+                f"{kept}",
             )
         if reason is StopReason.COLLAPSE:
             balls = tuple(ball for ball in (first, second) if ball != CONTAINER)
@@ -216,13 +199,15 @@ class _Run:
                 now,
                 balls,
                 f"inelastic collapse: the clock stands at {now:.17g} s while collisions go on, "
-                f"the last of {whom}; {events} collisions are kept",
+                f"the last of {whom}; {kept}",
             )
         return Stop(reason, now, (), f"interrupted after {events} collisions at {now:.9g} s")
 
     def _summary(self, end: float, grid: sampling.Grid) -> Summary:
         """The grid's rows before ``end`` and one more at it."""
-        state = (self.balls, self.container, self.setup, self.masses, self.sums, self.counts)
+        engine = self.engine
+        balls = engine.balls()
+        state = (balls, engine.container, self.setup, self.masses, engine.sums, engine.counts)
         sampling.sample_until(end, grid, *state)
         used = int(grid.used[0])
         row, histogram = np.zeros(sampling.COLUMNS), np.zeros(SPEED_BINS, dtype=np.int64)

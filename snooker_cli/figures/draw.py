@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from snooker_cli.figures.style import (
@@ -38,6 +39,9 @@ SAMPLE_WIDTH = 9
 FEW_DECADES = 10**2.5
 """A logarithmic axis from low to less than so many times low has its ticks at 1, 2, 5, 10, ..."""
 
+MANY_MARKERS = 20
+"""More markers of a series are drawn smaller."""
+
 MANY_VERTICES = 400
 """Lines of more vertices are mostly noise, and drawn thinner."""
 
@@ -52,7 +56,8 @@ def draw(picture: Picture) -> Figure:
         for line in textwrap.wrap(layer.text, NOTE_WIDTH)
     ]
     with styled():
-        figure = Figure(layout="constrained")
+        layout = ConstrainedLayoutEngine()
+        figure = Figure(layout=layout)
         FigureCanvasAgg(figure)
         axes = figure.add_subplot()
         entries = [
@@ -84,6 +89,9 @@ def draw(picture: Picture) -> Figure:
         )
         lines = len(title) - 1 + len(notes) - (-len(entries) // columns)
         figure.set_size_inches(WIDTH, HEIGHT + LINE_HEIGHT * lines)
+        # Once for all formats: laying out takes as long as drawing.
+        layout.execute(figure)
+        figure.set_layout_engine(None)
     return figure
 
 
@@ -97,7 +105,8 @@ def _added(axes: Axes, layer: Layer, order: float) -> Any:
                 color=colour(layer.series),
                 linestyle=dashes(layer.style, layer.series),
                 drawstyle="steps-post" if layer.steps else "default",
-                linewidth=0.8 if len(layer.x) > MANY_VERTICES else 1.2,
+                linewidth=_width(layer),
+                alpha=0.45 if layer.broad else None,
                 zorder=order,
             )[0]
         case Band():
@@ -120,6 +129,7 @@ def _added(axes: Axes, layer: Layer, order: float) -> Any:
                 linestyle="none",
                 elinewidth=0.8,
                 marker=marker(layer.series),
+                markersize=2.8 if len(layer.x) > MANY_MARKERS else 4.0,
                 markerfacecolor=colour(layer.series) if layer.filled else "none",
                 markeredgewidth=0.7,
                 zorder=order,
@@ -138,6 +148,13 @@ def _added(axes: Axes, layer: Layer, order: float) -> Any:
             return across(layer.value, color=colour(NEUTRAL), linewidth=0.8, zorder=order)
         case Note():
             return None  # above the axes, see `draw`
+
+
+def _width(layer: Line) -> float:
+    """How wide a line is, points."""
+    if layer.broad:
+        return 2.6
+    return 0.8 if len(layer.x) > MANY_VERTICES else 1.2
 
 
 def _scale(axes: Axes, picture: Picture) -> None:

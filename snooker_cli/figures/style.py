@@ -33,6 +33,7 @@ _DASHES: tuple[Any, ...] = (
 _SHARED_DASHES: dict[str, Any] = {
     "solid": "solid",
     "dashed": (0, (4, 1.6)),
+    "dashdot": (0, (4, 1.4, 1, 1.4)),
     "dotted": (0, (1, 1.2)),
 }
 _NEUTRAL_COLOUR = "0.3"
@@ -62,6 +63,8 @@ _SETTINGS: dict[str, Any] = {
     # Letters as outlines look the same where the font is missing.
     "svg.fonttype": "path",
     "svg.hashsalt": "snooker",
+    # The layout is that of the PNG.
+    "figure.dpi": 200,
     "savefig.dpi": 200,
 }
 

@@ -1,5 +1,6 @@
 """A run -> what each kind of figure shows, as plain data with a caption; nothing is drawn here."""
 
+from snooker_cli.gallery.caption import unfinished
 from snooker_cli.gallery.kinds import KINDS, Kind
 from snooker_cli.gallery.picture import (
     NEUTRAL,
@@ -33,4 +34,5 @@ __all__ = [
     "described",
     "plain",
     "selected",
+    "unfinished",
 ]

@@ -6,27 +6,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from snooker_cli.gallery.caption import setting
 from snooker_cli.gallery.picture import Array, Layer, Line, Picture, PictureError, Reference
+from snooker_cli.gallery.repeats import one_repeat
+from snooker_cli.gallery.rows import thinned
 from snooker_cli.gallery.selection import (
     Selection,
     elastic,
     label,
-    one_repeat,
     require_motion,
     series_of_points,
-    setting,
 )
 from snooker_cli.observables import at_collisions, energy_ratio, momentum, series
 from snooker_cli.scene import EPSILON
 from snooker_cli.words import short
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from snooker_cli.config import Point
     from snooker_cli.results import Run
 
-MOST_VERTICES = 1000
 ROUNDINGS = 1e-15
 """The unit of the momentum's deviation: about four roundings of a number near one."""
 
@@ -41,7 +39,7 @@ def energy(run: Run, selection: Selection) -> Picture:
         found = series(trace)
         require_motion(trace.start)
         ratio = energy_ratio(found)
-        kept = thinned(len(ratio))
+        kept = thinned(found.time)
         name = label(point, points)
         layers.append(Line(found.time[kept], ratio[kept], name, index, steps=True))
         records.append(
@@ -57,23 +55,21 @@ def energy(run: Run, selection: Selection) -> Picture:
     elastics = [each for each in records if each["elastic"]]
     if elastics:
         worst = max(each["largest_deviation"] for each in elastics)
-        said.append(f"elastic collisions keep the energy to {short(worst, 2)} of it")
+        said.append(f"Elastic collisions keep the energy to {short(worst, 2)} of it")
     if len(elastics) < len(records):
         rise = max(each["largest_rise"] for each in records if not each["elastic"])
         said.append(
-            "inelastic ones never raise it"
+            "Inelastic collisions never raise the energy"
             if rise == 0
-            else f"the largest rise by an inelastic one is {short(rise, 2)} of the start"
+            else f"The largest rise by an inelastic collision is {short(rise, 2)} of the start"
         )
-    sentence = "; ".join(said)
     return Picture(
         kind="energy",
         title="Kinetic energy of balls and container",
         x_label="time (s)",
         y_label="kinetic energy, E(t)/E(0)",
         layers=tuple(layers),
-        caption=f"{sentence[0].upper()}{sentence[1:]}. "
-        + setting(run, points, selection, single=True),
+        caption=f"{'. '.join(said)}. " + setting(run, points, selection, single=True),
         numbers={"points": records},
         x_limits=(0.0, None),
         y_limits=(0.0, 1.05),
@@ -99,9 +95,10 @@ def _momentum(run: Run, selection: Selection, component: int, name: str) -> Pict
     for index, point in enumerate(points):
         time, total = _total(run, point, selection, component, name)
         deviation = total / total[0] - 1
-        kept = thinned(len(time))
+        kept = thinned(time)
         scaled = deviation[kept] / ROUNDINGS
-        layers.append(Line(time[kept], scaled, label(point, points), index, steps=True))
+        # Dashes would be lost in the noise.
+        layers.append(Line(time[kept], scaled, label(point, points), index, "solid", steps=True))
         records.append(
             {
                 "parameters": point.as_json(),
@@ -138,8 +135,3 @@ def _total(
     if total[0] == 0:
         raise PictureError(f"the momentum in {name} is zero at the start, so it has no ratio to it")
     return states.time, total
-
-
-def thinned(length: int, most: int = MOST_VERTICES) -> NDArray[np.intp]:
-    """Indices of at most so many elements out of ``length``, evenly, with the first and last."""
-    return np.unique(np.linspace(0, length - 1, min(length, most)).astype(np.intp))

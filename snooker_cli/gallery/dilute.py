@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli.gallery.caption import setting
 from snooker_cli.gallery.picture import NEUTRAL, Layer, Picture, PictureError, Points, Reference
+from snooker_cli.gallery.repeats import repeats
 from snooker_cli.gallery.selection import (
     Selection,
     label,
-    repeats,
     series_of_points,
-    setting,
 )
-from snooker_cli.gallery.statistics import mean_and_error, mean_pressure, mean_temperature
-from snooker_cli.observables import series, temperature
+from snooker_cli.observables import (
+    ideal_gas_ratio,
+    mean_and_error,
+    mean_temperature,
+    series,
+    temperature,
+)
 
 if TYPE_CHECKING:
     from snooker_cli.results import Run
@@ -36,12 +39,12 @@ def ideal_ratio(run: Run, selection: Selection) -> Picture:
     """
     points = series_of_points(run, selection)
     layers: list[Layer] = [Reference("y", 1.0, "ideal gas")]
-    records, said, short = [], [], 0
+    records, said, ended_early = [], [], 0
     for index, point in enumerate(points):
         rows = []
         for trace in repeats(run, point, selection):
             rows.append(_ratios(trace))
-            short += not trace.stop.reason.complete
+            ended_early += not trace.stop.reason.complete
         table = np.array(rows)
         name, seen = label(point, points), table[:MOST_MARKERS]
         layers += [
@@ -63,7 +66,6 @@ def ideal_ratio(run: Run, selection: Selection) -> Picture:
         )
         said.append((f"{name}: " if name else "") + f"{mean[0]:.3f} and {end[0]:.3f}")
     few = f" (the first {MOST_MARKERS})" if len(table) > MOST_MARKERS else ""
-    ended = f" ({short} repeats ended early, in a wall trap or collapse)" if short else ""
     return Picture(
         kind="ideal-ratio",
         title="Simulated over ideal pressure",
@@ -76,8 +78,8 @@ def ideal_ratio(run: Run, selection: Selection) -> Picture:
         ),
         caption=f"A marker is a repeat{few}: its mean pressure over the ideal gas's at its mean "
         "temperature (filled) and at its temperature in the end (open), which is lower where "
-        f"energy is lost; means: {'; '.join(said)}{ended}. " + setting(run, points, selection),
-        numbers={"points": records, "ended_early": short},
+        f"energy is lost; means: {'; '.join(said)}. " + setting(run, points, selection),
+        numbers={"points": records, "ended_early": ended_early},
         x_limits=(0.0, None),
         y_log=max(float(np.max(layer.y)) for layer in layers if isinstance(layer, Points)) > 20,
     )
@@ -90,12 +92,8 @@ def _key(text: str, *, filled: bool) -> Points:
 
 def _ratios(trace: Trace) -> tuple[float, float, float, float]:
     """Mean temperature, ratio there, final temperature, ratio there. Raises ``PictureError``."""
-    scene = trace.start
-    pressure, mean = mean_pressure(trace), mean_temperature(trace)
-    end = float(temperature(series(trace), scene.number)[-1])
-    if not (pressure > 0 and end > 0):
+    ratio, mean = ideal_gas_ratio(trace), mean_temperature(trace)
+    end = float(temperature(series(trace), trace.start.number)[-1])
+    if not (ratio > 0 and end > 0):
         raise PictureError("a repeat has no pressure or no energy left, so that it has no ratio")
-    per_temperature = theory.ideal_gas_pressure(
-        scene.number, 1.0, math.pi * scene.container_radius**2
-    )
-    return mean, pressure / (per_temperature * mean), end, pressure / (per_temperature * end)
+    return mean, ratio, end, ratio * mean / end

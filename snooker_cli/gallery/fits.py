@@ -8,20 +8,20 @@ import numpy as np
 
 from snooker_cli.decay import LAWS, SKIPPED_COLLISIONS, Curve, Law, Quantity, curve, fit_curve
 from snooker_cli.fit import Ensemble, FitResult, ensemble, fitted_curve
-from snooker_cli.gallery.conservation import thinned
+from snooker_cli.gallery.caption import early, setting
 from snooker_cli.gallery.picture import Layer, Line, Note, Picture, PictureError
+from snooker_cli.gallery.repeats import facts, one_repeat, repeats
+from snooker_cli.gallery.rows import thinned
 from snooker_cli.gallery.selection import (
     Selection,
     described,
     elastic,
-    one_repeat,
-    repeats,
     require_motion,
-    setting,
     single_point,
+    there,
     varying,
 )
-from snooker_cli.words import with_error
+from snooker_cli.words import short, with_error
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
@@ -52,25 +52,24 @@ def _fit(run: Run, selection: Selection, quantity: Quantity, kind: str, title: s
         raise PictureError("nothing decays where all collisions are elastic; take cor below 1")
     trace = one_repeat(run, point, selection)
     require_motion(trace.start)
-    shown = curve(trace, quantity)
+    shown, which = curve(trace, quantity), there(run, point, selection)[0]
     fits = {law: fit_curve(shown, law) for law in LAWS}
     if not any(result.converged for result in fits.values()):
         raise PictureError(f"this repeat cannot be fitted: {fits['exponential'].message}")
     whole = Selection(selection.where)
-    curves = [curve(trace, quantity) for trace in repeats(run, point, whole)]
+    traces = list(repeats(run, point, whole))
+    curves = [curve(trace, quantity) for trace in traces]
     means = {law: ensemble(fit_curve(each, law) for each in curves) for law in LAWS}
     symbols: dict[Law, str] = {"exponential": "κ" if quantity == "pressure" else "k", "haff": "α"}
-    number = run.experiment.repeats
-    layers = _curves(shown, fits, symbols, selection.repeat or 0, steps=quantity != "pressure")
-    if number > 1:
-        layers += [
-            Note(
-                f"mean of {means[law].count} repeats: {symbols[law]} = "
-                + with_error(means[law].mean, means[law].standard_error, RATE)
-            )
-            for law in LAWS
-            if means[law].count
-        ]
+    layers = _curves(shown, fits, symbols, which, steps=quantity != "pressure")
+    layers += [
+        Note(
+            f"mean of {means[law].count} repeats: {symbols[law]} = "
+            + with_error(means[law].mean, means[law].standard_error, RATE)
+        )
+        for law in LAWS
+        if means[law].count > 1
+    ]
     if quantity == "pressure":
         layers.append(Note("κ is what the report calls k/2"))
     return Picture(
@@ -80,12 +79,11 @@ def _fit(run: Run, selection: Selection, quantity: Quantity, kind: str, title: s
         y_label={
             "kinetic_energy": "kinetic energy, E(t)/E(0)",
             "temperature": "temperature, T(t)/T(0)",
-        }.get(quantity, f"pressure over that after {SKIPPED_COLLISIONS} collisions"),
+        }.get(quantity, f"pressure, P(t)/P({SKIPPED_COLLISIONS} collisions)"),
         layers=tuple(layers),
-        caption=_caption(fits, means, symbols, number)
-        + " "
+        caption=f"{_caption(fits, means, symbols, early(facts(run, point, whole, single=False)))} "
         + setting(run, [point], selection, single=True),
-        numbers=_numbers(point, fits, means, selection.repeat or 0),
+        numbers=_numbers(point, fits, means, which),
         x_limits=(0.0, None),
         y_limits=(0.0, None),
     )
@@ -95,9 +93,11 @@ def _curves(
     shown: Curve, fits: dict[Law, FitResult], symbols: dict[Law, str], repeat: int, *, steps: bool
 ) -> list[Layer]:
     """The repeat's curve and the laws fitted to it, with value ± error of this fit alone."""
-    kept = thinned(len(shown.time))
+    kept = thinned(shown.time)
     name = f"simulation, repeat {repeat}"
-    layers: list[Layer] = [Line(shown.time[kept], shown.value[kept], name, 0, steps=steps)]
+    layers: list[Layer] = [
+        Line(shown.time[kept], shown.value[kept], name, 0, steps=steps, broad=True)
+    ]
     fine = np.linspace(shown.time[0], shown.time[-1], 300)
     for series, law in enumerate(LAWS, start=1):
         result = fits[law]
@@ -112,7 +112,7 @@ def _caption(
     fits: dict[Law, FitResult],
     means: dict[Law, Ensemble],
     symbols: dict[Law, str],
-    number: int,
+    ended: str,
 ) -> str:
     """What the fits say, in sentences."""
     this = [
@@ -124,12 +124,13 @@ def _caption(
     text = f"This repeat alone gives {' and '.join(this)}."
     over = [
         f"{symbols[law]} = {with_error(means[law].mean, means[law].standard_error, RATE)} "
-        f"(half range {means[law].max_min_half_range:.2g})"
+        f"(half range {short(means[law].max_min_half_range, 2)})"
         for law in LAWS
         if means[law].count > 1
     ]
-    if number > 1 and over:
-        text += f" Means over the repeats, with standard errors: {' and '.join(over)}."
+    if over:
+        text += f" Means over the repeats, with standard errors: {' and '.join(over)}"
+        text += f"; {ended}." if ended else "."
     return text
 
 

@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from snooker_cli import theory
+from snooker_cli.gallery.caption import setting
 from snooker_cli.gallery.picture import NEUTRAL, Array, Layer, Line, Picture, PictureError, Points
+from snooker_cli.gallery.repeats import repeats
 from snooker_cli.gallery.selection import (
     Selection,
     along,
     elastic_points,
-    equal_balls,
     label,
-    repeats,
-    setting,
 )
-from snooker_cli.gallery.statistics import mean_and_error, mean_pressure, mean_temperature
+from snooker_cli.observables import equal_balls, mean_and_error, mean_pressure, mean_temperature
 from snooker_cli.words import short
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ class _State:
 
     @property
     def ideal(self) -> Array:
-        """The ideal gas's pressure at each repeat's temperature, Pa m."""
+        """The ideal gas's pressure at each repeat's temperature, Pa·m."""
         per_temperature = theory.ideal_gas_pressure(self.scene.number, 1.0, self.area)
         return np.asarray(per_temperature * self.temperatures)
 
@@ -197,7 +196,7 @@ def _pressures(
         kind=kind,
         title=title,
         x_label=axis.label,
-        y_label="pressure (Pa m)",
+        y_label="pressure (Pa·m)",
         layers=(*layers, Line(np.empty(0), np.empty(0), THEORY, NEUTRAL, "dotted")),
         caption=f"Simulated over ideal pressure: {'; '.join(said)}. Error bars: standard errors "
         "over the repeats. " + setting(run, points, selection),

@@ -14,6 +14,7 @@ from snooker_cli.gallery import (
     gas,
     positions,
     pressure,
+    restitution,
     speeds,
 )
 
@@ -149,26 +150,26 @@ _ALL = (
     Kind(
         "speeds",
         "distribution of speeds beside Maxwell-Boltzmann",
-        "A run with five or more collisions a ball.",
+        "A run with five or more collisions of a ball with others.",
         speeds.speeds,
         (18,),
     ),
     Kind(
         "decay-against-cor",
         "decay constants of the energy against the cor",
-        "A sweep over cor.",
-        cooling.decay_against_cor,
+        "A sweep over cor, two or more below 1.",
+        restitution.decay_against_cor,
     ),
     Kind(
         "haff-time",
         "how the decay rate falls with time",
-        "Points with cor or wall_cor below 1.",
+        "Points with cor or wall_cor below 1, and ten collisions in each window of time.",
         cooling.haff_time,
     ),
     Kind(
         "event-decay",
         "energy against collisions",
-        "Points with cor or wall_cor below 1.",
+        "Points with cor or wall_cor below 1, and two or more balls.",
         cooling.event_decay,
     ),
 )

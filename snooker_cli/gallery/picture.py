@@ -40,14 +40,16 @@ class Line(_Layer):
     series : which series it belongs to, from 0: the same number has the same colour
     style : "series" for a dash pattern of its own, or one shared by all series
     steps : whether y stays as it is until the next x
+    broad : whether it is drawn wide and pale, so that what lies on it leaves it visible
     """
 
     x: Array
     y: Array
     label: str | None = None
     series: int = 0
-    style: Literal["series", "solid", "dashed", "dotted"] = "series"
+    style: Literal["series", "solid", "dashed", "dashdot", "dotted"] = "series"
     steps: bool = False
+    broad: bool = False
 
 
 @dataclass(frozen=True, eq=False)

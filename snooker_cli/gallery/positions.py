@@ -3,150 +3,209 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from snooker_cli.gallery.caption import setting
 from snooker_cli.gallery.picture import (
     NEUTRAL,
     Array,
     Histogram,
-    Layer,
     Line,
     Picture,
     PictureError,
     Reference,
 )
+from snooker_cli.gallery.repeats import one_repeat, repeats
 from snooker_cli.gallery.selection import (
     Selection,
     label,
-    repeats,
     series_of_points,
-    setting,
+    there,
 )
-from snooker_cli.observables import at_collisions, central_distances, pair_distances
-from snooker_cli.words import exact, short
+from snooker_cli.observables import (
+    at_collisions,
+    central_distances,
+    equal_balls,
+    instants,
+    pair_distances,
+)
+from snooker_cli.words import exact, listed, short
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from snooker_cli.config import Point
     from snooker_cli.results import Run
+    from snooker_cli.scene import Scene
 
 BINS = 45
 MOST_DISTANCES = 5_000_000
 """Of a point; more states are thinned out evenly, so that a picture takes seconds."""
 
 
+@dataclass(frozen=True)
+class _Words:
+    """How one of the two pictures speaks of its distances and of what they must not pass."""
+
+    kind: str
+    title: str
+    x_label: str
+    limit: str
+    limit_of_unequal: str
+    extreme: str
+    beyond: str
+    good: str
+    bad: str
+
+
+_CENTRAL = _Words(
+    kind="central-distances",
+    title="Distances from the container's centre",
+    x_label="distance of a ball from the centre (m)",
+    limit="R − r",
+    limit_of_unequal="R − smallest r",
+    extreme="largest",
+    beyond="largest_excess",
+    good="no ball is outside",
+    bad="it is beyond",
+)
+_PAIRS = _Words(
+    kind="pair-distances",
+    title="Distances between the balls",
+    x_label="distance between two centres (m)",
+    limit="2r",
+    limit_of_unequal="smallest r₁ + r₂",
+    extreme="smallest",
+    beyond="largest_overlap",
+    good="no balls overlap",
+    bad="it is short of it",
+)
+
+
 def central_distances_picture(run: Run, selection: Selection) -> Picture:
-    """How far the balls' centres are from the container's: none may be outside R - r."""
-    points = _points_with_states(run, selection, 1)
-    found = [_Distances(run, point, selection, central=True) for point in points]
-    limit, largest = max(each.limit for each in found), max(each.largest for each in found)
-    excess = max(each.excess for each in found)
-    layers: list[Layer] = [
-        Histogram(each.edges, each.density, label(each.point, points), series)
-        for series, each in enumerate(found)
-    ]
-    reach = np.array([0.0, limit])
-    layers += [
-        Line(reach, 2 * reach / limit**2, "uniform in the circle", NEUTRAL, "dashed"),
-        Reference("x", limit, f"R − r = {limit:g} m"),
-    ]
-    return Picture(
-        kind="central-distances",
-        title="Distances of the balls from the container's centre",
-        x_label="distance from the centre (m)",
-        y_label="probability density (m⁻¹)",
-        layers=tuple(layers),
-        caption=f"The largest distance is {exact(largest)} m where R − r = {exact(limit)} m: "
-        f"{_verdict(excess, limit, 'no ball is outside', 'it is beyond')}. "
-        f"Positions at the start and after {found[0].which}. " + setting(run, points, selection),
-        numbers={
-            "largest_distance": largest,
-            "limit": limit,
-            "largest_excess": excess,
-            "points": [each.record("largest_distance") for each in found],
-        },
-        x_limits=(0.0, 1.04 * limit),
-        y_limits=(0.0, None),
-    )
+    """How far the balls' centres are from the container's: none may be outside R − r."""
+    return _picture(run, selection, _CENTRAL)
 
 
 def pair_distances_picture(run: Run, selection: Selection) -> Picture:
     """How far the balls' centres are from each other: no two may be nearer than 2r."""
-    points = _points_with_states(run, selection, 2)
-    found = [_Distances(run, point, selection, central=False) for point in points]
-    limit, smallest = min(each.limit for each in found), min(each.smallest for each in found)
+    return _picture(run, selection, _PAIRS)
+
+
+def _picture(run: Run, selection: Selection, words: _Words) -> Picture:
+    central = words is _CENTRAL
+    points = _points_with_states(run, selection, 1 if central else 2)
+    found = [_distances(run, point, selection, central=central) for point in points]
+    pick: Callable[[Sequence[float]], float] = max if central else min
+    limit, extreme = pick([each.limit for each in found]), pick([each.extreme for each in found])
     excess = max(each.excess for each in found)
-    layers: list[Layer] = [
-        Histogram(each.edges, each.density, label(each.point, points), series)
-        for series, each in enumerate(found)
-    ]
     largest = max(each.edges[-1] for each in found)
     apart = np.linspace(0.0, largest, 200)
-    layers += [
-        Line(apart, _uniform_pairs(apart, largest), "uniform in the circle", NEUTRAL, "dashed"),
-        Reference("x", limit, f"2r = {limit:g} m"),
-    ]
+    uniform = 2 * apart / largest**2 if central else _uniform_pairs(apart, largest)
+    equal = all(equal_balls(one_repeat(run, point, selection).start) for point in points)
+    name = words.limit if equal else words.limit_of_unequal
+    extremes = {each.limit: each.extreme for each in found}
+    for each in found:
+        extremes[each.limit] = pick([extremes[each.limit], each.extreme])
+    said = listed(
+        [f"{exact(at)} m where {name} = {exact(limit)} m" for limit, at in extremes.items()]
+    )
+    once = ", an instant of many counting once" if any(each.once for each in found) else ""
     return Picture(
-        kind="pair-distances",
-        title="Distances between the balls",
-        x_label="distance between two centres (m)",
+        kind=words.kind,
+        title=words.title,
+        x_label=words.x_label,
         y_label="probability density (m⁻¹)",
-        layers=tuple(layers),
-        caption=f"The smallest distance is {exact(smallest)} m where 2r = {exact(limit)} m: "
-        f"{_verdict(excess, limit, 'no balls overlap', 'it is short of it')}. "
-        f"Positions at the start and after {found[0].which}. " + setting(run, points, selection),
+        layers=(
+            *(
+                Histogram(each.edges, each.density, label(each.point, points), series)
+                for series, each in enumerate(found)
+            ),
+            Line(apart, uniform, "uniform in the circle", NEUTRAL, "dashed"),
+            *(Reference("x", each, f"{name} = {each:g} m") for each in extremes),
+        ),
+        caption=f"The {words.extreme} distance is {said}: {_verdict(excess, limit, words)}. "
+        "Positions at the start and after "
+        f"{'every few collisions' if any(each.thinned for each in found) else 'each collision'}"
+        f"{once}. " + setting(run, points, selection),
         numbers={
-            "smallest_distance": smallest,
+            f"{words.extreme}_distance": extreme,
             "limit": limit,
-            "largest_overlap": excess,
-            "points": [each.record("smallest_distance") for each in found],
+            words.beyond: excess,
+            "points": [
+                {
+                    "parameters": each.point.as_json(),
+                    f"{words.extreme}_distance": each.extreme,
+                    "beyond_limit": each.excess,
+                }
+                for each in found
+            ],
         },
-        x_limits=(0.0, None),
+        x_limits=(0.0, 1.04 * limit if central else None),
         y_limits=(0.0, None),
     )
 
 
+@dataclass(frozen=True, eq=False)
 class _Distances:
-    """The histogram of distances of a point, gathered repeat by repeat.
+    """The histogram of distances of a point.
 
-    limit : what the distances must not go beyond, m; excess : how far one goes beyond, m
+    limit : what the distances must not pass, m; extreme : the one nearest to it or farthest
+        beyond, m; excess : how far one goes beyond, m
+    thinned : whether states are left out; once : whether states of one instant were
     """
 
-    def __init__(self, run: Run, point: Point, selection: Selection, *, central: bool) -> None:
-        self.point, self.largest, self.smallest, self.excess = point, 0.0, math.inf, -math.inf
-        counts, self.which = np.zeros(BINS), "each collision"
-        measure = central_distances if central else pair_distances
-        number = run.experiment.repeats if selection.repeat is None else 1
-        for trace in repeats(run, point, selection):
-            scene = trace.start
-            inside = scene.container_radius - scene.radii
-            if central:
-                low, high = 0.0, float(inside.max())
-                self.limit, per_state = high, scene.number
-            else:
-                first, second = np.triu_indices(scene.number, k=1)
-                contact = scene.radii[first] + scene.radii[second]
-                low, high = float(contact.min()), 2 * float(inside.max())
-                self.limit, per_state = low, len(contact)
-            most = max(2, MOST_DISTANCES // (per_state * number))
-            if trace.collisions >= most:
-                self.which = "every few collisions"
-            distances = measure(at_collisions(trace, most))
-            table = distances.reshape(-1, per_state)
-            beyond = table - inside if central else contact - table
-            self.excess = max(self.excess, float(beyond.max()))
-            self.largest = max(self.largest, float(distances.max()))
-            self.smallest = min(self.smallest, float(distances.min()))
-            self.edges: Array = np.linspace(low, high, BINS + 1)
-            # A distance that is beyond by rounding belongs to the bin at the limit.
-            counts += np.histogram(np.clip(distances, low, high), self.edges)[0]
-        self.density: Array = counts / (counts.sum() * np.diff(self.edges))
+    point: Point
+    edges: Array
+    density: Array
+    limit: float
+    extreme: float
+    excess: float
+    thinned: bool
+    once: bool
 
-    def record(self, name: str) -> dict[str, object]:
-        """The point's own numbers as JSON."""
-        extreme = self.largest if name.startswith("largest") else self.smallest
-        return {"parameters": self.point.as_json(), name: extreme, "beyond_limit": self.excess}
+
+def _distances(run: Run, point: Point, selection: Selection, *, central: bool) -> _Distances:
+    """The distances of a point, gathered repeat by repeat."""
+    measure = central_distances if central else pair_distances
+    number = len(there(run, point, selection))
+    counts, excess, extremes, thinned, once = np.zeros(BINS), -math.inf, [], False, False
+    for trace in repeats(run, point, selection):
+        limits, low, high = _limits(trace.start, central=central)
+        most = max(2, MOST_DISTANCES // (len(limits) * number))
+        states = at_collisions(trace, most)
+        table = measure(states).reshape(-1, len(limits))
+        beyond = table - limits if central else limits - table
+        excess = max(excess, float(beyond.max()))
+        extremes.append(float(table.max() if central else table.min()))
+        rows = instants(states.time)
+        thinned, once = thinned or trace.collisions >= most, once or len(rows) < len(table)
+        # A distance that is beyond by rounding belongs to the bin at the limit.
+        edges = np.linspace(low, high, BINS + 1)
+        counts += np.histogram(np.clip(table[rows], low, high), edges)[0]
+    return _Distances(
+        point=point,
+        edges=edges,
+        density=counts / (counts.sum() * np.diff(edges)),
+        limit=high if central else low,
+        extreme=max(extremes) if central else min(extremes),
+        excess=excess,
+        thinned=thinned,
+        once=once,
+    )
+
+
+def _limits(scene: Scene, *, central: bool) -> tuple[Array, float, float]:
+    """What each distance must not pass, and the range that the distances can have; m."""
+    inside = scene.container_radius - scene.radii
+    if central:
+        return inside, 0.0, float(inside.max())
+    first, second = np.triu_indices(scene.number, k=1)
+    contact = scene.radii[first] + scene.radii[second]
+    return contact, float(contact.min()), 2 * float(inside.max())
 
 
 def _points_with_states(run: Run, selection: Selection, least: int) -> list[Point]:
@@ -155,7 +214,7 @@ def _points_with_states(run: Run, selection: Selection, least: int) -> list[Poin
         raise PictureError("it needs positions; run the config with `record: events`")
     points = series_of_points(run, selection)
     for point in points:
-        number = next(repeats(run, point, selection)).start.number
+        number = one_repeat(run, point, selection).start.number
         if number < least:
             raise PictureError("one ball has no distance to another; it needs two or more")
         if number * (number - 1) > MOST_DISTANCES:
@@ -170,9 +229,10 @@ def _uniform_pairs(apart: Array, diameter: float) -> Array:
     return np.asarray(density)
 
 
-def _verdict(excess: float, limit: float, good: str, bad: str) -> str:
+def _verdict(excess: float, limit: float, words: _Words) -> str:
     """Whether a limit is kept; if not, by how much, also in roundings of a double of its size."""
     if excess <= 0:
-        return good
+        return words.good
     roundings = short(excess / np.spacing(limit), 2)
-    return f"{bad} by {short(excess, 2)} m, {roundings} roundings of a double"
+    plural = "" if roundings == "1" else "s"
+    return f"{words.bad} by {short(excess, 2)} m, {roundings} rounding{plural} of a double"

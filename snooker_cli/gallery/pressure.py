@@ -7,19 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.gallery.conservation import thinned
+from snooker_cli.gallery.caption import setting, which_repeat
 from snooker_cli.gallery.picture import Array, Band, Layer, Line, Picture, PictureError, Reference
+from snooker_cli.gallery.repeats import repeats
+from snooker_cli.gallery.rows import thinned
 from snooker_cli.gallery.selection import (
     Selection,
     elastic,
-    equal_balls,
     label,
-    repeats,
     series_of_points,
-    setting,
 )
-from snooker_cli.gallery.statistics import mean_and_error
-from snooker_cli.observables import cumulative_pressure, series
+from snooker_cli.observables import cumulative_pressure, equal_balls, mean_and_error, series
 from snooker_cli.words import with_error
 
 if TYPE_CHECKING:
@@ -41,7 +39,7 @@ def pressure(run: Run, selection: Selection) -> Picture:
         traces = list(repeats(run, point, selection))
         curves = [_from_zero(trace) for trace in traces]
         time, first = curves[0]
-        kept = thinned(len(time))
+        kept = thinned(time)
         lines.append(Line(time[kept], first[kept], label(point, points), index))
         shortest = min(float(time[-1]) for time, _ in curves)
         grid = np.linspace(0.0, shortest, GRID)
@@ -60,9 +58,11 @@ def pressure(run: Run, selection: Selection) -> Picture:
             }
         )
         name = label(point, points)
-        said.append(with_error(final, error, "Pa m") + (f" at {name}" if name else ""))
+        said.append(with_error(final, error, "Pa·m") + (f" at {name}" if name else ""))
         if elastic(point):
             expected |= dict.fromkeys(_equilibrium(traces[0].start))
+    if not any(record["pressure"] for record in records):
+        raise PictureError("nothing hits the wall, so that there is no pressure; run longer")
     references: list[Layer] = [
         Reference("y", value, "hard-disk theory, CoR 1") for value in expected
     ]
@@ -71,10 +71,10 @@ def pressure(run: Run, selection: Selection) -> Picture:
         kind="pressure",
         title="Mean pressure on the wall since the start",
         x_label="time (s)",
-        y_label="pressure since the start (Pa m)",
+        y_label="pressure since the start (Pa·m)",
         layers=tuple(bands + references + lines),
-        caption=f"Lines: repeat {selection.repeat or 0}{band}. When the shortest repeat ends the "
-        f"mean is {'; '.join(said)}. " + setting(run, points, selection),
+        caption=f"Lines: {which_repeat(run, points, selection)}{band}. When the shortest repeat "
+        f"ends the mean is {'; '.join(said)}. " + setting(run, points, selection),
         numbers={"points": records, "theory": list(expected)},
         x_limits=(0.0, None),
         y_limits=(0.0, None),
@@ -82,7 +82,7 @@ def pressure(run: Run, selection: Selection) -> Picture:
 
 
 def _from_zero(trace: Trace) -> tuple[Array, Array]:
-    """Times and mean pressures since the start, which is zero at time zero; s and Pa m."""
+    """Times and mean pressures since the start, which is zero at time zero; s and Pa·m."""
     time, values = cumulative_pressure(series(trace), trace.start.container_radius)
     if not len(time):
         raise PictureError(
@@ -92,8 +92,8 @@ def _from_zero(trace: Trace) -> tuple[Array, Array]:
 
 
 def _equilibrium(scene: Scene) -> list[float]:
-    """The pressure of elastic hard disks in equilibrium (Pa m), where there is a theory for it."""
-    if not equal_balls(scene):
+    """The pressure of elastic hard disks in equilibrium (Pa·m), where there is a theory for it."""
+    if scene.number < 2 or not equal_balls(scene):
         return []
     temperature = scene.kinetic_energy / scene.number
     try:

@@ -1,31 +1,24 @@
-"""A run and what to look at -> its points, their repeats, and words for them."""
+"""A run and what to look at -> its points, which of their repeats are there, words for them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from snooker_cli import store
 from snooker_cli.gallery.picture import PictureError
-from snooker_cli.words import listed
+from snooker_cli.words import listed, short
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from snooker_cli.config import Point
     from snooker_cli.results import Run
     from snooker_cli.scene import Scene
-    from snooker_cli.trace import Trace
 
 MOST_SERIES = 6
 """More than this many series cannot be told apart in one picture."""
-
-REMEMBERED_SIZE = 100_000
-"""Repeats whose file is at most this long (bytes) stay in memory for the next picture."""
 
 _WORDS = {
     "balls.rings": "N = {}",
@@ -41,7 +34,8 @@ _WORDS = {
     "time": "{} s",
 }
 
-_SCENE = ("balls.rings", "balls.radius", "balls.speed", "container.radius", "cor", "wall_cor")
+_ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
+"""What a key means that is null, or infinite."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +51,18 @@ class Selection:
 
 
 def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
-    """The points of a run that are selected, at least one. Raises ``PictureError``."""
+    """The selected points of which a repeat is there, at least one. Raises ``PictureError``."""
+    points = tuple(point for point in matching(run, selection) if there(run, point, selection))
+    if not points:
+        what = "no repeat is" if selection.repeat is None else f"repeat {selection.repeat} is not"
+        raise PictureError(
+            f"{what} there yet; run the config again, which goes on where it stopped"
+        )
+    return points
+
+
+def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
+    """The points that are selected, simulated or not, at least one. Raises ``PictureError``."""
     repeats = run.experiment.repeats
     if selection.repeat is not None and not 0 <= selection.repeat < repeats:
         raise PictureError(
@@ -67,12 +72,18 @@ def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
     for key, wanted in selection.where.items():
         # A list of coordinates is itself a tuple, and may be the one value that is wanted.
         values = (wanted, *wanted) if isinstance(wanted, tuple) else (wanted,)
-        matching = tuple(point for point in points if value_at(point, key) in values)
-        if not matching:
+        chosen = tuple(point for point in points if value_at(point, key) in values)
+        if not chosen:
             present = listed([str(value) for value in distinct(points, key)])
             raise PictureError(f"no point has {key} = {wanted}: there it is {present}")
-        points = matching
+        points = chosen
     return points
+
+
+def there(run: Run, point: Point, selection: Selection) -> list[int]:
+    """The selected repeats of a point that have a file; all of them if none is chosen."""
+    numbers = range(run.experiment.repeats) if selection.repeat is None else [selection.repeat]
+    return [number for number in numbers if run.path(point.index, number).exists()]
 
 
 def value_at(point: Point, key: str) -> Any:
@@ -96,18 +107,6 @@ def distinct(points: Sequence[Point], key: str) -> list[Any]:
 def varying(points: Sequence[Point]) -> list[str]:
     """The swept keys that have more than one value over the points."""
     return [key for key, _ in points[0].parameters if len(distinct(points, key)) > 1]
-
-
-def repeats(run: Run, point: Point, selection: Selection) -> Iterator[Trace]:
-    """The selected repeats of a point; all of them if none is chosen. Raises ``StoreError``."""
-    numbers = range(run.experiment.repeats) if selection.repeat is None else [selection.repeat]
-    for number in numbers:
-        yield _read(run.path(point.index, number))
-
-
-def one_repeat(run: Run, point: Point, selection: Selection) -> Trace:
-    """The selected repeat of a point, the first if none is chosen. Raises ``StoreError``."""
-    return _read(run.path(point.index, selection.repeat or 0))
 
 
 def series_of_points(run: Run, selection: Selection) -> list[Point]:
@@ -187,11 +186,6 @@ def inelastic_points(run: Run, selection: Selection) -> list[Point]:
     return points
 
 
-def equal_balls(scene: Scene) -> bool:
-    """Whether all balls have one radius and one mass, as the theories want."""
-    return bool(np.all(scene.radii == scene.radii[0]) and np.all(scene.masses == scene.masses[0]))
-
-
 def require_motion(scene: Scene) -> None:
     """Raise ``PictureError`` where nothing moves at the start, so that no ratio to it exists."""
     if scene.kinetic_energy == 0:
@@ -208,55 +202,7 @@ def described(point: Point, key: str) -> str:
     value = value_at(point, key)
     if key == "balls.rings":
         value = 1 + 3 * value * (value + 1)
-    if key == "wall_cor" and value is None:
-        return "wall as balls"
-    shown = f"{value:g}" if isinstance(value, float) else str(value)
+    if key in _ABSENT and value in (None, math.inf):
+        return _ABSENT[key]
+    shown = short(value, 6) if isinstance(value, float) else str(value)
     return _WORDS.get(key, f"{key} = {{}}").format(shown)
-
-
-def setting(
-    run: Run, points: Sequence[Point], selection: Selection, *, single: bool = False
-) -> str:
-    """The sentence that ends a caption: the scene's constants, the repeats, how long they are.
-
-    single : whether one repeat is shown
-    """
-    experiment = points[0].experiment
-    balls = getattr(experiment.balls, "list", None)
-    constants = [] if balls is None else [f"N = {len(balls)}"]
-    for key in _SCENE:
-        if key.startswith("balls.") and balls is not None:
-            continue
-        values = distinct(points, key)
-        if len(values) == 1 and values[0] is not None:
-            constants.append(described(points[0], key))
-    ends = [
-        described(points[0], key)
-        for key in ("collisions", "time")
-        if key not in varying(points) and value_at(points[0], key) is not None
-    ]
-    number = run.experiment.repeats
-    length = f", {' or '.join(ends)}" if ends else ""
-    if number == 1:
-        shown = f"one repeat{length}"
-    elif single or selection.repeat is not None:
-        shown = f"repeat {selection.repeat or 0} of {number}{length}"
-    else:
-        shown = f"{number} repeats{length}{' each' if ends else ''}"
-    return f"Scene: {', '.join(constants)}; {shown}."
-
-
-def _read(path: Path) -> Trace:
-    """A repeat from its file, or from memory if the file is small and unchanged."""
-    if not path.exists():
-        return store.read(path).trace  # which says what is wrong
-    status = path.stat()
-    if status.st_size > REMEMBERED_SIZE:
-        return store.read(path).trace
-    return _remembered(path, status.st_mtime_ns)
-
-
-@lru_cache(maxsize=8192)
-def _remembered(path: Path, modified: int) -> Trace:
-    """A repeat from its file as it was at one time."""
-    return store.read(path).trace

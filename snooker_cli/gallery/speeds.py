@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snooker_cli import theory
+from snooker_cli.gallery.caption import setting
 from snooker_cli.gallery.picture import (
     NEUTRAL,
     Array,
@@ -16,22 +17,22 @@ from snooker_cli.gallery.picture import (
     Picture,
     PictureError,
 )
+from snooker_cli.gallery.repeats import one_repeat, repeats
 from snooker_cli.gallery.selection import (
     Selection,
     elastic,
-    equal_balls,
     label,
-    one_repeat,
-    repeats,
     series_of_points,
-    setting,
 )
-from snooker_cli.observables import reduced_speed_counts
+from snooker_cli.observables import equal_balls, reduced_speed_counts
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 from snooker_cli.words import listed
 
 if TYPE_CHECKING:
     from snooker_cli.results import Run
+
+LEAST_SPEEDS = 100
+"""Fewer tell no more of a distribution than a tenth, 1/√n."""
 
 REDUCED_TEMPERATURE = 0.5
 """The reduced speed v sqrt(m/2T) is the speed of a ball of mass 1 at this temperature."""
@@ -57,8 +58,11 @@ def speeds(run: Run, selection: Selection) -> Picture:
         for trace in repeats(run, point, selection):
             counts += reduced_speed_counts(trace)
         total = counts.sum()
-        if total == 0:
-            raise PictureError("the repeats are too short for speeds to have mixed; run longer")
+        if total < LEAST_SPEEDS:
+            raise PictureError(
+                f"the balls have met too rarely: {total:.0f} speeds that have mixed are no "
+                "distribution; run longer or more repeats"
+            )
         unit = 1.0
         if in_metres:
             unit = float(np.sqrt(2 * scene.kinetic_energy / scene.number / scene.masses[0]))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import signal
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
+from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,9 +13,11 @@ from snooker_cli.decay import decays, record
 from snooker_cli.figures import save
 from snooker_cli.gallery import KINDS, Picture, Selection
 from snooker_cli.report import content
-from snooker_cli.report.audit import Audit, Row, Runs, audit
+from snooker_cli.report.audit import Audit, Row, audit
 from snooker_cli.report.plates import PLATES, RUNS
+from snooker_cli.report.published import Ours, published
 from snooker_cli.report.rendering import write_html, write_pdf
+from snooker_cli.report.search import TARGETS
 from snooker_cli.results import Run, open_run, write_json
 
 if TYPE_CHECKING:
@@ -27,22 +32,26 @@ def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
     """
     opened = {name: open_run(runs / name) for name in RUNS}
     out.mkdir(parents=True, exist_ok=True)
-    pictures: dict[str, Picture] = {}
-    for plate in PLATES:
-        say(f"{plate.label}: {KINDS[plate.kind].title}")
-        picture = KINDS[plate.kind].make(opened[plate.run], Selection(where=plate.where))
-        save(picture, out / "figures" / plate.file)
-        pictures[plate.file] = picture
-    say("the audit: every printed number beside ours")
-    judged = audit(
-        Runs(
-            decay=opened["decay"],
-            radius=opened["radius"],
-            dilute=opened["dilute"],
-            audit=opened["audit"],
-        )
-    )
-    fits = _fits(opened["decay"])
+    # A second process audits and then draws what this one has read and fitted meanwhile.
+    with ProcessPoolExecutor(
+        max_workers=1,
+        mp_context=get_context("spawn"),
+        initializer=signal.signal,
+        initargs=(signal.SIGINT, signal.SIG_IGN),
+    ) as other:
+        judging = other.submit(audit, runs)
+        pictures: dict[str, Picture] = {}
+        drawing = []
+        for plate in PLATES:
+            say(f"{plate.label}: {KINDS[plate.kind].title}")
+            picture = KINDS[plate.kind].make(opened[plate.run], Selection(where=plate.where))
+            drawing.append(other.submit(save, picture, out / "figures" / plate.file))
+            pictures[plate.file] = picture
+        fits = _fits(opened["decay"])
+        say("the audit: every printed number beside ours")
+        judged = judging.result()
+        for each in drawing:
+            each.result()
     write_json(out / "numbers.json", _numbers(pictures, judged, fits))
     document = content.document(pictures, judged, fits, opened)
     say("the pages")
@@ -65,13 +74,19 @@ def _numbers(
     return {
         "figures": {name: picture.numbers for name, picture in pictures.items()},
         "audit": {
-            "finding": {
-                "setting": judged.finding.setting.words(),
-                "values": judged.finding.values,
-                "score": judged.score,
-                "candidates": judged.candidates,
-                "near": judged.near,
-            },
+            "settings": len(judged.search.candidates),
+            "ranked": len(judged.search.ranked),
+            "near": judged.near,
+            "slip": judged.search.factor,
+            "free_slip": asdict(judged.free),
+            "profile": [
+                {
+                    "setting": one.setting.words(),
+                    "score": one.score,
+                    "values": {name: _value(one.beside(published(name))) for name in TARGETS},
+                }
+                for one in judged.profile
+            ],
             "numbers": [_row(row) for row in judged.rows],
             "claims": [asdict(claim) for claim in judged.claims],
         },
@@ -86,9 +101,21 @@ def _row(row: Row) -> dict[str, Any]:
         "where": row.number.where,
         "what": row.number.what,
         "unit": row.number.unit,
-        "printed": {"value": row.number.value, "error": row.number.error},
+        "printed": {
+            "text": row.number.printed,
+            "value": row.number.value,
+            "error": row.number.error,
+            "half_digit": row.number.half_digit,
+            "standard_error": row.number.standard_error,
+        },
         "ours": asdict(row.ours),
-        "explanation": row.explanation,
-        "explained": None if row.explained is None else asdict(row.explained),
+        "common": _value(row.common),
+        "explanation": row.alone,
+        "explained": _value(row.value),
         "verdict": row.verdict,
     }
+
+
+def _value(ours: Ours | None) -> dict[str, float] | None:
+    """A value of ours as JSON."""
+    return None if ours is None else asdict(ours)

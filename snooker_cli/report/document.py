@@ -8,9 +8,10 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Heading:
-    """A section's heading."""
+    """A section's heading; ``after_figures`` if it waits for all figures before it."""
 
     text: str
+    after_figures: bool = False
     kind: str = field(default="heading", init=False)
 
 

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from snooker_cli.report.published import published
+
 
 @dataclass(frozen=True)
 class Plate:
@@ -47,8 +49,14 @@ IDEAL = (
     _numbered(14, "area", "pressure-area"),
     _numbered(15, "number", "pressure-number"),
     _numbered(16, "radius", "temperature-ratio"),
-    _numbered(17, "dilute", "ideal-ratio", balls__radius=0.01),
-    Plate("fig17-text", "Figure 17, text", "dilute", "ideal-ratio", {"balls.radius": 0.001}),
+    _numbered(17, "dilute", "ideal-ratio", balls__radius=published("ratio_caption").radius),
+    Plate(
+        "fig17-text",
+        "Figure 17, text",
+        "dilute",
+        "ideal-ratio",
+        {"balls.radius": published("ratio_text").radius},
+    ),
 )
 SPEEDS = (_numbered(18, "speeds", "speeds"),)
 BEYOND = (

@@ -1,40 +1,64 @@
-"""Which setting do the report's decay constants come from: a search over what it may have used."""
+"""Which setting do the report's numbers come from: a search over what it may have used."""
 
 from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from snooker_cli import theory
+from snooker_cli.arrange import arrange
 from snooker_cli.decay import Quantity, curve
 from snooker_cli.fit import fit
-from snooker_cli.observables import series
-from snooker_cli.report.published import published
+from snooker_cli.observables import mean_pressure, series
+from snooker_cli.report.published import Ours, Property, Published, published
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from snooker_cli.config import Point
     from snooker_cli.results import Run
     from snooker_cli.trace import Trace
 
-WINDOWS = (100, 200, 500)
-"""Collisions up to which a curve is fitted."""
+PARTS = (0.2, 0.4, 1.0)
+"""Parts of the collisions that a curve is fitted to, from the start."""
 
-SLIPS = (1.0, 10.0)
-"""Seconds that the report's second may have been: at 1 m/s instead of 10 all takes ten times as
-long, and a time axis in tenths of a second does the same."""
+FITTED: tuple[Quantity, ...] = ("kinetic_energy", "pressure")
+"""What is fitted for it."""
 
-TARGETS: dict[str, tuple[Quantity, float]] = {
-    "energy_mean_0.8": ("kinetic_energy", 0.8),
-    "energy_mean_0.9": ("kinetic_energy", 0.9),
-    "pressure_mean_0.8": ("pressure", 0.8),
-    "pressure_mean_0.9": ("pressure", 0.9),
-}
-"""The printed means that a setting has to explain together, and what they are of."""
+TARGETS = (
+    "energy_mean_0.8",
+    "energy_mean_0.9",
+    "pressure_mean_0.8",
+    "pressure_mean_0.9",
+    "speed_0.8",
+    "speed_0.9",
+    "pressure",
+)
+"""The measured numbers that one setting has to explain together."""
+
+LIKELY = 14.07
+"""The 95 % point of chi-square with as many degrees of freedom as there are targets."""
+
+
+@dataclass(frozen=True)
+class Slip:
+    """A mistake by a factor, by the powers in which it enters the numbers."""
+
+    words: str
+    decay: int = 0
+    speed: int = 0
+    pressure: int = 0
+
+
+SLIPS = (
+    Slip(""),
+    Slip("time axis of the fits × {factor}", decay=-1),
+    Slip("whole time axis × {factor}", decay=-1, pressure=-1),
+    Slip("speed / {factor}", decay=-1, speed=-1, pressure=-2),
+)
+"""At a tenth of the speed all takes ten times as long, and the pressure is a hundredth."""
 
 
 @dataclass(frozen=True)
@@ -43,10 +67,11 @@ class Setting:
 
     radius : of a ball, m
     elastic_wall : whether the container's CoR was 1 instead of the balls'
-    extent : radius of the outermost ring over the container's
+    extent : radius of the outermost ring over the container's; the report leaves it open
     window : collisions that were fitted
     held : whether the fitted curve was held to the data's start
-    slip : seconds of ours in a second of the report
+    slip : a mistake by a factor
+    changes : what goes against the report's statements, in words
     """
 
     radius: float
@@ -54,106 +79,242 @@ class Setting:
     extent: float
     window: int
     held: bool
-    slip: float
+    slip: Slip
+    changes: tuple[str, ...]
 
     def words(self) -> str:
-        """The setting in words, only what differs from the scene as stated."""
-        parts = []
-        if self.radius != 1.0:
-            parts.append(f"r = {self.radius:g} m")
-        if self.elastic_wall:
-            parts.append("elastic wall")
-        parts.append(f"rings to {self.extent:g} R")
-        if self.window != 500:
-            parts.append(f"first {self.window} collisions")
-        if not self.held:
-            parts.append("amplitude free")
-        if self.slip != 1.0:
-            parts.append(f"time or speed out by {self.slip:g}")
-        return ", ".join(parts)
+        """The setting in words: what it changes, and the rings."""
+        return ", ".join([*self.changes, f"rings to {self.extent:g} R"])
 
-    @property
-    def deviations(self) -> int:
-        """How many statements of the report it goes against; it states no ring extent."""
-        return (
-            (self.radius != 1.0)
-            + self.elastic_wall
-            + (self.window != 500)
-            + (not self.held)
-            + (self.slip != 1.0)
-        )
+
+@dataclass(frozen=True)
+class Sample:
+    """A quantity over repeats: mean, standard deviation of one repeat, number of repeats."""
+
+    mean: float
+    deviation: float
+    count: int
+
+    @classmethod
+    def over(cls, values: Sequence[float]) -> Sample:
+        """Of the values of at least two repeats."""
+        return cls(float(np.mean(values)), float(np.std(values, ddof=1)), len(values))
+
+    def beside(self, number: Published) -> Ours:
+        """As the printed number was made: a mean has a standard error, one run the spread."""
+        return Ours(self.mean, self.deviation / math.sqrt(self.count if number.mean else 1))
+
+    def times(self, factor: float) -> Sample:
+        """The sample in other units."""
+        return Sample(self.mean * factor, self.deviation * factor, self.count)
+
+
+Samples = Mapping[tuple[Property, float | None], Sample]
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A setting, and the constants it gives: mean and standard deviation of one repeat, 1/s."""
+    """A setting, and what it gives: a sample for each property and CoR that it has."""
 
     setting: Setting
-    values: dict[str, tuple[float, float]]
+    samples: Samples
 
-    def distance(self, target: str) -> float:
-        """Difference from a printed mean of five runs, in its and our uncertainty together."""
-        number = published(target)
-        mean, deviation = self.values[target]
-        return abs(mean - number.value) / math.hypot(number.tolerance, deviation / math.sqrt(5))
+    def beside(self, number: Published) -> Ours | None:
+        """What the setting gives for a printed number; ``None`` if it has nothing to do with it."""
+        sample = self._sample(number)
+        return None if sample is None else sample.beside(number)
 
-    def score(self, targets: Iterable[str]) -> float:
-        """Sum of squared distances; smaller is better."""
-        return sum(self.distance(target) ** 2 for target in targets)
+    def _sample(self, number: Published) -> Sample | None:
+        """Of a printed number's property; the temperature decays as the energy does."""
+        if number.of == "pressure decay, doubled":
+            sample = self.samples.get(("pressure decay", number.cor))
+            return None if sample is None else sample.times(2)
+        temperature = number.of == "temperature decay"
+        of: Property = "energy decay" if temperature else number.of
+        return self.samples.get((of, number.cor))
+
+    def predicts(self, name: str) -> bool:
+        """Whether it says something of a printed number: runs scatter by under half their mean.
+
+        A setting whose curves may as well rise explains any number, and so none.
+        """
+        number = published(name)
+        sample = self._sample(number)
+        return sample is not None and sample.mean > 2 * sample.deviation
+
+    @property
+    def score(self) -> float:
+        """Sum of squared distances from the targets; smaller is better."""
+        ours = {name: self.beside(published(name)) for name in TARGETS}
+        return sum(
+            math.inf if one is None else one.distance(published(name)) ** 2
+            for name, one in ours.items()
+        )
 
 
-def search(run: Run) -> list[Candidate]:
-    """All candidates that the audit's run offers."""
-    fitted: dict[tuple[Any, ...], list[float]] = {}
-    scenes = set()
+@dataclass(frozen=True)
+class Search:
+    """What was searched.
+
+    candidates : all of them, best first; ranked : those that predict all targets
+    factor : of the slips; extent : of our own rings
+    early : repeats of the run that ended early, and are fitted up to there
+    """
+
+    candidates: tuple[Candidate, ...]
+    ranked: tuple[Candidate, ...]
+    factor: float
+    extent: float
+    early: int
+
+
+def search(run: Run, pressures: Mapping[float, Sample]) -> Search:
+    """All candidates that the audit's run offers; ``pressures`` as below."""
+    found, scenes, early = _measured(run)
+    stated: Any = run.experiment
+    windows = _windows(run)
+    factor = slip_factor(run)
+    coefficients = sorted({point.experiment.cor for point in run.points})
+    candidates = []
+    for scene, window, held, slip in itertools.product(scenes, windows, (True, False), SLIPS):
+        radius, elastic_wall, extent = scene
+        changes = {
+            f"r = {radius:g} m": radius != stated.balls.radius,
+            "elastic wall": elastic_wall,
+            f"first {window} collisions": window != windows[-1],
+            "amplitude free": not held,
+            slip.words.format(factor=f"{factor:g}"): slip != SLIPS[0],
+        }
+        made = tuple(words for words, changed in changes.items() if changed)
+        samples: dict[tuple[Property, float | None], Sample] = {}
+        if radius in pressures:
+            samples["pressure", None] = pressures[radius].times(factor**slip.pressure)
+        for cor in coefficients:
+            wanted: dict[Property, tuple[tuple[Any, ...], int]] = {
+                "mean speed": ((*scene, cor, "mean speed"), slip.speed),
+                "energy decay": ((*scene, cor, "kinetic_energy", window, held), slip.decay),
+                "pressure decay": ((*scene, cor, "pressure", window, held), slip.decay),
+            }
+            for of, (key, power) in wanted.items():
+                if len(found.get(key, ())) > 1:
+                    samples[of, cor] = Sample.over(found[key]).times(factor**power)
+        setting = Setting(radius, elastic_wall, extent, window, held, slip, made)
+        candidates.append(Candidate(setting, samples))
+    candidates.sort(key=lambda one: (one.score, len(one.setting.changes)))
+    ranked = tuple(one for one in candidates if all(map(one.predicts, TARGETS)))
+    return Search(tuple(candidates), ranked, factor, stated.balls.ring_extent, early)
+
+
+def pressures(run: Run, speed: float) -> dict[float, Sample]:
+    """Pressure (Pa m) by ball radius (m) at CoR 1 and a speed; from where balls start or how
+    the wall cools them it does not depend."""
+    found = {}
     for point in run.points:
-        scene = _scene_of(point)
+        balls: Any = point.experiment.balls
+        if balls.speed == speed:
+            found[balls.radius] = Sample.over([mean_pressure(each) for each in run.traces(point)])
+    return found
+
+
+def mean_speed(trace: Trace) -> float:
+    """Mean over the collisions of the balls' mean speed after each, m/s."""
+    return float(series(trace).mean_speed[1:].mean())
+
+
+def slip_factor(run: Run) -> float:
+    """How many times too long the printed mean free path is for the stated scene, rounded."""
+    scene = arrange(run.experiment, 0)
+    density = theory.number_density(scene.number, scene.container_radius)
+    path = theory.boltzmann_mean_free_path(density, float(scene.radii[0]))
+    return float(round(published("mean_free_path").value / path))
+
+
+def simplest(candidates: Iterable[Candidate], number: Published) -> tuple[Candidate, Ours] | None:
+    """The candidate that explains a number by itself: of those that agree, the fewest changes.
+
+    Of as many changes the likeliest; if none agrees, the nearest.
+    """
+    offers = [
+        (one, ours)
+        for one in candidates
+        if one.predicts(number.name) and (ours := one.beside(number)) is not None
+    ]
+    if not offers:
+        return None
+
+    def rank(offer: tuple[Candidate, Ours]) -> tuple[float, ...]:
+        one, ours = offer
+        away = ours.distance(number)
+        likely = -(away**2) / 2 - math.log(ours.uncertainty(number))
+        return (0, len(one.setting.changes), -likely) if away <= 2 else (1, away)
+
+    return min(offers, key=rank)
+
+
+def profile(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The best candidate of all, and the best for each value of each part of the setting."""
+    chosen: dict[int, Candidate] = {}
+    for part in ("radius", "elastic_wall", "extent", "window", "held", "slip"):
+        seen = set()
+        for index, one in enumerate(candidates):
+            value = getattr(one.setting, part)
+            if value not in seen:
+                seen.add(value)
+                chosen[index] = one
+    return [chosen[index] for index in sorted(chosen)]
+
+
+def free_factor(one: Candidate, factor: float) -> Ours:
+    """The slip in time that explains the decay constants best if it is left free."""
+    top = bottom = 0.0
+    for name in TARGETS:
+        number = published(name)
+        ours = one.beside(number)
+        if ours is not None and number.of in ("energy decay", "pressure decay"):
+            weight = math.hypot(number.standard_error, ours.error) ** -2
+            top += weight * ours.value * number.value
+            bottom += weight * ours.value**2
+    ratio, error = top / bottom, bottom**-0.5
+    return Ours(factor / ratio, factor * error / ratio**2)
+
+
+def _measured(
+    run: Run,
+) -> tuple[dict[tuple[Any, ...], list[float]], list[tuple[float, bool, float]], int]:
+    """What every repeat gives: by scene, CoR, quantity and, of a fit, window and whether held.
+
+    A scene is radius, whether the wall is elastic, and ring extent; second, all of them in order;
+    third, how many repeats ended early.
+    """
+    found: dict[tuple[Any, ...], list[float]] = {}
+    scenes, early = set(), 0
+    for point in run.points:
+        balls: Any = point.experiment.balls
+        scene = balls.radius, point.experiment.effective_wall_cor == 1.0, balls.ring_extent
         scenes.add(scene)
         for trace in run.traces(point):
-            for key, value in _constants(trace).items():
-                fitted.setdefault((*scene, point.experiment.cor, *key), []).append(value)
-    candidates = []
-    for (radius, elastic, extent), window, held, slip in itertools.product(
-        sorted(scenes), WINDOWS, (True, False), SLIPS
-    ):
-        setting = Setting(radius, elastic, extent, window, held, slip)
-        values: dict[str, tuple[float, float]] = {}
-        for target, (quantity, cor) in TARGETS.items():
-            found = fitted.get((radius, elastic, extent, cor, quantity, window, held), [])
-            if len(found) > 1:
-                mean, deviation = float(np.mean(found)), float(np.std(found, ddof=1))
-                values[target] = mean / slip, deviation / slip
-        if len(values) == len(TARGETS):
-            candidates.append(Candidate(setting, values))
-    return candidates
+            early += not trace.stop.reason.complete
+            for key, value in _of_one(trace, _windows(run)).items():
+                found.setdefault((*scene, point.experiment.cor, *key), []).append(value)
+    return found, sorted(scenes), early
 
 
-def best(candidates: list[Candidate], targets: Iterable[str]) -> Candidate:
-    """The candidate nearest to the targets; of equals, the one that deviates least."""
-    wanted = tuple(targets)
-    return min(candidates, key=lambda one: (one.score(wanted), one.setting.deviations))
-
-
-def _scene_of(point: Point) -> tuple[float, bool, float]:
-    """Radius, whether the wall is elastic, ring extent."""
-    balls: Any = point.experiment.balls
-    elastic = point.experiment.effective_wall_cor == 1.0
-    return balls.radius, elastic, balls.ring_extent
-
-
-def _constants(trace: Trace) -> dict[tuple[Quantity, int, bool], float]:
-    """Exponential decay constants by quantity, fitted collisions and whether held to the start."""
-    found: dict[tuple[Quantity, int, bool], float] = {}
+def _of_one(trace: Trace, windows: Sequence[int]) -> dict[tuple[Any, ...], float]:
+    """Mean speed over the collisions (m/s) and decay constants (1/s) of one repeat."""
     times = series(trace).time
-    quantities: tuple[Quantity, ...] = ("kinetic_energy", "pressure")
-    for quantity in quantities:
+    found: dict[tuple[Any, ...], float] = {("mean speed",): mean_speed(trace)}
+    for quantity in FITTED:
         whole = curve(trace, quantity)
-        for window in WINDOWS:
+        for window in windows:
             kept = whole.time <= times[min(window, len(times) - 1)]
-            time, value = whole.time[kept], whole.value[kept]
             for held in (True, False):
                 amplitude = 1.0 if held else None
-                result = fit(time, value, amplitude=amplitude)
+                result = fit(whole.time[kept], whole.value[kept], amplitude=amplitude)
                 if result.converged:
                     found[quantity, window, held] = result.value
     return found
+
+
+def _windows(run: Run) -> list[int]:
+    """Collisions up to which curves are fitted."""
+    return [round(part * (run.experiment.collisions or 0)) for part in PARTS]

@@ -5,8 +5,11 @@ all have the same speed lose the fractions below of that.
 """
 
 import math
+from dataclasses import dataclass
 
-from snooker_cli.theory.speeds import fixed_energy_factor
+from snooker_cli.theory.gas import number_density, packing_fraction
+from snooker_cli.theory.speeds import fixed_energy_factor, fixed_energy_mean_speed
+from snooker_cli.theory.state import circle_state, contact_value
 
 EQUAL_SPEED_BALL_BALL_LOSS = 8 / 9
 """Energy a ball-ball event takes from equal-speed balls, over a Maxwellian's: ⟨g_n²⟩ = 32T/9 m."""
@@ -48,32 +51,6 @@ def ball_ball_rate(
     return 4 * ball_radius * number_density * contact_value * thermal
 
 
-def total_ball_ball_rate(number: float, ball_ball_rate: float) -> float:
-    """Ball-ball events of all balls per second: N ω/2, since each event has two balls."""
-    return number * ball_ball_rate / 2
-
-
-def ball_ball_rate_from_pressure(
-    number: int,
-    pressure: float,
-    temperature: float,
-    ball_radius: float,
-    container_radius: float,
-    mass: float = 1.0,
-) -> float:
-    """Ball-ball collisions of one ball per second that a pressure implies in the circle, for e = 1.
-
-    The virial theorem, time-averaged, is a·2πR·P = 2 N T + d·ΣJ_bb/t, and at fixed energy the mean
-    impulse of a ball-ball event is √(π m T)/c_N (`fixed_energy_factor`), exact on average over the
-    angular momentum. `pressure` is the force over the perimeter 2πR (N/m). As r → 0 the virial is a
-    small difference of large numbers, and any error of the pressure is amplified.
-    """
-    force = 2 * math.pi * container_radius * pressure
-    virial = (container_radius - ball_radius) * force - 2 * number * temperature
-    impulse = math.sqrt(math.pi * mass * temperature) / fixed_energy_factor(number)
-    return 2 * virial / (2 * ball_radius * impulse * number)
-
-
 def wall_rate(mean_speed: float, accessible_radius: float) -> float:
     """Wall collisions of one ball per second in an ideal gas: ⟨v⟩ over the mean chord πa/2."""
     return mean_speed / (math.pi * accessible_radius / 2)
@@ -95,3 +72,45 @@ def wall_rate_from_pressure(
     force = 2 * math.pi * container_radius * pressure
     impulse = math.sqrt(2 * math.pi * mass * temperature) / fixed_energy_factor(number)
     return force / (number * impulse)
+
+
+@dataclass(frozen=True)
+class CollisionRates:
+    """How far and how often a ball flies among equal hard disks in a circle, after Enskog.
+
+    Attributes
+    ----------
+    mean_free_path : float
+        λ/χ, between collisions with other balls (m).
+    mean_speed : float
+        At fixed energy (m/s).
+    ball_ball, wall : float
+        Collisions of one ball with others and with the wall (s⁻¹).
+    """
+
+    mean_free_path: float
+    mean_speed: float
+    ball_ball: float
+    wall: float
+
+
+def collision_rates(
+    number: int,
+    temperature: float,
+    ball_radius: float,
+    container_radius: float,
+    mass: float = 1.0,
+) -> CollisionRates:
+    """Rates of N balls at a temperature, at the container's mean density and `circle_state`'s wall.
+
+    Raises ValueError when no fluid of that many balls fits.
+    """
+    density = number_density(number, container_radius)
+    contact = contact_value(packing_fraction(number, ball_radius, container_radius))
+    pressure = circle_state(number, temperature, ball_radius, container_radius).pressure
+    return CollisionRates(
+        mean_free_path=enskog_mean_free_path(density, ball_radius, contact),
+        mean_speed=fixed_energy_mean_speed(number, temperature, mass),
+        ball_ball=ball_ball_rate(density, ball_radius, temperature, contact, mass),
+        wall=wall_rate_from_pressure(number, pressure, temperature, container_radius, mass),
+    )

@@ -24,12 +24,6 @@ def report_pressure_decay_constant(energy_decay_constant: float) -> float:
     return energy_decay_constant / 2
 
 
-def exponential_ratio(time: Real, decay_constant: float) -> Real:
-    """Energy over its start at a constant collision rate (the report's eq. 6): e^(−kt)."""
-    ratio: Real = np.exp(-decay_constant * time)
-    return ratio
-
-
 def haff_ratio(time: Real, haff_rate: float) -> Real:
     """Temperature over its start by Haff's law (Haff 1983): T/T0 = (1 + αt)⁻²."""
     return 1.0 / (1.0 + haff_rate * time) ** 2
@@ -84,22 +78,6 @@ def energy_ratio_by_events(
     lost = (1 - restitution**2) * ball_ball_events + (1 - wall_restitution**2) * wall_events
     ratio: Real = np.exp(-lost / number)
     return ratio
-
-
-def haff_event_count(time: Real, haff_rate: float, initial_rate: float) -> Real:
-    """Events until a time under Haff's law: (Γ/α) ln(1 + αt), with Γ events per second at t = 0."""
-    if haff_rate == 0:
-        return initial_rate * time
-    count: Real = initial_rate / haff_rate * np.log1p(haff_rate * time)
-    return count
-
-
-def haff_event_time(count: Real, haff_rate: float, initial_rate: float) -> Real:
-    """Time at which Haff's law has had `count` events (s), the inverse of `haff_event_count`."""
-    if haff_rate == 0:
-        return count / initial_rate
-    time: Real = np.expm1(haff_rate * count / initial_rate) / haff_rate
-    return time
 
 
 def haff_cumulative_pressure(time: Real, initial_pressure: float, haff_rate: float) -> Real:

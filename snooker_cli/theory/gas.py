@@ -1,4 +1,4 @@
-"""The ideal gas of the report, its two excluded-area corrections, and how full the circle is."""
+"""The ideal gas of the report, its excluded-area corrections, and how full the circle is."""
 
 import math
 
@@ -34,17 +34,6 @@ def van_der_waals_pressure(
     """
     free_area = area - number * 2 * math.pi * ball_radius**2
     return number * temperature / free_area if free_area > 0 else math.inf
-
-
-def accessible_area_pressure(
-    number: float, temperature: float, ball_radius: float, container_radius: float
-) -> float:
-    """Ideal pressure in the area that the centres can reach (N/m): P = N T/(πa²), a = R − r.
-
-    This is the force over the perimeter 2πa of that area; `accessible_wall_pressure` has it over
-    the container's own perimeter.
-    """
-    return number * temperature / (math.pi * (container_radius - ball_radius) ** 2)
 
 
 def accessible_wall_pressure(

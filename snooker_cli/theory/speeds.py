@@ -1,4 +1,4 @@
-"""Distributions of speed: Maxwell-Boltzmann, and the exact one of N balls at fixed energy.
+"""Distributions of speed: Maxwell-Boltzmann, a cooling gas, and N balls at fixed energy, exact.
 
 With walls (no conserved momentum) and a fixed total energy E = N T the 2N velocity components are
 uniform on a sphere, so v²/(2NT/m) ~ Beta(1, N − 1) for each ball. Maxwell-Boltzmann is its N → ∞.
@@ -40,6 +40,18 @@ def maxwell_speed_density(speed: Real, temperature: float, mass: float = 1.0) ->
 def maxwell_speed_cdf(speed: Real, temperature: float, mass: float = 1.0) -> Real:
     """Probability of a speed below `speed` (m/s ≥ 0) in the Maxwell-Boltzmann gas."""
     probability: Real = -np.expm1(-0.5 * mass * speed * speed / temperature)
+    return probability
+
+
+def sonine_speed_cdf(speed: Real, temperature: float, a2: float, mass: float = 1.0) -> Real:
+    """Probability of a speed below `speed` (m/s ≥ 0) in the homogeneous cooling state.
+
+    Maxwell's density times 1 + a2 (x²/2 − 2x + 1), x = m v²/2T, the Sonine polynomial of van Noije
+    & Ernst 1998 in two dimensions with the a2 of `sonine_coefficient`; integrated,
+    1 − e^(−x)[1 + a2 (x²/2 − x)].
+    """
+    x = 0.5 * mass * speed * speed / temperature
+    probability: Real = -np.expm1(-x) - a2 * (0.5 * x * x - x) * np.exp(-x)
     return probability
 
 

@@ -1,19 +1,11 @@
-"""Equations of state of the hard-disk fluid, in bulk and inside a circular wall."""
+"""The equation of state of the hard-disk fluid, in bulk and inside a circular wall."""
 
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Literal
 
 import numpy as np
 
 from snooker_cli.theory.real import Real
-
-EquationOfState = Literal["pade", "virial", "henderson", "scaled_particle", "santos"]
-
-CLOSE_PACKING = math.pi * math.sqrt(3) / 6
-"""Packing fraction of the densest lattice of equal disks, η_m."""
 
 VIRIAL_RATIOS = (
     1.0,
@@ -55,74 +47,24 @@ def _pade_coefficients() -> tuple[tuple[float, ...], tuple[float, ...]]:
 _PADE_CONTACT, _PADE_DENOMINATOR = _pade_coefficients()
 
 
-def _pade(packing: Real) -> Real:
+def contact_value(packing: Real) -> Real:
+    """Pair distribution of hard disks at contact: χ = (Z − 1)/(2η), 1 in the dilute limit.
+
+    `packing` is the packing fraction η (float or array); Z is the Padé [4/5] in 2η of ten virial
+    coefficients (Clisby & McCoy 2006). It describes the fluid and fails above η ≈ 0.65, where disks
+    begin to order (at η = 0.70 it is a tenth too high).
+    """
     x = 2.0 * packing
     return _polynomial(_PADE_CONTACT, x) / _polynomial(_PADE_DENOMINATOR, x)
 
 
-def _virial(packing: Real) -> Real:
-    return _polynomial(VIRIAL_RATIOS[1:], 2.0 * packing)
-
-
-def _henderson(packing: Real) -> Real:
-    return (1.0 - 7.0 * packing / 16.0) / (1.0 - packing) ** 2
-
-
-def _scaled_particle(packing: Real) -> Real:
-    return (1.0 - packing / 2.0) / (1.0 - packing) ** 2
-
-
-def _santos(packing: Real) -> Real:
-    quadratic = (2.0 * CLOSE_PACKING - 1.0) / CLOSE_PACKING**2
-    return (1.0 - quadratic * packing / 2.0) / (1.0 - 2.0 * packing + quadratic * packing**2)
-
-
-EQUATIONS_OF_STATE: Mapping[EquationOfState, str] = MappingProxyType(
-    {
-        "pade": "Padé [4/5] of ten virial coefficients (Clisby & McCoy 2006)",
-        "virial": "virial series, ten coefficients (Clisby & McCoy 2006)",
-        "henderson": "Henderson 1975",
-        "scaled_particle": "scaled particle theory (Helfand, Frisch & Lebowitz 1961)",
-        "santos": "Santos, López de Haro & Yuste 1995",
-    }
-)
-"""Name and source of every equation of state."""
-
-
-def contact_value(packing: Real, equation: EquationOfState = "pade") -> Real:
-    """Pair distribution of hard disks at contact: χ = (Z − 1)/(2η), 1 in the dilute limit.
-
-    `packing` is the packing fraction η (float or array). The equations, by the Z they stand for:
-    "virial" Σ ratio_k (2η)^(k−1); "pade" its Padé [4/5] in 2η; "henderson" (1 + η²/8)/(1 − η)²,
-    that is χ = (1 − 7η/16)/(1 − η)²; "scaled_particle" 1/(1 − η)²; "santos"
-    1/[1 − 2η + (2η_m − 1)η²/η_m²]. They describe the fluid: all of them fail above η ≈ 0.65,
-    where disks begin to order (at η = 0.70 the Padé is a tenth too high).
-    """
-    contact_values: dict[EquationOfState, Callable[[Real], Real]] = {
-        "pade": _pade,
-        "virial": _virial,
-        "henderson": _henderson,
-        "scaled_particle": _scaled_particle,
-        "santos": _santos,
-    }
-    if equation not in contact_values:
-        raise ValueError(
-            f"{equation!r} is not an equation of state; choose from {', '.join(contact_values)}."
-        )
-    return contact_values[equation](packing)
-
-
-def compressibility(packing: Real, equation: EquationOfState = "pade") -> Real:
+def compressibility(packing: Real) -> Real:
     """Compressibility factor of hard disks: Z = P/(n T) = 1 + 2ηχ (see `contact_value`)."""
-    return 1.0 + 2.0 * packing * contact_value(packing, equation)
+    return 1.0 + 2.0 * packing * contact_value(packing)
 
 
 def bulk_pressure(
-    number: float,
-    temperature: float,
-    ball_radius: float,
-    container_radius: float,
-    equation: EquationOfState = "pade",
+    number: float, temperature: float, ball_radius: float, container_radius: float
 ) -> float:
     """Pressure of the bulk fluid at the container's mean density (N/m): P = Z(η) N T/(πR²).
 
@@ -130,7 +72,7 @@ def bulk_pressure(
     """
     packing = number * (ball_radius / container_radius) ** 2
     area = math.pi * container_radius**2
-    return number * temperature / area * compressibility(packing, equation)
+    return number * temperature / area * compressibility(packing)
 
 
 @dataclass(frozen=True)
@@ -153,11 +95,7 @@ class CircleState:
 
 
 def circle_state(
-    number: float,
-    temperature: float,
-    ball_radius: float,
-    container_radius: float,
-    equation: EquationOfState = "pade",
+    number: float, temperature: float, ball_radius: float, container_radius: float
 ) -> CircleState:
     """Pressure of hard disks in a circle, with the wall by scaled particle theory.
 
@@ -168,8 +106,7 @@ def circle_state(
         N = n_b πa² + 2πa n_b 2ηr/(1 + η)         (a quadratic equation for η)
         P_acc = n_b T Z(η) − γ/a                  P = P_acc a/R
 
-    `equation` names the bulk's Z. "scaled_particle" makes the whole consistent; "pade" is the
-    better bulk, and in the report's scene at r = 1 m the two enclose the simulated pressure.
+    Z is the Padé's of `compressibility`, which is better in bulk than scaled particle theory's own.
 
     Raises ValueError when no fluid of that many balls fits.
     """
@@ -185,7 +122,7 @@ def circle_state(
     packing = 2 * covered / (linear + math.sqrt(linear**2 + 4 * quadratic * covered))
     density = packing / (math.pi * ball_radius**2)
     tension = -density * temperature * ball_radius * packing / (1 - packing) ** 2
-    bulk = density * temperature * compressibility(packing, equation)
+    bulk = density * temperature * compressibility(packing)
     accessible_pressure = bulk - tension / accessible_radius
     pressure = accessible_pressure * accessible_radius / container_radius
     return CircleState(pressure, accessible_pressure, packing)

@@ -1,0 +1,376 @@
+"""Many balls: cells to find partners in, and a tournament tree for what comes next.
+
+The ideas, and where they come from:
+- Each ball has its own clock, moves only in its own events, and has one entry in the queue, its
+  earliest event; an entry whose partner has had an event since is stale, and is predicted again
+  when it comes up (Lubachevsky, J. Comput. Phys. 94, 255 (1991)).
+- A ball looks for partners in its own and the eight cells around; when it crosses into another
+  cell it looks at the three on the far side, all others being known (Rapaport, J. Comput. Phys.
+  34, 184 (1980)). A crossing changes neither position nor clock: a replay knows nothing of cells.
+- A ball's state is one line of a cache; the wall is predicted only from cells that are next to it.
+- A free container is taken to be where it was, with a wall that is nearer by ``margin``: what that
+  predicts comes too early, and is predicted exactly when it comes up. So a push of the container
+  costs nothing, until it has moved by the margin.
+"""
+
+from __future__ import annotations
+
+from snooker_cli.engine.collide import hit_pair, hit_side, hit_wall, move, wrap
+from snooker_cli.engine.compiling import compiled, inlined
+from snooker_cli.engine.contact import NEVER, nearest_image
+from snooker_cli.engine.endings import (
+    CELL_FULL,
+    CLOCK_DIGITS,
+    COLLAPSE,
+    COLLISIONS,
+    FULL,
+    NOTHING_LEFT,
+    OUT_OF_MARGIN,
+    STALL_LIMIT,
+    TIME,
+    WALL_TRAP,
+)
+from snooker_cli.engine.layout import (
+    BOUNCES,
+    CELL,
+    CLOCK,
+    CONTACT_TIME,
+    COUNT,
+    CROSS_X,
+    CROSS_Y,
+    CROSSINGS,
+    FIRST,
+    LAST,
+    LOOK_AGAIN,
+    NOBODY,
+    NOW,
+    PAIR_EVENTS,
+    PAIR_VIRIAL,
+    PARTNER,
+    PARTNER_COUNT,
+    PLACE,
+    PREDICTIONS,
+    SECOND,
+    STALLED,
+    WALL_EVENTS,
+    WALL_IMPULSE,
+    Flags,
+    Floats,
+    Indices,
+    Integers,
+    Recorded,
+    Setup,
+    U,
+    V,
+    X,
+    Y,
+)
+from snooker_cli.engine.mesh import Cells, Mesh, cell_at, column_of, row_of
+from snooker_cli.engine.outlook import (
+    UNTIL,
+    Margin,
+    enqueue,
+    enter_contact,
+    predict,
+    predict_crossings,
+    push,
+    time_at_wall,
+)
+from snooker_cli.engine.predict import contact_distance, is_trapped
+from snooker_cli.engine.sampling import Grid, sample_until
+from snooker_cli.engine.search import collect, nearest
+from snooker_cli.engine.tree import first
+
+# A crossing is no event: after this many for each event that there is room for the kernel returns,
+# so that a run in which nothing happens can be stopped too.
+CROSSINGS_AT_ONCE = 64
+
+
+@inlined
+def cross(
+    i: int,
+    now: float,
+    balls: Floats,
+    container: Floats | None,
+    margin: Margin | None,
+    box: Floats | None,
+    period: Floats | None,
+    setup: Setup,
+    radii: Floats | None,
+    links: Indices,
+    mesh: Mesh,
+    members: Indices,
+    occupancy: Indices,
+    at_wall: Flags,
+    near: Indices,
+    counts: Integers,
+) -> bool:
+    """Take ball i into the next cell and look at the far side; false if there is no room in it."""
+    across = balls[CROSS_X, i] <= balls[CROSS_Y, i]
+    old = links[CELL, i]
+    column, row = column_of(mesh, old), row_of(mesh, old)
+    w = balls[U, i] if across else balls[V, i]
+    step = 1 if w > 0.0 else -1
+    right, up = (step, 0) if across else (0, step)
+    column, row = column + right, row + up
+    if period is not None:
+        column += mesh.columns if column < 0 else 0
+        column -= mesh.columns if column >= mesh.columns else 0
+        row += mesh.rows if row < 0 else 0
+        row -= mesh.rows if row >= mesh.rows else 0
+    new = cell_at(mesh, column, row)
+    if occupancy[new] == members.shape[1]:
+        return False
+    put_out(i, links, members, occupancy)
+    put_into(i, new, links, members, occupancy)
+    side = mesh.width if across else mesh.height
+    balls[CROSS_X if across else CROSS_Y, i] = now + side / abs(w)
+    delay, whom = balls[CONTACT_TIME, i] - now, NOBODY
+    better = False
+    if at_wall[new]:
+        wall, known = time_at_wall(
+            i, now, False, balls, container, margin, box, setup, radii, links
+        )
+        if wall < delay:
+            delay, whom, better = wall, NOBODY if known else LOOK_AGAIN, True
+    found = 0
+    for along in range(-1, 2):
+        found = collect(
+            near,
+            found,
+            column + (right if across else along),
+            row + (along if across else up),
+            mesh,
+            members,
+            occupancy,
+            period,
+        )
+    sooner, partner = nearest(i, now, near, found, delay, whom, NOBODY, balls, setup, radii, period)
+    counts[PREDICTIONS] += found
+    if better or sooner < delay:
+        enter_contact(i, now + sooner, partner, balls, links)
+    return True
+
+
+@inlined
+def put_into(i: int, cell: int, links: Indices, members: Indices, occupancy: Indices) -> None:
+    """Make ball i a member of a cell."""
+    place = occupancy[cell]
+    members[cell, place] = i
+    occupancy[cell] = place + 1
+    links[CELL, i] = cell
+    links[PLACE, i] = place
+
+
+@inlined
+def put_out(i: int, links: Indices, members: Indices, occupancy: Indices) -> None:
+    """Take ball i out of its cell; the last member takes its place."""
+    cell, place = links[CELL, i], links[PLACE, i]
+    last = occupancy[cell] - 1
+    occupancy[cell] = last
+    moved = members[cell, last]
+    members[cell, place] = moved
+    links[PLACE, moved] = place
+
+
+@compiled
+def fill(
+    now: float,
+    balls: Floats,
+    container: Floats | None,
+    margin: Margin | None,
+    box: Floats | None,
+    period: Floats | None,
+    setup: Setup,
+    radii: Floats | None,
+    links: Indices,
+    mesh: Mesh,
+    cells: Cells,
+    near: Indices,
+    tree: Floats,
+    counts: Integers,
+) -> bool:
+    """Sort all balls into cells and queue what each does next; false if a cell is too small."""
+    members, occupancy, at_wall = cells.members, cells.occupancy, cells.at_wall
+    occupancy[:] = 0
+    for i in range(balls.shape[1]):
+        age = now - balls[CLOCK, i]
+        x, y = balls[X, i] + balls[U, i] * age, balls[Y, i] + balls[V, i] * age
+        if period is not None:
+            x, y = nearest_image(x, y, period)
+        column = min(max(int((x - mesh.left) / mesh.width), 0), mesh.columns - 1)
+        row = min(max(int((y - mesh.bottom) / mesh.height), 0), mesh.rows - 1)
+        cell = cell_at(mesh, column, row)
+        if occupancy[cell] == members.shape[1]:
+            return False
+        put_into(i, cell, links, members, occupancy)
+        predict_crossings(i, now, balls, period, links, mesh)
+    for i in range(balls.shape[1]):
+        predict(
+            i,
+            now,
+            False,
+            balls,
+            container,
+            margin,
+            box,
+            period,
+            setup,
+            radii,
+            links,
+            mesh,
+            members,
+            occupancy,
+            at_wall,
+            near,
+            counts,
+        )
+        enqueue(i, now, balls, tree)
+    return True
+
+
+@compiled
+def advance(
+    balls: Floats,
+    container: Floats | None,
+    margin: Margin | None,
+    box: Floats | None,
+    period: Floats | None,
+    setup: Setup,
+    radii: Floats | None,
+    masses: Floats | None,
+    links: Indices,
+    mesh: Mesh,
+    cells: Cells,
+    near: Indices,
+    tree: Floats,
+    labels: Indices | None,
+    sums: Floats,
+    counts: Integers,
+    recorded: Recorded | None,
+    grid: Grid | None,
+    room: int,
+) -> int:
+    """Simulate at most ``room`` events; why it stopped. Ties go by time and ball."""
+    number = balls.shape[1]
+    members, occupancy, at_wall = cells.members, cells.occupancy, cells.at_wall
+    crossings = filled = 0
+    while filled < room:
+        if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
+            return COLLISIONS
+        i = first(tree)
+        now = tree[1]
+        if now == NEVER:
+            return NOTHING_LEFT
+        if now > setup.time_limit:
+            return TIME
+        if margin is not None and now > margin.place[UNTIL]:
+            return OUT_OF_MARGIN
+        if balls[CONTACT_TIME, i] > now:
+            if crossings == CROSSINGS_AT_ONCE * room:
+                return FULL
+            crossings += 1
+            counts[CROSSINGS] += 1
+            if not cross(
+                i,
+                now,
+                balls,
+                container,
+                margin,
+                box,
+                period,
+                setup,
+                radii,
+                links,
+                mesh,
+                members,
+                occupancy,
+                at_wall,
+                near,
+                counts,
+            ):
+                return CELL_FULL
+            enqueue(i, now, balls, tree)
+            continue
+        j = links[PARTNER, i]
+        happens = j == NOBODY or (j >= 0 and links[PARTNER_COUNT, i] == links[COUNT, j])
+        trapped = False
+        if happens:
+            if grid is not None:
+                sample_until(now, grid, balls, container, setup, masses, sums, counts)
+            stalls = now - sums[NOW] <= CLOCK_DIGITS * now
+            counts[STALLED] = counts[STALLED] + 1 if stalls else 0
+            counts[FIRST], counts[SECOND] = i, j
+            sums[NOW] = now
+            move(i, now, balls)
+            if period is not None:
+                wrap(i, balls, period)
+            links[COUNT, i] += 1
+            if j == NOBODY:
+                counts[WALL_EVENTS] += 1
+                links[LAST, i] = NOBODY
+                links[BOUNCES, i] += 1
+                bounces = links[BOUNCES, i]
+                if box is not None:
+                    size = hit_side(i, balls, box, setup, radii, masses)
+                else:
+                    size = hit_wall(i, now, balls, container, setup, masses)
+                    if container is not None and margin is not None:
+                        push(now, container, margin, links, balls, tree)
+                    # To ask takes a look at all balls, so it is asked after 2, 4, 8 ... bounces.
+                    often = bounces > 1 or setup.wall_restitution == 0.0
+                    if setup.wall_restitution < 1.0 and often and bounces & (bounces - 1) == 0:
+                        trapped = is_trapped(
+                            i, now, balls, container, setup, radii, masses, None, False
+                        )
+                sums[WALL_IMPULSE] += size
+            else:
+                counts[PAIR_EVENTS] += 1
+                move(j, now, balls)
+                if period is not None:
+                    wrap(j, balls, period)
+                links[COUNT, j] += 1
+                links[LAST, i], links[LAST, j] = j, i
+                links[BOUNCES, i] = links[BOUNCES, j] = 0
+                size = hit_pair(i, j, balls, setup, masses, period)
+                sums[PAIR_VIRIAL] += size * contact_distance(setup, radii, i, j)
+            if recorded is not None:
+                one, other = i, j
+                if labels is not None:
+                    one = labels[i]
+                    other = labels[j] if j != NOBODY else NOBODY
+                recorded.time[filled] = now
+                recorded.i[filled] = one if j == NOBODY else min(one, other)
+                recorded.j[filled] = NOBODY if j == NOBODY else max(one, other)
+                recorded.impulse[filled] = size
+            filled += 1
+        # What is stale is looked at again, and now exactly.
+        for turn in range(2 if happens and j != NOBODY else 1):
+            k = i if turn == 0 else j
+            if happens:
+                predict_crossings(k, now, balls, period, links, mesh)
+            predict(
+                k,
+                now,
+                not happens,
+                balls,
+                container,
+                margin,
+                box,
+                period,
+                setup,
+                radii,
+                links,
+                mesh,
+                members,
+                occupancy,
+                at_wall,
+                near,
+                counts,
+            )
+            enqueue(k, now, balls, tree)
+        if trapped or counts[STALLED] > STALL_LIMIT * number:
+            if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
+                return COLLISIONS
+            return WALL_TRAP if trapped else COLLAPSE
+    return FULL

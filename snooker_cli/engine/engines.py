@@ -1,0 +1,245 @@
+"""The two engines, each with the arrays of one simulation: all pairs for few balls, else cells."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from snooker_cli.engine import allpairs, cells, layout, mesh, outlook, tree
+from snooker_cli.engine.endings import CELL_FULL, OUT_OF_MARGIN
+
+if TYPE_CHECKING:
+    from snooker_cli.engine.layout import Floats, Integers, Recorded
+    from snooker_cli.engine.sampling import Grid
+    from snooker_cli.scene import Scene
+
+REORDERED = 4096
+"""Balls from which on those in neighbouring cells are kept near each other in memory."""
+
+REORDER_AFTER = 20
+"""Events a ball after which balls are put into the order of their cells again."""
+
+FEW = 80
+"""Balls in a circle up to which to look at all pairs is faster than to keep cells."""
+
+BALLS_A_CELL = 1.0
+
+MARGIN = 0.1
+"""How far a free container may move until all is predicted again, of a cell's side."""
+
+
+class Engine(Protocol):
+    """A simulation under way."""
+
+    container: Floats | None
+    sums: Floats
+    counts: Integers
+
+    def advance(self, recorded: Recorded | None, grid: Grid | None, room: int) -> int:
+        """Simulate at most ``room`` events; why it stopped."""
+
+    def balls(self) -> Floats:
+        """The balls' rows as in ``layout``, in the scene's order."""
+
+
+class AllPairs:
+    """Few balls in a circle."""
+
+    def __init__(self, scene: Scene, setup: layout.Setup) -> None:
+        self.setup = setup
+        self.state = layout.balls_of(scene)
+        self.container = layout.container_of(scene)
+        self.radii = layout.unless_equal(scene.radii)
+        self.masses = layout.unless_equal(scene.masses)
+        self.agenda = np.full((layout.AGENDA_ROWS, scene.number), math.inf)
+        self.links = np.full((layout.LINK_ROWS, scene.number), layout.NOBODY, dtype=np.int64)
+        self.links[[layout.COUNT, layout.BOUNCES]] = 0
+        self.sums, self.counts = layout.new_sums(), layout.new_counts()
+        allpairs.prepare(
+            self.state, self.container, self.setup, self.radii, self.agenda, self.links
+        )
+
+    def advance(self, recorded: Recorded | None, grid: Grid | None, room: int) -> int:
+        """Simulate at most ``room`` events; why it stopped."""
+        answer = allpairs.advance(
+            self.state,
+            self.container,
+            self.setup,
+            self.radii,
+            self.masses,
+            self.agenda,
+            self.links,
+            self.sums,
+            self.counts,
+            recorded,
+            grid,
+            room,
+        )
+        return int(answer)
+
+    def balls(self) -> Floats:
+        """The balls' rows as in ``layout``, in the scene's order."""
+        return self.state
+
+
+class InCells:
+    """Many balls, or a box."""
+
+    def __init__(self, scene: Scene, setup: layout.Setup) -> None:
+        number = scene.number
+        self.scene, self.setup = scene, setup
+        self.state = np.zeros((layout.CELL_BALL_ROWS, number), order="F")
+        self.state[: layout.BALL_ROWS] = layout.balls_of(scene)
+        self.container = layout.container_of(scene)
+        self.box = layout.half_sides_of(scene)
+        self.period = layout.period_of(scene)
+        self.radii = layout.unless_equal(scene.radii)
+        self.masses = layout.unless_equal(scene.masses)
+        self.links = np.zeros((layout.CELL_LINK_ROWS, number), dtype=np.int32, order="F")
+        self.links[layout.LAST] = layout.NOBODY
+        self.mesh = mesh.new_mesh(scene, side_of(scene))
+        self.cells = self._new_cells(4)
+        self.tree = tree.new_tree(number)
+        self.labels: layout.Indices | None = None
+        self.margin = self._margin()
+        self.sums, self.counts = layout.new_sums(), layout.new_counts()
+        self.ordered_at = 0
+        self._fill(0.0)
+
+    def advance(self, recorded: Recorded | None, grid: Grid | None, room: int) -> int:
+        """Simulate at most ``room`` events; why it stopped."""
+        if self.scene.number >= REORDERED:
+            self._keep_order()
+        return self._advance(recorded, grid, room)
+
+    def balls(self) -> Floats:
+        """The balls' rows as in ``layout``, in the scene's order."""
+        rows = self.state[: layout.BALL_ROWS]
+        if self.labels is None:
+            return rows
+        ordered = np.empty_like(rows)
+        ordered[:, self.labels] = rows
+        return ordered
+
+    def _advance(self, recorded: Recorded | None, grid: Grid | None, room: int) -> int:
+        """Simulate, and see to the cells on the way."""
+        begun = self._events
+        while True:
+            done = self._events - begun
+            answer = int(
+                cells.advance(
+                    self.state,
+                    self.container,
+                    self.margin,
+                    self.box,
+                    self.period,
+                    self.setup,
+                    self.radii,
+                    self.masses,
+                    self.links,
+                    self.mesh,
+                    self.cells,
+                    self.near,
+                    self.tree,
+                    self.labels,
+                    self.sums,
+                    self.counts,
+                    None if recorded is None else recorded.after(done),
+                    grid,
+                    room - done,
+                )
+            )
+            if answer == CELL_FULL:
+                self._widen()
+                self._fill(float(self.sums[layout.NOW]))
+            elif answer == OUT_OF_MARGIN and self.margin is not None:
+                now = float(self.margin.place[outlook.UNTIL])
+                self.margin = self._margin(now)
+                self._fill(now)
+            else:
+                return answer
+
+    def _fill(self, now: float) -> None:
+        """Put the balls into cells and predict everything, as of ``now`` (s)."""
+        while True:
+            self.near = np.zeros(9 * self.cells.members.shape[1] + 4, dtype=np.int32)
+            self.links[layout.BRINK] = 0
+            filled = cells.fill(
+                now,
+                self.state,
+                self.container,
+                self.margin,
+                self.box,
+                self.period,
+                self.setup,
+                self.radii,
+                self.links,
+                self.mesh,
+                self.cells,
+                self.near,
+                self.tree,
+                self.counts,
+            )
+            if filled:
+                return
+            self._widen()
+
+    def _widen(self) -> None:
+        """Give every cell twice the room."""
+        self.cells = self._new_cells(2 * self.cells.members.shape[1])
+
+    def _new_cells(self, capacity: int) -> mesh.Cells:
+        margin = 0.0 if self.container is None else MARGIN * self.mesh.width
+        return mesh.new_cells(self.scene, self.mesh, capacity, margin)
+
+    def _margin(self, now: float = 0.0) -> outlook.Margin | None:
+        """Put cells round a free container; where it may be, from ``now`` (s) on, in them."""
+        if self.container is None:
+            return None
+        margin = outlook.new_margin(
+            self.container, MARGIN * self.mesh.width, now, self.scene.number
+        )
+        self.mesh = mesh.centred(self.mesh, *margin.place[: outlook.WIDTH])
+        return margin
+
+    @property
+    def _events(self) -> int:
+        return int(self.counts[layout.WALL_EVENTS] + self.counts[layout.PAIR_EVENTS])
+
+    def _keep_order(self) -> None:
+        """Put the balls into the order of their cells, if there have been events enough."""
+        if self.labels is not None and self._events < self.ordered_at + (
+            REORDER_AFTER * self.scene.number
+        ):
+            return
+        order = np.argsort(self.links[layout.CELL], kind="stable")
+        place = np.empty(len(order), dtype=np.int32)
+        place[order] = np.arange(len(order), dtype=np.int32)
+        labels = np.arange(len(order), dtype=np.int32) if self.labels is None else self.labels
+        self.labels = np.ascontiguousarray(labels[order])
+        self.state = np.asfortranarray(self.state[:, order])
+        self.links = np.asfortranarray(self.links[:, order])
+        last = self.links[layout.LAST]
+        last[last >= 0] = place[last[last >= 0]]
+        self.radii = None if self.radii is None else self.radii[order]
+        self.masses = None if self.masses is None else self.masses[order]
+        self.ordered_at = self._events
+        self._fill(float(self.sums[layout.NOW]))
+
+
+def engine_for(scene: Scene, kind: str | None = None) -> type[AllPairs] | type[InCells]:
+    """What suits a scene, or what it is told to be: "allpairs" or "cells".
+
+    Raises ``ValueError`` for all pairs in a box.
+    """
+    if kind == "allpairs" and scene.shape != "circle":
+        raise ValueError(f"the engine allpairs knows no {scene.shape}: use cells")
+    few = scene.shape == "circle" and scene.number <= FEW
+    return AllPairs if (few if kind is None else kind == "allpairs") else InCells
+
+
+def side_of(scene: Scene) -> float:
+    """Side of the cells, m: wide enough that crossings are no more than looking at partners."""
+    return math.sqrt(BALLS_A_CELL * scene.area / scene.number)

@@ -1,0 +1,204 @@
+"""What a ball among the cells does next: it leaves its cell, touches a ball or hits the wall.
+
+A free container is taken to be where it was, with a wall that is nearer by a margin: what that
+predicts comes too early, and is predicted exactly when it comes up. So a push of the container
+costs nothing until it has moved by the margin. The few balls within the margin are predicted
+exactly, and again after each push.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from snooker_cli.engine.collide import radius_of
+from snooker_cli.engine.compiling import inlined
+from snooker_cli.engine.contact import NEVER, nearest_image, side_delay, wall_delay
+from snooker_cli.engine.layout import (
+    BRINK,
+    CELL,
+    CLOCK,
+    CONTACT_TIME,
+    COUNT,
+    CROSS_X,
+    CROSS_Y,
+    LAST,
+    LOOK_AGAIN,
+    NOBODY,
+    PARTNER,
+    PARTNER_COUNT,
+    PREDICTIONS,
+    Flags,
+    Floats,
+    Indices,
+    Integers,
+    Setup,
+    U,
+    V,
+    X,
+    Y,
+)
+from snooker_cli.engine.mesh import Mesh, column_of, row_of
+from snooker_cli.engine.predict import wall_reach
+from snooker_cli.engine.search import collect_around, nearest
+from snooker_cli.engine.tree import update
+
+# Elements of a margin's place.
+CENTRE_X, CENTRE_Y, WIDTH, UNTIL = range(4)
+
+
+class Margin(NamedTuple):
+    """Where a free container may be until everything is predicted again.
+
+    place : (4,), the centre's coordinates (m), how far it may be from there (m), until when (s)
+    brink : (*N*,) ``numpy.int32``, the balls whose hit has been predicted exactly since the last
+    brinks : (1,), how many they are
+    """
+
+    place: Floats
+    brink: Indices
+    brinks: Indices
+
+
+def new_margin(container: Floats, width: float, now: float, number: int) -> Margin:
+    """A margin round where a free container is at a time (s)."""
+    age = now - container[CLOCK]
+    x, y = container[X] + container[U] * age, container[Y] + container[V] * age
+    until = now + wall_delay(0.0, 0.0, container[U], container[V], width * width)
+    return Margin(
+        place=np.array([x, y, width, until]),
+        brink=np.zeros(number, dtype=np.int32),
+        brinks=np.zeros(1, dtype=np.int32),
+    )
+
+
+@inlined
+def crossing_delay(p: float, w: float, side: float) -> float:
+    """Time until a ball at p from its cell's middle, moving at w along an axis, leaves it; s."""
+    delay = ((0.5 * side if w > 0.0 else -0.5 * side) - p) / w
+    return delay if w != 0.0 else NEVER
+
+
+@inlined
+def predict_crossings(
+    i: int, now: float, balls: Floats, period: Floats | None, links: Indices, mesh: Mesh
+) -> None:
+    """Enter when ball i leaves its cell across and up or down."""
+    cell = links[CELL, i]
+    age = now - balls[CLOCK, i]
+    u, v = balls[U, i], balls[V, i]
+    x = balls[X, i] + u * age - (mesh.left + mesh.width * (column_of(mesh, cell) + 0.5))
+    y = balls[Y, i] + v * age - (mesh.bottom + mesh.height * (row_of(mesh, cell) + 0.5))
+    if period is not None:
+        x, y = nearest_image(x, y, period)
+    balls[CROSS_X, i] = now + crossing_delay(x, u, mesh.width)
+    balls[CROSS_Y, i] = now + crossing_delay(y, v, mesh.height)
+
+
+@inlined
+def enqueue(i: int, now: float, balls: Floats, tree: Floats) -> None:
+    """Queue ball i's earliest event: its contact or a crossing; none is in the past."""
+    crossing = min(balls[CROSS_X, i], balls[CROSS_Y, i])
+    update(tree, i, max(min(balls[CONTACT_TIME, i], crossing), now))
+
+
+@inlined
+def time_at_wall(
+    i: int,
+    now: float,
+    exact: bool,
+    balls: Floats,
+    container: Floats | None,
+    margin: Margin | None,
+    box: Floats | None,
+    setup: Setup,
+    radii: Floats | None,
+    links: Indices,
+) -> tuple[float, bool]:
+    """Time until ball i hits the wall, and whether that is exact or only not too late; s."""
+    age = now - balls[CLOCK, i]
+    u, v = balls[U, i], balls[V, i]
+    x, y = balls[X, i] + u * age, balls[Y, i] + v * age
+    if box is not None:
+        r = radius_of(setup, radii, i)
+        return side_delay(x, y, u, v, box[0] - r, box[1] - r), True
+    reach = wall_reach(setup, radii, i)
+    if container is None or margin is None:
+        return wall_delay(x, y, u, v, reach * reach), True
+    near = max(reach - margin.place[WIDTH], 0.0)
+    xm, ym = x - margin.place[CENTRE_X], y - margin.place[CENTRE_Y]
+    if not exact and xm * xm + ym * ym < near * near:
+        return wall_delay(xm, ym, u, v, near * near), False
+    if links[BRINK, i] == 0:
+        links[BRINK, i] = 1
+        margin.brink[margin.brinks[0]] = i
+        margin.brinks[0] += 1
+    age = now - container[CLOCK]
+    x -= container[X] + container[U] * age
+    y -= container[Y] + container[V] * age
+    return wall_delay(x, y, u - container[U], v - container[V], reach * reach), True
+
+
+@inlined
+def predict(
+    i: int,
+    now: float,
+    exact: bool,
+    balls: Floats,
+    container: Floats | None,
+    margin: Margin | None,
+    box: Floats | None,
+    period: Floats | None,
+    setup: Setup,
+    radii: Floats | None,
+    links: Indices,
+    mesh: Mesh,
+    members: Indices,
+    occupancy: Indices,
+    at_wall: Flags,
+    near: Indices,
+    counts: Integers,
+) -> None:
+    """Enter ball i's earliest contact, with a ball or with the wall."""
+    cell = links[CELL, i]
+    delay, whom = NEVER, LOOK_AGAIN
+    if at_wall[cell]:
+        delay, known = time_at_wall(
+            i, now, exact, balls, container, margin, box, setup, radii, links
+        )
+        whom = NOBODY if known else LOOK_AGAIN
+    column, row = column_of(mesh, cell), row_of(mesh, cell)
+    found = collect_around(near, column, row, mesh, members, occupancy, period)
+    last = links[LAST, i]
+    apart = NOBODY
+    if last >= 0 and links[LAST, last] == i:
+        apart = last  # they parted in the last event of both
+    delay, whom = nearest(i, now, near, found, delay, whom, apart, balls, setup, radii, period)
+    counts[PREDICTIONS] += found
+    enter_contact(i, now + delay, whom, balls, links)
+
+
+@inlined
+def enter_contact(i: int, time: float, whom: int, balls: Floats, links: Indices) -> None:
+    """Note ball i's earliest contact."""
+    balls[CONTACT_TIME, i] = time
+    links[PARTNER, i] = whom
+    if whom >= 0:
+        links[PARTNER_COUNT, i] = links[COUNT, whom]
+
+
+@inlined
+def push(
+    now: float, container: Floats, margin: Margin, links: Indices, balls: Floats, tree: Floats
+) -> None:
+    """The container has another velocity: renew the margin's end; who is near looks again."""
+    place = margin.place
+    x, y = container[X] - place[CENTRE_X], container[Y] - place[CENTRE_Y]
+    place[UNTIL] = now + wall_delay(x, y, container[U], container[V], place[WIDTH] * place[WIDTH])
+    for k in range(margin.brinks[0]):
+        i = margin.brink[k]
+        links[BRINK, i] = 0
+        enter_contact(i, now, LOOK_AGAIN, balls, links)
+        enqueue(i, now, balls, tree)
+    margin.brinks[0] = 0

@@ -1,0 +1,148 @@
+"""The sentences that end a caption: the scene, its repeats, how they ended, what they share."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from snooker_cli.gallery.repeats import facts
+from snooker_cli.gallery.selection import (
+    described,
+    distinct,
+    matching,
+    there,
+    value_at,
+    varying,
+)
+from snooker_cli.trace import StopReason
+from snooker_cli.words import listed
+
+if TYPE_CHECKING:
+    from snooker_cli.config import Point
+    from snooker_cli.gallery.repeats import Facts
+    from snooker_cli.gallery.selection import Selection
+    from snooker_cli.results import Run
+
+MOST_LISTED = 3
+"""More points than this with missing repeats are summed up."""
+
+_SCENE = ("balls.rings", "balls.radius", "balls.speed", "container.radius", "cor", "wall_cor")
+
+_EARLY = {
+    StopReason.WALL_TRAP: "in a wall trap",
+    StopReason.COLLAPSE: "in a collapse",
+    StopReason.NOTHING_LEFT: "with no collision ahead",
+    StopReason.INTERRUPTED: "at an interruption",
+}
+"""What ends a repeat before the collisions or the time that were asked for."""
+
+
+def setting(
+    run: Run, points: Sequence[Point], selection: Selection, *, single: bool = False
+) -> str:
+    """The sentences that end a caption: the scene's constants, the repeats and their endings.
+
+    single : whether one repeat of each point is shown
+    """
+    found = [facts(run, point, selection, single=single) for point in points]
+    ended = early([each for shown in found for each in shown])
+    number = run.experiment.repeats
+    several = number > 1 and not single and selection.repeat is None
+    length = _length(points, " of at most" if ended and several else ", at most" if ended else ",")
+    if number == 1:
+        text = f"one repeat{' each' if len(points) > 1 else ''}{length}"
+    elif not several:
+        text = f"{which_repeat(run, points, selection)} of {number}{length}"
+    else:
+        text = f"{number} repeats{length}{' each' if length and not ended else ''}"
+    sentences = [
+        f"Scene: {', '.join(_constants(points))}; {text}{': ' if ended else ''}{ended}.",
+        unfinished(run, selection),
+        _copies(points, found),
+    ]
+    return " ".join(filter(None, sentences))
+
+
+def which_repeat(run: Run, points: Sequence[Point], selection: Selection) -> str:
+    """The repeat that is shown where one of each point is."""
+    numbers = {there(run, point, selection)[0] for point in points}
+    return f"repeat {numbers.pop()}" if len(numbers) == 1 else "the first repeat there is"
+
+
+def early(shown: Sequence[Facts]) -> str:
+    """How many of these repeats ended early and why; empty if none did."""
+    reasons = Counter(each.reason for each in shown if each.reason in _EARLY)
+    if not reasons:
+        return ""
+    count = sum(reasons.values())
+    who = f"{count} of {len(shown)}" if len(shown) > 1 else "it"
+    if len(reasons) == 1:
+        return f"{who} ended early, {_EARLY[next(iter(reasons))]}"
+    each = listed([f"{number} {_EARLY[reason]}" for reason, number in reasons.most_common()])
+    return f"{who} ended early, {each}"
+
+
+def _constants(points: Sequence[Point]) -> list[str]:
+    """What all points have in common, as ``r = 1 m``."""
+    balls = getattr(points[0].experiment.balls, "list", None)
+    constants = [] if balls is None else [f"N = {len(balls)}"]
+    for key in _SCENE:
+        if key.startswith("balls.") and balls is not None:
+            continue
+        values = distinct(points, key)
+        if len(values) == 1 and values[0] is not None:
+            constants.append(described(points[0], key))
+    return constants
+
+
+def _length(points: Sequence[Point], before: str) -> str:
+    """How long the repeats were to be, as ``, 500 collisions``; empty if that varies."""
+    ends = [
+        described(points[0], key)
+        for key in ("collisions", "time")
+        if key not in varying(points) and value_at(points[0], key) is not None
+    ]
+    return f"{before} {' or '.join(ends)}" if ends else ""
+
+
+def unfinished(run: Run, selection: Selection) -> str:
+    """Of an unfinished run, how many of the repeats that were asked for are there."""
+    wanted = 1 if selection.repeat is not None else run.experiment.repeats
+    points = matching(run, selection)
+    present = [len(there(run, point, selection)) for point in points]
+    short = [k for k, count in enumerate(present) if count < wanted]
+    if not short:
+        return ""
+    if len(points) == 1 or len(short) > MOST_LISTED:
+        said = f"{sum(present)} of {wanted * len(points)} repeats are there"
+        none = present.count(0)
+        said += f", none at {none} of {len(points)} points" if none else ""
+    else:
+        keys = varying(points)
+        places = [", ".join(described(points[k], key) for key in keys) for k in short]
+        counts = [f"{present[k] or 'none'} of {wanted}" for k in short]
+        said = listed([f"{n} at {place}" for n, place in zip(counts, places, strict=True)])
+        said += " are there"
+    return f"The run is unfinished: {said}."
+
+
+def _copies(points: Sequence[Point], found: Sequence[Sequence[Facts]]) -> str:
+    """Which start speeds give the same motions at another pace, where all repeats do."""
+    if "balls.speed" not in varying(points):
+        return ""
+    groups: dict[tuple[bytes, ...], list[float]] = {}
+    for point, shown in zip(points, found, strict=True):
+        if all(each.collisions for each in shown):
+            motions = tuple(each.motion for each in shown)
+            groups.setdefault(motions, []).append(value_at(point, "balls.speed"))
+    copies = dict.fromkeys(tuple(speeds) for speeds in groups.values() if len(speeds) > 1)
+    if not copies:
+        return ""
+    said = " and those at ".join(
+        f"v₀ = {listed([f'{speed:g}' for speed in speeds])} m/s" for speeds in copies
+    )
+    return (
+        f"The repeats at {said} share their random numbers and are the same motions at another "
+        "pace, to the bit: they count once."
+    )

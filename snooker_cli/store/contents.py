@@ -1,0 +1,152 @@
+"""What a repeat adds to its file's skeleton: events or summary, values of particles, attributes."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from h5py import h5g
+from numpy.typing import NDArray
+
+from snooker_cli.store import hdf5
+from snooker_cli.store.fingerprint import Fingerprint
+from snooker_cli.store.records import Provenance
+from snooker_cli.trace import SERIES_UNITS, Events, Summary, Trace
+
+COMPRESS_FROM = 4096  # elements; below it a filter costs more time and space than it saves
+
+COLUMNS: dict[bytes, tuple[tuple[int, ...], Any, bytes | None]] = {
+    b"connectivity/collisions/value": ((1, 2), hdf5.BALL, b"1"),
+    b"connectivity/collisions/step": ((), hdf5.INTEGER, None),
+    b"connectivity/collisions/time": ((), hdf5.DOUBLE, b"s"),
+    b"observables/impulse/value": ((), hdf5.DOUBLE, b"kg m s-1"),
+}
+"""The columns of events: shape of a row, type, unit."""
+
+KINDS = {"f": hdf5.DOUBLE, "i": hdf5.INTEGER}
+"""The types of a summary's columns, by NumPy's letter."""
+
+
+def create_events(root: Any, rows: int, *, chunked: bool = True) -> dict[bytes, Any]:
+    """The columns of events: empty ones in chunks of so many rows, or with so many rows."""
+    for group in (
+        b"connectivity",
+        b"connectivity/collisions",
+        b"observables",
+        b"observables/impulse",
+    ):
+        hdf5.create_group(root, group)
+    columns = {
+        path: hdf5.create_chunked(root, path, rows, shape, kind, unit)
+        if chunked
+        else hdf5.create(root, path, (rows, *shape), kind, unit)
+        for path, (shape, kind, unit) in COLUMNS.items()
+    }
+    for name in (b"step", b"time"):
+        hdf5.link(root, b"observables/impulse/" + name, b"connectivity/collisions/" + name)
+    collisions = h5g.open(root, b"connectivity/collisions")
+    hdf5.write_reference(collisions, b"particles_group", root, b"particles/balls")
+    return columns
+
+
+def append_events(columns: dict[bytes, Any], events: Events, before: int, rows: int) -> None:
+    """Add a chunk of events after so many others."""
+    for path, values in _event_columns(events, before).items():
+        hdf5.append_chunk(columns[path], before, values, hdf5.packed(values, rows))
+
+
+def write_events(root: Any, events: Events) -> None:
+    """All events at once."""
+    number = len(events)
+    if number >= COMPRESS_FROM:
+        append_events(create_events(root, number), events, 0, number)
+        return
+    columns = create_events(root, number, chunked=False)
+    for path, values in _event_columns(events, 0).items():
+        hdf5.put(columns[path], values, COLUMNS[path][1])
+
+
+def _event_columns(events: Events, before: int) -> dict[bytes, NDArray[Any]]:
+    """Events as they stand in a file."""
+    steps = np.arange(before + 1, before + 1 + len(events))
+    pairs = np.stack([events.i, events.j], axis=1)[:, None, :]
+    return dict(zip(COLUMNS, (pairs, steps, events.time, events.impulse), strict=True))
+
+
+def write_summary(root: Any, summary: Summary) -> None:
+    """The columns of a summary, which share one grid of times."""
+    hdf5.create_group(root, b"observables")
+    hdf5.create_group(root, b"observables/summary")
+    columns = {**vars(summary.series), "speed_histogram": summary.speed_histogram}
+    time = columns.pop("time")
+    shared = b""
+    for name, values in columns.items():
+        group = f"observables/summary/{name}".encode()
+        hdf5.create_group(root, group)
+        _write_column(root, group + b"/value", values, SERIES_UNITS.get(name, "1").encode())
+        if shared:
+            hdf5.link(root, group + b"/step", shared + b"/step")
+            hdf5.link(root, group + b"/time", shared + b"/time")
+        else:
+            _write_column(root, group + b"/step", np.arange(len(time)), None)
+            _write_column(root, group + b"/time", time, b"s")
+            shared = group
+
+
+def _write_column(root: Any, path: bytes, values: NDArray[Any], unit: bytes | None) -> None:
+    """A dataset with its unit, compressed if it is large."""
+    kind = KINDS[values.dtype.kind]
+    if values.size >= COMPRESS_FROM:
+        rows = len(values)
+        data = hdf5.create_chunked(root, path, rows, values.shape[1:], kind, unit)
+        hdf5.append_chunk(data, 0, values, hdf5.packed(values, rows))
+    else:
+        hdf5.put(hdf5.create(root, path, values.shape, kind, unit), values, kind)
+
+
+def write_frame(root: Any, trace: Trace, provenance: Provenance, fingerprint: Fingerprint) -> None:
+    """Balls and container at the start and the finish, how it ended, and where it comes from."""
+    start, finish = trace.start, trace.finish
+    step, time = np.array([0, trace.collisions]), np.array([0.0, trace.stop.time])
+    groups = {
+        b"particles/balls/": (
+            (start.positions, finish.positions),
+            (start.velocities, finish.velocities),
+            start.masses,
+            start.radii,
+        ),
+        b"particles/container/": (
+            (start.container_position[None], finish.container_position[None]),
+            (start.container_velocity[None], finish.container_velocity[None]),
+            np.array([start.container_mass]),
+            np.array([start.container_radius]),
+        ),
+    }
+    for group, (positions, velocities, masses, radii) in groups.items():
+        hdf5.put(root, step, hdf5.INTEGER, group + b"position/step")
+        for name, values in (
+            (b"position/time", time),
+            (b"position/value", np.stack(positions)),
+            (b"velocity/value", np.stack(velocities)),
+            (b"mass", masses),
+            (b"radius", radii),
+        ):
+            hdf5.put(root, values, hdf5.DOUBLE, group + name)
+        if start.shape != "circle":
+            edges = np.array([start.width, start.height])
+            hdf5.put(root, edges, hdf5.DOUBLE, group + b"box/edges")
+    ending = {
+        **asdict(trace.stop),
+        "wall_events": trace.wall_events,
+        "pair_events": trace.pair_events,
+        "shape": start.shape,
+        "restitution": start.restitution,
+        "wall_restitution": start.wall_restitution,
+    }
+    said = json.dumps(asdict(provenance))
+    own = h5g.open(root, b"parameters/snooker")
+    hdf5.write_text(own, b"content", fingerprint.content(trace, said))
+    hdf5.write_text(own, b"provenance", said)
+    hdf5.write_text(own, b"ending", json.dumps(ending))

@@ -1,0 +1,163 @@
+"""A repeat's file -> its trace, checked against the hash that is in it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from h5py import h5g
+from numpy.typing import NDArray
+
+from snooker_cli.scene import Scene
+from snooker_cli.store import hdf5
+from snooker_cli.store.fingerprint import Fingerprint
+from snooker_cli.store.records import (
+    SCHEMA_VERSION,
+    Checked,
+    Provenance,
+    Stored,
+    StoreError,
+)
+from snooker_cli.trace import SERIES_UNITS, Events, Series, Stop, StopReason, Summary, Trace
+
+AT_ONCE = 1 << 20
+"""Events that are read at a time where they need not be kept."""
+
+
+def read(path: Path) -> Stored:
+    """Read a repeat's file and check its content. Raises ``StoreError``."""
+    return _verified(path, keep=True)
+
+
+def check(path: Path) -> Checked:
+    """Check a repeat's file, in bounded memory. Raises ``StoreError``."""
+    stored = _verified(path, keep=False)
+    return Checked(stored.trace.stop, stored.trace.collisions, stored.provenance)
+
+
+def _verified(path: Path, *, keep: bool) -> Stored:
+    """A repeat whose content is as it was written; its events only if they are to be kept."""
+    fingerprint = Fingerprint()
+    with _opened(path) as root:
+        own = h5g.open(root, b"parameters/snooker")
+        schema = hdf5.read_number(own, b"schema_version")
+        if schema != SCHEMA_VERSION:
+            raise StoreError(
+                f"{path}: is in version {schema} of the files' schema, where this snooker reads "
+                f"version {SCHEMA_VERSION}; run it again"
+            )
+        trace = _trace(root)
+        if trace.summary is None:
+            for events in _events(root, None if keep else AT_ONCE):
+                fingerprint.add(events)
+                if keep:
+                    trace = replace(trace, events=events)
+        expected, said = hdf5.read_text(own, b"content"), hdf5.read_text(own, b"provenance")
+        provenance = Provenance(**json.loads(said))
+    if fingerprint.content(trace, said) != expected:
+        raise StoreError(f"{path}: its content has changed since it was written; run it again")
+    return Stored(trace, provenance)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """The root of a file; what HDF5 or the schema does not take is raised as ``StoreError``."""
+    try:
+        file = hdf5.to_read(path)
+        try:
+            yield h5g.open(file, b"/")
+        finally:
+            file.close()
+    except FileNotFoundError:
+        raise StoreError(
+            f"{path}: there is no such result; run the config, which does what is missing"
+        ) from None
+    except hdf5.UNREADABLE as error:
+        if path.is_dir():
+            raise StoreError(
+                f"{path}: is a folder where a result's file should be; delete it and run again"
+            ) from None
+        raise StoreError(
+            f"{path}: not a readable result of snooker ({hdf5.said(error)}); delete it and run "
+            "again"
+        ) from None
+
+
+def _trace(root: Any) -> Trace:
+    """All of a trace but its events."""
+    ending = json.loads(hdf5.read_text(h5g.open(root, b"parameters/snooker"), b"ending"))
+    positions, velocities, masses, radii = _particles(root, b"particles/balls/")
+    places, motions, container_mass, container_radius = _particles(root, b"particles/container/")
+    sides = {}
+    if ending["shape"] != "circle":
+        width, height = hdf5.get(root, b"particles/balls/box/edges").tolist()
+        sides = {"width": width, "height": height}
+    start, finish = (
+        Scene(
+            positions=positions[k],
+            velocities=velocities[k],
+            radii=radii,
+            masses=masses,
+            container_radius=float(container_radius[0]),
+            container_mass=float(container_mass[0]),
+            container_position=places[k, 0],
+            container_velocity=motions[k, 0],
+            restitution=ending["restitution"],
+            wall_restitution=ending["wall_restitution"],
+            shape=ending["shape"],
+            **sides,
+        )
+        for k in (0, 1)
+    )
+    stop = Stop(
+        reason=StopReason(ending["reason"]),
+        time=ending["time"],
+        balls=tuple(ending["balls"]),
+        message=ending["message"],
+    )
+    return Trace(
+        start=start,
+        finish=finish,
+        stop=stop,
+        wall_events=ending["wall_events"],
+        pair_events=ending["pair_events"],
+        events=None,
+        summary=None if b"connectivity" in root else _summary(root),
+    )
+
+
+def _particles(root: Any, group: bytes) -> list[NDArray[np.float64]]:
+    """Positions, velocities, masses and radii."""
+    names = (b"position/value", b"velocity/value", b"mass", b"radius")
+    return [hdf5.get(root, group + name) for name in names]
+
+
+def _events(root: Any, at_once: int | None) -> Iterator[Events]:
+    """The events, so many at a time, or all; at least once."""
+    number = hdf5.length(root, b"connectivity/collisions/time")
+    size = at_once or max(number, 1)
+    for start in range(0, max(number, 1), size):
+        rows = slice(start, min(start + size, number))
+        pairs = hdf5.get(root, b"connectivity/collisions/value", np.int32, rows)
+        yield Events(
+            time=hdf5.get(root, b"connectivity/collisions/time", rows=rows),
+            i=np.ascontiguousarray(pairs[:, 0, 0]),
+            j=np.ascontiguousarray(pairs[:, 0, 1]),
+            impulse=hdf5.get(root, b"observables/impulse/value", rows=rows),
+        )
+
+
+def _summary(root: Any) -> Summary:
+    """A summary's columns."""
+    group = h5g.open(root, b"observables/summary")
+    names = [name for name in SERIES_UNITS if name != "time"]
+    columns = {name: hdf5.get(group, f"{name}/value".encode()) for name in names}
+    return Summary(
+        series=Series(time=hdf5.get(group, b"kinetic_energy/time"), **columns),
+        speed_histogram=hdf5.get(group, b"speed_histogram/value", np.int64),
+    )

@@ -1,0 +1,206 @@
+"""A repeat -> its file: in memory and at once if it is short, as its events come if it is long."""
+
+from __future__ import annotations
+
+import os
+import threading
+from contextlib import suppress
+from dataclasses import fields
+from pathlib import Path
+from queue import Queue
+from typing import Self
+
+import numpy as np
+from h5py import h5f, h5g
+
+from snooker_cli.scene import Scene
+from snooker_cli.store import hdf5
+from snooker_cli.store.contents import (
+    append_events,
+    create_events,
+    write_events,
+    write_frame,
+    write_summary,
+)
+from snooker_cli.store.fingerprint import Fingerprint
+from snooker_cli.store.parts import part_beside
+from snooker_cli.store.records import Provenance, StoreError
+from snooker_cli.store.skeleton import skeleton
+from snooker_cli.trace import Events, Trace
+
+ROWS = 65536
+"""Events in a chunk of a file, 24 to 32 bytes each; longer repeats are written as they come."""
+
+WAITING = 4
+"""Chunks that may wait to be written before the simulation is held up."""
+
+
+def write(path: Path, trace: Trace, provenance: Provenance) -> None:
+    """Write a repeat's file, whole or not at all. Raises ``StoreError``."""
+    with Recorder(path, trace.start) as recorder:
+        if trace.events is not None:
+            recorder.add(trace.events)
+        recorder.finish(trace, provenance)
+
+
+class Recorder:
+    """Takes a repeat's events as they come and makes its file, in bounded memory.
+
+    Events beyond the first chunk are compressed and written by a thread of their own. Leaving the
+    ``with`` block before ``finish`` leaves nothing behind.
+    """
+
+    def __init__(self, path: Path, start: Scene) -> None:
+        self.path, self.start = path, start
+        self._part = part_beside(path)
+        self._fingerprint = Fingerprint()
+        self._pending: list[Events] = []
+        self._waiting = 0
+        self._stream: _Stream | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        if self._stream is not None:
+            self._stream.close()
+        with suppress(OSError):
+            self._part.unlink(missing_ok=True)
+
+    def add(self, events: Events) -> None:
+        """Take the next events. Raises ``StoreError`` if those before could not be written."""
+        self._pending.append(events)
+        self._waiting += len(events)
+        if self._stream is None and self._waiting <= ROWS:
+            return
+        try:
+            if self._stream is None:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                self._stream = _Stream(self._part, self.start, self._fingerprint)
+            while self._waiting >= ROWS:
+                self._stream.put(self._next(ROWS))
+        except hdf5.UNWRITABLE as error:
+            raise self._refusal(error) from None
+
+    def finish(self, trace: Trace, provenance: Provenance) -> None:
+        """Write the rest and put the file in its place. Raises ``StoreError``.
+
+        trace : its own events are not looked at, but those that were added
+        """
+        try:
+            if self._stream is not None:
+                self._stream.put(self._next(self._waiting))
+                self._stream.finish(trace, provenance)
+            else:
+                image = self._image(trace, provenance)
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                with self._part.open("xb") as file:
+                    file.write(image)
+            with self._part.open("rb+") as file:
+                os.fsync(file.fileno())
+            self._part.replace(self.path)
+        except hdf5.UNWRITABLE as error:
+            raise self._refusal(error) from None
+
+    def _next(self, rows: int) -> Events:
+        """So many of the events that wait, which then do so no more."""
+        waiting = _joined(self._pending)
+        self._pending = [_cut(waiting, slice(rows, None))]
+        self._waiting -= rows
+        return _cut(waiting, slice(rows))
+
+    def _image(self, trace: Trace, provenance: Provenance) -> bytes:
+        """The bytes of a short repeat's file."""
+        name = f"repeat-{threading.get_ident()}"
+        file = hdf5.in_memory(skeleton(self.start.number, self.start.shape), name)
+        try:
+            root = h5g.open(file, b"/")
+            if trace.summary is None:
+                events = self._next(self._waiting)
+                self._fingerprint.add(events)
+                write_events(root, events)
+            else:
+                write_summary(root, trace.summary)
+            write_frame(root, trace, provenance, self._fingerprint)
+            h5f.flush(file)
+            return bytes(file.get_file_image())
+        finally:
+            file.close()
+
+    def _refusal(self, error: Exception) -> StoreError:
+        """The sentence for a file that cannot be written."""
+        return StoreError(
+            f"{self.path}: cannot write the result ({hdf5.said(error)}); make room or choose "
+            "another folder with --out"
+        )
+
+
+class _Stream:
+    """A file on the disk that grows by chunks of ``ROWS`` events, in a thread of its own."""
+
+    def __init__(self, part: Path, start: Scene, fingerprint: Fingerprint) -> None:
+        with part.open("xb") as file:
+            file.write(skeleton(start.number, start.shape))
+        self._file = hdf5.on_disk(part)
+        self._root = h5g.open(self._file, b"/")
+        self._columns = create_events(self._root, ROWS)
+        self._fingerprint = fingerprint
+        self._error: Exception | None = None
+        self._queue: Queue[Events | None] = Queue(WAITING)
+        self._thread = threading.Thread(target=self._work)
+        self._thread.start()
+
+    def put(self, events: Events) -> None:
+        """Have events written; all but the last must be ``ROWS``. Raises what went wrong before."""
+        if self._error is not None:
+            raise self._error
+        self._queue.put(events)
+
+    def finish(self, trace: Trace, provenance: Provenance) -> None:
+        """Write what is not events, and close the file."""
+        self._stop()
+        if self._error is not None:
+            raise self._error
+        write_frame(self._root, trace, provenance, self._fingerprint)
+        self._file.close()
+
+    def close(self) -> None:
+        """Let go of the file, finished or not."""
+        self._stop()
+        with suppress(*hdf5.UNWRITABLE):
+            self._file.close()
+
+    def _stop(self) -> None:
+        """End the thread when it has written what waits."""
+        if self._thread.is_alive():
+            self._queue.put(None)
+            self._thread.join()
+
+    def _work(self) -> None:
+        """Write what comes; after an error, only take it."""
+        written = 0
+        while (events := self._queue.get()) is not None:
+            try:
+                if self._error is None and len(events):
+                    self._fingerprint.add(events)
+                    append_events(self._columns, events, written, ROWS)
+                    written += len(events)
+            except Exception as error:  # raised where events are put
+                self._error = error
+
+
+def _joined(events: list[Events]) -> Events:
+    """Events one after the other, without copying a single piece."""
+    if len(events) == 1:
+        return events[0]
+    return Events(
+        *(
+            np.concatenate([getattr(each, field.name) for each in events])
+            for field in fields(Events)
+        )
+    )
+
+
+def _cut(events: Events, rows: slice) -> Events:
+    """Some of the events, without copying."""
+    return Events(*(getattr(events, field.name)[rows] for field in fields(events)))

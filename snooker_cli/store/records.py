@@ -1,0 +1,52 @@
+"""What a repeat's file says of itself, and the error for a file that fails."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from snooker_cli.trace import Stop, Trace
+
+SCHEMA_VERSION = 2
+"""Goes up when files change; 2 hashes each column of events by itself."""
+
+
+class StoreError(Exception):
+    """A result file that cannot be written, read or trusted; one sentence."""
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a repeat comes from: all that is needed to make it again.
+
+    config : the point's experiment as JSON; digest : of what determines its physics
+    parameters : the point's swept keys and values as JSON
+    """
+
+    config: str
+    digest: str
+    parameters: str
+    point: int
+    repeat: int
+    engine_version: int
+    versions: str
+    machine: str
+    command: str
+    started: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A repeat as read from its file."""
+
+    trace: Trace
+    provenance: Provenance
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What is known of a repeat whose file has been checked without keeping its events."""
+
+    stop: Stop
+    collisions: int
+    provenance: Provenance

@@ -1,0 +1,38 @@
+"""Runs for tests: made, done, and what is in their files."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+from snooker_cli import results, store
+from snooker_cli.config import parse
+from snooker_cli.results import Run
+from snooker_cli.runner import Outcome, Watcher, execute
+
+
+def done(run: Run, *, workers: int = 1, watcher: Watcher | None = None) -> list[Outcome]:
+    """The outcomes of doing what is missing of a run."""
+    return execute(run, workers=workers, watcher=watcher or Watcher(), cancelled=threading.Event())
+
+
+def made(directory: Path, text: str, *overrides: str) -> Run:
+    """A run's folder for a config."""
+    return results.create(directory, parse(text, overrides=overrides).experiment)
+
+
+def contents(run: Run) -> dict[tuple[int, int], str]:
+    """The content hash of every repeat; each file is read and checked for it."""
+    return {
+        (point.index, repeat): store.content_hash(store.read(run.path(point.index, repeat)).trace)
+        for point in run.points
+        for repeat in range(run.experiment.repeats)
+    }
+
+
+def bytes_of(directory: Path) -> dict[str, bytes]:
+    """The files of all repeats. A repeat made again differs, by its provenance's seconds."""
+    return {
+        str(path.relative_to(directory)): path.read_bytes()
+        for path in directory.glob("point-*/repeat-*")
+    }

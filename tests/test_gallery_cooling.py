@@ -1,0 +1,221 @@
+"""Pictures of cooling: rates and energies beside the report's formula, Haff's law and the floor."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from galleries import DECAYING, layers, made, shown, traces, why_not
+
+from snooker_cli import theory
+from snooker_cli.decay import curve, fit_curve, reported_constant
+from snooker_cli.engine import series
+from snooker_cli.fit import ensemble
+from snooker_cli.gallery import Line, Points, Reference, kinetic
+from snooker_cli.results import Run
+from snooker_cli.trace import StopReason, Trace
+
+IN_LINE = """\
+container: {radius: 10.0, mass: .inf}
+balls:
+  list:
+    - {position: [-5.0, 0.0], velocity: [4.0, 0.0], radius: 1.0}
+    - {position: [-1.0, 0.0], velocity: [0.0, 0.0], radius: 1.0}
+    - {position: [4.0, 0.0], velocity: [-4.0, 0.0], radius: 1.0}
+cor: 0.05
+wall_cor: 1.0
+collisions: 500
+repeats: 2
+"""
+"""Three balls in a line, which collapse below CoR 0.0718."""
+
+
+@pytest.fixture(scope="module")
+def decaying(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return made(tmp_path_factory.mktemp("decaying") / "run", *DECAYING)
+
+
+@pytest.fixture(scope="module")
+def collapsing(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    run = made(tmp_path_factory.mktemp("collapsing") / "run", text=IN_LINE)
+    assert [trace.stop.reason for trace in traces(run, 0)] == [StopReason.COLLAPSE] * 2
+    return run
+
+
+def floor_of(trace: Trace) -> float:
+    """Least energy over that at the start, for balls of 1 kg and 1 m in 10 m."""
+    x, v = trace.start.positions, trace.start.velocities
+    turning = float(np.sum(x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]))
+    return turning**2 / (2 * len(x) * 9.0**2) / (0.5 * float(np.sum(v**2)))
+
+
+# Over many CoR
+
+
+def test_decay_against_cor(decaying: Run) -> None:
+    found = shown(decaying, "decay-against-cor")
+    k, alpha = layers(found, Points)
+    assert k.x.tolist() == [0.8, 0.9]
+    law: Any
+    for points, law in ((k, "exponential"), (alpha, "haff")):
+        for index in (0, 1):
+            over = ensemble(
+                fit_curve(curve(trace, "kinetic_energy"), law) for trace in traces(decaying, index)
+            )
+            assert points.y[index] == over.mean
+            assert points.y_error is not None
+            assert points.y_error[index] == over.standard_error
+
+
+def test_the_laws_beside_the_decay_constants(decaying: Run) -> None:
+    found = shown(decaying, "decay-against-cor")
+    reported, enskog, kinetic_theory = layers(found, Line)
+    assert reported.label == "k by the report"
+    for index in (0, 1):
+        constants = [reported_constant(trace) for trace in traces(decaying, index)]
+        assert reported.y[index] == pytest.approx(np.mean(constants), rel=1e-14)
+    density, contact = theory.number_density(19, 10.0), float(theory.contact_value(0.19))
+    path = theory.enskog_mean_free_path(density, 1.0, contact)
+    speed = theory.fixed_energy_mean_speed(19, 50.0)
+    assert enskog.label is not None
+    assert "Enskog" in enskog.label
+    assert enskog.y[0] == pytest.approx(-2 * math.log(0.8) * speed / path, rel=1e-12)
+    rate = theory.ball_ball_rate(density, 1.0, 50.0, contact)
+    expected = theory.haff_rate(theory.cooling_rate(0.9, rate))  # the wall is elastic
+    assert kinetic_theory.y[-1] == pytest.approx(expected, rel=1e-12)
+
+
+# With time
+
+
+def test_local_rates_of_the_mean_energy(decaying: Run) -> None:
+    found = shown(decaying, "haff-time", cor=0.8)
+    (points,) = layers(found, Points)
+    end = min(trace.stop.time for trace in traces(decaying, 0))
+    assert points.x[0] + points.x[-1] == pytest.approx(end, rel=1e-13)
+    edges = [0.0, end / 14]
+    energies = [
+        [columns.kinetic_energy[np.flatnonzero(columns.time <= edge)[-1]] for edge in edges]
+        for columns in (series(trace) for trace in traces(decaying, 0))
+    ]
+    before, after = np.mean(energies, axis=0)
+    assert points.y[0] == pytest.approx(math.log(before / after) / (end / 14), rel=1e-6)
+
+
+def test_haff_fitted_of_theory_and_above_the_floor(decaying: Run) -> None:
+    found = shown(decaying, "haff-time", cor=0.8)
+    (record,) = found.numbers["points"]
+    fitted, of_theory, floored, constant = (
+        next(line for line in layers(found, Line) if len(line.x) and line.style == style)
+        for style in ("solid", "dashed", "dashdot", "dotted")
+    )
+    alpha = record["alpha"]
+    assert fitted.y[0] == 2 * alpha
+    assert fitted.y[-1] == pytest.approx(2 * alpha / (1 + alpha * fitted.x[-1]))
+    assert constant.y.tolist() == [record["k"]] * 2
+    contact = float(theory.contact_value(0.19))
+    rate = theory.ball_ball_rate(theory.number_density(19, 10.0), 1.0, 50.0, contact)
+    alpha = theory.haff_rate(theory.cooling_rate(0.8, rate))
+    assert of_theory.y[0] == pytest.approx(2 * alpha, rel=1e-12)
+    floor = np.mean([floor_of(trace) for trace in traces(decaying, 0)])
+    assert record["floor"] == pytest.approx(floor, rel=1e-12)
+    # The rate is the slope of the logarithm of the energy that the law says.
+    time, step = floored.x[100], 1e-5
+
+    def logarithm(at: float) -> float:
+        return math.log(floor + (1 - floor) / (1 + alpha * at) ** 2)
+
+    slope = (logarithm(time - step) - logarithm(time + step)) / (2 * step)
+    assert floored.y[100] == pytest.approx(slope, rel=1e-7)
+    width = fitted.x[-1] / 14
+    last = (logarithm(fitted.x[-1] - width) - logarithm(fitted.x[-1])) / width
+    assert record["floor_last_rate"] == pytest.approx(last, rel=1e-9)
+    assert f"{last:.3g} above the floor" in found.caption
+
+
+def test_a_floor_far_below_the_energy_is_not_drawn(tmp_path: Path) -> None:
+    run = made(tmp_path / "run", "cor=0.97")
+    for kind in ("haff-time", "event-decay"):
+        picture = shown(run, kind)
+        assert "floor" not in picture.caption
+        assert not [line for line in layers(picture, Line) if line.style == "dashdot"]
+        assert picture.numbers["points"][0]["floor"] < 0.1 * 0.5  # of the energy that is left
+
+
+def test_no_rate_is_claimed_from_few_collisions(decaying: Run, tmp_path: Path) -> None:
+    few = made(tmp_path / "run", "cor=0.8", "collisions=12", "repeats=2")
+    assert "fewer than 10 collisions" in why_not(few, "haff-time")
+    alone = shown(decaying, "haff-time", repeat=0, cor=0.8)
+    (points,) = layers(alone, Points)
+    trace = traces(decaying, 0)[0]
+    edges = np.linspace(0, trace.stop.time, 15)
+    counts = np.histogram(series(trace).time[1:], edges)[0]
+    assert len(points.x) == np.count_nonzero(counts >= 10) < 14
+    assert "Windows with fewer than 10 collisions are left out" in alone.caption
+
+
+# With collisions
+
+
+def test_energy_against_collisions(decaying: Run) -> None:
+    found = shown(decaying, "event-decay", cor=0.9)
+    (points,) = layers(found, Points)
+    assert (points.x[0], points.y[0]) == (0.0, 1.0)
+    assert points.x[-1] == 200 / 19
+    finals = []
+    for trace in traces(decaying, 1):
+        columns = series(trace)
+        finals.append(columns.kinetic_energy[200] / columns.kinetic_energy[0])
+    # The container has its share of the energy too, of the order of its mass to a ball's.
+    assert points.y[-1] == pytest.approx(np.mean(finals), rel=1e-5)
+    pairs = np.array([trace.pair_events for trace in traces(decaying, 1)])
+    line = layers(found, Line)[0]
+    assert line.y[-1] == pytest.approx(np.mean(np.exp(-(1 - 0.9**2) * pairs / 19)), rel=1e-13)
+
+
+def test_energy_above_the_floor(decaying: Run) -> None:
+    found = shown(decaying, "event-decay", cor=0.8)
+    alone, above = layers(found, Line)[:2]
+    expected = [
+        (f := floor_of(trace)) + (1 - f) * math.exp(-(1 - 0.8**2) * trace.pair_events / 19)
+        for trace in traces(decaying, 0)
+    ]
+    assert above.y[-1] == pytest.approx(np.mean(expected), rel=1e-12)
+    assert above.y[-1] > alone.y[-1]
+    (reference,) = layers(found, Reference)
+    floor = np.mean([floor_of(trace) for trace in traces(decaying, 0)])
+    assert reference.value == pytest.approx(floor, rel=1e-12)
+
+
+def test_balls_that_circle_along_the_wall_are_at_their_floor(tmp_path: Path) -> None:
+    balls = ", ".join(
+        f"{{radius: 1.0, mass: 2.0, position: [{x}, {y}], velocity: [{-y}, {x}]}}"
+        for x, y in ((9.0, 0.0), (0.0, 9.0), (-9.0, 0.0), (0.0, -9.0))
+    )
+    text = "container: {radius: 10.0, mass: %s}\nballs: {list: [%s]}\ncor: 0.9\ncollisions: 1\n"
+    (at_wall,) = traces(made(tmp_path / "fixed", text=text % (".inf", balls)), 0)
+    assert kinetic.floor(at_wall.start) == pytest.approx(1.0, rel=1e-15)
+    (light,) = traces(made(tmp_path / "light", text=text % ("100.0", balls)), 0)
+    assert math.isnan(kinetic.floor(light.start))  # which takes angular momentum
+
+
+# A clock that stands still
+
+
+def test_collisions_at_one_instant_are_not_shown_as_many(collapsing: Run) -> None:
+    trace = traces(collapsing, 0)[0]
+    columns = series(trace)
+    before = columns.time < trace.stop.time * (1 - 1e-9)
+    assert np.count_nonzero(~before) > 100  # the collapse itself
+    (line,) = layers(shown(collapsing, "energy"), Line)
+    assert len(line.x) <= np.count_nonzero(before) + 1
+    assert np.all(np.diff(line.x) > 0)
+    assert (line.x[-1], line.y[-1]) == (trace.stop.time, columns.kinetic_energy[-1] / 16)
+    (points,) = layers(shown(collapsing, "event-decay"), Points)
+    assert points.x[-1] == (np.count_nonzero(before) - 1) / 3
+    distances = shown(collapsing, "pair-distances")
+    assert "an instant of many counting once" in distances.caption
+    assert "fewer than 10 collisions" in why_not(collapsing, "haff-time")

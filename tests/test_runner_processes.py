@@ -1,0 +1,173 @@
+"""The runner as a process: kills and signals, and two of them in one folder."""
+
+from __future__ import annotations
+
+import random
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from repeating import contents, done, made
+
+from snooker_cli import results, store
+from snooker_cli.trace import StopReason
+
+ENDLESS = "repeats=3000"
+"""Far more than a process does before it is stopped."""
+
+
+def started(config: Path, directory: Path) -> subprocess.Popen[str]:
+    """A real `snooker run` with an end far away."""
+    command = [sys.executable, "-m", "snooker_cli", "run", str(config), "--out", str(directory)]
+    return subprocess.Popen(
+        [*command, "-o", ENDLESS, "-j", "2", "--no-progress"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def repeats_in(directory: Path) -> list[Path]:
+    return sorted(directory.glob("point-0000/repeat-*.h5"))
+
+
+def ended(path: Path) -> StopReason:
+    return store.check(path).stop.reason
+
+
+def wait_for_repeats(number: int, directory: Path, process: subprocess.Popen[str]) -> None:
+    """Return as soon as so many repeats are there; the last one is waited for without pause."""
+    while (found := len(repeats_in(directory))) < number:
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.002 if found < number - 1 else 0.0)
+
+
+def assert_completes(directory: Path, text: str, reference: Path) -> None:
+    """What is there is whole, and a run that does the rest gives an uninterrupted run's bits."""
+    left = list(directory.glob("point-0000/*"))
+    for path in repeats_in(directory):
+        store.read(path)
+    repeats = 1 + max(int(path.name[7:].split(".")[0]) for path in left)
+    run = made(directory, text, f"repeats={repeats}")
+    kept = [path for path in repeats_in(directory) if ended(path) is not StopReason.INTERRUPTED]
+    with results.held(directory):
+        outcomes = done(run, workers=2)
+    assert [run.path(0, each.repeat) for each in outcomes if each.cached] == kept
+    assert not list(directory.rglob("*.part"))
+    uninterrupted = made(reference, text, f"repeats={repeats}")
+    done(uninterrupted)
+    assert contents(run) == contents(uninterrupted)
+
+
+@pytest.fixture
+def one_point(small_config: str) -> str:
+    """The small config at a CoR of 1, where every repeat goes on to its last collision."""
+    return small_config.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
+
+
+# Kills and signals
+
+
+def test_no_kill_leaves_a_torn_file(one_point: str, tmp_path: Path) -> None:
+    """SIGKILL at five moments: when a file has just appeared, or up to about one later."""
+    chance = random.Random(1)
+    config, directory = tmp_path / "kill.yaml", tmp_path / "killed"
+    config.write_text(one_point)
+    whole: set[Path] = set()
+    for _ in range(5):
+        process = started(config, directory)
+        wait_for_repeats(len(repeats_in(directory)) + chance.randrange(1, 6), directory, process)
+        for _ in range(chance.choice([0, chance.randrange(100_000)])):
+            pass
+        process.kill()
+        _, said = process.communicate()
+        assert process.returncode == -signal.SIGKILL
+        assert "Traceback" not in said
+        for path in set(repeats_in(directory)) - whole:
+            store.read(path)
+            whole.add(path)
+    assert_completes(directory, one_point, tmp_path / "uninterrupted")
+
+
+def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None:
+    config, directory = tmp_path / "stop.yaml", tmp_path / "stopped"
+    config.write_text(one_point)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        process = started(config, directory)
+        wait_for_repeats(len(repeats_in(directory)) + 3, directory, process)
+        process.send_signal(number)
+        _, said = process.communicate()
+        assert process.returncode == 130
+        stopping, *_, rest = said.splitlines()
+        assert stopping == "snooker: stopping; saving what is under way"
+        assert re.fullmatch(
+            r"snooker: interrupted with \d+ of 3,000 repeats done; the same command goes on where "
+            "it stopped",
+            rest,
+        )
+        assert not list(directory.rglob("*.part"))
+    assert_completes(directory, one_point, tmp_path / "uninterrupted")
+
+
+# Two processes in one folder
+
+
+def test_a_second_run_in_the_same_folder_is_refused(one_point: str, tmp_path: Path) -> None:
+    config, directory = tmp_path / "twice.yaml", tmp_path / "twice"
+    config.write_text(one_point)
+    first = started(config, directory)
+    wait_for_repeats(2, directory, first)
+    second = started(config, directory)
+    _, said = second.communicate()
+    assert second.returncode == 2, said
+    assert said.startswith(f"snooker: {directory}: another `snooker run` is writing here; ")
+    assert first.poll() is None
+    first.send_signal(signal.SIGTERM)
+    first.communicate()
+    assert first.returncode == 130
+    assert {ended(path) for path in repeats_in(directory)} == {StopReason.COLLISIONS}
+    assert not list(directory.rglob("*.part"))
+
+
+UNHELD = """
+import sys, threading
+from pathlib import Path
+from snooker_cli import results
+from snooker_cli.config import parse
+from snooker_cli.runner import Watcher, execute
+
+run = results.create(Path(sys.argv[1]), parse(sys.stdin.read()).experiment)
+for outcome in execute(run, workers=2, watcher=Watcher(), cancelled=threading.Event()):
+    assert outcome.error is None, outcome.error
+"""
+
+
+def test_two_runs_that_meet_leave_whole_files(one_point: str, tmp_path: Path) -> None:
+    """Where the disk has no locks; long repeats, which are written as they go, among them."""
+    text = one_point.replace("collisions: 150", "collisions: 70000").replace(
+        "repeats: 3", "repeats: 12"
+    )
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-c", UNHELD, tmp_path / "shared"],
+            stdin=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for _ in range(2)
+    ]
+    for process in processes:
+        assert process.stdin is not None
+        process.stdin.write(text)
+        process.stdin.close()
+    for process in processes:
+        assert process.wait() == 0, process.stderr and process.stderr.read()
+    run = results.open_run(tmp_path / "shared")
+    alone = made(tmp_path / "alone", text)
+    done(alone)
+    assert contents(run) == contents(alone)
+    assert not list(run.directory.rglob("*.part"))

@@ -1,0 +1,181 @@
+"""Long repeats: events written as they come are those of the same repeat kept in memory."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import tracemalloc
+from dataclasses import fields, replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from pyh5md import File, element
+
+from snooker_cli import store
+from snooker_cli.arrange import arrange
+from snooker_cli.config import parse
+from snooker_cli.engine import simulate
+from snooker_cli.scene import Scene
+from snooker_cli.store import Provenance, Recorder
+from snooker_cli.store.recording import ROWS, WAITING
+from snooker_cli.trace import Events, Trace
+
+LONG = 3 * ROWS + 1000
+
+
+@pytest.fixture(scope="module")
+def scene(small_config: str) -> Scene:
+    return arrange(parse(small_config, overrides=["cor=1"]).experiment, 0)
+
+
+@pytest.fixture(scope="module")
+def trace(scene: Scene) -> Trace:
+    return simulate(scene, collisions=LONG)
+
+
+def events_of(trace: Trace) -> Events:
+    assert trace.events is not None
+    return trace.events
+
+
+def cut(events: Events, start: int, stop: int) -> Events:
+    return Events(*(getattr(events, field.name)[start:stop] for field in fields(Events)))
+
+
+def test_what_a_sink_is_given_is_what_a_trace_would_have(scene: Scene, trace: Trace) -> None:
+    pieces: list[Events] = []
+    streamed = simulate(scene, collisions=LONG, sink=pieces.append)
+    assert streamed.events is None
+    assert streamed.summary is None
+    assert (streamed.stop, streamed.collisions) == (trace.stop, LONG)
+    assert len(pieces) > 3
+    for field in fields(Events):
+        joined = np.concatenate([getattr(piece, field.name) for piece in pieces])
+        assert joined.tobytes() == getattr(trace.events, field.name).tobytes()
+
+
+def test_a_streamed_repeat_is_read_as_the_same_bits(
+    scene: Scene, trace: Trace, tmp_path: Path, provenance: Provenance
+) -> None:
+    path = tmp_path / "point" / "streamed.h5"
+    with Recorder(path, scene) as recorder:
+        recorder.finish(simulate(scene, collisions=LONG, sink=recorder.add), provenance)
+    stored = store.read(path)
+    assert store.content_hash(stored.trace) == store.content_hash(trace)
+    assert stored.provenance == provenance
+    assert events_of(stored.trace).time.tobytes() == events_of(trace).time.tobytes()
+    assert [entry.name for entry in path.parent.iterdir()] == ["streamed.h5"]
+    store.write(tmp_path / "at once.h5", trace, provenance)
+    assert (tmp_path / "at once.h5").read_bytes() == path.read_bytes()
+
+
+@pytest.mark.parametrize("number", [0, 1, ROWS - 1, ROWS, ROWS + 1, 2 * ROWS, LONG])
+@pytest.mark.parametrize("piece", [777 * 13, ROWS, LONG])
+def test_the_pieces_do_not_matter(
+    number: int, piece: int, trace: Trace, tmp_path: Path, provenance: Provenance
+) -> None:
+    events = cut(events_of(trace), 0, number)
+    with Recorder(tmp_path / "pieces.h5", trace.start) as recorder:
+        for start in range(0, max(number, 1), piece):
+            recorder.add(cut(events, start, min(start + piece, number)))
+        recorder.finish(replace(trace, events=None), provenance)
+    found = store.read(tmp_path / "pieces.h5").trace
+    assert store.content_hash(found) == store.content_hash(replace(trace, events=events))
+    assert len(events_of(found)) == number
+    assert store.check(tmp_path / "pieces.h5").stop == trace.stop
+
+
+def test_a_long_file_is_valid_h5md_in_chunks(
+    trace: Trace, tmp_path: Path, provenance: Provenance
+) -> None:
+    store.write(tmp_path / "long.h5", trace, provenance)
+    events = events_of(trace)
+    with h5py.File(tmp_path / "long.h5", "r") as file:
+        for name in ("value", "step", "time"):
+            data = file["connectivity/collisions"][name]
+            assert (data.chunks[0], data.compression, data.shuffle) == (ROWS, "gzip", True)
+        assert data.attrs["unit"] == b"s"
+        assert np.array_equal(file["connectivity/collisions/step"], np.arange(1, LONG + 1))
+        assert file["observables/impulse/time"] == file["connectivity/collisions/time"]
+    with File(str(tmp_path / "long.h5"), "r") as file:
+        collisions = element(file["connectivity"], "collisions")
+        assert np.array_equal(collisions.time[:], events.time)
+        assert np.array_equal(collisions.value[:, 0, 1], events.j)
+        assert np.array_equal(element(file["observables"], "impulse").value[:], events.impulse)
+
+
+def test_what_is_not_finished_leaves_nothing(trace: Trace, tmp_path: Path) -> None:
+    threads = threading.active_count()
+    with Recorder(tmp_path / "one.h5", trace.start) as recorder:
+        recorder.add(events_of(trace))
+        assert len(list(tmp_path.iterdir())) == 1
+        assert threading.active_count() == threads + 1
+    assert list(tmp_path.iterdir()) == []
+    assert threading.active_count() == threads
+
+
+def test_memory_is_bounded_by_chunks(trace: Trace, tmp_path: Path, provenance: Provenance) -> None:
+    """Of eight times as many events no more is kept than waits to be written."""
+    events = events_of(trace)
+    size = 24 * ROWS  # bytes of a chunk in memory
+
+    def most(times: int) -> int:
+        tracemalloc.start()
+        with Recorder(tmp_path / "one.h5", trace.start) as recorder:
+            for _ in range(times):
+                for start in range(0, 3 * ROWS, ROWS // 2):
+                    piece = cut(events, start, start + ROWS // 2)
+                    recorder.add(Events(*(getattr(piece, f.name).copy() for f in fields(Events))))
+            recorder.finish(replace(trace, events=None), provenance)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return peak
+
+    most(1)  # what is imported and cached by the first
+    # In the queue, in the writer, being joined, and the writer's packed copies, with room to spare.
+    assert most(8) < (2 * WAITING + 4) * size < 24 * size
+
+
+# A full disk
+
+FULL = """
+import json, resource, signal, sys
+from pathlib import Path
+from snooker_cli import store
+from snooker_cli.arrange import arrange
+from snooker_cli.config import parse
+from snooker_cli.engine import simulate
+
+scene = arrange(parse(sys.stdin.read()).experiment, 0)
+trace = simulate(scene, collisions=int(sys.argv[2]))
+told = store.Provenance("{}", "", "{}", 0, 0, 1, "{}", "", "", "", 0.0)
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))
+for _ in range(2):
+    try:
+        store.write(Path(sys.argv[1]), trace, told)
+    except store.StoreError as error:
+        print(error)
+"""
+
+
+@pytest.mark.parametrize(
+    ("collisions", "room"), [(300, 1000), (200_000, 1000), (200_000, 100_000), (200_000, 2_400_000)]
+)
+def test_a_full_disk_is_said(collisions: int, room: int, small_config: str, tmp_path: Path) -> None:
+    """Files may not grow beyond a size: at once, after some chunks, or in the end."""
+    path = tmp_path / "one.h5"
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, path, str(collisions), str(room)],
+        input=small_config.replace("0.85", "1.0").replace("sweep: {cor: [1.0, 1.0]}", ""),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    sentence = f"{path}: cannot write the result (File too large); make room or choose"
+    assert [line[: len(sentence)] for line in done.stdout.splitlines()] == [sentence] * 2
+    assert list(tmp_path.iterdir()) == []
