@@ -30,7 +30,7 @@ check: $(READY)  ## Lint, types and tests.
 	$(BIN)/pytest -n 2
 
 bench: $(READY)  ## Measure the engine's speed; nothing else should be running.
-	$(BIN)/snooker bench speed
+	$(BIN)/snooker bench speed --out runs/bench
 
 clean:  ## Remove all runs.
 	find runs -mindepth 1 ! -name .gitkeep -delete

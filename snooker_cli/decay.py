@@ -59,10 +59,17 @@ QUANTITIES: dict[Quantity, str] = {
 """What is fitted: with a point a collision, or a window."""
 
 SAMPLING = (
-    "One point a collision for energy, temperature and pressure, whatever was recorded; "
+    "One point a collision, or every few of very many, for energy, temperature and pressure, "
+    "whatever was recorded; "
     f"{WINDOWS} windows of time for the local ones."
 )
 """How curves are sampled, as a fit's reader has to know."""
+
+WITHOUT_WALLS = (
+    "no walls: the pressure is the virial's, (N T + ΣJd/2t)/V, and Haff's law that of a gas that "
+    "stays even, without clusters"
+)
+"""What the constants of a periodic box are."""
 
 LAWS: tuple[Law, ...] = ("exponential", "haff")
 
@@ -89,6 +96,7 @@ class Decay:
 
     r_squared, rms_residual : mean over the repeats
     ended : how many repeats ended for which reason
+    walls : whether the container has walls; without, pressures are the virial's
     """
 
     quantity: Quantity
@@ -97,6 +105,7 @@ class Decay:
     r_squared: float
     rms_residual: float
     ended: Mapping[StopReason, int]
+    walls: bool
     fits: tuple[FitResult, ...]
 
     @property
@@ -121,7 +130,7 @@ def reported_constant(trace: Trace) -> float:
     scene, found = trace.start, after_collisions(trace)
     if scene.restitution == 0 or not equal_balls(scene) or len(found.time) < 2:
         return math.nan
-    density = theory.number_density(scene.number, scene.container_radius)
+    density = theory.number_density(scene.number, scene.area)
     path = theory.report_mean_free_path(density, float(scene.radii[0]))
     speed = float(found.mean_speed[1:].mean())
     return theory.report_decay_constant(scene.restitution, path, speed)
@@ -143,7 +152,7 @@ def curve(trace: Trace, quantity: Quantity) -> Curve:
         values = over_first(temperature(found, trace.start.number))
         return Curve(found.time, values, 1.0, "haff", rounding)
     settled = found.wall_events + found.pair_events >= SKIPPED_COLLISIONS
-    time, values = cumulative_pressure(found, trace.start.container_radius)
+    time, values = cumulative_pressure(trace, found)
     settled = settled[found.time > 0]
     return Curve(time[settled], over_first(values[settled]), None, "haff_root", rounding)
 
@@ -169,8 +178,10 @@ def decays(
         (quantity, law): [] for quantity in quantities for law in LAWS
     }
     ended: Counter[StopReason] = Counter()
+    walls = True
     for trace in traces:
         ended[trace.stop.reason] += 1
+        walls = trace.start.shape != "periodic"
         for quantity in quantities:
             decay = curve(trace, quantity)
             for law in LAWS:
@@ -183,6 +194,7 @@ def decays(
             r_squared=_mean([result.r_squared for result in results]),
             rms_residual=_mean([result.rms_residual for result in results]),
             ended=ended,
+            walls=walls,
             fits=tuple(results),
         )
         for (quantity, law), results in fits.items()
@@ -221,7 +233,8 @@ def notes(found: Sequence[Decay]) -> list[str]:
         if each.reason is not None:
             of_reason = failures.setdefault((each.reason, each.over_repeats.failed), {})
             of_reason.setdefault(each.quantity, []).append(each.law)
-    said = [early_endings(found[0].ended)]
+    said = [] if found[0].walls else [WITHOUT_WALLS]
+    said.append(used_up_to_there(found[0].ended))
     for (reason, failed), laws in failures.items():
         names = [
             quantity.replace("_", " ") + ("" if len(which) == len(LAWS) else f" ({which[0]})")
@@ -235,20 +248,31 @@ def notes(found: Sequence[Decay]) -> list[str]:
 _EARLY = {
     StopReason.WALL_TRAP: "in a wall trap",
     StopReason.COLLAPSE: "in a collapse",
+    StopReason.NOTHING_LEFT: "with no collision ahead",
     StopReason.INTERRUPTED: "at an interruption",
 }
+"""What ends a repeat before the collisions or the time that were asked for."""
 
 
-def early_endings(ended: Mapping[StopReason, int]) -> str:
-    """How many repeats ended before what was asked for, and why; empty if none did."""
-    counts = {words: ended[reason] for reason, words in _EARLY.items() if ended.get(reason)}
+def early_endings(
+    ended: Mapping[StopReason, int], reasons: Mapping[StopReason, str] = _EARLY
+) -> str:
+    """How many repeats ended early, for which of these reasons; empty if none did."""
+    counts = {words: ended[reason] for reason, words in reasons.items() if ended.get(reason)}
     if not counts:
         return ""
     short, total = sum(counts.values()), sum(ended.values())
     who = "the repeat" if total == 1 else f"{short} of {total} repeats"
     each = [words if len(counts) == 1 else f"{count} {words}" for words, count in counts.items()]
-    used = "is" if short == 1 else "are"
-    return f"{who} ended early, {listed(each)}, and {used} used up to there"
+    return f"{who} ended early, {listed(each)}"
+
+
+def used_up_to_there(ended: Mapping[StopReason, int]) -> str:
+    """How many repeats lack something that could have happened, and that the rest is used."""
+    lacking = {reason: words for reason, words in _EARLY.items() if not reason.complete}
+    said = early_endings(ended, lacking)
+    used = "is" if sum(ended.get(reason, 0) for reason in lacking) == 1 else "are"
+    return f"{said}, and {used} used up to there" if said else ""
 
 
 def _mean(values: Sequence[float]) -> float:

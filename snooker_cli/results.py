@@ -32,11 +32,15 @@ class RunError(Exception):
 
 @dataclass(frozen=True)
 class Run:
-    """A run's folder and the experiment whose repeats it holds."""
+    """A run's folder and the experiment whose repeats it holds.
+
+    engine : "allpairs" or "cells" for all points, or ``None`` for what suits each
+    """
 
     directory: Path
     experiment: Experiment
     points: tuple[Point, ...]
+    engine: str | None = None
 
     @property
     def name(self) -> str:
@@ -75,9 +79,11 @@ class Run:
 
     def manifest(self) -> dict[str, Any]:
         """What ``run.json`` says: the experiment and what identifies its points."""
+        forced = {} if self.engine is None else {"engine": self.engine}
         return {
             "schema_version": store.SCHEMA_VERSION,
             "engine_version": ENGINE_VERSION,
+            **forced,
             "experiment": json.loads(to_json(self.experiment)),
             "points": [
                 {
@@ -143,25 +149,19 @@ def _locked(descriptor: int, directory: Path) -> bool:
     return True
 
 
-def create(directory: Path, experiment: Experiment, *, fresh: bool = False) -> Run:
+def create(
+    directory: Path, experiment: Experiment, *, fresh: bool = False, engine: str | None = None
+) -> Run:
     """A folder for a run, with its manifest; results of the same experiment in it are kept.
+
+    engine : "allpairs" or "cells" for all points, or ``None`` for what suits each
 
     Raises ``RunError`` if the folder holds another experiment's results (unless ``fresh``) or
     cannot be written.
     """
-    run = Run(directory, experiment, points(experiment))
-    manifest, content = directory / MANIFEST, run.manifest()
+    run = planned(directory, experiment, fresh=fresh, engine=engine)
+    manifest = directory / MANIFEST
     present = _read(manifest)
-    if manifest.exists() and not fresh:
-        if present is None or _identity(present) != _identity(content):
-            raise RunError(
-                f"{directory}: holds results of another config or engine version; give --fresh to "
-                "replace them or --out for another folder"
-            )
-    elif not manifest.exists() and _holds_files(directory):
-        raise RunError(
-            f"{directory}: is not empty and not a run of snooker; give --out for another folder"
-        )
     with _said(directory):
         if fresh:
             for old in (*directory.glob("point-*/repeat-*.h5"), *run.figures()):
@@ -170,7 +170,27 @@ def create(directory: Path, experiment: Experiment, *, fresh: bool = False) -> R
             for old in run.analyses():
                 old.unlink()
         directory.mkdir(parents=True, exist_ok=True)
-        write_json(manifest, content)
+        write_json(manifest, run.manifest())
+    return run
+
+
+def planned(
+    directory: Path, experiment: Experiment, *, fresh: bool = False, engine: str | None = None
+) -> Run:
+    """The run that ``create`` makes, and its errors, but nothing is written."""
+    run = Run(directory, experiment, points(experiment), engine)
+    manifest = directory / MANIFEST
+    if manifest.exists() and not fresh:
+        present = _read(manifest)
+        if present is None or _identity(present) != _identity(run.manifest()):
+            raise RunError(
+                f"{directory}: holds results of another config or engine version, or of another "
+                "--engine; give --fresh to replace them or --out for another folder"
+            )
+    elif not manifest.exists() and _holds_files(directory):
+        raise RunError(
+            f"{directory}: is not empty and not a run of snooker; give --out for another folder"
+        )
     return run
 
 
@@ -190,7 +210,7 @@ def open_run(name: str | Path) -> Run:
     except (OSError, ValueError, KeyError, TypeError, ConfigError) as error:
         said = str(error).splitlines()[0]
         raise RunError(f"{manifest}: cannot be read ({said}); run the config again") from None
-    return Run(directory, experiment, points(experiment))
+    return Run(directory, experiment, points(experiment), content.get("engine"))
 
 
 def write_json(path: Path, content: Any) -> None:
@@ -235,4 +255,5 @@ def _read(manifest: Path) -> dict[str, Any] | None:
 
 def _identity(manifest: dict[str, Any]) -> str:
     """What must be the same for results to be shared: points and engine, not repeats."""
-    return json.dumps([manifest["engine_version"], manifest["points"]], sort_keys=True)
+    engine = manifest["engine_version"], manifest.get("engine")
+    return json.dumps([*engine, manifest["points"]], sort_keys=True)

@@ -8,18 +8,27 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from snooker_cli.neighbours import near_pairs
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 EPSILON = float(np.finfo(np.float64).eps)
 
+LEAST_DIAMETERS = 5
+"""How many of its largest balls a periodic box is wide at least: engines look at 3 by 3 cells."""
+
+ROUNDING = 1e-8
+"""By how much more, relatively, so that cells a little wider than a ball fit five times."""
+
 
 class SceneError(ValueError):
-    """A scene that cannot exist; ``key`` names the config key to change."""
+    """A scene that cannot exist; ``key`` names the config key to change, ``ball`` who is wrong."""
 
-    def __init__(self, key: str, message: str) -> None:
+    def __init__(self, key: str, message: str, ball: int | None = None) -> None:
         super().__init__(message)
         self.key = key
+        self.ball = ball
 
 
 Shape = Literal["circle", "box", "periodic"]
@@ -76,6 +85,11 @@ class Scene:
         return (self.width, self.height)
 
     @property
+    def period(self) -> tuple[float, float] | None:
+        """Width and height of a periodic box, m; none for what has a wall."""
+        return self.size if self.shape == "periodic" else None
+
+    @property
     def area(self) -> float:
         """Area of the container, m^2."""
         if self.shape == "circle":
@@ -114,38 +128,81 @@ def check(scene: Scene) -> None:
     """Raise ``SceneError`` where balls overlap or stick out of the container.
 
     Balls may touch. Positions are doubles, so a touching pair may be short of touching by the
-    rounding of its coordinates: that much, 4 epsilon times the container's radius, is let pass.
+    rounding of its coordinates: that much, 2 epsilon times the container's size, is let pass.
     """
-    slack = 4 * EPSILON * scene.container_radius
-    offsets = scene.positions - scene.container_position
-    room = scene.container_radius - scene.radii - np.hypot(offsets[:, 0], offsets[:, 1])
+    if scene.shape == "periodic":
+        check_period(scene.size, float(np.max(scene.radii)))
+    slack = 2 * EPSILON * max(scene.size)
+    room = _room(scene)
     worst = int(np.argmin(room))
     if room[worst] < -slack:
-        raise SceneError(
-            "balls",
-            f"ball {worst} sticks out of the container by {-room[worst]:.6g} m: its centre is "
-            f"{scene.container_radius - scene.radii[worst] - room[worst]:.6g} m from the middle "
-            f"and its radius {scene.radii[worst]:.6g} m, in a container of radius "
-            f"{scene.container_radius:.6g} m; move it inwards or make it smaller",
-        )
+        raise SceneError("balls", _sticking_out(scene, worst, float(room[worst])), worst)
     i, j, gap = _closest_pair(scene)
     if gap < -slack:
-        distance = float(np.hypot(*(scene.positions[i] - scene.positions[j])))
         raise SceneError(
             "balls",
-            f"balls {i} and {j} overlap by {-gap:.6g} m: their centres are {distance:.6g} m apart "
-            f"and their radii {scene.radii[i]:.6g} m and {scene.radii[j]:.6g} m; use smaller "
-            "balls, fewer rings or a larger container",
+            f"balls {i} and {j} overlap by {-gap:.6g} m: their centres are "
+            f"{gap + scene.radii[i] + scene.radii[j]:.6g} m apart and their radii "
+            f"{scene.radii[i]:.6g} m and {scene.radii[j]:.6g} m; move them apart, or use smaller "
+            "balls or a larger container",
+            j,
         )
+
+
+def check_period(size: tuple[float, float], largest: float) -> None:
+    """Raise ``SceneError`` for a periodic box (width, height, m) too small for a radius (m)."""
+    for key, side in zip(("width", "height"), size, strict=True):
+        if side < LEAST_DIAMETERS * 2 * largest * (1 + ROUNDING):
+            raise SceneError(
+                f"container.{key}",
+                f"the periodic box is {side:.6g} m in {key}, which is under {LEAST_DIAMETERS} "
+                f"diameters of its largest ball, {2 * largest:.6g} m each, so that a ball could "
+                "meet another and its image at once; use smaller balls, more of them, or a larger "
+                "box",
+            )
+
+
+def _room(scene: Scene) -> NDArray[np.float64]:
+    """Between each ball and the wall, m; of a periodic box, between its centre and the edge."""
+    offsets = scene.positions - scene.container_position
+    if scene.shape == "circle":
+        return np.asarray(
+            scene.container_radius - scene.radii - np.hypot(offsets[:, 0], offsets[:, 1])
+        )
+    edges = np.min(np.array(scene.size) / 2 - abs(offsets), axis=1)
+    return np.asarray(edges - scene.radii if scene.shape == "box" else edges)
+
+
+def _sticking_out(scene: Scene, ball: int, room: float) -> str:
+    """The sentence about a ball that has less than no room."""
+    if scene.shape == "circle":
+        where = f"{scene.container_radius - scene.radii[ball] - room:.6g} m from the middle"
+        container = f"a container of radius {scene.container_radius:.6g} m"
+    else:
+        x, y = scene.positions[ball] - scene.container_position
+        where = f"at [{x:.6g}, {y:.6g}] m from the middle"
+        container = f"a {scene.shape} box" if scene.shape == "periodic" else "a box"
+        container += f" of {scene.width:.6g} m by {scene.height:.6g} m"
+    if scene.shape == "periodic":
+        return (
+            f"the centre of ball {ball} is {-room:.6g} m outside: it is {where}, in {container}; "
+            "give the place of its image inside"
+        )
+    return (
+        f"ball {ball} sticks out of the container by {-room:.6g} m: its centre is {where} and its "
+        f"radius {scene.radii[ball]:.6g} m, in {container}; move it inwards or make it smaller"
+    )
 
 
 def _closest_pair(scene: Scene) -> tuple[int, int, float]:
-    """The pair with the smallest gap between surfaces, and that gap in m (inf for one ball)."""
+    """The pair that overlaps most, or touches, and the gap in m (inf if no balls touch)."""
     best = (0, 0, math.inf)
-    for i in range(scene.number - 1):
-        offsets = scene.positions[i + 1 :] - scene.positions[i]
-        gaps = np.hypot(offsets[:, 0], offsets[:, 1]) - scene.radii[i + 1 :] - scene.radii[i]
-        j = int(np.argmin(gaps))
-        if gaps[j] < best[2]:
-            best = (i, i + 1 + j, float(gaps[j]))
+    for i, j, distances in near_pairs(scene.positions, scene.radii, 0.0, scene.period):
+        if len(i) == 0:
+            continue
+        gaps = distances - scene.radii[i] - scene.radii[j]
+        k = int(np.argmin(gaps))
+        if gaps[k] < best[2]:
+            first, second = sorted((int(i[k]), int(j[k])))
+            best = (first, second, float(gaps[k]))
     return best

@@ -123,6 +123,21 @@ SPEED_BINS = 32
 
 
 @dataclass(frozen=True)
+class Work:
+    """What a simulation took; counted by the kernel, told of by a run, not stored.
+
+    predictions : pairs of balls that were looked at
+    crossings : of balls from one cell into another
+    queue_updates : balls whose next event was entered anew: those of each collision and crossing,
+        and those whose contact came up after its partner had had another event
+    """
+
+    predictions: int
+    crossings: int
+    queue_updates: int
+
+
+@dataclass(frozen=True)
 class Trace:
     """One finished repeat.
 
@@ -130,6 +145,7 @@ class Trace:
     events : every collision, or ``None`` if only a summary was recorded or a sink took them
     summary : observables on a grid, or ``None`` if events were recorded
     wall_events, pair_events : collisions with the wall and between balls
+    work : what it took; ``None`` if it was read from a file
     """
 
     start: Scene
@@ -139,6 +155,7 @@ class Trace:
     pair_events: int
     events: Events | None
     summary: Summary | None
+    work: Work | None = None
 
     @property
     def collisions(self) -> int:

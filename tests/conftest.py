@@ -6,7 +6,7 @@ import shutil
 import sys
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -58,11 +58,11 @@ def finished_run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 @pytest.fixture(scope="session")
 def traces() -> dict[str, Trace]:
-    """Three hundred collisions of nineteen balls, recorded both ways."""
+    """Three hundred collisions of nineteen balls, recorded both ways; as files have them."""
     scene = arrange(parse(SMALL, overrides=["balls.rings=2", "cor=0.95"]).experiment, 0)
     return {
-        "events": simulate(scene, collisions=300),
-        "summary": simulate(scene, collisions=300, summary=True),
+        kind: replace(simulate(scene, collisions=300, summary=kind == "summary"), work=None)
+        for kind in ("events", "summary")
     }
 
 

@@ -22,25 +22,28 @@ ROOMS: dict[str, tuple[str, ...]] = {
     # What needs nothing of ours
     "config": (),
     "fit": (),
-    "scene": (),
+    "neighbours": (),
+    "scene": ("neighbours",),
     "theory": (),
     "words": (),
     # Simulating
     "trace": ("scene",),
     "engine": ("scene", "trace"),
-    "arrange": ("config", "scene"),
+    "arrange": ("config", "neighbours", "scene"),
     # Storing
     "store": ("scene", "trace"),
     "results": ("config", "engine", "store", "trace"),
     "runner": ("arrange", "config", "engine", "results", "scene", "store", "trace"),
-    "bench": ("arrange", "config", "engine", "scene", "theory"),
     # Understanding
     "observables": ("engine", "scene", "trace"),
+    "kinetic": ("observables", "scene", "theory"),
     "decay": ("fit", "observables", "theory", "trace", "words"),
-    "compare": ("decay", "observables", "scene", "theory", "trace", "words"),
+    "compare": ("decay", "kinetic", "observables", "scene", "theory", "trace", "words"),
     # Showing
-    "gallery": (*DATA, "compare", "decay", "fit", "observables", "theory", "words"),
+    "gallery": (*DATA, "compare", "decay", "fit", "kinetic", "observables", "theory", "words"),
     "figures": ("gallery",),
+    # Measuring
+    "bench": ("arrange", "config", "engine", "gallery", "scene", "store", "trace", "words"),
 }
 # These two see everything below them.
 ROOMS["report"] = tuple(ROOMS)
@@ -55,6 +58,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "yaml": ("config",),
     "numba": ("engine",),
     "h5py": ("store",),
+    "mpmath": ("bench",),
     "scipy": ("fit", "theory"),
     "matplotlib": ("figures",),
     "jinja2": ("report",),

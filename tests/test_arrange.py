@@ -171,9 +171,14 @@ def test_a_scene_of_rings():
         scene.positions[0, 0] = 1.0
 
 
-def listed(*balls: dict) -> Experiment:
+def listed(*balls: dict, **container: object) -> Experiment:
     return Experiment.model_validate(
-        {"container": {"radius": 10.0}, "balls": {"list": balls}, "cor": 0.5, "collisions": 1}
+        {
+            "container": container or {"radius": 10.0},
+            "balls": {"list": balls},
+            "cor": 0.5,
+            "collisions": 1,
+        }
     )
 
 
@@ -206,7 +211,8 @@ def error_of(start: Experiment) -> SceneError:
 
 def test_overlapping_balls_are_refused():
     error = error_of(listed(ball(0, 0), ball(-5, 0), ball(1.5, 0)))
-    assert error.key == "balls"
+    assert error.key == "balls.list[2]"
+    assert "rings" not in str(error)
     for part in ("balls 0 and 2", "overlap by 0.5 m", "1.5 m apart", "radii 1 m and 1 m"):
         assert part in str(error)
     error_of(listed(ball(0, 0), ball(1.9999999, 0)))
@@ -214,7 +220,7 @@ def test_overlapping_balls_are_refused():
 
 def test_a_ball_that_sticks_out_is_refused():
     error = error_of(listed(ball(0, 0), ball(0, 9.25)))
-    assert error.key == "balls"
+    assert error.key == "balls.list[1]"
     for part in ("ball 1", "by 0.25 m", "9.25 m from the middle", "radius 1 m", "radius 10 m"):
         assert part in str(error)
     error_of(listed(ball(0, 9.0000001)))
@@ -248,3 +254,55 @@ def test_check_sees_the_container_where_it_is():
     moved = Scene(**(vars(scene) | {"container_position": np.array([9.5, 0.0])}))
     with pytest.raises(SceneError, match="sticks out"):
         check(moved)
+
+
+# --- boxes ----------------------------------------------------------------------------------
+
+
+def test_a_box_of_listed_balls():
+    scene = arrange(listed(ball(9, -4), shape="box", width=20.0, height=10.0), 0)
+    assert (scene.shape, scene.size, scene.area, scene.free) == ("box", (20.0, 10.0), 200.0, False)
+    assert math.isnan(scene.container_radius)
+    assert arrange(listed(ball(0, 0), shape="box", width=20.0), 0).size == (20.0, 20.0)
+
+
+@pytest.mark.parametrize("place", [(9.25, 0), (-9.25, 0), (0, 4.25), (0, -4.25)])
+def test_a_ball_that_sticks_out_of_a_box_is_refused(place):
+    error = error_of(listed(ball(0, 0), ball(*place), shape="box", width=20.0, height=10.0))
+    assert error.key == "balls.list[1]"
+    for part in (
+        "ball 1 sticks out",
+        "by 0.25 m",
+        f"at [{place[0]}, {place[1]}] m",
+        "20 m by 10 m",
+    ):
+        assert part in str(error)
+
+
+def test_a_periodic_box_has_no_wall_but_an_edge():
+    box = {"shape": "periodic", "width": 20.0, "height": 12.0}
+    scene = arrange(listed(ball(10, -6), ball(-8, 6), **box), 0)
+    assert scene.period == (20.0, 12.0)
+    error = error_of(listed(ball(10.25, 0), **box))
+    assert "the centre of ball 0 is 0.25 m outside" in str(error)
+
+
+@pytest.mark.parametrize(
+    "places", [[(9.25, 1), (-9.25, 1)], [(1, 5.25), (1, -5.25)], [(9.25, 5.25), (-9.75, -5.75)]]
+)
+def test_overlaps_with_images_are_seen(places):
+    box = {"width": 20.0, "height": 12.0}
+    error = error_of(listed(*(ball(*place) for place in places), shape="periodic", **box))
+    assert error.key == "balls.list[1]"
+    apart = 1.5 if 1 in (*places[0], *places[1]) else math.sqrt(2)
+    assert f"{apart:.6g} m apart" in str(error)
+    small = [ball(*place, 0.7) for place in places]
+    arrange(listed(*small, shape="periodic", **box), 0)
+
+
+def test_a_periodic_box_is_five_diameters_wide():
+    """Less, and a ball could be next to another and to its image at once."""
+    arrange(listed(ball(0, 0), shape="periodic", width=10.001), 0)
+    error = error_of(listed(ball(0, 0), shape="periodic", width=19.0, height=9.9))
+    assert error.key == "container.height"
+    assert "9.9 m in height, which is under 5 diameters of its largest ball, 2 m each" in str(error)

@@ -149,7 +149,7 @@ def test_cooling_is_compared_with_the_reports_own_constant(cooling: list[Trace])
     assert energy.measured == fitted["kinetic_energy", "exponential"].over_repeats.mean
     assert pressure.measured == fitted["pressure", "exponential"].over_repeats.mean
     haff = row(found, "Haff's α", "Enskog rates at the start")
-    rates = theory.collision_rates(NUMBER, 50.0, 1.0, 10.0)
+    rates = theory.collision_rates(NUMBER, 50.0, 1.0, theory.circle(10.0, 1.0))
     assert haff.predicted == pytest.approx(theory.cooling_rate(0.9, rates.ball_ball) / 2)
     assert haff.measured == fitted["kinetic_energy", "haff"].over_repeats.mean
 
@@ -217,7 +217,7 @@ def test_early_endings_in_words() -> None:
         ({trap: 1}, "the repeat ended early, in a wall trap, and is used up to there"),
         ({trap: 1, done: 4}, "1 of 5 repeats ended early, in a wall trap, and is used up to there"),
     ):
-        assert decay.early_endings(counts) == sentence
+        assert decay.used_up_to_there(counts) == sentence
 
 
 def test_the_collisions_of_a_collapse_are_no_rate() -> None:

@@ -4,6 +4,7 @@ import hashlib
 import json
 import math
 import pickle
+import re
 from pathlib import Path
 
 import pytest
@@ -161,6 +162,8 @@ def test_locate_gives_the_place_of_a_value() -> None:
     assert str(loaded.locate("sweep.balls.radius[1]")) == "run.yaml:7:23"
     assert str(loaded.locate("cor")) == "-o cor=0.5"
     assert str(loaded.locate("wall_cor")) == "run.yaml:2:1"
+    plain = parse(BASE + "sweep: {cor: [0.1, 0.2]}\n", "run.yaml", ["cor=0.5"])
+    assert str(plain.locate("cor")) == "-o cor=0.5"
 
 
 def test_locate_finds_balls_of_a_list() -> None:
@@ -297,19 +300,31 @@ def test_schema_is_strict_json_and_describes_every_key() -> None:
 def test_schema_knows_what_can_be_swept() -> None:
     swept = schema()["properties"]["sweep"]["properties"]
     assert list(swept) == [
+        "container.shape",
         "container.radius",
+        "container.width",
+        "container.height",
+        "container.packing",
         "container.mass",
         "balls.rings",
         "balls.radius",
         "balls.mass",
         "balls.speed",
         "balls.ring_extent",
+        "balls.count",
+        "balls.speeds",
+        "balls.start",
+        "balls.packing",
         "cor",
         "wall_cor",
         "collisions",
         "time",
     ]
     assert swept["cor"]["items"] == {"type": "number", "minimum": 0, "maximum": 1}
+    assert {"type": "number", "exclusiveMinimum": 0} in swept["balls.radius"]["items"]["anyOf"]
+    patterns = schema()["properties"]["sweep"]["patternProperties"]
+    for key in ("balls[0].radius", "balls.list[1].position[0]"):
+        assert sum(bool(re.match(pattern, key)) for pattern in patterns) == 1
 
 
 def test_schema_knows_what_is_required() -> None:
@@ -317,4 +332,6 @@ def test_schema_knows_what_is_required() -> None:
     assert document["required"] == ["container", "balls", "cor"]
     assert document["anyOf"] == [{"required": ["collisions"]}, {"required": ["time"]}]
     assert document["$defs"]["Rings"]["required"] == ["rings", "radius", "speed"]
+    assert document["$defs"]["Gas"]["required"] == ["count", "speed"]
+    assert document["$defs"]["Species"]["required"] == ["count", "speed"]
     assert document["$defs"]["Container"]["properties"]["mass"]["default"] is None

@@ -12,7 +12,9 @@ from snooker_cli.config import (
     ConfigError,
     Container,
     Experiment,
+    Gas,
     Rings,
+    Species,
     digest,
     parse,
     points,
@@ -45,13 +47,26 @@ time: 10.0
 sweep: {"balls.list[0].position[1]": [0.1, 0.2]}
 """
 
+MIXED = """\
+container: {shape: periodic, packing: 0.4}
+balls:
+  - {count: 5, radius: 1.0, speed: 1, start: random}
+  - {count: 50, radius: 0.5, mass: 0.25, speed: 2, speeds: maxwell}
+cor: 0.9
+time: 10.0
+sweep: {container.packing: [0.1, 0.2], "balls[1].count": [1, 2]}
+"""
+
+FILES = st.sampled_from([VALID, LISTED, MIXED])
+
 STEADY = settings(derandomize=True, deadline=None)
 
 # What a mistyping hand or a YAML expert would put in: indicators, keys, extreme scalars.
 TOKENS = r"""
 { } [ ] , : - ? & * ! | > ' " % @ ` # ~ << .. ... --- .inf -.inf .nan 1e999 -1 0 0x1f null true no
 1_000 &a *a !!int !x <<: "\ud800" "\U00110000" %YAML cor balls list rings sweep container radius
-mass collisions balls.rings cor[0] list[0] balls.list[1].mass time repeats title range(3)
+mass count packing shape width box
+collisions balls.rings cor[0] list[0] balls.list[1].mass time repeats title range(3)
 """
 SPACES = ["\t", "\n", " ", "\n  ", "\n- ", ": ", "\0", "\ud800", "\x85", "\u2028", "\ufeff"]
 SNIPPETS = st.sampled_from([*TOKENS.split(), *SPACES, "9" * 5000])
@@ -90,7 +105,7 @@ def test_random_tokens(tokens: list[str]) -> None:
 
 
 @given(
-    st.sampled_from([VALID, LISTED]),
+    FILES,
     st.lists(
         st.tuples(st.integers(0, 400), st.integers(0, 12), SNIPPETS | st.text(max_size=3)),
         min_size=1,
@@ -110,14 +125,15 @@ def test_mutations_of_a_valid_file(text: str, mutations: list[tuple[int, int, st
 
 KEY_WORDS = """
 cor wall_cor title seed balls balls.rings balls.list balls.list[0].mass balls.list[0].position
-container container.mass sweep sweep.cor collisions time record nothing cor.x a..b [0]
+balls[1].radius balls.count container container.mass
+container.shape sweep sweep.cor collisions time record nothing cor.x a..b [0]
 """
 KEYS = st.sampled_from(KEY_WORDS.split())
 VALUES = st.lists(SNIPPETS | st.sampled_from(["0.5", "1:2:3", "range(1,3)", "{", "}"]), max_size=5)
 
 
 @given(
-    st.sampled_from([VALID, LISTED]),
+    FILES,
     st.lists(st.tuples(KEYS | st.text(max_size=5), VALUES), min_size=1, max_size=3),
 )
 @settings(STEADY, max_examples=300)
@@ -155,44 +171,74 @@ POSITIVE = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 RESTITUTION = st.floats(0, 1)
 TITLES = st.text(st.characters(exclude_categories=["C", "Z"]) | st.just(" "), min_size=1)
-EXPERIMENTS = st.builds(
-    Experiment,
-    title=st.none()
+SPEEDS = st.floats(min_value=0, allow_infinity=False)
+FRACTIONS = st.floats(0, 1, exclude_min=True)
+CIRCLES = st.builds(Container, radius=POSITIVE, mass=POSITIVE | st.just(math.inf))
+RINGS = st.builds(
+    Rings,
+    rings=st.integers(0, 1000),
+    radius=POSITIVE,
+    mass=POSITIVE,
+    speed=SPEEDS,
+    ring_extent=FRACTIONS,
+)
+LISTS = st.builds(
+    BallList,
+    list=st.lists(
+        st.builds(
+            Ball,
+            position=st.tuples(FINITE, FINITE),
+            velocity=st.tuples(FINITE, FINITE),
+            radius=POSITIVE,
+            mass=POSITIVE,
+        ),
+        min_size=1,
+        max_size=3,
+    ),
+)
+OF_SPECIES = {
+    "count": st.integers(2, 1_000_000),
+    "mass": POSITIVE,
+    "speed": SPEEDS,
+    "speeds": st.sampled_from(["equal", "maxwell"]),
+}
+STARTS = st.none() | st.sampled_from(["lattice", "random"])
+BOXES = st.sampled_from(["box", "periodic"])
+# Two of the container's size, the radius and packing; and places in a container with a size.
+FILLED = (
+    st.tuples(CIRCLES, RINGS | LISTS)
+    | st.tuples(
+        st.builds(Container, shape=BOXES, width=POSITIVE, height=st.none() | POSITIVE),
+        LISTS | st.builds(Gas, **OF_SPECIES, start=STARTS, packing=FRACTIONS),
+    )
+    | st.tuples(
+        st.builds(Container, shape=BOXES | st.just("circle"), packing=FRACTIONS),
+        st.builds(Gas, **OF_SPECIES, start=STARTS, radius=POSITIVE)
+        | st.tuples(
+            st.builds(Species, **OF_SPECIES, radius=POSITIVE),
+            st.builds(Species, **OF_SPECIES, start=STARTS, radius=POSITIVE),
+        ),
+    )
+)
+KEYWORDS = {
+    "title": st.none()
     | TITLES
     | st.sampled_from(["no", "1e6", "null", "0o7", "~", "- x", "a: b", "'"]),
-    container=st.builds(Container, radius=POSITIVE, mass=POSITIVE | st.just(math.inf)),
-    balls=st.builds(
-        Rings,
-        rings=st.integers(0, 1000),
-        radius=POSITIVE,
-        mass=POSITIVE,
-        speed=st.floats(min_value=0, allow_infinity=False),
-        ring_extent=st.floats(0, 1, exclude_min=True),
-    )
-    | st.builds(
-        BallList,
-        list=st.lists(
-            st.builds(
-                Ball,
-                position=st.tuples(FINITE, FINITE),
-                velocity=st.tuples(FINITE, FINITE),
-                radius=POSITIVE,
-                mass=POSITIVE,
-            ),
-            min_size=1,
-            max_size=3,
-        ),
-    ),
-    cor=RESTITUTION,
-    wall_cor=st.none() | RESTITUTION,
-    collisions=st.integers(1, 2**63 - 1),
-    time=st.none() | POSITIVE,
-    repeats=st.integers(1, 2**63 - 1),
-    seed=st.integers(0, 2**63 - 1),
-    record=st.sampled_from(["events", "summary"]),
-    sweep=st.dictionaries(
+    "cor": RESTITUTION,
+    "wall_cor": st.none() | RESTITUTION,
+    "collisions": st.integers(1, 2**63 - 1),
+    "time": st.none() | POSITIVE,
+    "repeats": st.integers(1, 2**63 - 1),
+    "seed": st.integers(0, 2**63 - 1),
+    "record": st.sampled_from(["events", "summary"]),
+    "sweep": st.dictionaries(
         st.sampled_from(["cor", "wall_cor"]), st.lists(RESTITUTION, min_size=1, unique=True)
     ),
+}
+EXPERIMENTS = FILLED.flatmap(
+    lambda filled: st.builds(
+        Experiment, container=st.just(filled[0]), balls=st.just(filled[1]), **KEYWORDS
+    )
 )
 
 

@@ -281,13 +281,22 @@ def test_a_watch_that_stops_a_run_that_is_just_over_takes_nothing_away():
 
 
 def test_specialisation():
-    same = {"moving container": False, "different radii": False, "different masses": False}
+    same = {
+        "cells": False,
+        "balls sorted by cells": False,
+        "straight walls": False,
+        "periodic images": False,
+        "moving container": False,
+        "different radii": False,
+        "different masses": False,
+    }
     assert specialisation(one_ball()) == {**same, "events": True}
     assert specialisation(one_ball(), summary=True) == {**same, "events": False}
     assert specialisation(one_ball(container_mass=5.0))["moving container"]
+    assert specialisation(one_ball(), engine="cells")["cells"]
     mixed = scene_of([(0, 0, 1, 0, 1, 1), (4, 0, 1, 0, 2, 3)], container_mass=math.inf)
     assert specialisation(mixed) == {
-        "moving container": False,
+        **same,
         "different radii": True,
         "different masses": True,
         "events": True,

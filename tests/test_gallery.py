@@ -170,7 +170,7 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     assert band.x[-1] == end
     assert band.high[-1] - band.low[-1] == pytest.approx(2 * final.std(ddof=1), rel=1e-12)
     (reference,) = layers(found, Reference)
-    assert reference.value == theory.circle_state(19, 50.0, 1.0, 10.0).pressure
+    assert reference.value == in_circle(50.0, 1.0)
 
 
 def test_pressure_of_one_repeat_has_no_band(decaying: Run) -> None:
@@ -181,6 +181,12 @@ def test_pressure_of_one_repeat_has_no_band(decaying: Run) -> None:
 
 
 # The ideal gas
+
+
+def in_circle(temperature: float, radius: float) -> float:
+    """Pressure of 19 hard disks in the circle of 10 m, by theory."""
+    circle = theory.circle(10.0, radius)
+    return theory.fluid_state(19, temperature, radius, circle).pressure
 
 
 def pressure_of(trace: Trace) -> float:
@@ -206,7 +212,7 @@ def test_pressure_against_temperature(warm: Run) -> None:
     ideal = next(line for line in layers(found, Line) if line.label == "ideal gas")
     assert ideal.y == pytest.approx(19 * ideal.x / (100 * math.pi), rel=1e-14)
     curve_of_large = next(line for line in layers(found, Line) if line.series == 1)
-    expected = [theory.circle_state(19, each, 1.0, 10.0).pressure for each in curve_of_large.x]
+    expected = [in_circle(each, 1.0) for each in curve_of_large.x]
     assert curve_of_large.y == pytest.approx(expected, rel=1e-12)
     point = found.numbers["points"][5]
     assert point["parameters"] == {"balls.radius": 1.0, "balls.speed": 20.0}
@@ -220,7 +226,7 @@ def test_temperature_ratio_against_the_ball_radius(warm: Run) -> None:
     for k, index in enumerate((1, 4)):
         ratios = [50 / (pressure_of(trace) * 100 * math.pi / 19) for trace in traces(warm, index)]
         assert points.y[k] == pytest.approx(np.mean(ratios), rel=1e-13)
-        expected = theory.circle_state(19, 50.0, points.x[k], 10.0).pressure
+        expected = in_circle(50.0, points.x[k])
         theirs = found.numbers["points"][k]["theory"]
         assert theirs == pytest.approx(19 * 50 / (100 * math.pi) / expected, rel=1e-13)
     assert "one value of balls.speed" in why_not(warm, "temperature-ratio")

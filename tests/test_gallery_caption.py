@@ -62,10 +62,10 @@ def test_captions_count_what_ended_early(trapped: Run) -> None:
     assert reasons == {StopReason.WALL_TRAP: count, StopReason.COLLISIONS: 4 - count}
     assert 0 < count < 4
     assert shown(trapped, "ideal-ratio").caption.endswith(
-        f"4 repeats of at most 200 collisions: {count} of 8 ended early, in a wall trap."
+        f"4 repeats of at most 200 collisions: {count} of 8 repeats ended early, in a wall trap."
     )
     alone = shown(trapped, "pressure", cor=0.85)
-    assert f"{count} of 4 ended early, in a wall trap" in alone.caption
+    assert f"{count} of 4 repeats ended early, in a wall trap" in alone.caption
     assert "early" not in shown(trapped, "pressure", cor=1.0).caption
 
 
@@ -74,7 +74,7 @@ def test_captions_of_one_repeat_tell_its_own_end(trapped: Run) -> None:
         picture = shown(trapped, "energy-fit", repeat=number, cor=0.85)
         ended = trace.stop.reason is StopReason.WALL_TRAP
         length = (
-            ", at most 200 collisions: it ended early, in a wall trap."
+            ", at most 200 collisions: the repeat ended early, in a wall trap."
             if ended
             else ", 200 collisions."
         )
@@ -86,14 +86,14 @@ def test_several_endings() -> None:
     assert early([Facts(reason, 9, b"") for reason in reasons]) == ""
     reasons += [StopReason.COLLAPSE] * 2 + [StopReason.WALL_TRAP] * 3
     assert early([Facts(reason, 9, b"") for reason in reasons]) == (
-        "5 of 7 ended early, 3 in a wall trap and 2 in a collapse"
+        "5 of 7 repeats ended early, 3 in a wall trap and 2 in a collapse"
     )
 
 
 def test_an_end_of_all_motion_is_early_too(tmp_path: Path) -> None:
     still = made(tmp_path / "still", "balls.speed=0", "repeats=1")
     assert shown(still, "central-distances").caption.endswith(
-        "one repeat, at most 200 collisions: it ended early, with no collision ahead."
+        "one repeat, at most 200 collisions: the repeat ended early, with no collision ahead."
     )
 
 

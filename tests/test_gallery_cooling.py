@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from galleries import DECAYING, layers, made, shown, traces, why_not
 
-from snooker_cli import theory
+from snooker_cli import kinetic, theory
 from snooker_cli.decay import curve, fit_curve, reported_constant
 from snooker_cli.engine import series
 from snooker_cli.fit import ensemble
-from snooker_cli.gallery import Line, Points, Reference, kinetic
+from snooker_cli.gallery import Line, Points, Reference
 from snooker_cli.results import Run
 from snooker_cli.trace import StopReason, Trace
 
@@ -77,7 +77,7 @@ def test_the_laws_beside_the_decay_constants(decaying: Run) -> None:
     for index in (0, 1):
         constants = [reported_constant(trace) for trace in traces(decaying, index)]
         assert reported.y[index] == pytest.approx(np.mean(constants), rel=1e-14)
-    density, contact = theory.number_density(19, 10.0), float(theory.contact_value(0.19))
+    density, contact = theory.number_density(19, 100 * math.pi), float(theory.contact_value(0.19))
     path = theory.enskog_mean_free_path(density, 1.0, contact)
     speed = theory.fixed_energy_mean_speed(19, 50.0)
     assert enskog.label is not None
@@ -117,7 +117,7 @@ def test_haff_fitted_of_theory_and_above_the_floor(decaying: Run) -> None:
     assert fitted.y[-1] == pytest.approx(2 * alpha / (1 + alpha * fitted.x[-1]))
     assert constant.y.tolist() == [record["k"]] * 2
     contact = float(theory.contact_value(0.19))
-    rate = theory.ball_ball_rate(theory.number_density(19, 10.0), 1.0, 50.0, contact)
+    rate = theory.ball_ball_rate(theory.number_density(19, 100 * math.pi), 1.0, 50.0, contact)
     alpha = theory.haff_rate(theory.cooling_rate(0.8, rate))
     assert of_theory.y[0] == pytest.approx(2 * alpha, rel=1e-12)
     floor = np.mean([floor_of(trace) for trace in traces(decaying, 0)])

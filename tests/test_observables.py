@@ -105,8 +105,7 @@ def test_temperature_and_energy_ratio_by_hand(by_hand: Trace) -> None:
 
 
 def test_pressure_by_hand(by_hand: Trace) -> None:
-    found = observables.series(by_hand)
-    time, values = observables.cumulative_pressure(found, 9.0)
+    time, values = observables.cumulative_pressure(by_hand, observables.series(by_hand))
     assert time.tolist() == [2, 16, 16]
     perimeter = 2 * math.pi * 9
     assert values == pytest.approx(
@@ -124,7 +123,7 @@ def test_states_after_each_collision_by_hand(by_hand: Trace) -> None:
     assert states.positions[..., 0].tolist() == [[-3, 3], [-1, 1], [-8, 8], [-8, 8]]
     assert states.velocities[..., 0].tolist()[:2] == [[1, -1], [-0.5, 0.5]]
     assert observables.central_distances(states).tolist() == [3, 3, 1, 1, 8, 8, 8, 8]
-    assert observables.pair_distances(states).tolist() == [6, 2, 16, 16]
+    assert observables.pair_distances(states, by_hand.start).tolist() == [6, 2, 16, 16]
     total = observables.momentum(states, by_hand.start)
     assert total.tolist() == [[0, 0]] * 4
 
@@ -264,7 +263,7 @@ def test_pressures_are_sums_over_wall_events(simulated: Trace) -> None:
         if j == -1
     ]
     rounding = 2 * len(hits) * EPSILON
-    time, values = observables.cumulative_pressure(observables.series(simulated), radius)
+    time, values = observables.cumulative_pressure(simulated, observables.series(simulated))
     assert time.tolist() == events.time.tolist()
     for k in (0, 57, 399):
         expected = math.fsum(impulse for when, impulse in hits if when <= time[k])
@@ -287,7 +286,8 @@ def test_pressures_are_sums_over_wall_events(simulated: Trace) -> None:
 
 def test_distances_are_those_of_the_states(simulated: Trace) -> None:
     states = observables.at_collisions(simulated, 5)
-    central, pairs = observables.central_distances(states), observables.pair_distances(states)
+    central = observables.central_distances(states)
+    pairs = observables.pair_distances(states, simulated.start)
     assert len(central) == 5 * 19
     assert len(pairs) == 5 * 19 * 18 // 2
     expected_central, expected_pairs = [], []

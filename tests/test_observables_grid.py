@@ -142,7 +142,7 @@ def test_the_rows_of_a_summary_come_near_those_after_collisions(
 def test_of_many_collisions_some_are_read_evenly(
     simulated: Trace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(observables, "MOST_POINTS", 40)
+    monkeypatch.setattr(observables.course, "MOST_POINTS", 40)
     found = observables.after_collisions(simulated)
     counts = found.wall_events + found.pair_events
     assert len(counts) == 41

@@ -131,6 +131,37 @@ def test_another_experiment_is_refused(override: str, copied_run: Path, small_co
     assert files(copied_run) == before
 
 
+def test_an_engine_that_is_forced_is_part_of_what_a_run_is(
+    copied_run: Path, experiment: Experiment, tmp_path: Path
+) -> None:
+    before = files(copied_run)
+    with pytest.raises(RunError, match=r"copied: holds results of .* another --engine; .* --fresh"):
+        results.create(copied_run, experiment, engine="cells")
+    assert files(copied_run) == before
+    forced = results.create(tmp_path / "forced", experiment, engine="cells")
+    assert results.open_run(tmp_path / "forced") == forced
+    assert results.create(tmp_path / "forced", experiment, engine="cells") == forced
+    for other in (None, "allpairs"):
+        with pytest.raises(RunError, match="another --engine"):
+            results.create(tmp_path / "forced", experiment, engine=other)
+
+
+def test_a_plan_is_the_run_and_writes_nothing(
+    copied_run: Path, experiment: Experiment, small_config: str, tmp_path: Path
+) -> None:
+    before = files(tmp_path)
+    assert results.planned(copied_run, experiment) == results.open_run(copied_run)
+    assert results.planned(tmp_path / "new", experiment).directory == tmp_path / "new"
+    other = parse(small_config, overrides=["seed=2"]).experiment
+    with pytest.raises(RunError, match="another config"):
+        results.planned(copied_run, other)
+    assert results.planned(copied_run, other, fresh=True).experiment == other
+    with pytest.raises(RunError, match="not a run of snooker"):
+        results.planned(tmp_path, experiment)
+    assert files(tmp_path) == before
+    assert not (tmp_path / "new").exists()
+
+
 def test_another_engines_results_are_refused(copied_run: Path, experiment: Experiment) -> None:
     manifest = json.loads((copied_run / MANIFEST).read_text())
     manifest["engine_version"] += 1

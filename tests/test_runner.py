@@ -17,7 +17,8 @@ from snooker_cli.arrange import arrange
 from snooker_cli.config import digest, parse, points
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.results import Run
-from snooker_cli.runner import Outcome, Watcher, check_scenes, execute
+from snooker_cli.runner import Kind, Outcome, Watcher, execute, kinds
+from snooker_cli.runner.threads import Threads
 from snooker_cli.scene import SceneError
 from snooker_cli.trace import StopReason
 
@@ -67,6 +68,7 @@ def test_outcomes_tell_what_is_in_the_files(copied: Run) -> None:
         (point, repeat) for point in (0, 1) for repeat in (0, 1, 2)
     ]
     assert sorted(notes.outcomes, key=lambda each: (each.point, each.repeat)) == outcomes
+    assert {outcome.work for outcome in outcomes} == {None}
     for outcome in outcomes:
         trace = store.read(copied.path(outcome.point, outcome.repeat)).trace
         assert outcome.stop == trace.stop
@@ -110,10 +112,15 @@ def put_another_point_there(path: Path) -> None:
     shutil.copy(path.parent.with_name("point-0000") / path.name, path)
 
 
-def put_another_engines_there(path: Path) -> None:
+def put_another_engine_versions_there(path: Path) -> None:
     stored = store.read(path)
     old = replace(stored.provenance, engine_version=ENGINE_VERSION - 1)
     store.write(path, stored.trace, old)
+
+
+def put_a_forced_engines_there(path: Path) -> None:
+    stored = store.read(path)
+    store.write(path, stored.trace, replace(stored.provenance, engine="cells"))
 
 
 @pytest.mark.parametrize(
@@ -125,7 +132,8 @@ def put_another_engines_there(path: Path) -> None:
         flip_a_bit,
         put_another_repeat_there,
         put_another_point_there,
-        put_another_engines_there,
+        put_another_engine_versions_there,
+        put_a_forced_engines_there,
     ],
 )
 def test_one_bad_file_is_done_again_and_only_that(
@@ -253,7 +261,7 @@ def test_one_failing_repeat_does_not_stop_the_others(copied: Run, finished_run: 
 def test_a_scene_that_cannot_exist_tells_its_point(small_config: str) -> None:
     swept = parse(small_config, overrides=["balls.radius=1.0,3.0"]).experiment
     with pytest.raises(SceneError, match=r"\(at the point .*balls\.radius=3\.0\)") as caught:
-        check_scenes(points(swept))
+        kinds(points(swept))
     assert caught.value.key == "balls.radius"
 
 
@@ -270,16 +278,98 @@ collisions: 10
 
 def test_repeats_of_given_balls_are_refused() -> None:
     """They would be the same bits again: nothing in a list is random."""
-    check_scenes(points(parse(TWO_BALLS).experiment))
+    kinds(points(parse(TWO_BALLS).experiment))
     with pytest.raises(SceneError, match=r"^4 repeats of balls\.list .*; set repeats: 1") as caught:
-        check_scenes(points(parse(TWO_BALLS, overrides=["repeats=4"]).experiment))
+        kinds(points(parse(TWO_BALLS, overrides=["repeats=4"]).experiment))
     assert caught.value.key == "repeats"
 
 
-def test_checking_scenes_tells_their_numbers_of_balls(small_config: str) -> None:
-    swept = parse(small_config, overrides=["balls.rings=0,2,1"]).experiment
-    assert check_scenes(points(swept)) == {1, 7, 19}
-    assert check_scenes(points(parse(TWO_BALLS).experiment)) == {2}
+# Kinds of scenes
+
+
+GAS = """\
+container: {radius: 10.0}
+balls: {count: 100, radius: 0.3, speed: 10}
+cor: 1
+collisions: 10
+"""
+
+KERNEL = {
+    "cells": False,
+    "balls sorted by cells": False,
+    "straight walls": False,
+    "periodic images": False,
+    "moving container": False,
+    "different radii": False,
+    "different masses": False,
+    "events": True,
+}
+LOSSES = {"losses between balls": False, "losses at the wall": False, "wall traps": False}
+
+
+def kinds_of(text: str, *overrides: str, engine: str | None = None) -> list[Kind]:
+    return kinds(points(parse(text, overrides=overrides).experiment), engine)
+
+
+def test_kinds_tell_what_is_modelled(small_config: str) -> None:
+    lossy, elastic = kinds_of(small_config)
+    free = KERNEL | {"moving container": True, "collapse": True}
+    assert elastic.models == free | LOSSES
+    assert lossy.models == free | dict.fromkeys(LOSSES, True)
+    assert [point.index for point in lossy.points + elastic.points] == [0, 1]
+    assert (lossy.shape, lossy.balls, elastic.balls) == ("circle", (7,), (7,))
+
+
+def test_kinds_hold_points_that_ask_for_the_same(small_config: str) -> None:
+    swept = ("balls.rings=0,2,1", "cor=0.7,0.8")
+    (one,) = kinds_of(small_config, *swept)
+    assert one.balls == (1, 19, 7, 1, 19, 7)
+    assert [point.index for point in one.points] == list(range(6))
+    fixed, free = kinds_of(small_config, "container.mass=.inf,1e7", "cor=1")
+    assert (fixed.models["moving container"], free.models["moving container"]) == (False, True)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "expected"),
+    [
+        ((), {"cells": True}),
+        (("balls.count=80",), {}),
+        (("record=summary",), {"cells": True, "events": False}),
+        (("balls.count=4096", "balls.radius=0.05"), {"cells": True, "balls sorted by cells": True}),
+        (("cor=0.9",), {"cells": True} | dict.fromkeys(LOSSES, True)),
+        (("cor=0.9", "wall_cor=1"), {"cells": True, "losses between balls": True}),
+        (("container={shape: box, width: 20}",), {"cells": True, "straight walls": True}),
+        (
+            ("container={shape: box, width: 20}", "cor=0.9"),
+            {"cells": True, "straight walls": True, **dict.fromkeys(LOSSES, True)}
+            | {"wall traps": False},
+        ),
+        (
+            ("container={shape: periodic, width: 20}", "wall_cor=0.9"),
+            {"cells": True, "periodic images": True},
+        ),
+    ],
+)
+def test_only_what_a_scene_needs_is_modelled(
+    overrides: tuple[str, ...], expected: dict[str, bool]
+) -> None:
+    (kind,) = kinds_of(GAS, *overrides)
+    assert kind.models == KERNEL | LOSSES | {"collapse": True} | expected
+
+
+def test_different_balls_are_another_kind() -> None:
+    (equal,) = kinds_of(TWO_BALLS)
+    (different,) = kinds_of(TWO_BALLS.replace("[-1, 0], radius: 1", "[-1, 0], radius: 2, mass: 3"))
+    assert equal.balls == different.balls == (2,)
+    assert different.models == equal.models | {"different radii": True, "different masses": True}
+
+
+def test_an_engine_can_be_forced_upon_all_scenes_it_knows(small_config: str) -> None:
+    assert kinds_of(GAS, engine="allpairs")[0].models["cells"] is False
+    assert {kind.models["cells"] for kind in kinds_of(small_config, engine="cells")} == {True}
+    with pytest.raises(SceneError, match="allpairs knows no box: use cells") as caught:
+        kinds_of(GAS, "container={shape: box, width: 20}", engine="allpairs")
+    assert caught.value.key == "container.shape"
 
 
 def test_an_unforeseen_error_keeps_its_traceback(
@@ -289,7 +379,7 @@ def test_an_unforeseen_error_keeps_its_traceback(
         raise KeyError("lost")
 
     shutil.rmtree(copied.directory / "point-0001")
-    monkeypatch.setattr("snooker_cli.runner._versions", lost)
+    monkeypatch.setattr("snooker_cli.runner.execution.versions", lost)
     failed = [outcome for outcome in done(copied) if outcome.error]
     assert [(each.point, each.repeat, each.error) for each in failed] == [
         (1, repeat, "KeyError: 'lost'") for repeat in range(3)
@@ -335,6 +425,57 @@ def test_an_interrupted_repeat_is_saved_and_done_again(small_config: str, tmp_pa
     for name in ("time", "i", "j", "impulse"):
         column = getattr(events, name)
         assert column.tobytes() == getattr(all_events, name)[: len(events)].tobytes()
+
+
+def test_what_has_nothing_to_keep_is_left_behind() -> None:
+    """As a thread that arranges a million balls; it learns of it when it has something."""
+    cancelled, begun, goes_on = threading.Event(), threading.Event(), threading.Event()
+    kept: list[bool] = []
+    told = threading.Semaphore(0)
+
+    def slow(item: int, keep: Callable[[], bool]) -> int:
+        if item == 0:
+            return item
+        begun.set()
+        assert goes_on.wait(60)
+        kept.append(keep())
+        told.release()
+        return item
+
+    with Threads(2, cancelled) as threads:
+        results = threads.each(slow, [0, 1, 2, 3, 4, 5, 6])
+        assert next(results) == 0
+        assert begun.wait(60)
+        cancelled.set()
+        assert list(results) == []
+    assert kept == []
+    goes_on.set()
+    assert told.acquire(timeout=60)
+    assert not any(kept)
+
+
+def test_what_has_something_to_keep_is_waited_for() -> None:
+    cancelled, begun = threading.Event(), threading.Event()
+
+    def slow(item: int, keep: Callable[[], bool]) -> int:
+        assert keep()
+        begun.set()
+        assert cancelled.wait(60)
+        return item
+
+    with Threads(1, cancelled) as threads:
+        results = threads.each(slow, range(7))
+        threading.Thread(target=lambda: (begun.wait(60), cancelled.set())).start()
+        # One is under way, and another may have begun before the cancelling was seen.
+        assert list(results)[:1] == [0]
+
+
+def test_what_goes_wrong_in_a_thread_is_raised() -> None:
+    def wrong(item: int, keep: Callable[[], bool]) -> int:
+        raise ValueError(f"item {item}")
+
+    with Threads(1, threading.Event()) as threads, pytest.raises(ValueError, match="item 3"):
+        list(threads.each(wrong, [3]))
 
 
 def test_nothing_begins_in_a_cancelled_run(small_config: str, tmp_path: Path) -> None:

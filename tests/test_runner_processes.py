@@ -102,7 +102,8 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
         process.send_signal(number)
         _, said = process.communicate()
         assert process.returncode == 130
-        stopping, *_, rest = said.splitlines()
+        # A new engine is compiled first, which is told.
+        *_, stopping, rest = said.splitlines()
         assert stopping == "snooker: stopping; saving what is under way"
         assert re.fullmatch(
             r"snooker: interrupted with \d+ of 3,000 repeats done; the same command goes on where "
@@ -111,6 +112,65 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
         )
         assert not list(directory.rglob("*.part"))
     assert_completes(directory, one_point, tmp_path / "uninterrupted")
+
+
+MANY = """\
+container: {radius: 10.0}
+balls: {count: 5000, packing: 0.3, speed: 10}
+cor: 1
+collisions: 1000000000
+repeats: 2
+"""
+
+
+def test_an_interrupt_keeps_what_many_balls_have_done(tmp_path: Path) -> None:
+    config, directory = tmp_path / "many.yaml", tmp_path / "many"
+    config.write_text(MANY)
+    command = [sys.executable, "-m", "snooker_cli", "run", str(config), "--out", str(directory)]
+    process = subprocess.Popen(
+        [*command, "-j", "1", "--no-progress"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while not list(directory.glob("point-0000/*.part")):
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate()
+    assert process.returncode == 130
+    assert "interrupted with 0 of 2 repeats done" in said
+    (path,) = directory.glob("point-0000/*")
+    trace = store.read(path).trace
+    assert trace.stop.reason is StopReason.INTERRUPTED
+    assert trace.events is not None
+    assert len(trace.events) == trace.collisions > 0
+
+
+def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path) -> None:
+    """While a million balls are put in their places."""
+    config, directory = tmp_path / "million.yaml", tmp_path / "million"
+    config.write_text(MANY.replace("5000", "1000000"))
+    script = (
+        "import os, signal, sys\n"
+        "from snooker_cli import runner\n"
+        "from snooker_cli.arrange import arrange\n"
+        "from snooker_cli.cli import main\n"
+        "def interrupted(*arguments):\n"
+        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        "    return arrange(*arguments)\n"
+        "runner.kinds.__globals__['arranged'] = interrupted\n"
+        "main()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, "run", str(config), "--out", str(directory)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == "snooker: stopping; saving what is under way\n"
+    assert not directory.exists()
 
 
 # Two processes in one folder

@@ -17,7 +17,8 @@ STEADY = settings(derandomize=True, deadline=None)
 
 # The scene of the source report: 37 balls, unit mass, 10 m/s in a circle of 10 m.
 N, T, R = 37, 50.0, 10.0
-DENSITY = theory.number_density(N, R)
+AREA = math.pi * R**2
+DENSITY = theory.number_density(N, AREA)
 
 # Pressure over 2πR and its error at e = 1, of an independent simulation, keyed by the ball radius.
 SIMULATED = {1.0: (17.18, 0.03), 0.1: (5.9917, 0.0002)}
@@ -28,21 +29,26 @@ def digits(value: float, text: str) -> bool:
     return f"{value:.{len(text.partition('.')[2])}f}" == text
 
 
+def in_circle(number: float, radius: float) -> theory.FluidState:
+    return theory.fluid_state(number, T, radius, theory.circle(R, radius))
+
+
 def test_ideal_gas_numbers_and_round_trip():
     area = math.pi * R**2
     pressure = theory.ideal_gas_pressure(N, T, area)
     assert digits(pressure, "5.89")
     assert theory.ideal_gas_temperature(pressure, area, N) == pytest.approx(T, rel=1e-15)
     assert digits(DENSITY, "0.118")
-    assert theory.packing_fraction(N, 1.0, R) == pytest.approx(0.37, rel=1e-15)
+    assert theory.packing_fraction(N, 1.0, AREA) == pytest.approx(0.37, rel=1e-15)
 
 
 def test_wall_pressure_of_one_ball_is_its_momentum_flux():
     # A ball bouncing along a diameter at v: impulse 2 m v every 2a/v, over the perimeter 2πR.
     speed, radius = 3.0, 1.5
     accessible = R - radius
+    circle = theory.circle(R, radius)
     flux = 2 * speed * speed / (2 * accessible) / (2 * math.pi * R)
-    assert theory.accessible_wall_pressure(1, speed**2 / 2, radius, R) == pytest.approx(flux)
+    assert theory.accessible_wall_pressure(1, speed**2 / 2, circle) == pytest.approx(flux)
 
 
 def test_van_der_waals_is_ideal_for_points_and_infinite_at_half_packing():
@@ -55,7 +61,7 @@ def test_van_der_waals_is_ideal_for_points_and_infinite_at_half_packing():
 
 def test_van_der_waals_has_the_second_virial_coefficient():
     area, radius = math.pi * R**2, 1e-3
-    eta = theory.packing_fraction(N, radius, R)
+    eta = theory.packing_fraction(N, radius, AREA)
     z = theory.van_der_waals_pressure(N, T, area, radius) * area / (N * T)
     # Z = 1/(1 − 2η): to first order the bulk fluid's, to second 4η² against 4·0.78η².
     assert z - theory.compressibility(eta) == pytest.approx(
@@ -137,14 +143,14 @@ def test_floats_give_floats_and_arrays_give_arrays():
 
 
 def test_circle_pressure_numbers():
-    assert digits(theory.circle_state(N, T, 1.0, R).pressure, "17.43")
-    assert digits(theory.circle_state(N, T, 0.1, R).pressure, "5.9927")
+    assert digits(in_circle(N, 1.0).pressure, "17.43")
+    assert digits(in_circle(N, 0.1).pressure, "5.9927")
     # Left out are second orders in the curvature r/a, here 1/9 and 1/99, and at fixed energy 1/N of
     # the non-ideal part, which is η.
     for radius, measured in SIMULATED.items():
-        eta = theory.packing_fraction(N, radius, R)
+        eta = theory.packing_fraction(N, radius, AREA)
         left_out = (radius / (R - radius)) ** 2 + eta / N
-        found = theory.circle_state(N, T, radius, R).pressure
+        found = in_circle(N, radius).pressure
         assert found == pytest.approx(measured[0], rel=left_out + 2 * measured[1] / measured[0])
 
 
@@ -156,7 +162,7 @@ def test_circle_pressure_numbers():
 def test_circle_state_solves_its_own_equations(number, radius):
     accessible = R - radius
     assume(number * radius**2 < 0.99 * (R**2 - radius**2))
-    found = theory.circle_state(number, T, radius, R)
+    found = in_circle(number, radius)
 
     def surplus(eta: float) -> float:
         density = eta / (math.pi * radius**2)
@@ -175,8 +181,8 @@ def test_circle_state_solves_its_own_equations(number, radius):
 
 
 def test_circle_state_of_tiny_balls_is_the_ideal_one():
-    ideal = theory.accessible_wall_pressure(N, T, 1e-7, R)
-    assert theory.circle_state(N, T, 1e-7, R).pressure == pytest.approx(ideal, rel=1e-12)
+    ideal = theory.accessible_wall_pressure(N, T, theory.circle(R, 1e-7))
+    assert in_circle(N, 1e-7).pressure == pytest.approx(ideal, rel=1e-12)
 
 
 def test_circle_line_tension_obeys_gibbs():
@@ -200,12 +206,80 @@ def test_circle_line_tension_obeys_gibbs():
 @pytest.mark.parametrize(("number", "radius"), [(99, 1.0), (5, 0.0), (5, -1.0), (1, 10.0)])
 def test_circle_without_room_is_refused(number, radius):
     with pytest.raises(ValueError, match="no fluid"):
-        theory.circle_state(number, T, radius, R)
+        in_circle(number, radius)
+
+
+def test_a_circle_s_virial_is_its_wall_s():
+    """The virial theorem in a fixed circle: N T + ΣJd/2t = a F/2, with the force F on its wall."""
+    for radius in (0.1, 1.0):
+        found = in_circle(N, radius)
+        force = found.pressure * 2 * math.pi * R
+        assert found.virial_ratio * N * T == pytest.approx((R - radius) * force / 2, rel=1e-14)
+
+
+@pytest.mark.parametrize("radius", [0.1, 1.0])
+def test_box_forces_are_the_derivative_of_the_grand_potential(radius):
+    """The work of moving one wall, and of scaling the box, at one bulk density, numerically."""
+    width, height, step = 30.0, 18.0, 1e-5
+    found = theory.fluid_state(N, T, radius, theory.box(width, height, radius))
+    eta = found.bulk_packing
+    density = eta / (math.pi * radius**2)
+    bulk = density * T * theory.compressibility(eta)
+    tension = -density * T * radius * eta / (1 - eta) ** 2
+
+    def work(wide: float, high: float) -> float:
+        across, along = wide - 2 * radius, high - 2 * radius
+        return bulk * across * along - tension * 2 * (across + along)
+
+    assert density * theory.box(width, height, radius).accessible_area < N
+    right = (work(width + step, height) - work(width - step, height)) / (2 * step)
+    top = (work(width, height + step) - work(width, height - step)) / (2 * step)
+    # Central differences of a form of second degree are exact but for rounding, ε·work/step.
+    exact = 4e-16 * abs(work(width, height)) / step / min(right, top)
+    force = 2 * (right + top)
+    assert found.pressure * 2 * (width + height) == pytest.approx(force, rel=10 * exact)
+    # Σ x·F of the walls: each is (w − 2r)/2 or (h − 2r)/2 from the centre.
+    virial = ((width - 2 * radius) * right + (height - 2 * radius) * top) / 2
+    assert found.virial_ratio * N * T == pytest.approx(virial, rel=10 * exact)
+
+
+def test_tiny_balls_in_a_box_are_an_ideal_gas():
+    box = theory.box(20.0, 12.0, 1e-7)
+    found = theory.fluid_state(N, T, 1e-7, box)
+    ideal = theory.accessible_wall_pressure(N, T, box)
+    assert found.pressure == pytest.approx(ideal, rel=1e-12)
+    assert found.virial_ratio == pytest.approx(1.0, rel=1e-12)
+    # One ball that flies along x at v hits each of two walls every 2(w − 2r)/v.
+    alone = theory.box(20.0, 12.0, 1.0)
+    along_x, along_y = 2 * 3.0**2 / 18.0, 2 * 3.0**2 / 10.0
+    mean = (along_x + along_y) / 2 / alone.wall
+    assert theory.accessible_wall_pressure(1, 3.0**2 / 2, alone) == pytest.approx(mean, rel=1e-15)
+
+
+@pytest.mark.parametrize("eta", [1e-6, 0.2, 0.4, 0.64])
+def test_a_periodic_box_is_bulk(eta):
+    width, height = 30.0, 18.0
+    radius = math.sqrt(eta * width * height / (math.pi * N))
+    found = theory.fluid_state(N, T, radius, theory.periodic_box(width, height))
+    z = theory.compressibility(eta)
+    assert found.bulk_packing == pytest.approx(eta, rel=1e-14)
+    assert found.virial_ratio == pytest.approx(z, rel=1e-13)
+    assert found.pressure == pytest.approx(N * T * z / (width * height), rel=1e-13)
+
+
+def test_published_ratios_are_found_by_their_packing():
+    half_of_close = math.pi / (2 * math.sqrt(3)) / 2
+    assert theory.published_ratio(half_of_close).ratio == 3.4243
+    found = theory.published_ratio(0.7)
+    assert found.source == "Engel et al. 2013"
+    assert digits(found.ratio, "10.306")
+    assert theory.published_ratio(0.7 + 2e-5) is None
+    assert theory.published_ratio(0.4) is None
 
 
 def test_bulk_pressure_is_n_t_z():
     z = theory.compressibility(0.37)
-    assert theory.bulk_pressure(N, T, 1.0, R) == pytest.approx(
+    assert theory.bulk_pressure(N, T, 1.0, AREA) == pytest.approx(
         N * T / (math.pi * R**2) * z, rel=1e-14
     )
 

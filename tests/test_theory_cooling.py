@@ -13,7 +13,8 @@ STEADY = settings(derandomize=True, deadline=None)
 
 # The scene of the source report: 37 balls, unit mass, 10 m/s in a circle of 10 m.
 N, T, R = 37, 50.0, 10.0
-DENSITY = theory.number_density(N, R)
+AREA, PERIMETER = math.pi * R**2, 2 * math.pi * R
+DENSITY = theory.number_density(N, AREA)
 
 # Measured at e = 1 by an independent event-driven simulation: pressure over 2πR and its error,
 # ball-ball and wall events per second and their errors; keyed by the ball radius.
@@ -53,9 +54,14 @@ def test_ball_ball_rate_of_the_report_scene():
 
 def test_ideal_wall_rate_is_the_chord_rate():
     # A ball of the ideal gas flies mean chords π·area/perimeter of the accessible disk.
-    assert theory.wall_rate(5.0, 9.0) == pytest.approx(
+    assert theory.wall_rate(5.0, theory.circle(R, 1.0)) == pytest.approx(
         5.0 / (math.pi * (math.pi * 81) / (2 * math.pi * 9)), rel=1e-15
     )
+    # In a box the mean of |u|/(w − 2r) + |v|/(h − 2r), with ⟨|u|⟩ = 2⟨v⟩/π for every direction.
+    assert theory.wall_rate(5.0, theory.box(20.0, 12.0, 1.0)) == pytest.approx(
+        2 * 5.0 / math.pi * (1 / 18 + 1 / 10), rel=1e-15
+    )
+    assert theory.wall_rate(5.0, theory.periodic_box(20.0, 12.0)) == 0
 
 
 @pytest.mark.parametrize("radius", SIMULATED)
@@ -63,47 +69,47 @@ def test_wall_rate_follows_from_the_simulated_pressure(radius):
     # Rotation holds 1/(4N) of the energy on average, and how much a start has depends on its rings:
     # the mean impulse, as √T, is sure to half of that. Beside it, two standard errors.
     (pressure, pressure_error), _, (wall, wall_error) = SIMULATED[radius]
-    rate = N * theory.wall_rate_from_pressure(N, pressure, T, R)
+    rate = N * theory.wall_rate_from_pressure(N, pressure, T, PERIMETER)
     error = 2 * math.hypot(wall_error, rate * pressure_error / pressure)
     assert abs(rate - wall) < error + wall / (8 * N)
 
 
 @pytest.mark.parametrize("radius", SIMULATED)
 def test_collision_rates_of_the_report_scene(radius):
-    found = theory.collision_rates(N, T, radius, R)
+    found = theory.collision_rates(N, T, radius, theory.circle(R, radius))
     _, (between, _), (wall, _) = SIMULATED[radius]
     # Enskog's rate takes N for the N − 1 others of a ball, and the whole area for that which the
     # centres can reach. The wall's is as good as its pressure, to second orders of r/a and η/N, and
     # as the energy of rotation lets it be, see above.
-    packing = theory.packing_fraction(N, radius, R)
+    packing = theory.packing_fraction(N, radius, AREA)
     assert found.ball_ball == pytest.approx(2 * between / N, rel=1 / N + 2 * radius / R)
     left_out = (radius / (R - radius)) ** 2 + packing / N + 1 / (8 * N)
     assert found.wall == pytest.approx(wall / N, rel=left_out)
     assert found.mean_speed == theory.fixed_energy_mean_speed(N, T)
     contact = theory.contact_value(packing)
     assert found.mean_free_path == theory.enskog_mean_free_path(DENSITY, radius, contact)
-    heavy = theory.collision_rates(N, T, radius, R, mass=4.0)
+    heavy = theory.collision_rates(N, T, radius, theory.circle(R, radius), mass=4.0)
     assert heavy.ball_ball == pytest.approx(found.ball_ball / 2)
     assert heavy.wall == pytest.approx(found.wall / 2)
 
 
 def test_collision_rates_without_a_fluid_are_refused():
     with pytest.raises(ValueError, match="no fluid"):
-        theory.collision_rates(99, T, 1.0, R)
+        theory.collision_rates(99, T, 1.0, theory.circle(R, 1.0))
 
 
 def test_wall_rates_against_simulation():
     # Simulated 1.653 /s and 0.576 /s a ball, good to a few units of the last digit.
-    assert theory.wall_rate_from_pressure(N, 17.18, T, R) == pytest.approx(1.653, abs=0.003)
-    assert digits(theory.wall_rate_from_pressure(N, 5.9917, T, R), "0.576")
+    assert theory.wall_rate_from_pressure(N, 17.18, T, PERIMETER) == pytest.approx(1.653, abs=0.003)
+    assert digits(theory.wall_rate_from_pressure(N, 5.9917, T, PERIMETER), "0.576")
 
 
 def test_rates_without_ball_ball_collisions():
     # The exact wall pressure of balls that never meet gives the chord rate, and no ball-ball rate.
-    pressure = theory.accessible_wall_pressure(N, T, 1.0, R)
+    pressure = theory.accessible_wall_pressure(N, T, theory.circle(R, 1.0))
     mean_speed = theory.fixed_energy_mean_speed(N, T)
-    assert theory.wall_rate_from_pressure(N, pressure, T, R) == pytest.approx(
-        theory.wall_rate(mean_speed, 9.0), rel=1e-13
+    assert theory.wall_rate_from_pressure(N, pressure, T, PERIMETER) == pytest.approx(
+        theory.wall_rate(mean_speed, theory.circle(R, 1.0)), rel=1e-13
     )
 
 
@@ -113,14 +119,16 @@ def test_two_balls_have_the_impulses_of_the_four_sphere():
     # rate × impulse = force.
     mean = 8 * math.sqrt(T) / (3 * math.pi)
     force = 2 * math.pi * R * 17.0
-    assert theory.wall_rate_from_pressure(2, 17.0, T, R) == pytest.approx(
+    assert theory.wall_rate_from_pressure(2, 17.0, T, PERIMETER) == pytest.approx(
         force / (2 * 2 * T / mean), rel=1e-14
     )
 
 
 def test_rates_scale_with_mass():
-    light = theory.wall_rate_from_pressure(N, 17.0, T, R)
-    assert theory.wall_rate_from_pressure(N, 17.0, T, R, mass=4.0) == pytest.approx(light / 2)
+    light = theory.wall_rate_from_pressure(N, 17.0, T, PERIMETER)
+    assert theory.wall_rate_from_pressure(N, 17.0, T, PERIMETER, mass=4.0) == pytest.approx(
+        light / 2
+    )
 
 
 def test_equal_speed_losses():

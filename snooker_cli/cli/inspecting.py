@@ -21,8 +21,9 @@ def validate(config: ConfigPath, override: Overrides = None, as_json: AsJson = F
 
     from snooker_cli.cli.running import checked
 
-    loaded, points, found_balls = checked(config, override or ())
-    experiment, balls = loaded.experiment, sorted(found_balls)
+    loaded, points, kinds = checked(config, override or ())
+    experiment = loaded.experiment
+    balls = sorted({number for kind in kinds for number in kind.balls})
     if as_json:
         found = {
             "config": str(config),

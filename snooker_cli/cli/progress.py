@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Self
+from typing import NoReturn, Self, TypeVar
 
-from snooker_cli.cli.endings import fault, wants_traceback
-from snooker_cli.runner import Outcome, Watcher
+from snooker_cli.cli.endings import Exit, fault, wants_traceback
+from snooker_cli.runner import LOOK, Outcome, Watcher
 from snooker_cli.words import listed
+
+Result = TypeVar("Result")
 
 MOST_LINES = 10
 """Failures that are told as they come; a full disk fails every repeat."""
@@ -26,7 +30,7 @@ def say(message: str) -> None:
 
 @contextmanager
 def stopping_on_signals(cancelled: threading.Event) -> Iterator[None]:
-    """While inside, Ctrl-C and SIGTERM set ``cancelled``; what is under way is then saved."""
+    """While inside, Ctrl-C and SIGTERM set ``cancelled``; what is simulated is then saved."""
 
     def stop(_number: int, _frame: object) -> None:
         if not cancelled.is_set():
@@ -39,6 +43,22 @@ def stopping_on_signals(cancelled: threading.Event) -> Iterator[None]:
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
+
+
+def leave(code: int) -> NoReturn:
+    """End the process now: Python would wait for threads that have nothing to save."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
+def awaited(function: Callable[[], Result], cancelled: threading.Event) -> Result:
+    """What a function gives that has nothing to save: once cancelled, the process ends."""
+    future = ThreadPoolExecutor(1).submit(function)
+    while not wait([future], LOOK).done:
+        if cancelled.is_set():
+            leave(Exit.INTERRUPTED)
+    return future.result()
 
 
 class Lines(Watcher):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
     from snooker_cli.cli.progress import Lines
     from snooker_cli.config import Loaded, Point
     from snooker_cli.results import Run
-    from snooker_cli.runner import Outcome
+    from snooker_cli.runner import Kind, Outcome
 
 ConfigPath = Annotated[Path, typer.Argument(metavar="CONFIG", help="A YAML experiment.")]
 Overrides = Annotated[
@@ -29,6 +31,14 @@ Overrides = Annotated[
 ]
 MOST_ROWS = 200
 """Points in the table that is printed; a terminal keeps about as many lines."""
+
+
+class Engine(StrEnum):
+    """The engines that a study can ask for."""
+
+    ALL_PAIRS = "allpairs"
+    CELLS = "cells"
+
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 
@@ -46,6 +56,16 @@ def run(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Replace what is in the folder, even of another config.")
     ] = False,
+    engine: Annotated[
+        Engine | None,
+        typer.Option("--engine", help="Engine for all points [for each what suits it]."),
+    ] = None,
+    dry_run: Annotated[
+        bool,
+        typer.Option(
+            "--dry-run", help="Only show what would be done, what is modelled, time and disk."
+        ),
+    ] = False,
     as_json: AsJson = False,
     no_progress: Annotated[bool, typer.Option("--no-progress", help="No progress bar.")] = False,
 ) -> None:
@@ -53,26 +73,31 @@ def run(
 
     Repeats that are there already are checked and kept, so that an interrupted run goes on where
     it was. A repeat that ends in a wall trap or inelastic collapse is kept up to there and said.
+    Results of a forced --engine are not mixed with others: their bits differ.
     """
-    import os
     import threading
 
     from snooker_cli import results
     from snooker_cli.cli.endings import Exit
-    from snooker_cli.cli.progress import Bar, Lines, stopping_on_signals
+    from snooker_cli.cli.progress import Bar, Lines, awaited, leave, stopping_on_signals
     from snooker_cli.runner import execute
 
-    loaded, _, _ = checked(config, override or ())
-    directory = out or results.RUNS / config.stem
     cancelled = threading.Event()
-    show = Lines if no_progress else Bar
-    with results.held(directory):
-        target = results.create(directory, loaded.experiment, fresh=fresh)
-        shown = show(len(target.points), target.experiment.repeats)
-        with stopping_on_signals(cancelled), shown as watcher:
-            outcomes = execute(
-                target, workers=jobs or os.cpu_count() or 1, watcher=watcher, cancelled=cancelled
-            )
+    with stopping_on_signals(cancelled):
+        loaded, _, kinds = awaited(lambda: checked(config, override or (), engine), cancelled)
+        directory = out or results.RUNS / config.stem
+        workers = jobs or os.cpu_count() or 1
+        if dry_run:
+            from snooker_cli.cli.planning import plan, show
+
+            target = results.planned(directory, loaded.experiment, fresh=fresh, engine=engine)
+            show(awaited(lambda: plan(target, kinds, workers, fresh), cancelled), as_json=as_json)
+            return
+        watching = Lines if no_progress else Bar
+        with results.held(directory):
+            target = results.create(directory, loaded.experiment, fresh=fresh, engine=engine)
+            with watching(len(target.points), target.experiment.repeats) as watcher:
+                outcomes = execute(target, workers=workers, watcher=watcher, cancelled=cancelled)
     summary = _summary(target, outcomes, watcher)
     if as_json:
         import json
@@ -82,24 +107,26 @@ def run(
         _show(target, outcomes, summary)
     if cancelled.is_set():
         _say_how_to_go_on(target, outcomes, fresh)
-        raise typer.Exit(Exit.INTERRUPTED)
+        leave(Exit.INTERRUPTED)
     if any(outcome.error for outcome in outcomes):
         raise typer.Exit(Exit.SOME_FAILED)
 
 
-def checked(config: Path, overrides: Sequence[str]) -> tuple[Loaded, tuple[Point, ...], set[int]]:
-    """The loaded config, its points and their numbers of balls, every scene tried.
+def checked(
+    config: Path, overrides: Sequence[str], engine: str | None = None
+) -> tuple[Loaded, tuple[Point, ...], list[Kind]]:
+    """The loaded config, its points and the kinds of their scenes, all of them tried.
 
     Raises ``ConfigError``.
     """
     from snooker_cli.config import load
-    from snooker_cli.runner import check_scenes
+    from snooker_cli.runner import kinds
     from snooker_cli.scene import SceneError
 
     loaded = load(config, overrides)
     try:
         points = loaded.points()
-        return loaded, points, check_scenes(points)
+        return loaded, points, kinds(points, engine)
     except SceneError as error:
         raise loaded.error(error.key, str(error)) from None
 
@@ -132,6 +159,7 @@ def _summary(run: Run, outcomes: list[Outcome], watcher: Lines) -> dict[str, Any
                     if outcome.stop and outcome.stop.reason not in as_asked
                 ],
                 "errors": [outcome.error for outcome in mine if outcome.error],
+                "work": _work([each for each in mine if each.work is not None]),
             }
         )
     return {
@@ -142,6 +170,16 @@ def _summary(run: Run, outcomes: list[Outcome], watcher: Lines) -> dict[str, Any
         "events_per_second": round(simulated / seconds) if seconds > 0 else 0,
         "points": points,
     }
+
+
+def _work(outcomes: list[Outcome]) -> dict[str, float] | None:
+    """What the engine did for each collision of the repeats simulated now; none without any."""
+    collisions = sum(outcome.collisions for outcome in outcomes)
+    if collisions == 0:
+        return None
+    works = [outcome.work for outcome in outcomes if outcome.work]
+    names = ("predictions", "crossings", "queue_updates")
+    return {name: sum(getattr(work, name) for work in works) / collisions for name in names}
 
 
 def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:

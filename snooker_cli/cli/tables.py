@@ -16,15 +16,23 @@ class Column(NamedTuple):
 
 
 def print_table(columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> None:
-    """Print rows under headings, columns as wide as their widest value."""
+    """Print rows under headings."""
+    for line in table_lines(columns, rows):
+        typer.echo(line)
+
+
+def table_lines(columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows under headings, columns as wide as their widest value."""
     table = [[column.heading for column in columns], *rows]
     widths = [max(len(row[k]) for row in table) for k in range(len(columns))]
+    lines = []
     for row in table:
         cells = [
             cell.rjust(width) if column.right else cell.ljust(width)
             for cell, width, column in zip(row, widths, columns, strict=True)
         ]
-        typer.echo("  ".join(cells).rstrip())
+        lines.append("  ".join(cells).rstrip())
+    return lines
 
 
 def point_label(parameters: Mapping[str, object]) -> str:

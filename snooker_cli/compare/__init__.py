@@ -18,9 +18,16 @@ from snooker_cli.compare.measuring import (
     relaxed_at,
     relaxing,
 )
-from snooker_cli.compare.predictions import cooling, exceptions, hard_disks, ideal_gas, speeds
+from snooker_cli.compare.predictions import (
+    cooling,
+    exceptions,
+    hard_disks,
+    ideal_gas,
+    shape,
+    speeds,
+)
 from snooker_cli.compare.table import Comparison, Comparisons, Table
-from snooker_cli.decay import early_endings
+from snooker_cli.decay import used_up_to_there
 from snooker_cli.observables import before_collapse, reduced_speed_counts
 from snooker_cli.trace import SPEED_BINS, StopReason
 from snooker_cli.words import counted
@@ -54,13 +61,14 @@ def compare(traces: Iterable[Trace]) -> Comparisons:
             relaxed.append(measure(trace, since))
             counts += reduced_speed_counts(trace, since)
     table, total = Table(), sum(ended.values())
-    table.note(early_endings(ended))
+    table.note(used_up_to_there(ended))
     if len(losses) < total:
         idle = total - len(losses)
         have = "has" if idle == 1 else "have"
         table.note(f"{idle} of {total} repeats {have} no collisions")
     if scene is not None:
         table.note(_relaxation(scene.number, losses, len(relaxed)))
+        table.note(shape(scene))
         table.note(exceptions(scene))
         if relaxed:
             table.columns = relaxed

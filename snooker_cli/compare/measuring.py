@@ -14,9 +14,11 @@ from snooker_cli.observables import (
     energy_ratio,
     gained,
     mean_pressure,
+    meeting_temperature,
     series,
     temperature,
     time_mean,
+    virial_ratio,
 )
 
 if TYPE_CHECKING:
@@ -35,15 +37,20 @@ The kurtosis of its speeds has then come from 1 to 1.83 of 1.95.
 class Measured:
     """What one repeat measured, means over time.
 
-    pressure : impulse on the wall over the perimeter 2 pi R and the time, Pa m
+    pressure : impulse on the wall over its length and the time, or by the virial, Pa m
+    virial_ratio : PV/NT of the balls, by the virial
     temperature, root_temperature : mean of T and of its root, J and J^(1/2)
+    meeting_temperature, root_meeting_temperature : the same of that at which balls meet
     mean_speed : m/s; kurtosis : <v^4>/<v^2>^2
     pair_rate, wall_rate : collisions of one ball per second
     """
 
     pressure: float
+    virial_ratio: float
     temperature: float
     root_temperature: float
+    meeting_temperature: float
+    root_meeting_temperature: float
     mean_speed: float
     kurtosis: float
     pair_rate: float
@@ -74,6 +81,7 @@ def measure(trace: Trace, since: float) -> Measured:
     """What one repeat measured from a time (s) to its end."""
     found, scene, end = series(trace), trace.start, trace.stop.time
     warm = temperature(found, scene.number)
+    met = meeting_temperature(found.kinetic_energy, scene)
 
     def rate(column: NDArray[np.float64]) -> float:
         length = scene.number * (end - since)
@@ -81,8 +89,11 @@ def measure(trace: Trace, since: float) -> Measured:
 
     return Measured(
         pressure=mean_pressure(trace, since),
+        virial_ratio=virial_ratio(trace, since),
         temperature=time_mean(trace, warm, since),
         root_temperature=time_mean(trace, np.sqrt(warm), since),
+        meeting_temperature=time_mean(trace, met, since),
+        root_meeting_temperature=time_mean(trace, np.sqrt(np.maximum(met, 0.0)), since),
         mean_speed=time_mean(trace, found.mean_speed, since),
         kurtosis=time_mean(trace, found.energy_moment, since),
         pair_rate=2 * rate(found.pair_events),
@@ -99,7 +110,7 @@ def lost(trace: Trace) -> Lost:
         pressure_decay_constant=fit_curve(curve(trace, "pressure"), "exponential").value,
         haff_rate=fit_curve(energy, "haff").value,
         reported_constant=reported_constant(trace),
-        start_temperature=float(temperature(found, trace.start.number)[0]),
+        start_temperature=float(meeting_temperature(found.kinetic_energy, trace.start)[0]),
         pair_events=calm.pair_events,
         wall_events=calm.wall_events,
         energy_left=float(energy_ratio(found)[-1]),

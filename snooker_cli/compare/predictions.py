@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import kinetic, theory
 from snooker_cli.compare.table import Comparison, Table
-from snooker_cli.observables import equal_balls
+from snooker_cli.observables import elastic, equal_balls
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 from snooker_cli.words import listed
 
@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from snooker_cli.scene import Scene
-
-DENSEST_FLUID = 0.65
-"""Packing fraction above which disks begin to order, where no theory here speaks of them."""
 
 LEAST_EXPECTED = 8
 """Balls expected in a bin of the chi-square at either end; bins with fewer are taken together."""
@@ -35,13 +32,13 @@ def exceptions(scene: Scene) -> str:
         )
     left_out = ["equations of state", "collision rates", "mean free path"]
     if not equal_balls(scene):
-        if not _elastic(scene):
+        if not elastic(scene):
             left_out += ["distribution of speeds", "decay constants", "energy left"]
         elif not _one(scene.masses):
             left_out.append("mean speed")
         return f"the balls differ, and theory is for equal ones: no {listed(left_out)}"
-    if _rates(scene) is None:
-        left_out += [] if _elastic(scene) else ["Haff's α"]
+    if kinetic.rates(scene, 1.0) is None:
+        left_out += [] if elastic(scene) else ["Haff's α"]
         return (
             f"the balls fill {scene.packing_fraction:.2f} of the area, and theory is for a fluid: "
             f"no {listed(left_out)}"
@@ -49,9 +46,22 @@ def exceptions(scene: Scene) -> str:
     return ""
 
 
+def shape(scene: Scene) -> str:
+    """What the container's shape means for the comparisons; empty for one with walls."""
+    if scene.shape != "periodic":
+        return ""
+    said = "no walls: the pressure is the virial's, (N T + ΣJd/2t)/V"
+    if scene.number > 1 and kinetic.free_velocities(scene) is None:
+        why = "two balls have one speed" if scene.number == 2 else "the balls' masses differ"
+        if not kinetic.at_rest(scene):
+            why = "the balls' centre of mass moves on for ever"
+        said += f"; no law of speeds at fixed energy, as {why}"
+    return said
+
+
 def ideal_gas(table: Table, scene: Scene) -> None:
     """The ideal gas law, which knows neither radii nor dissipation."""
-    number, area = scene.number, math.pi * scene.container_radius**2
+    number, area = scene.number, scene.area
     pressure, warm = table.column("pressure"), table.column("temperature")
     ideal = theory.ideal_gas_pressure(number, 1.0, area) * warm
     table.add("pressure", "Pa m", pressure, "ideal gas law", ideal)
@@ -61,38 +71,74 @@ def ideal_gas(table: Table, scene: Scene) -> None:
 
 
 def hard_disks(table: Table, scene: Scene) -> None:
-    """Equations of state and collision rates of equal hard disks in a circle."""
+    """Equations of state and collision rates of equal hard disks in the scene's container."""
     if not equal_balls(scene):
         return
     number, radius, mass = scene.number, float(scene.radii[0]), float(scene.masses[0])
-    outer, area = scene.container_radius, math.pi * scene.container_radius**2
+    room, walls = kinetic.container(scene), scene.shape != "periodic"
     pressure, warm = table.column("pressure"), table.column("temperature")
-    root = table.column("root_temperature")
-    at_one = {"accessible area": theory.accessible_wall_pressure(number, 1.0, radius, outer)}
-    rates = _rates(scene) if number > 1 else None
-    if rates is not None:
+    ideal = theory.ideal_gas_pressure(number, 1.0, room.area)
+    at_one = {}
+    if walls:
+        at_one["accessible area"] = theory.accessible_wall_pressure(number, 1.0, room)
+    state = kinetic.state(scene, 1.0)
+    if state is not None:
         at_one |= {
-            "van der Waals": theory.van_der_waals_pressure(number, 1.0, area, radius),
-            "hard disks, Padé": theory.bulk_pressure(number, 1.0, radius, outer),
-            "hard disks with a wall": theory.circle_state(number, 1.0, radius, outer).pressure,
+            "van der Waals": theory.van_der_waals_pressure(number, 1.0, room.area, radius),
+            "hard disks, Padé": theory.bulk_pressure(number, 1.0, radius, room.area),
         }
-    for model, value in at_one.items():
-        table.add("pressure", "Pa m", pressure, model, value * warm)
-    ideal = theory.ideal_gas_pressure(number, 1.0, area)
-    for model, value in at_one.items():
+        if walls:
+            at_one["hard disks with a wall"] = state.pressure
+        elif scene.restitution < 1:
+            # The impulses of a Maxwellian gas are (1 + e)/2 of the elastic ones.
+            weaker = (1 + scene.restitution) / 2
+            at_one["hard disks, impulses (1 + e)/2"] = ideal + weaker * (state.pressure - ideal)
+    # Without walls balls meet at a temperature of their own; with them this is one.
+    met = table.column("meeting_temperature") / warm
+    ratios = {model: 1 + (value / ideal - 1) * met for model, value in at_one.items()}
+    for model, ratio in ratios.items():
+        table.add("pressure", "Pa m", pressure, model, ratio * ideal * warm)
+    for model, ratio in ratios.items():
         if model.startswith("hard disks"):
-            table.add("PV/NT", "1", pressure / (ideal * warm), model, value / ideal)
-    wall = table.column("wall_rate")
-    speed = theory.fixed_energy_mean_speed(number, 1.0, mass)
-    ideal_rate = theory.wall_rate(speed, outer - radius)
-    table.add("wall rate of a ball", "1/s", wall, "ideal gas", ideal_rate * root)
+            table.add("PV/NT", "1", pressure / (ideal * warm), model, ratio)
+    _virial(table, scene, state, met)
+    _rates(table, scene, room, mass)
+
+
+def _virial(
+    table: Table, scene: Scene, state: theory.FluidState | None, met: NDArray[np.float64]
+) -> None:
+    """PV/NT by the virial, which the wall's is not, and what others have simulated."""
+    found, walls = table.column("virial_ratio"), scene.shape != "periodic"
+    if state is not None and walls:
+        bulk = float(theory.compressibility(scene.packing_fraction))
+        table.add("PV/NT by the virial", "1", found, "hard disks, Padé", bulk)
+        table.add("PV/NT by the virial", "1", found, "hard disks with a wall", state.virial_ratio)
+    published = None if walls else theory.published_ratio(scene.packing_fraction)
+    if published is not None and elastic(scene):
+        ratio = 1 + (published.ratio - 1) * met
+        table.add("PV/NT", "1", found, published.source, ratio)
+
+
+def _rates(table: Table, scene: Scene, room: theory.Container, mass: float) -> None:
+    """Collision rates and the mean free path."""
+    rates, number = kinetic.rates(scene, 1.0), scene.number
+    root = table.column("root_temperature")
+    if scene.shape != "periodic":
+        wall = table.column("wall_rate")
+        speed = theory.fixed_energy_mean_speed(number, 1.0, mass)
+        ideal_rate = theory.wall_rate(speed, room)
+        table.add("wall rate of a ball", "1/s", wall, "ideal gas", ideal_rate * root)
+        if rates is not None:
+            predicted = rates.wall * root
+            table.add("wall rate of a ball", "1/s", wall, "hard disks with a wall", predicted)
     if rates is None:
         return
-    table.add("wall rate of a ball", "1/s", wall, "hard disks with a wall", rates.wall * root)
-    density, pairs = theory.number_density(number, outer), table.column("pair_rate")
+    density, radius = theory.number_density(number, room.area), float(scene.radii[0])
+    pairs, met = table.column("pair_rate"), table.column("root_meeting_temperature")
     dilute = theory.ball_ball_rate(density, radius, 1.0, mass=mass)
-    table.add("ball-ball rate of a ball", "1/s", pairs, "Boltzmann", dilute * root)
-    table.add("ball-ball rate of a ball", "1/s", pairs, "Enskog", rates.ball_ball * root)
+    table.add("ball-ball rate of a ball", "1/s", pairs, "Boltzmann", dilute * met)
+    table.add("ball-ball rate of a ball", "1/s", pairs, "Enskog", rates.ball_ball * met)
     for model, length in (
         ("Boltzmann", theory.boltzmann_mean_free_path(density, radius)),
         ("Enskog", rates.mean_free_path),
@@ -103,7 +149,7 @@ def hard_disks(table: Table, scene: Scene) -> None:
 
 def cooling(table: Table, scene: Scene) -> None:
     """Decay constants and the energy that is left, where a gas of equal balls loses energy."""
-    if _elastic(scene) or scene.number == 1 or not equal_balls(scene):
+    if elastic(scene) or scene.number == 1 or not equal_balls(scene):
         return
     reported = table.column("reported_constant")
     found = table.column("decay_constant")
@@ -112,7 +158,7 @@ def cooling(table: Table, scene: Scene) -> None:
     found = table.column("pressure_decay_constant")
     table.add("decay constant of pressure", "1/s", found, "report, −ln e/τ", half)
     inelastic, wall_inelastic = scene.restitution, scene.wall_restitution
-    rates = _rates(scene)
+    rates = kinetic.rates(scene, 1.0)
     if rates is not None:
         lost = theory.cooling_rate(inelastic, rates.ball_ball, wall_inelastic, rates.wall)
         alpha = theory.haff_rate(lost) * np.sqrt(table.column("start_temperature"))
@@ -123,39 +169,27 @@ def cooling(table: Table, scene: Scene) -> None:
     table.add("energy left at the end", "1", table.column("energy_left"), "by event count", left)
 
 
-def _rates(scene: Scene) -> theory.CollisionRates | None:
-    """How equal balls collide at a temperature of 1 J; ``None`` where they are no fluid."""
-    if scene.packing_fraction > DENSEST_FLUID:
-        return None
-    radius, mass = float(scene.radii[0]), float(scene.masses[0])
-    try:
-        return theory.collision_rates(scene.number, 1.0, radius, scene.container_radius, mass)
-    except ValueError:
-        return None
-
-
 def speeds(table: Table, scene: Scene, counts: NDArray[np.int64]) -> None:
     """Mean speed, kurtosis and the distribution of speeds."""
     number = scene.number
-    if number < 2 or not (equal_balls(scene) or _elastic(scene)):
+    if number < 2 or not (equal_balls(scene) or elastic(scene)):
         return
+    free = kinetic.free_velocities(scene)
     if _one(scene.masses):
         mass, root = float(scene.masses[0]), table.column("root_temperature")
         speed = table.column("mean_speed")
         maxwell = theory.maxwell_mean_speed(1.0, mass)
-        at_fixed = theory.fixed_energy_mean_speed(number, 1.0, mass)
         table.add("mean speed", "m/s", speed, "Maxwell-Boltzmann", maxwell * root)
-        table.add("mean speed", "m/s", speed, "fixed energy", at_fixed * root)
+        if free is not None:
+            at_fixed = theory.fixed_energy_mean_speed(free, 1.0, mass)
+            table.add("mean speed", "m/s", speed, "fixed energy", at_fixed * root)
     # The reduced speed v √(m/2T) is the speed of a ball with m = 1 at T = 1/2.
     laws: list[tuple[str, float, Callable[..., Any], tuple[float, ...]]] = [
         ("Maxwell-Boltzmann", 2.0, theory.maxwell_speed_cdf, (0.5,)),
-        (
-            "fixed energy",
-            theory.fixed_energy_kurtosis(number),
-            theory.fixed_energy_speed_cdf,
-            (number, 0.5),
-        ),
     ]
+    if free is not None:
+        kurtosis, cumulative = theory.fixed_energy_kurtosis(free), theory.fixed_energy_speed_cdf
+        laws.append(("fixed energy", kurtosis, cumulative, (free, 0.5)))
     if 0 < scene.restitution < 1:
         a2 = theory.sonine_coefficient(scene.restitution)
         laws.append(("homogeneous cooling, a2", 2 * (1 + a2), theory.sonine_speed_cdf, (0.5, a2)))
@@ -198,8 +232,3 @@ def _chi_square(
 def _one(values: NDArray[np.float64]) -> bool:
     """Whether all values are the same."""
     return bool(np.all(values == values[0]))
-
-
-def _elastic(scene: Scene) -> bool:
-    """Whether no collision loses energy."""
-    return scene.restitution == scene.wall_restitution == 1.0

@@ -9,9 +9,10 @@ from os import PathLike
 from pathlib import Path
 
 from snooker_cli.config.axes import Value
+from snooker_cli.config.balls import Ball, BallList, Container, Gas, Rings, Species
 from snooker_cli.config.document import document, text_of
 from snooker_cli.config.dump import to_json, to_yaml
-from snooker_cli.config.models import Ball, BallList, Container, Experiment, Rings
+from snooker_cli.config.models import Experiment
 from snooker_cli.config.overrides import overridden
 from snooker_cli.config.paths import rendered, shown
 from snooker_cli.config.problems import ConfigError, Position, Problem
@@ -25,11 +26,13 @@ __all__ = [
     "ConfigError",
     "Container",
     "Experiment",
+    "Gas",
     "Loaded",
     "Point",
     "Position",
     "Problem",
     "Rings",
+    "Species",
     "Value",
     "digest",
     "load",

@@ -2,12 +2,10 @@
 
 import math
 from collections.abc import Collection, Mapping
-from typing import Any, TypeAlias
-
-from pydantic_core import PydanticCustomError
+from typing import TypeAlias
 
 from snooker_cli.config.paths import KeyPath, PathError, key_path, rendered
-from snooker_cli.config.problems import Complaint
+from snooker_cli.config.problems import Complaint, refusal
 
 Scalar: TypeAlias = bool | int | float | str | None
 Value: TypeAlias = Scalar | tuple[Scalar, ...]
@@ -25,8 +23,8 @@ WHOLE_RUN = ("repeats", "seed", "record", "title", "sweep")
 def axes(sweep: object) -> Axes:
     """The axes of a `sweep:` mapping (or of axes already made); none if it is null.
 
-    Raises PydanticCustomError of type "sweep", whose context holds every Complaint and the axes
-    that nothing is wrong with.
+    Raises PydanticCustomError of type "complaints", whose context holds every Complaint and the
+    axes that nothing is wrong with.
     """
     if sweep is None:
         return ()
@@ -34,7 +32,7 @@ def axes(sweep: object) -> Axes:
         sweep = dict(sweep)
     if not isinstance(sweep, Mapping):
         sentence = "a mapping of keys to lists is needed, such as {cor: [0.8, 0.9]}"
-        raise _refusal([Complaint(("sweep",), sentence)])
+        raise refusal([Complaint(("sweep",), sentence)], axes=())
     complaints: list[Complaint] = []
     found: dict[KeyPath, tuple[str, tuple[Value, ...]]] = {}
     for key, values in sweep.items():
@@ -52,7 +50,7 @@ def axes(sweep: object) -> Axes:
         complaints.append(Complaint(("sweep",), sentence))
         found.clear()
     if complaints:
-        raise _refusal(complaints, tuple(found.values()))
+        raise refusal(complaints, axes=tuple(found.values()))
     return tuple(found.values())
 
 
@@ -61,16 +59,6 @@ def _overlaps(paths: Collection[KeyPath]) -> dict[KeyPath, KeyPath]:
     return {
         path: path[:end] for path in paths for end in range(1, len(path)) if path[:end] in paths
     }
-
-
-def _refusal(complaints: list[Complaint], sound: Axes = ()) -> PydanticCustomError:
-    sentences = " ".join(f"{rendered(each.path)}: {each.sentence}." for each in complaints)
-    context: dict[str, Any] = {
-        "sentences": sentences,
-        "complaints": tuple(complaints),
-        "axes": sound,
-    }
-    return PydanticCustomError("sweep", "{sentences}", context)
 
 
 def _swept_path(key: object) -> KeyPath:

@@ -122,8 +122,13 @@ def _with_value(
     kept = {key: mark for key, mark in document.marks.items() if key[: len(path)] != path}
     sweep = data.get("sweep")
     if isinstance(sweep, dict) and path != ("sweep",):
-        axes = {key: values for key, values in sweep.items() if not _is_inside(key, path)}
-        data = {**data, "sweep": axes}
+        ended = {key for key in sweep if _is_inside(key, path)}
+        data = {**data, "sweep": {key: sweep[key] for key in sweep if key not in ended}}
+        kept = {
+            key: mark
+            for key, mark in kept.items()
+            if key[:1] != ("sweep",) or not ended & {*key[1:2]}
+        }
     return replace(document, data=data, marks=_merged(kept, marks, (0,), path, label))
 
 

@@ -2,9 +2,11 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from snooker_cli.config.paths import KeyPath, shown
+from pydantic_core import PydanticCustomError
+
+from snooker_cli.config.paths import KeyPath, rendered, shown
 
 
 class Position(NamedTuple):
@@ -41,6 +43,15 @@ class Complaint:
     path: KeyPath
     sentence: str
     about_key: bool = False
+
+
+def refusal(complaints: Iterable[Complaint], **context: Any) -> PydanticCustomError:
+    """The error by which a validator tells pydantic all that it has found."""
+    found = tuple(complaints)
+    sentences = " ".join(f"{rendered(each.path)}: {each.sentence}." for each in found)
+    return PydanticCustomError(
+        "complaints", "{sentences}", {"sentences": sentences, "complaints": found, **context}
+    )
 
 
 class ConfigError(Exception):

@@ -37,7 +37,10 @@ def schema() -> dict[str, Any]:
         "type": "object",
         "description": properties["sweep"]["description"],
         "properties": swept,
-        "patternProperties": {r"^balls\.list\[[0-9]+\]\.": {"type": "array", "minItems": 1}},
+        "patternProperties": {
+            rf"^{key}\[[0-9]+\]\.": {"type": "array", "minItems": 1}
+            for key in ("balls", r"balls\.list")
+        },
         "additionalProperties": False,
     }
     return {

@@ -137,11 +137,15 @@ def _tried(
 def digest(experiment: Experiment) -> str:
     """SHA-256, in hexadecimal, of what determines the physics of a point.
 
-    That is every key but title, repeats and sweep, with wall_cor resolved, as JSON with sorted
-    keys and the shortest decimals that mean the same doubles.
+    That is every key but title, repeats and sweep, with wall_cor and start resolved, as JSON with
+    sorted keys and the shortest decimals that mean the same doubles.
     """
     document = plain(experiment)
     physics = {key: value for key, value in document.items() if key not in _NOT_PHYSICS}
     physics["wall_cor"] = experiment.effective_wall_cor
+    if experiment.species:
+        unplaced = [each.model_copy(update={"start": None}) for each in experiment.species]
+        physics["balls"] = [each.model_dump() for each in unplaced]
+        physics["start"] = experiment.start
     text = json.dumps(physics, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()

@@ -8,7 +8,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from snooker_cli.config.models import BALLS, Ball, Container, Experiment
+from snooker_cli.config.balls import BALLS, Ball, Container, Species
+from snooker_cli.config.models import Experiment
 from snooker_cli.config.paths import KeyPath, rendered, shown
 from snooker_cli.config.problems import Complaint
 from snooker_cli.config.scalars import is_number
@@ -30,7 +31,7 @@ def complaints(
         location = each["loc"]
         path = _untagged(location)
         kind, value, context = each["type"], each["input"], each.get("ctx", {})
-        if kind == "sweep":
+        if kind == "complaints":
             found.extend(context["complaints"])
         elif kind == "needs":
             sentence = _misfit(value, context["needs"], written(path), path)
@@ -68,6 +69,8 @@ def _model(location: KeyPath) -> type[BaseModel]:
     match location:
         case ("container",):
             return Container
+        case ("balls", "species", int()):
+            return Species
         case ("balls", str(variant)):
             return BALLS[variant]
         case ("balls", *_):
@@ -101,19 +104,22 @@ def _unknown(key: str, model: type[BaseModel]) -> tuple[str, str | None]:
 
 
 def _no_variant(value: Any, written: str) -> str:
-    if isinstance(value, Mapping):
-        return (
-            "both rings and list are given; keep one of them, or replace balls as a whole"
-            if all(key in value for key in BALLS)
-            else "neither rings nor list is given; give rings (a number) or list (single balls)"
-        )
-    return f"{_given(value, written)} is given where a mapping is needed; write rings or list in it"
+    if not isinstance(value, Mapping):
+        given = _given(value, written)
+        return f"{given} is given where a mapping is needed; write count, rings or list in it"
+    if several := [key for key in BALLS if key in value]:
+        both = " and ".join(several)
+        return f"both {both} are given; keep one of them, or replace balls as a whole"
+    return (
+        "neither count, rings nor list is given; give count (any number of balls), rings (a "
+        "number) or list (single balls)"
+    )
 
 
 def _structure(kind: str, path: KeyPath) -> str:
     """What is needed where pydantic found another kind of structure."""
     if kind == "too_short":
-        return "a list of at least one ball"
+        return f"a list of at least one {'ball' if path[-1] == 'list' else 'species'}"
     return "a list of balls" if path[-1] == "list" else "a mapping of keys to values"
 
 

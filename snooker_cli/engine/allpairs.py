@@ -44,6 +44,7 @@ from snooker_cli.engine.layout import (
     PARTNER_COUNT,
     PREDICTIONS,
     SECOND,
+    STALE,
     STALLED,
     WALL_EVENTS,
     WALL_IMPULSE,
@@ -208,6 +209,7 @@ def advance(
             delay = wall_time[i] - now
             find_contact(i, now, delay, balls, container, setup, radii, agenda, links)
             counts[PREDICTIONS] += number
+            counts[STALE] += 1
         if now == NEVER:
             return NOTHING_LEFT
         if now > setup.time_limit:

@@ -51,6 +51,7 @@ from snooker_cli.engine.layout import (
     PLACE,
     PREDICTIONS,
     SECOND,
+    STALE,
     STALLED,
     WALL_EVENTS,
     WALL_IMPULSE,
@@ -79,7 +80,7 @@ from snooker_cli.engine.outlook import (
 from snooker_cli.engine.predict import contact_distance, is_trapped
 from snooker_cli.engine.sampling import Grid, sample_until
 from snooker_cli.engine.search import collect, nearest
-from snooker_cli.engine.tree import first
+from snooker_cli.engine.tree import Tree, first
 
 # A crossing is no event: after this many for each event that there is room for the kernel returns,
 # so that a run in which nothing happens can be stopped too.
@@ -187,11 +188,12 @@ def fill(
     mesh: Mesh,
     cells: Cells,
     near: Indices,
-    tree: Floats,
+    tree: Tree,
     counts: Integers,
 ) -> bool:
     """Sort all balls into cells and queue what each does next; false if a cell is too small."""
     members, occupancy, at_wall = cells.members, cells.occupancy, cells.at_wall
+    times, bits = tree.times, tree.bits
     occupancy[:] = 0
     for i in range(balls.shape[1]):
         age = now - balls[CLOCK, i]
@@ -225,7 +227,7 @@ def fill(
             near,
             counts,
         )
-        enqueue(i, now, balls, tree)
+        enqueue(i, now, balls, times, bits)
     return True
 
 
@@ -243,7 +245,7 @@ def advance(
     mesh: Mesh,
     cells: Cells,
     near: Indices,
-    tree: Floats,
+    tree: Tree,
     labels: Indices | None,
     sums: Floats,
     counts: Integers,
@@ -254,12 +256,17 @@ def advance(
     """Simulate at most ``room`` events; why it stopped. Ties go by time and ball."""
     number = balls.shape[1]
     members, occupancy, at_wall = cells.members, cells.occupancy, cells.at_wall
+    times, bits = tree.times, tree.bits
     crossings = filled = 0
+    if recorded is not None:
+        # Once, for to reach into a tuple of arrays counts references.
+        event_time, event_i, event_j = recorded.time, recorded.i, recorded.j
+        event_impulse = recorded.impulse
     while filled < room:
         if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
             return COLLISIONS
-        i = first(tree)
-        now = tree[1]
+        i = first(bits)
+        now = times[1]
         if now == NEVER:
             return NOTHING_LEFT
         if now > setup.time_limit:
@@ -290,7 +297,7 @@ def advance(
                 counts,
             ):
                 return CELL_FULL
-            enqueue(i, now, balls, tree)
+            enqueue(i, now, balls, times, bits)
             continue
         j = links[PARTNER, i]
         happens = j == NOBODY or (j >= 0 and links[PARTNER_COUNT, i] == links[COUNT, j])
@@ -316,7 +323,7 @@ def advance(
                 else:
                     size = hit_wall(i, now, balls, container, setup, masses)
                     if container is not None and margin is not None:
-                        push(now, container, margin, links, balls, tree)
+                        push(now, container, margin, links, balls, times, bits)
                     # To ask takes a look at all balls, so it is asked after 2, 4, 8 ... bounces.
                     often = bounces > 1 or setup.wall_restitution == 0.0
                     if setup.wall_restitution < 1.0 and often and bounces & (bounces - 1) == 0:
@@ -339,11 +346,13 @@ def advance(
                 if labels is not None:
                     one = labels[i]
                     other = labels[j] if j != NOBODY else NOBODY
-                recorded.time[filled] = now
-                recorded.i[filled] = one if j == NOBODY else min(one, other)
-                recorded.j[filled] = NOBODY if j == NOBODY else max(one, other)
-                recorded.impulse[filled] = size
+                event_time[filled] = now
+                event_i[filled] = one if j == NOBODY else min(one, other)
+                event_j[filled] = NOBODY if j == NOBODY else max(one, other)
+                event_impulse[filled] = size
             filled += 1
+        else:
+            counts[STALE] += 1
         # What is stale is looked at again, and now exactly.
         for turn in range(2 if happens and j != NOBODY else 1):
             k = i if turn == 0 else j
@@ -368,7 +377,7 @@ def advance(
                 near,
                 counts,
             )
-            enqueue(k, now, balls, tree)
+            enqueue(k, now, balls, times, bits)
         if trapped or counts[STALLED] > STALL_LIMIT * number:
             if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
                 return COLLISIONS

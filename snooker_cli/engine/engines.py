@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from snooker_cli.engine import allpairs, cells, layout, mesh, outlook, tree
-from snooker_cli.engine.endings import CELL_FULL, OUT_OF_MARGIN
+from snooker_cli.engine.endings import CELL_FULL, FULL, NOTHING_LEFT, OUT_OF_MARGIN
 
 if TYPE_CHECKING:
     from snooker_cli.engine.layout import Floats, Integers, Recorded
@@ -159,7 +159,13 @@ class InCells:
                 self.margin = self._margin(now)
                 self._fill(now)
             else:
-                return answer
+                idle = answer == FULL and self._events == begun
+                return NOTHING_LEFT if idle and self._moves_as_one() else answer
+
+    def _moves_as_one(self) -> bool:
+        """Whether no ball of a periodic box moves relative to another."""
+        velocities = self.state[[layout.U, layout.V]]
+        return self.period is not None and not np.ptp(velocities, axis=1).any()
 
     def _fill(self, now: float) -> None:
         """Put the balls into cells and predict everything, as of ``now`` (s)."""

@@ -50,7 +50,8 @@ CELL, PLACE, BRINK, CELL_LINK_ROWS = range(5, 9)
 NOW, WALL_IMPULSE, PAIR_VIRIAL, SUMS = range(4)
 
 # Elements of ``counts``: events at the wall and between balls; pairs that were looked at; events in
-# a row that did not move the clock; the balls of the last event; crossings into another cell.
+# a row that did not move the clock; the balls of the last event; crossings into another cell; and
+# entries that came up stale.
 (
     WALL_EVENTS,
     PAIR_EVENTS,
@@ -59,8 +60,9 @@ NOW, WALL_IMPULSE, PAIR_VIRIAL, SUMS = range(4)
     FIRST,
     SECOND,
     CROSSINGS,
+    STALE,
     COUNTS,
-) = range(8)
+) = range(9)
 
 
 class Setup(NamedTuple):

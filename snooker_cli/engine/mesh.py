@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 # A cell is this much wider than a ball: crossings are timed with a rounding or two.
 ROUNDING = 1.0 + 1e-9
 
+# A ball that enters a cell looks as far as two cells: less than half of a periodic box.
+LEAST_CELLS = 5
+
 
 class Mesh(NamedTuple):
     """Where the cells are: their sides (m), the lower left corner of the first (m), how many."""
@@ -68,17 +71,17 @@ def cell_at(mesh: Mesh, column: int, row: int) -> int:
 def new_mesh(scene: Scene, side: float) -> Mesh:
     """Cells of about a side (m), at least a ball wide, over the whole container.
 
-    Raises ``ValueError`` if a periodic box is too small for four cells each way: a ball would be
-    next to another and to its image at once.
+    Raises ``ValueError`` if a periodic box is too small for five cells each way: of two balls that
+    are two cells apart the nearest image would be the other one.
     """
     least = 2.0 * float(np.max(scene.radii)) * ROUNDING
     side = max(side, least)
     width, height = scene.size
     if scene.shape == "periodic":
-        columns = max(int(width / side), min(4, int(width / least)))
-        rows = max(int(height / side), min(4, int(height / least)))
-        if min(columns, rows) < 4:
-            raise ValueError("a periodic box has to be four diameters of its largest ball wide")
+        columns = max(int(width / side), min(LEAST_CELLS, int(width / least)))
+        rows = max(int(height / side), min(LEAST_CELLS, int(height / least)))
+        if min(columns, rows) < LEAST_CELLS:
+            raise ValueError("a periodic box has to be five diameters of its largest ball wide")
         return Mesh(
             width=width / columns,
             height=height / rows,
@@ -88,7 +91,9 @@ def new_mesh(scene: Scene, side: float) -> Mesh:
             rows=rows,
             shift=(columns - 1).bit_length(),
         )
-    columns, rows = math.ceil(width / side) + 2, math.ceil(height / side) + 2
+    # One more for a free container, which may be off their middle by less than half a cell.
+    around = 3 if scene.free else 2
+    columns, rows = math.ceil(width / side) + around, math.ceil(height / side) + around
     return Mesh(
         width=side,
         height=side,

@@ -97,10 +97,10 @@ def predict_crossings(
 
 
 @inlined
-def enqueue(i: int, now: float, balls: Floats, tree: Floats) -> None:
+def enqueue(i: int, now: float, balls: Floats, times: Floats, bits: Integers) -> None:
     """Queue ball i's earliest event: its contact or a crossing; none is in the past."""
     crossing = min(balls[CROSS_X, i], balls[CROSS_Y, i])
-    update(tree, i, max(min(balls[CONTACT_TIME, i], crossing), now))
+    update(times, bits, i, max(min(balls[CONTACT_TIME, i], crossing), now))
 
 
 @inlined
@@ -190,7 +190,13 @@ def enter_contact(i: int, time: float, whom: int, balls: Floats, links: Indices)
 
 @inlined
 def push(
-    now: float, container: Floats, margin: Margin, links: Indices, balls: Floats, tree: Floats
+    now: float,
+    container: Floats,
+    margin: Margin,
+    links: Indices,
+    balls: Floats,
+    times: Floats,
+    bits: Integers,
 ) -> None:
     """The container has another velocity: renew the margin's end; who is near looks again."""
     place = margin.place
@@ -200,5 +206,5 @@ def push(
         i = margin.brink[k]
         links[BRINK, i] = 0
         enter_contact(i, now, LOOK_AGAIN, balls, links)
-        enqueue(i, now, balls, tree)
+        enqueue(i, now, balls, times, bits)
     margin.brinks[0] = 0

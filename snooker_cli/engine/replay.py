@@ -99,9 +99,10 @@ def replay(trace: Trace, times: ArrayLike) -> States:
     )
 
 
-def series(trace: Trace) -> Series:
+def series(trace: Trace, most: int | None = None) -> Series:
     """The observables at time zero and after each collision; a summary's on its grid.
 
+    Of more than ``most`` rows (at least 2) so many are kept, evenly, with the first and the last.
     Energies and speeds are read off the replayed velocities, not summed from losses.
     """
     if trace.summary is not None:
@@ -109,7 +110,9 @@ def series(trace: Trace) -> Series:
     if trace.events is None:
         raise ValueError("this repeat has neither events nor a summary")
     scene, events = trace.start, trace.events
-    rows = np.zeros((len(events) + 1, sampling.COLUMNS))
+    count = len(events) + 1
+    kept = np.linspace(0, count - 1, min(count, most or count)).round().astype(np.int64)
+    rows = np.zeros((len(kept), sampling.COLUMNS))
     balls, masses = balls_of(scene), unless_equal(scene.masses)
     container, setup = container_of(scene), Setup.of(scene)
     _replay_observables(
@@ -123,6 +126,7 @@ def series(trace: Trace) -> Series:
         events.time,
         events.i,
         events.j,
+        kept,
         rows,
     )
     at_wall = events.j == CONTAINER
@@ -133,8 +137,9 @@ def series(trace: Trace) -> Series:
         (sampling.WALL_EVENTS, at_wall),
         (sampling.PAIR_EVENTS, ~at_wall),
     ):
-        rows[1:, column] = np.cumsum(increments)
-    return Series(np.concatenate([[0.0], events.time]), *np.ascontiguousarray(rows.T))
+        rows[1:, column] = np.cumsum(increments)[kept[1:] - 1]
+    time = np.concatenate([[0.0], events.time])[kept]
+    return Series(time, *np.ascontiguousarray(rows.T))
 
 
 @compiled
@@ -149,10 +154,12 @@ def _replay_observables(
     time: Floats,
     first: NDArray[np.int32],
     second: NDArray[np.int32],
+    kept: NDArray[np.int64],
     rows: Floats,
 ) -> None:
-    """Carry out the collisions again, measuring at the start and after each."""
+    """Carry out the collisions again, measuring at the start and after those that are kept."""
     sampling.measure(rows[0], balls, container, setup, masses)
+    row = 1
     for event in range(len(time)):
         _collide(
             time[event],
@@ -166,7 +173,9 @@ def _replay_observables(
             period,
             radii,
         )
-        sampling.measure(rows[event + 1], balls, container, setup, masses)
+        if kept[row] == event + 1:
+            sampling.measure(rows[row], balls, container, setup, masses)
+            row += 1
 
 
 @compiled

@@ -19,10 +19,14 @@ from snooker_cli.trace import (
     StopReason,
     Summary,
     Trace,
+    Work,
 )
 
 CHUNK = 65536
 """Events between two looks at whether the user wants to stop; some 30 ms of work."""
+
+SMALL_CHUNK = 8192
+"""The same for so many balls that their memory is slow."""
 
 NO_LIMIT = 2**62
 
@@ -63,9 +67,16 @@ def simulate(
             return run.trace(StopReason.COLLISIONS if done else StopReason.INTERRUPTED)
 
 
-def specialisation(scene: Scene, *, summary: bool = False) -> dict[str, bool]:
+def specialisation(
+    scene: Scene, *, summary: bool = False, engine: str | None = None
+) -> dict[str, bool]:
     """What the kernel is compiled for: only what the scene needs is modelled."""
+    in_cells = engines.engine_for(scene, engine) is engines.InCells
     return {
+        "cells": in_cells,
+        "balls sorted by cells": in_cells and scene.number >= engines.REORDERED,
+        "straight walls": scene.shape == "box",
+        "periodic images": scene.shape == "periodic",
         "moving container": scene.free,
         "different radii": layout.unless_equal(scene.radii) is not None,
         "different masses": layout.unless_equal(scene.masses) is not None,
@@ -115,7 +126,8 @@ class _Run:
     def chunk(self) -> int:
         """Advance by a chunk of events at most; the kernel's answer."""
         before = self.events
-        room = min(CHUNK, max(1, self.setup.collision_limit))
+        size = CHUNK if self.scene.number < engines.REORDERED else SMALL_CHUNK
+        room = min(size, max(1, self.setup.collision_limit))
         recorded = None if self.summary else _room(room)
         answer = self.engine.advance(recorded, self.grid, room)
         if recorded is not None:
@@ -141,14 +153,26 @@ class _Run:
             pair_events=int(self.engine.counts[layout.PAIR_EVENTS]),
             events=_joined(self.chunks) if self.chunks else None,
             summary=None if self.grid is None else self._summary(stop.time, self.grid),
+            work=self._work(),
+        )
+
+    def _work(self) -> Work:
+        """What the engine has done so far."""
+        counts = self.engine.counts
+        collided = counts[layout.WALL_EVENTS] + 2 * counts[layout.PAIR_EVENTS]
+        crossings = counts[layout.CROSSINGS]
+        return Work(
+            predictions=int(counts[layout.PREDICTIONS]),
+            crossings=int(crossings),
+            queue_updates=int(collided + crossings + counts[layout.STALE]),
         )
 
     def _finish(self, time: float) -> Scene:
         """The scene at ``time``, at or after the last event."""
         balls, container = self.engine.balls(), self.engine.container
-        velocities = np.ascontiguousarray(balls[[layout.U, layout.V]].T)
+        velocities = np.ascontiguousarray(balls[layout.U : layout.V + 1].T)
         ages = (time - balls[layout.CLOCK])[:, None]
-        positions = np.ascontiguousarray(balls[[layout.X, layout.Y]].T) + velocities * ages
+        positions = np.ascontiguousarray(balls[layout.X : layout.Y + 1].T) + velocities * ages
         period = layout.period_of(self.scene)
         if period is not None:
             positions -= period * np.rint(positions / period)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from snooker_cli.decay import early_endings
+from snooker_cli.gallery.picture import PictureError
 from snooker_cli.gallery.repeats import facts
 from snooker_cli.gallery.selection import (
     described,
@@ -15,7 +17,6 @@ from snooker_cli.gallery.selection import (
     value_at,
     varying,
 )
-from snooker_cli.trace import StopReason
 from snooker_cli.words import listed
 
 if TYPE_CHECKING:
@@ -27,15 +28,20 @@ if TYPE_CHECKING:
 MOST_LISTED = 3
 """More points than this with missing repeats are summed up."""
 
-_SCENE = ("balls.rings", "balls.radius", "balls.speed", "container.radius", "cor", "wall_cor")
-
-_EARLY = {
-    StopReason.WALL_TRAP: "in a wall trap",
-    StopReason.COLLAPSE: "in a collapse",
-    StopReason.NOTHING_LEFT: "with no collision ahead",
-    StopReason.INTERRUPTED: "at an interruption",
-}
-"""What ends a repeat before the collisions or the time that were asked for."""
+_SCENE = (
+    "balls.rings",
+    "balls.count",
+    "balls.radius",
+    "balls.packing",
+    "balls.speed",
+    "container.shape",
+    "container.radius",
+    "container.width",
+    "container.height",
+    "container.packing",
+    "cor",
+    "wall_cor",
+)
 
 
 def setting(
@@ -72,28 +78,37 @@ def which_repeat(run: Run, points: Sequence[Point], selection: Selection) -> str
 
 def early(shown: Sequence[Facts]) -> str:
     """How many of these repeats ended early and why; empty if none did."""
-    reasons = Counter(each.reason for each in shown if each.reason in _EARLY)
-    if not reasons:
-        return ""
-    count = sum(reasons.values())
-    who = f"{count} of {len(shown)}" if len(shown) > 1 else "it"
-    if len(reasons) == 1:
-        return f"{who} ended early, {_EARLY[next(iter(reasons))]}"
-    each = listed([f"{number} {_EARLY[reason]}" for reason, number in reasons.most_common()])
-    return f"{who} ended early, {each}"
+    return early_endings(Counter(each.reason for each in shown))
 
 
 def _constants(points: Sequence[Point]) -> list[str]:
     """What all points have in common, as ``r = 1 m``."""
-    balls = getattr(points[0].experiment.balls, "list", None)
-    constants = [] if balls is None else [f"N = {len(balls)}"]
+    constants = [one] if (one := _single_balls(points[0])) else []
+    without_walls = all(point.experiment.container.shape == "periodic" for point in points)
     for key in _SCENE:
-        if key.startswith("balls.") and balls is not None:
-            continue
-        values = distinct(points, key)
-        if len(values) == 1 and values[0] is not None:
+        value = _common(points, key)
+        unsaid = value is None or (key, value) == ("container.shape", "circle")
+        if not unsaid and not (key == "wall_cor" and without_walls):
             constants.append(described(points[0], key))
     return constants
+
+
+def _common(points: Sequence[Point], key: str) -> Any:
+    """What a key is at all points; ``None`` where it varies, or their configs do not have it."""
+    try:
+        values = distinct(points, key)
+    except PictureError:
+        return None
+    return values[0] if len(values) == 1 else None
+
+
+def _single_balls(point: Point) -> str:
+    """The number of balls that are given one by one, or by species; empty for others."""
+    balls, species = point.experiment.balls, point.experiment.species
+    if len(species) > 1:
+        return f"N = {sum(one.count for one in species)} of {len(species)} species"
+    single = getattr(balls, "list", None)
+    return "" if single is None else f"N = {len(single)}"
 
 
 def _length(points: Sequence[Point], before: str) -> str:

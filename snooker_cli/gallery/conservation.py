@@ -1,7 +1,8 @@
-"""What collisions keep: energy where they are elastic, and total momentum always."""
+"""What collisions keep: energy where they are elastic, and total momentum without fixed walls."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,6 +35,7 @@ def energy(run: Run, selection: Selection) -> Picture:
     points = series_of_points(run, selection)
     layers: list[Layer] = []
     records: list[dict[str, Any]] = []
+    who = _bodies(points)
     for index, point in enumerate(points):
         trace = one_repeat(run, point, selection)
         found = series(trace)
@@ -65,7 +67,7 @@ def energy(run: Run, selection: Selection) -> Picture:
         )
     return Picture(
         kind="energy",
-        title="Kinetic energy of balls and container",
+        title=f"Kinetic energy of {who}",
         x_label="time (s)",
         y_label="kinetic energy, E(t)/E(0)",
         layers=tuple(layers),
@@ -92,6 +94,7 @@ def _momentum(run: Run, selection: Selection, component: int, name: str) -> Pict
     points = series_of_points(run, selection)
     layers: list[Layer] = [Reference("y", 0.0)]
     records: list[dict[str, Any]] = []
+    who = _bodies(points)
     for index, point in enumerate(points):
         time, total = _total(run, point, selection, component, name)
         deviation = total / total[0] - 1
@@ -110,12 +113,12 @@ def _momentum(run: Run, selection: Selection, component: int, name: str) -> Pict
     worst = max(each["largest_deviation"] for each in records)
     return Picture(
         kind=f"momentum-{name}",
-        title=f"Total momentum in {name}, balls and container",
+        title=f"Total momentum in {name}, {who}",
         x_label="time (s)",
         y_label=f"(p{name}/p{name}(0) − 1) · 10¹⁵",
         layers=tuple(layers),
-        caption=f"The ratio p{name}(t)/p{name}(0), summed from the velocities of balls and "
-        f"container at {max(each['states'] for each in records)} moments, stays 1 to within "
+        caption=f"The ratio p{name}(t)/p{name}(0), summed from the velocities of {who} "
+        f"at {max(each['states'] for each in records)} moments, stays 1 to within "
         f"{short(worst, 2)}, {short(worst / EPSILON, 2)} roundings of a number near 1. "
         + setting(run, points, selection, single=True),
         numbers={"largest_deviation": worst, "points": records},
@@ -128,10 +131,20 @@ def _total(
 ) -> tuple[Array, Array]:
     """Times and one component of the total momentum, s and kg m/s. Raises ``PictureError``."""
     trace = one_repeat(run, point, selection)
-    if not trace.start.free:
+    scene = trace.start
+    if scene.shape == "box":
+        raise PictureError("the walls of a box are fixed and take momentum")
+    if scene.shape == "circle" and not scene.free:
         raise PictureError("a fixed container takes momentum; give it a finite container.mass")
     states = at_collisions(trace)
-    total = momentum(states, trace.start)[:, component]
-    if total[0] == 0:
+    total = momentum(states, scene)[:, component]
+    parts = np.abs(scene.masses * scene.velocities[:, component])
+    if abs(total[0]) <= scene.number * EPSILON * float(np.sum(parts)):
         raise PictureError(f"the momentum in {name} is zero at the start, so it has no ratio to it")
     return states.time, total
+
+
+def _bodies(points: Sequence[Point]) -> str:
+    """Whose energy and momentum are counted: a circle can move, boxes do not."""
+    circle = any(point.experiment.container.shape == "circle" for point in points)
+    return "balls and container" if circle else "the balls"

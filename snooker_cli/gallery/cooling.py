@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import kinetic, theory
 from snooker_cli.decay import curve, fit_curve
 from snooker_cli.fit import ensemble
-from snooker_cli.gallery import kinetic
 from snooker_cli.gallery.caption import setting
 from snooker_cli.gallery.picture import (
     NEUTRAL,
@@ -24,7 +23,6 @@ from snooker_cli.gallery.picture import (
     Reference,
 )
 from snooker_cli.gallery.repeats import repeats
-from snooker_cli.gallery.rows import until_collapse
 from snooker_cli.gallery.selection import (
     Selection,
     evenly,
@@ -32,10 +30,18 @@ from snooker_cli.gallery.selection import (
     label,
     require_motion,
 )
-from snooker_cli.observables import energy_ratio, mean_and_error, series, so_far
+from snooker_cli.observables import (
+    before_collapse,
+    energy_ratio,
+    mean_and_error,
+    meeting_temperature,
+    series,
+    so_far,
+)
 from snooker_cli.words import listed, short, with_error
 
 if TYPE_CHECKING:
+    from snooker_cli.config import Point
     from snooker_cli.results import Run
     from snooker_cli.scene import Scene
     from snooker_cli.trace import Series, Trace
@@ -60,17 +66,19 @@ SAME_FLOOR = 0.01
 
 SPARSE = f"Windows with fewer than {LEAST_COLLISIONS} collisions are left out. "
 
-FLOOR = (
-    "The wall leaves the balls their angular momentum L about the container's centre, and with it "
-    "at least the energy L²/(2mNa²), a = R − r. "
-)
+_FLOORS = {
+    "L": "The wall leaves the balls their angular momentum L about the container's centre, and "
+    "with it at least the energy L²/(2mNa²), a = R − r. ",
+    "p": "Without walls the balls keep their momentum p, and with it the energy p²/(2Nm). ",
+}
+"""What a circle, and a periodic box, leaves the balls."""
 
 _Style: TypeAlias = Literal["solid", "dashed", "dashdot", "dotted"]
 
 _HAFF: dict[str, tuple[str, str, _Style]] = {
     "fitted": ("with α fitted", "Haff's law 2α/(1 + αt), α fitted", "solid"),
     "theory": ("with α of theory", "the same, α of kinetic theory", "dashed"),
-    "floor": ("above the floor", "the same above the floor of L", "dashdot"),
+    "floor": ("above the floor", "the same above the floor of {}", "dashdot"),
 }
 """The forms of Haff's law: in a caption, in the legend, and how they are drawn."""
 
@@ -96,8 +104,9 @@ def haff_time(run: Run, selection: Selection) -> Picture:
         ]
         text = f"from {ends[0]} to {ends[1]} s⁻¹, where Haff's law has {listed(laws)}"
         said.append(text + (f" ({name})" if name else ""))
+    kept = _kept(points)
     keys = [
-        _key(text, style)
+        _key(text.format(kept), style)
         for law, (_, text, style) in _HAFF.items()
         if any(f"{law}_last_rate" in record for record in records)
     ]
@@ -111,7 +120,7 @@ def haff_time(run: Run, selection: Selection) -> Picture:
         f"mean energy of the repeats in {WINDOWS} windows of time up to the end of the shortest, "
         "with standard errors. "
         + (SPARSE if any(record["windows"] < WINDOWS for record in records) else "")
-        + (FLOOR if any("floor_last_rate" in record for record in records) else "")
+        + (_FLOORS[kept] if any("floor_last_rate" in record for record in records) else "")
         + setting(run, points, selection),
         numbers={"points": records},
         x_limits=(0.0, None),
@@ -135,14 +144,15 @@ def event_decay(run: Run, selection: Selection) -> Picture:
         if "theory_above_floor" in record:
             text += f", above the floor {short(record['theory_above_floor'])}"
         said.append(text + (f" ({name})" if name else ""))
+    kept = _kept(points)
     floored = [record for record in records if "theory_above_floor" in record]
     keys: list[Layer] = [_key("expected from the counted collisions", "solid")]
     if floored:
-        keys.append(_key("the same above the floor of L", "dashed"))
+        keys.append(_key(f"the same above the floor of {kept}", "dashed"))
         floors = [record["floor"] for record in floored]
         if max(floors) - min(floors) < SAME_FLOOR * max(floors):
             mean = float(np.mean(floors))
-            keys.append(Reference("y", mean, f"floor of L, {short(mean, 2)} E(0)"))
+            keys.append(Reference("y", mean, f"floor of {kept}, {short(mean, 2)} E(0)"))
     return Picture(
         kind="event-decay",
         title="Energy against collisions",
@@ -150,8 +160,9 @@ def event_decay(run: Run, selection: Selection) -> Picture:
         y_label="E / E(0)",
         layers=(*layers, *keys),
         caption=f"In the end E/E(0) is {'; '.join(said)}. Markers: mean of the repeats; lines: "
-        "each of c collisions between balls takes (1 − e²)E/N and each of c_w at the wall "
-        "(1 − e_w²)E/N. " + (FLOOR if floored else "") + setting(run, points, selection),
+        f"each of c collisions between balls takes (1 − e²)E/N{_at_walls(points)}. "
+        + (_FLOORS[kept] if floored else "")
+        + setting(run, points, selection),
         numbers={"points": records},
         x_limits=(0.0, None),
         y_log=True,
@@ -171,10 +182,11 @@ def _rates_over_time(
         raise PictureError("a point's repeats are too short to be fitted; run longer")
     floor = float(np.mean([kinetic.floor(trace.start) for trace in traces]))
     scene = traces[0].start
-    start = kinetic.rates(scene)
+    start = kinetic.rates(scene, meeting_temperature(scene.kinetic_energy, scene))
     laws: dict[str, tuple[float, float]] = {"fitted": (alpha, 0.0)}
     if start is not None:
-        expected = start.haff(scene.restitution, scene.wall_restitution)
+        losses = scene.restitution, start.ball_ball, scene.wall_restitution, start.wall
+        expected = theory.haff_rate(theory.cooling_rate(*losses))
         laws["theory"] = (expected, 0.0)
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
@@ -208,12 +220,12 @@ def _energy_over_counts(
     require_motion(scene)
     if scene.number < 2:
         raise PictureError("kinetic theory has no word on one ball; it needs two or more")
-    found = [until_collapse(trace) for trace in traces]
-    shortest = min(_told(each) for each in found)
+    calm = [before_collapse(trace) for trace in traces]
+    shortest = min(trace.collisions for trace in calm)
     if shortest == 0:
         raise PictureError("a repeat has no collisions; run longer")
     counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())
-    rows = np.array([_against_counts(each, scene, counts) for each in found])
+    rows = np.array([_against_counts(series(trace), scene, counts) for trace in calm])
     energies, expected = rows[:, 0], rows[:, 1]
     floors = np.array([kinetic.floor(trace.start) for trace in traces])[:, None]
     final, error = mean_and_error(energies[:, -1])
@@ -264,7 +276,7 @@ def _local_rates(traces: Sequence[Trace]) -> tuple[Array, Array, Array, float]:
         found = series(trace)
         table.append(so_far(trace, energy_ratio(found), edges))
         counted = so_far(trace, found.wall_events + found.pair_events, edges)
-        collisions += np.diff(np.minimum(counted, _told(until_collapse(trace))))
+        collisions += np.diff(np.minimum(counted, before_collapse(trace).collisions))
     energies = np.array(table)
     if np.any(energies <= 0):
         raise PictureError("a repeat loses all of its energy, so that it has no decay rate")
@@ -285,11 +297,6 @@ def _local_rates(traces: Sequence[Trace]) -> tuple[Array, Array, Array, float]:
     return windows[good], rates[good], errors[good], float(energies[:, -1].mean())
 
 
-def _told(found: Series) -> float:
-    """All collisions of a series."""
-    return float(found.wall_events[-1] + found.pair_events[-1])
-
-
 def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, Array]:
     """A repeat's energy ratio after so many collisions, and what theory makes of them."""
     events = found.wall_events + found.pair_events
@@ -302,6 +309,17 @@ def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, 
         scene.number, scene.restitution, pairs, scene.wall_restitution, wall
     )
     return ratio, np.asarray(expected)
+
+
+def _kept(points: Sequence[Point]) -> str:
+    """The letter of what the balls keep: angular momentum in a circle, momentum without walls."""
+    return "p" if points[0].experiment.container.shape == "periodic" else "L"
+
+
+def _at_walls(points: Sequence[Point]) -> str:
+    """What collisions at walls take, where there are any."""
+    walls = any(point.experiment.container.shape != "periodic" for point in points)
+    return " and each of c_w at the wall (1 − e_w²)E/N" if walls else ""
 
 
 def _key(text: str, style: _Style) -> Line:

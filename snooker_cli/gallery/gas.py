@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import kinetic, theory
 from snooker_cli.gallery.caption import setting
 from snooker_cli.gallery.picture import NEUTRAL, Array, Layer, Line, Picture, PictureError, Points
 from snooker_cli.gallery.repeats import repeats
@@ -31,6 +31,10 @@ IDEAL = "ideal gas"
 THEORY = "hard-disk theory"
 CURVE = 120
 
+_SIZES = ("container.radius", "container.width")
+_COUNTS = ("balls.rings", "balls.count")
+"""The keys of the area and of the number of balls."""
+
 
 @dataclass(frozen=True)
 class _State:
@@ -44,7 +48,7 @@ class _State:
     @property
     def area(self) -> float:
         """Area of the container, m^2."""
-        return math.pi * self.scene.container_radius**2
+        return self.scene.area
 
     @property
     def ideal(self) -> Array:
@@ -57,7 +61,7 @@ class _State:
 class _Axis:
     """What stands on the x axis: its label, its value, and a state's theory with another value.
 
-    at : (scene, temperature, x) -> number, temperature, container radius
+    at : (scene, temperature, x) -> number, temperature, and the container's scale
     """
 
     label: str
@@ -68,37 +72,37 @@ class _Axis:
 _TEMPERATURE = _Axis(
     "temperature (J)",
     lambda state: float(state.temperatures.mean()),
-    lambda scene, temperature, x: (scene.number, x, scene.container_radius),
+    lambda scene, temperature, x: (scene.number, x, 1.0),
 )
 _AREA = _Axis(
     "area of the container (m²)",
     lambda state: state.area,
-    lambda scene, temperature, x: (scene.number, temperature, math.sqrt(x / math.pi)),
+    lambda scene, temperature, x: (scene.number, temperature, math.sqrt(x / scene.area)),
 )
 _NUMBER = _Axis(
     "number of balls",
     lambda state: float(state.scene.number),
-    lambda scene, temperature, x: (x, temperature, scene.container_radius),
+    lambda scene, temperature, x: (x, temperature, 1.0),
 )
 
 
 def pressure_temperature(run: Run, selection: Selection) -> Picture:
     """Pressure against temperature, a series for each ball radius."""
-    groups = along(elastic_points(run, selection), "balls.speed", "balls.radius")
+    groups = along(elastic_points(run, selection), "balls.speed", series="balls.radius")
     title = "Pressure and temperature, elastic balls"
     return _pressures(run, selection, groups, _TEMPERATURE, "pressure-temperature", title)
 
 
 def pressure_area(run: Run, selection: Selection) -> Picture:
     """Pressure against the container's area, a series for each ball radius."""
-    groups = along(elastic_points(run, selection), "container.radius", "balls.radius")
+    groups = along(elastic_points(run, selection), *_SIZES, series="balls.radius")
     title = "Pressure and area, elastic balls"
     return _pressures(run, selection, groups, _AREA, "pressure-area", title, log=True)
 
 
 def pressure_number(run: Run, selection: Selection) -> Picture:
     """Pressure against the number of balls, a series for each ball radius."""
-    groups = along(elastic_points(run, selection), "balls.rings", "balls.radius")
+    groups = along(elastic_points(run, selection), *_COUNTS, series="balls.radius")
     title = "Pressure and number of elastic balls"
     return _pressures(run, selection, groups, _NUMBER, "pressure-number", title)
 
@@ -110,10 +114,7 @@ def temperature_ratio(run: Run, selection: Selection) -> Picture:
     radii = np.array([_radius(state) for state in states])
     found = np.array([mean_and_error(state.ideal / state.pressures) for state in states])
     scene, radius_range = states[0].scene, np.linspace(0.0, radii.max(), CURVE)[1:]
-    curve = [
-        _ideal_over_theory(scene.number, float(radius), scene.container_radius)
-        for radius in radius_range
-    ]
+    curve = [_ideal_over_theory(scene, scene.number, float(radius)) for radius in radius_range]
     smallest, largest = found[0], found[-1]
     return Picture(
         kind="temperature-ratio",
@@ -135,9 +136,7 @@ def temperature_ratio(run: Run, selection: Selection) -> Picture:
                     "parameters": state.point.as_json(),
                     "ratio": float(ratio),
                     "ratio_error": float(error),
-                    "theory": _ideal_over_theory(
-                        state.scene.number, _radius(state), state.scene.container_radius
-                    ),
+                    "theory": _ideal_over_theory(state.scene, state.scene.number, _radius(state)),
                     "repeats": len(state.pressures),
                 }
                 for state, (ratio, error) in zip(states, found, strict=True)
@@ -221,25 +220,25 @@ def _ideal_line(states: Sequence[_State], x: Array, axis: _Axis, *, log: bool) -
     temperature = float(np.mean([state.temperatures.mean() for state in states]))
     values = []
     for each in fine:
-        number, warm, radius = axis.at(states[0].scene, temperature, float(each))
-        values.append(theory.ideal_gas_pressure(number, warm, math.pi * radius**2))
+        number, warm, scale = axis.at(states[0].scene, temperature, float(each))
+        values.append(theory.ideal_gas_pressure(number, warm, states[0].area * scale**2))
     return Line(fine, np.array(values), IDEAL, NEUTRAL, "dashed")
 
 
 def _theory_line(
     states: Sequence[_State], x: Array, axis: _Axis, series: int, *, log: bool
 ) -> list[Layer]:
-    """Hard disks in a circle along the axis, where the theory has a value."""
+    """Hard disks in the container along the axis, where the theory has a value."""
     scene = states[0].scene
     if not equal_balls(scene):
         return []
     temperature = float(np.mean([state.temperatures.mean() for state in states]))
     found = []
     for each in _grid(x, log=log):
-        number, warm, radius = axis.at(scene, temperature, float(each))
-        ratio = _ideal_over_theory(number, float(scene.radii[0]), radius)
+        number, warm, scale = axis.at(scene, temperature, float(each))
+        ratio = _ideal_over_theory(scene, number, float(scene.radii[0]), scale)
         if math.isfinite(ratio):
-            ideal = theory.ideal_gas_pressure(number, warm, math.pi * radius**2)
+            ideal = theory.ideal_gas_pressure(number, warm, scene.area * scale**2)
             found.append((float(each), ideal / ratio))
     if not found:
         return []
@@ -247,14 +246,13 @@ def _theory_line(
     return [Line(curve[:, 0], curve[:, 1], None, series, "dotted")]
 
 
-def _ideal_over_theory(number: float, radius: float, container_radius: float) -> float:
-    """The ideal gas's pressure over that of hard disks in the circle; nan where they are solid."""
-    try:
-        state = theory.circle_state(number, 1.0, radius, container_radius)
-    except ValueError:
+def _ideal_over_theory(scene: Scene, number: float, radius: float, scale: float = 1.0) -> float:
+    """The ideal gas's pressure over that of hard disks in the container; nan if they are solid."""
+    room = kinetic.container(scene, radius, scale)
+    state = kinetic.fluid(number, 1.0, radius, room)
+    if state is None:
         return math.nan
-    area = math.pi * container_radius**2
-    return theory.ideal_gas_pressure(number, 1.0, area) / state.pressure
+    return theory.ideal_gas_pressure(number, 1.0, room.area) / state.pressure
 
 
 def _state(run: Run, point: Point, selection: Selection) -> _State:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from snooker_cli.results import Run
 
 _STATES = "Any run with `record: events`."
+_MOMENTUM = "A run with `record: events` and a finite container.mass, or a periodic box."
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ _ALL = (
     Kind(
         "central-distances",
         "distances of the balls from the container's centre",
-        _STATES,
+        "A circle, with `record: events`.",
         positions.central_distances_picture,
         (1,),
     ),
@@ -70,14 +71,14 @@ _ALL = (
     Kind(
         "momentum-x",
         "total momentum in x over that at the start",
-        "A run with `record: events` and a finite container.mass.",
+        _MOMENTUM,
         conservation.momentum_x,
         (4,),
     ),
     Kind(
         "momentum-y",
         "total momentum in y over that at the start",
-        "A run with `record: events` and a finite container.mass.",
+        _MOMENTUM,
         conservation.momentum_y,
         (5,),
     ),
@@ -122,14 +123,15 @@ _ALL = (
     Kind(
         "pressure-area",
         "pressure against the container's area",
-        "Points at cor 1 with a sweep over container.radius, and over balls.radius if wanted.",
+        "Points at cor 1 with a sweep over container.radius or width, and over balls.radius if "
+        "wanted.",
         gas.pressure_area,
         (14,),
     ),
     Kind(
         "pressure-number",
         "pressure against the number of balls",
-        "Points at cor 1 with a sweep over balls.rings, and over balls.radius if wanted.",
+        "Points at cor 1 with a sweep over balls.rings or count, and over balls.radius if wanted.",
         gas.pressure_number,
         (15,),
     ),
@@ -143,7 +145,7 @@ _ALL = (
     Kind(
         "ideal-ratio",
         "simulated over ideal pressure, a point for each repeat",
-        "Any run with collisions at the wall; small balls show the effect of the cor alone.",
+        "Any run with collisions; small balls show the effect of the cor alone.",
         dilute.ideal_ratio,
         (17,),
     ),

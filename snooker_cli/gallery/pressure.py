@@ -1,4 +1,4 @@
-"""How the pressure on the wall settles: its mean since the start, over the repeats."""
+"""How the pressure settles: its mean since the start, over the repeats."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import kinetic
 from snooker_cli.gallery.caption import setting, which_repeat
 from snooker_cli.gallery.picture import Array, Band, Layer, Line, Picture, PictureError, Reference
 from snooker_cli.gallery.repeats import repeats
@@ -17,7 +17,12 @@ from snooker_cli.gallery.selection import (
     label,
     series_of_points,
 )
-from snooker_cli.observables import cumulative_pressure, equal_balls, mean_and_error, series
+from snooker_cli.observables import (
+    cumulative_pressure,
+    mean_and_error,
+    meeting_temperature,
+    series,
+)
 from snooker_cli.words import with_error
 
 if TYPE_CHECKING:
@@ -26,6 +31,8 @@ if TYPE_CHECKING:
     from snooker_cli.trace import Trace
 
 GRID = 300
+
+TITLE_WITHOUT_WALLS = "Mean pressure since the start, by the virial"
 
 
 def pressure(run: Run, selection: Selection) -> Picture:
@@ -63,13 +70,14 @@ def pressure(run: Run, selection: Selection) -> Picture:
             expected |= dict.fromkeys(_equilibrium(traces[0].start))
     if not any(record["pressure"] for record in records):
         raise PictureError("nothing hits the wall, so that there is no pressure; run longer")
+    walls = any(point.experiment.container.shape != "periodic" for point in points)
     references: list[Layer] = [
         Reference("y", value, "hard-disk theory, CoR 1") for value in expected
     ]
     band = ", bands: mean ± standard deviation of a repeat" if bands else ""
     return Picture(
         kind="pressure",
-        title="Mean pressure on the wall since the start",
+        title="Mean pressure on the wall since the start" if walls else TITLE_WITHOUT_WALLS,
         x_label="time (s)",
         y_label="pressure since the start (Pa·m)",
         layers=tuple(bands + references + lines),
@@ -82,24 +90,23 @@ def pressure(run: Run, selection: Selection) -> Picture:
 
 
 def _from_zero(trace: Trace) -> tuple[Array, Array]:
-    """Times and mean pressures since the start, which is zero at time zero; s and Pa·m."""
-    time, values = cumulative_pressure(series(trace), trace.start.container_radius)
+    """Times and mean pressures since the start, s and Pa·m.
+
+    At time zero a wall has none, and the virial's is that of the ideal gas.
+    """
+    scene = trace.start
+    time, values = cumulative_pressure(trace, series(trace))
     if not len(time):
         raise PictureError(
             "nothing happens after the start of a repeat, so that it has no pressure"
         )
-    return np.append(0.0, time), np.append(0.0, values)
+    first = 0.0 if scene.shape != "periodic" else scene.kinetic_energy / scene.area
+    return np.append(0.0, time), np.append(first, values)
 
 
 def _equilibrium(scene: Scene) -> list[float]:
     """The pressure of elastic hard disks in equilibrium (Pa·m), where there is a theory for it."""
-    if scene.number < 2 or not equal_balls(scene):
-        return []
-    temperature = scene.kinetic_energy / scene.number
-    try:
-        state = theory.circle_state(
-            scene.number, temperature, float(scene.radii[0]), scene.container_radius
-        )
-    except ValueError:  # too dense for a fluid
-        return []
-    return [state.pressure]
+    warm = scene.kinetic_energy / scene.number
+    met = meeting_temperature(scene.kinetic_energy, scene)
+    state = kinetic.state(scene, met)
+    return [] if state is None else [state.pressure + scene.number * (warm - met) / scene.area]

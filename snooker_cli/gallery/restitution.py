@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import kinetic, theory
 from snooker_cli.decay import Law, decays, reported_constant
-from snooker_cli.gallery import kinetic
 from snooker_cli.gallery.caption import setting
 from snooker_cli.gallery.picture import Layer, Line, Picture, Points
 from snooker_cli.gallery.repeats import one_repeat, repeats
 from snooker_cli.gallery.selection import Selection, along, inelastic_points, require_motion
-from snooker_cli.observables import mean_and_error
+from snooker_cli.observables import mean_and_error, meeting_temperature
 from snooker_cli.words import short, with_error
 
 if TYPE_CHECKING:
@@ -93,15 +92,23 @@ def _decay(run: Run, point: Point, selection: Selection) -> dict[str, Any]:
 
 def _laws(run: Run, points: Sequence[Point], selection: Selection) -> list[Layer]:
     """Kinetic theory's α, and the report's formula with its rate; none where there is no theory."""
-    rates = kinetic.rates(one_repeat(run, points[0], selection).start)
+    scene = one_repeat(run, points[0], selection).start
+    rates = kinetic.rates(scene, meeting_temperature(scene.kinetic_energy, scene))
     if rates is None:
         return []
     cors = [point.experiment.cor for point in points]
     # The report's logarithm has no value at CoR 0.
     grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
     wall = points[0].experiment.wall_cor
-    report = [theory.report_decay_constant(float(e), rates.path, rates.speed) for e in grid]
-    alpha = [rates.haff(float(e), float(e) if wall is None else wall) for e in grid]
+    path, speed = rates.mean_free_path, rates.mean_speed
+    report = [theory.report_decay_constant(float(e), path, speed) for e in grid]
+    losses = [
+        theory.cooling_rate(
+            float(e), rates.ball_ball, float(e) if wall is None else wall, rates.wall
+        )
+        for e in grid
+    ]
+    alpha = [theory.haff_rate(each) for each in losses]
     return [
         Line(grid, np.array(report), "k, Enskog's λ, first ⟨v⟩", 0, "dotted"),
         Line(grid, np.array(alpha), "α, kinetic theory", 1, "solid"),

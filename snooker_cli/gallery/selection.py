@@ -22,11 +22,17 @@ MOST_SERIES = 6
 
 _WORDS = {
     "balls.rings": "N = {}",
+    "balls.count": "N = {}",
+    "balls.packing": "packing {}",
     "balls.radius": "r = {} m",
     "balls.mass": "m = {} kg",
     "balls.speed": "v₀ = {} m/s",
     "balls.ring_extent": "ring extent {}",
+    "container.shape": "{}",
     "container.radius": "R = {} m",
+    "container.width": "width {} m",
+    "container.height": "height {} m",
+    "container.packing": "packing {}",
     "container.mass": "M = {} kg",
     "cor": "CoR {}",
     "wall_cor": "wall CoR {}",
@@ -141,14 +147,17 @@ def single_point(run: Run, selection: Selection) -> Point:
     return points[0]
 
 
-def along(points: Sequence[Point], x: str, series: str | None = None) -> list[list[Point]]:
-    """Points in order of the key ``x``, a list for each value of the key ``series``.
+def along(points: Sequence[Point], *xs: str, series: str | None = None) -> list[list[Point]]:
+    """Points in order of one of the keys ``xs``, a list for each value of the key ``series``.
 
-    Raises ``PictureError`` if ``x`` has one value only, or if other keys have several.
+    Raises ``PictureError`` if each of ``xs`` has one value only, or if other keys have several.
     """
     keys = varying(points)
-    if x not in keys:
-        raise PictureError(f"it needs points at two or more values of {x}; sweep that key")
+    x = next((key for key in xs if key in keys), None)
+    if x is None:
+        raise PictureError(
+            f"it needs points at two or more values of {' or '.join(xs)}; sweep that key"
+        )
     others = [key for key in keys if key not in (x, series)]
     if others:
         raise PictureError(f"it needs one value of {listed(others)}; choose it with --where")
@@ -166,8 +175,10 @@ def along(points: Sequence[Point], x: str, series: str | None = None) -> list[li
 
 
 def elastic(point: Point) -> bool:
-    """Whether no collision of a point loses energy."""
-    return point.experiment.cor == 1.0 and point.experiment.effective_wall_cor == 1.0
+    """Whether no collision of a point loses energy; a periodic box has none with a wall."""
+    experiment = point.experiment
+    walls = experiment.container.shape == "periodic" or experiment.effective_wall_cor == 1.0
+    return experiment.cor == 1.0 and walls
 
 
 def elastic_points(run: Run, selection: Selection) -> list[Point]:
@@ -202,6 +213,8 @@ def described(point: Point, key: str) -> str:
     value = value_at(point, key)
     if key == "balls.rings":
         value = 1 + 3 * value * (value + 1)
+    if (key, value) == ("container.shape", "periodic"):
+        return "periodic box"
     if key in _ABSENT and value in (None, math.inf):
         return _ABSENT[key]
     shown = short(value, 6) if isinstance(value, float) else str(value)

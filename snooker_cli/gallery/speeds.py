@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import kinetic, theory
 from snooker_cli.gallery.caption import setting
 from snooker_cli.gallery.picture import (
     NEUTRAL,
@@ -50,7 +51,7 @@ def speeds(run: Run, selection: Selection) -> Picture:
     edges = np.arange(SPEED_BINS + 1, dtype=np.float64) * SPEED_BIN
     layers: list[Layer] = []
     records, said = [], []
-    laws: dict[tuple[int, float], None] = {}
+    laws: dict[tuple[int | None, float], None] = {}
     for index, (point, scene) in enumerate(zip(points, starts, strict=True)):
         if scene.number < 2 or scene.kinetic_energy == 0:
             raise PictureError("it needs two or more balls that move")
@@ -69,28 +70,32 @@ def speeds(run: Run, selection: Selection) -> Picture:
         used = int(np.max(np.flatnonzero(counts))) + 1
         heights = counts[:used] / (total * SPEED_BIN * unit)
         layers.append(Histogram(edges[: used + 1] * unit, heights, label(point, points), index))
-        laws[scene.number, unit] = None
-        distance = _distance(counts, edges, scene.number)
+        free = kinetic.free_velocities(scene)
+        laws[free, unit] = None
+        distance = _distance(counts, edges, free)
+        from_fixed = math.nan if free is None else distance
         records.append(
             {
                 "parameters": point.as_json(),
                 "speeds": int(total),
-                "distance_from_fixed_energy": distance,
+                "distance_from_fixed_energy": from_fixed,
                 "one_over_root": float(total**-0.5),
             }
         )
         name = label(point, points)
         said.append(f"{distance:.4f} ({name + ', ' if name else ''}1/√n = {total**-0.5:.4f})")
-    for index, (number, unit) in enumerate(laws):
-        layers += _laws(number, unit, named=index == 0)
+    for index, (free, unit) in enumerate(laws):
+        layers += _laws(free, unit, named=index == 0)
+    fixed = all(free is not None for free, _ in laws)
     return Picture(
         kind="speeds",
         title="Distribution of speeds",
         x_label="speed (m/s)" if in_metres else "reduced speed v √(m/2T)",
         y_label="probability density (s/m)" if in_metres else "probability density",
         layers=tuple(layers),
-        caption="Largest difference between the cumulative shares of n speeds and the law at fixed "
-        f"energy: {listed(said)}. Sampled at even times about five collisions of a ball apart. "
+        caption="Largest difference between the cumulative shares of n speeds and "
+        + ("the law at fixed energy" if fixed else "Maxwell and Boltzmann's law")
+        + f": {listed(said)}. Sampled at even times about five collisions of a ball apart. "
         + setting(run, points, selection),
         numbers={"points": records},
         x_limits=(0.0, None),
@@ -98,31 +103,33 @@ def speeds(run: Run, selection: Selection) -> Picture:
     )
 
 
-def _laws(number: int, unit: float, *, named: bool) -> list[Layer]:
+def _laws(free: int | None, unit: float, *, named: bool) -> list[Layer]:
     """Maxwell-Boltzmann and the law of so many balls at fixed energy, speeds in ``unit``."""
     reduced = np.linspace(0.0, 3.0, 120)
     maxwell = theory.maxwell_speed_density(reduced, REDUCED_TEMPERATURE) / unit
-    fixed = theory.fixed_energy_speed_density(reduced, number, REDUCED_TEMPERATURE) / unit
-    return [
+    layers: list[Layer] = [
         Line(
             reduced * unit,
             np.asarray(maxwell),
             "Maxwell–Boltzmann" if named else None,
             NEUTRAL,
             "dashed",
-        ),
-        Line(
-            reduced * unit,
-            np.asarray(fixed),
-            f"fixed energy, N = {number}" if named else None,
-            NEUTRAL,
-            "dotted",
-        ),
+        )
     ]
+    if free is not None:
+        fixed = theory.fixed_energy_speed_density(reduced, free, REDUCED_TEMPERATURE) / unit
+        text = f"fixed energy, N = {free}" if named else None
+        layers.append(Line(reduced * unit, np.asarray(fixed), text, NEUTRAL, "dotted"))
+    return layers
 
 
-def _distance(counts: Array, edges: Array, number: int) -> float:
-    """Largest difference of cumulative shares, at the bins' edges, from the law at fixed energy."""
+def _distance(counts: Array, edges: Array, free: int | None) -> float:
+    """Largest difference of cumulative shares, at the bins' edges, from the law at fixed energy.
+
+    From Maxwell and Boltzmann's where that law does not hold.
+    """
     shares = np.cumsum(counts) / counts.sum()
-    law = theory.fixed_energy_speed_cdf(edges[1:], number, REDUCED_TEMPERATURE)
+    law = theory.maxwell_speed_cdf(edges[1:], REDUCED_TEMPERATURE)
+    if free is not None:
+        law = theory.fixed_energy_speed_cdf(edges[1:], free, REDUCED_TEMPERATURE)
     return float(np.max(np.abs(shares - law)[:-1]))

@@ -224,7 +224,7 @@ def mean_speed(trace: Trace) -> float:
 def slip_factor(run: Run) -> float:
     """How many times too long the printed mean free path is for the stated scene, rounded."""
     scene = arrange(run.experiment, 0)
-    density = theory.number_density(scene.number, scene.container_radius)
+    density = theory.number_density(scene.number, scene.area)
     path = theory.boltzmann_mean_free_path(density, float(scene.radii[0]))
     return float(round(published("mean_free_path").value / path))
 

@@ -110,7 +110,7 @@ def _exact(run: Run) -> dict[Property, Ours]:
         for trace in run.traces(point):
             states = at_collisions(trace)
             largest = max(largest, float(central_distances(states).max()))
-            smallest = min(smallest, float(pair_distances(states).min()))
+            smallest = min(smallest, float(pair_distances(states, trace.start).min()))
             total = momentum(states, trace.start)
             ratios = total / total[0]
             found = np.take_along_axis(ratios, np.abs(ratios - 1).argmax(axis=0)[None], axis=0)[0]
@@ -125,7 +125,7 @@ def _exact(run: Run) -> dict[Property, Ours]:
 
 def _of_the_scene(scene: Scene) -> dict[Property, Ours]:
     """What follows from the scene alone, by the report's formulas."""
-    density = theory.number_density(scene.number, scene.container_radius)
+    density = theory.number_density(scene.number, scene.area)
     radius = float(scene.radii[0])
     return {
         "density": Ours(density),
@@ -144,9 +144,10 @@ def _limit(runs: Runs, of: Property, radius: float | None) -> Ours:
         point = selected(run, Selection({"cor": 1.0, "balls.radius": radius}))[0]
     traces = list(run.traces(point))
     scene = traces[0].start
-    outer = scene.container_radius
-    disks = theory.circle_state(scene.number, 1.0, float(scene.radii[0]), outer).pressure
-    expected = disks / theory.ideal_gas_pressure(scene.number, 1.0, math.pi * outer**2)
+    radius = float(scene.radii[0])
+    circle = theory.circle(scene.container_radius, radius)
+    disks = theory.fluid_state(scene.number, 1.0, radius, circle).pressure
+    expected = disks / theory.ideal_gas_pressure(scene.number, 1.0, scene.area)
     ratios = np.array([ideal_gas_ratio(trace) for trace in traces])
     if of == "temperature ratio":
         ratios, expected = 1 / ratios, 1 / expected

@@ -20,6 +20,7 @@ class Provenance:
 
     config : the point's experiment as JSON; digest : of what determines its physics
     parameters : the point's swept keys and values as JSON
+    engine : "allpairs" or "cells" if it was told to be that one
     """
 
     config: str
@@ -33,6 +34,7 @@ class Provenance:
     command: str
     started: str
     seconds: float
+    engine: str | None = None
 
 
 @dataclass(frozen=True)

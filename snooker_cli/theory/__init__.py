@@ -7,9 +7,11 @@ N/m (force over perimeter, "Pa·m"), number density in m⁻², rates in s⁻¹.
 symbol    meaning
 ========  ==========================================================================
 N, m, r   number of balls, mass of a ball, radius of a ball; d = 2r
-R, a      container radius, accessible radius a = R − r
+R, a      radius of a circular container, accessible radius a = R − r
+w, h      width and height of a box
+V         area of the container: πR², or w h
 T         temperature, the mean kinetic energy of a ball; E = N T
-n, η      number density N/(πR²), packing fraction N r²/R²
+n, η      number density N/V, packing fraction N πr²/V
 Z, χ      compressibility factor P/(n T), contact value of the pair distribution
 e, e_w    coefficient of restitution between balls, and at the wall
 λ, ω, ν_w mean free path, ball-ball and wall collision rate of one ball
@@ -29,6 +31,7 @@ from snooker_cli.theory.collisions import (
     wall_rate,
     wall_rate_from_pressure,
 )
+from snooker_cli.theory.container import Container, box, circle, periodic_box
 from snooker_cli.theory.cooling import (
     cooling_rate,
     energy_ratio_by_events,
@@ -67,11 +70,12 @@ from snooker_cli.theory.speeds import (
     sonine_speed_cdf,
 )
 from snooker_cli.theory.state import (
-    CircleState,
+    FluidState,
     bulk_pressure,
-    circle_state,
     compressibility,
     contact_value,
+    fluid_state,
+    published_ratio,
 )
 
 __all__ = [
@@ -79,15 +83,17 @@ __all__ = [
     "EQUAL_SPEED_WALL_LOSS",
     "THREE_BALL_COLLAPSE",
     "THREE_DISK_COLLAPSE",
-    "CircleState",
     "CollisionRates",
+    "Container",
+    "FluidState",
     "WallTrap",
     "accessible_wall_pressure",
     "angular_momentum_floor",
     "ball_ball_rate",
     "boltzmann_mean_free_path",
+    "box",
     "bulk_pressure",
-    "circle_state",
+    "circle",
     "collision_rates",
     "compressibility",
     "contact_value",
@@ -100,6 +106,7 @@ __all__ = [
     "fixed_energy_mean_speed",
     "fixed_energy_speed_cdf",
     "fixed_energy_speed_density",
+    "fluid_state",
     "haff_cumulative_pressure",
     "haff_rate",
     "haff_ratio",
@@ -110,6 +117,8 @@ __all__ = [
     "maxwell_speed_density",
     "number_density",
     "packing_fraction",
+    "periodic_box",
+    "published_ratio",
     "report_decay_constant",
     "report_mean_free_path",
     "report_pressure_decay_constant",

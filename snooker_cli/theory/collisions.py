@@ -7,9 +7,10 @@ all have the same speed lose the fractions below of that.
 import math
 from dataclasses import dataclass
 
+from snooker_cli.theory.container import Container
 from snooker_cli.theory.gas import number_density, packing_fraction
 from snooker_cli.theory.speeds import fixed_energy_factor, fixed_energy_mean_speed
-from snooker_cli.theory.state import circle_state, contact_value
+from snooker_cli.theory.state import contact_value, fluid_state
 
 EQUAL_SPEED_BALL_BALL_LOSS = 8 / 9
 """Energy a ball-ball event takes from equal-speed balls, over a Maxwellian's: ⟨g_n²⟩ = 32T/9 m."""
@@ -51,32 +52,36 @@ def ball_ball_rate(
     return 4 * ball_radius * number_density * contact_value * thermal
 
 
-def wall_rate(mean_speed: float, accessible_radius: float) -> float:
-    """Wall collisions of one ball per second in an ideal gas: ⟨v⟩ over the mean chord πa/2."""
-    return mean_speed / (math.pi * accessible_radius / 2)
+def wall_rate(mean_speed: float, container: Container) -> float:
+    """Wall collisions of one ball per second in an ideal gas: ⟨v⟩ over the mean chord πA/L.
+
+    A and L are the accessible area and its edge; the chord is πa/2 in a circle.
+    """
+    return mean_speed * container.accessible_wall / (math.pi * container.accessible_area)
 
 
 def wall_rate_from_pressure(
     number: int,
     pressure: float,
     temperature: float,
-    container_radius: float,
+    wall_length: float,
     mass: float = 1.0,
 ) -> float:
     """Wall collisions of one ball per second that a pressure implies, for e_w = 1.
 
-    ν_w = c_N 2πR P/(N √(2π m T)): the force 2πR·P is the rate N ν_w times the mean impulse of the
-    balls that arrive, 2m⟨v_n²⟩/⟨v_n⟩ = √(2π m T)/c_N at fixed energy. This is exact at any density,
-    on average over the angular momentum: in equilibrium positions tell nothing of velocities.
+    ν_w = c_N W P/(N √(2π m T)): the force W·P on a wall of length W is the rate N ν_w times the
+    mean impulse of the balls that arrive, 2m⟨v_n²⟩/⟨v_n⟩ = √(2π m T)/c_N at fixed energy. This is
+    exact at any density, in a circle on average over the angular momentum: in equilibrium positions
+    tell nothing of velocities.
     """
-    force = 2 * math.pi * container_radius * pressure
+    force = wall_length * pressure
     impulse = math.sqrt(2 * math.pi * mass * temperature) / fixed_energy_factor(number)
     return force / (number * impulse)
 
 
 @dataclass(frozen=True)
 class CollisionRates:
-    """How far and how often a ball flies among equal hard disks in a circle, after Enskog.
+    """How far and how often a ball flies among equal hard disks in a container, after Enskog.
 
     Attributes
     ----------
@@ -85,7 +90,7 @@ class CollisionRates:
     mean_speed : float
         At fixed energy (m/s).
     ball_ball, wall : float
-        Collisions of one ball with others and with the wall (s⁻¹).
+        Collisions of one ball with others and with the wall (s⁻¹), 0 where there is none.
     """
 
     mean_free_path: float
@@ -98,19 +103,19 @@ def collision_rates(
     number: int,
     temperature: float,
     ball_radius: float,
-    container_radius: float,
+    container: Container,
     mass: float = 1.0,
 ) -> CollisionRates:
-    """Rates of N balls at a temperature, at the container's mean density and `circle_state`'s wall.
+    """Rates of N balls at a temperature, at the container's mean density and `fluid_state`'s wall.
 
     Raises ValueError when no fluid of that many balls fits.
     """
-    density = number_density(number, container_radius)
-    contact = contact_value(packing_fraction(number, ball_radius, container_radius))
-    pressure = circle_state(number, temperature, ball_radius, container_radius).pressure
+    density = number_density(number, container.area)
+    contact = contact_value(packing_fraction(number, ball_radius, container.area))
+    pressure = fluid_state(number, temperature, ball_radius, container).pressure
     return CollisionRates(
         mean_free_path=enskog_mean_free_path(density, ball_radius, contact),
         mean_speed=fixed_energy_mean_speed(number, temperature, mass),
         ball_ball=ball_ball_rate(density, ball_radius, temperature, contact, mass),
-        wall=wall_rate_from_pressure(number, pressure, temperature, container_radius, mass),
+        wall=wall_rate_from_pressure(number, pressure, temperature, container.wall, mass),
     )

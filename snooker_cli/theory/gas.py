@@ -1,16 +1,18 @@
-"""The ideal gas of the report, its excluded-area corrections, and how full the circle is."""
+"""The ideal gas of the report, its excluded-area corrections, and how full a container is."""
 
 import math
 
-
-def number_density(number: float, container_radius: float) -> float:
-    """Balls per area of the whole container (m⁻²): n = N/(πR²)."""
-    return number / (math.pi * container_radius**2)
+from snooker_cli.theory.container import Container
 
 
-def packing_fraction(number: float, ball_radius: float, container_radius: float) -> float:
-    """Fraction of the container's area that balls cover: η = N r²/R²."""
-    return number * (ball_radius / container_radius) ** 2
+def number_density(number: float, area: float) -> float:
+    """Balls per area of the whole container (m⁻²): n = N/V."""
+    return number / area
+
+
+def packing_fraction(number: float, ball_radius: float, area: float) -> float:
+    """Fraction of the container's area that balls cover: η = N πr²/V."""
+    return number * math.pi * ball_radius**2 / area
 
 
 def ideal_gas_pressure(number: float, temperature: float, area: float) -> float:
@@ -36,11 +38,12 @@ def van_der_waals_pressure(
     return number * temperature / free_area if free_area > 0 else math.inf
 
 
-def accessible_wall_pressure(
-    number: float, temperature: float, ball_radius: float, container_radius: float
-) -> float:
-    """Force of balls that do not meet each other over the perimeter 2πR (N/m): P = N T/(π a R).
+def accessible_wall_pressure(number: float, temperature: float, container: Container) -> float:
+    """Force of balls that do not meet each other over the wall's length (N/m): N T L/(A W).
 
-    The virial theorem makes it exact without ball-ball collisions: a·F = 2 N T.
+    A and L are the accessible area and its edge, W the wall. The virial theorem makes it exact
+    without ball-ball collisions: in a circle a·F = 2 N T, so that P = N T/(π a R); in a box
+    (w − 2r)F_x = 2 N⟨m u²⟩ and so in y, and both directions have the same share on average.
     """
-    return number * temperature / (math.pi * (container_radius - ball_radius) * container_radius)
+    force = number * temperature * container.accessible_wall / container.accessible_area
+    return force / container.wall

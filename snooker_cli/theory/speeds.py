@@ -2,6 +2,8 @@
 
 With walls (no conserved momentum) and a fixed total energy E = N T the 2N velocity components are
 uniform on a sphere, so v²/(2NT/m) ~ Beta(1, N − 1) for each ball. Maxwell-Boltzmann is its N → ∞.
+In a periodic box with no total momentum N − 1 velocities are free: equal balls then have the law of
+N − 1 balls at the same T = E/N, since v is √(1 − 1/N) times a direction among those N − 1.
 """
 
 import math

@@ -1,10 +1,12 @@
-"""The equation of state of the hard-disk fluid, in bulk and inside a circular wall."""
+"""The equation of state of the hard-disk fluid, in bulk and between walls."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from snooker_cli.theory.container import Container
+from snooker_cli.theory.gas import packing_fraction
 from snooker_cli.theory.real import Real
 
 VIRIAL_RATIOS = (
@@ -63,66 +65,115 @@ def compressibility(packing: Real) -> Real:
     return 1.0 + 2.0 * packing * contact_value(packing)
 
 
-def bulk_pressure(
-    number: float, temperature: float, ball_radius: float, container_radius: float
-) -> float:
-    """Pressure of the bulk fluid at the container's mean density (N/m): P = Z(η) N T/(πR²).
+def bulk_pressure(number: float, temperature: float, ball_radius: float, area: float) -> float:
+    """Pressure of the bulk fluid at the container's mean density (N/m): P = Z(η) N T/V.
 
-    It leaves out the wall; `circle_state` has it.
+    It leaves out the walls; `fluid_state` has them.
     """
-    packing = number * (ball_radius / container_radius) ** 2
-    area = math.pi * container_radius**2
-    return number * temperature / area * compressibility(packing)
+    ratio = compressibility(packing_fraction(number, ball_radius, area))
+    return number * temperature / area * ratio
 
 
 @dataclass(frozen=True)
-class CircleState:
-    """Equilibrium of hard disks inside a circular wall.
+class FluidState:
+    """Equilibrium of hard disks in a container.
 
     Attributes
     ----------
     pressure : float
-        Force on the wall over the container's perimeter 2πR (N/m).
+        Force on the wall over its length, 2πR or 2(w + h); without walls that in bulk (N/m).
     accessible_pressure : float
-        The same force over the perimeter 2πa of the accessible area (N/m).
+        The same force over the edge of the accessible area (N/m).
     bulk_packing : float
-        Packing fraction far from the wall; below N r²/a², because the wall attracts balls.
+        Packing fraction far from the walls. It is below N πr² over the accessible area, because
+        walls attract balls.
+    virial_ratio : float
+        1 + ΣJd/(2 N T t), with the impulses J of ball-ball collisions at their distances d: in
+        bulk this is Z.
     """
 
     pressure: float
     accessible_pressure: float
     bulk_packing: float
+    virial_ratio: float
 
 
-def circle_state(
-    number: float, temperature: float, ball_radius: float, container_radius: float
-) -> CircleState:
-    """Pressure of hard disks in a circle, with the wall by scaled particle theory.
+def fluid_state(
+    number: float, temperature: float, ball_radius: float, container: Container
+) -> FluidState:
+    """Pressure of hard disks in a container, with its walls by scaled particle theory.
 
     With n_b = η/(πr²) the bulk density, scaled particle theory (Helfand, Frisch & Lebowitz 1961)
-    gives a hard wall the line tension γ = −T n_b r η/(1 − η)² on the accessible perimeter, and so,
-    by Gibbs, the adsorption 2 n_b r η/(1 + η). To first order in the curvature 1/a::
+    gives a hard wall the line tension γ = −T n_b r η/(1 − η)² on the accessible edge L, and so,
+    by Gibbs, the adsorption 2 n_b r η/(1 + η). The grand potential is −P_b A + γ L over the
+    accessible area A; how it changes when the walls move gives the force on them, and when the
+    container is scaled the virial. To first order in the curvature::
 
-        N = n_b πa² + 2πa n_b 2ηr/(1 + η)         (a quadratic equation for η)
-        P_acc = n_b T Z(η) − γ/a                  P = P_acc a/R
+        N = n_b A + L n_b 2ηr/(1 + η)             (a quadratic equation for η)
+        force = P_b L − γ dL/ds                   P_b = n_b T Z(η)
+        1 + ΣJd/(2 N T t) = (P_b A − γ L/2)/(N T)
 
-    Z is the Padé's of `compressibility`, which is better in bulk than scaled particle theory's own.
+    dL/ds is the container's `spreading`: of a circle the curvature, of a box its corners. Z is the
+    Padé's of `compressibility`, which is better in bulk than scaled particle theory's own.
 
     Raises ValueError when no fluid of that many balls fits.
     """
-    accessible_radius = container_radius - ball_radius
-    covered = number * ball_radius**2
-    if ball_radius <= 0 or covered >= container_radius**2 - ball_radius**2:
+    area, edge = container.accessible_area, container.accessible_wall
+    covered = number * math.pi * ball_radius**2
+    if ball_radius <= 0 or edge < 0 or covered >= area + edge * ball_radius:
         raise ValueError(
-            f"{number:g} balls of radius {ball_radius:g} m are no fluid in a container of radius "
-            f"{container_radius:g} m; choose a positive radius and fewer or smaller balls."
+            f"{number:g} balls of radius {ball_radius:g} m are no fluid in a container of "
+            f"{container.area:g} m²; choose a positive radius and fewer or smaller balls."
         )
-    linear = accessible_radius**2 - covered
-    quadratic = accessible_radius * (accessible_radius + 4 * ball_radius)
+    linear = area - covered
+    quadratic = area + 2 * ball_radius * edge
     packing = 2 * covered / (linear + math.sqrt(linear**2 + 4 * quadratic * covered))
     density = packing / (math.pi * ball_radius**2)
     tension = -density * temperature * ball_radius * packing / (1 - packing) ** 2
     bulk = density * temperature * compressibility(packing)
-    accessible_pressure = bulk - tension / accessible_radius
-    pressure = accessible_pressure * accessible_radius / container_radius
-    return CircleState(pressure, accessible_pressure, packing)
+    force = bulk * edge - tension * container.spreading
+    return FluidState(
+        pressure=force / container.wall if container.wall else bulk,
+        accessible_pressure=force / edge if edge else bulk,
+        bulk_packing=packing,
+        virial_ratio=(bulk * area - tension * edge / 2) / (number * temperature),
+    )
+
+
+@dataclass(frozen=True)
+class PublishedRatio:
+    """Z = P V/(N T) that others have simulated in a periodic box at a packing fraction."""
+
+    packing: float
+    ratio: float
+    source: str
+
+
+_CLOSE_PACKING = math.pi / (2 * math.sqrt(3))
+
+PUBLISHED_RATIOS = (
+    # At volumes over that of close packing.
+    *(
+        PublishedRatio(_CLOSE_PACKING / volume, ratio, "Erpenbeck & Luban 1985")
+        for volume, ratio in ((2.0, 3.4243), (1.8, 4.1715), (1.6, 5.4963), (1.5, 6.6074))
+    ),
+    # They give P d²/T of 1024² disks, which is 4ηZ/π.
+    *(
+        PublishedRatio(packing, math.pi * reduced / (4 * packing), "Engel et al. 2013")
+        for packing, reduced in (
+            (0.698, 9.169342),
+            (0.700, 9.185405),
+            (0.716, 9.18327),
+            (0.720, 9.2308),
+        )
+    ),
+)
+
+
+def published_ratio(packing: float) -> PublishedRatio | None:
+    """What others have found at a packing fraction; None if it is more than 10⁻⁵ from theirs.
+
+    That much changes Z by 4·10⁻⁴ at most.
+    """
+    near = min(PUBLISHED_RATIOS, key=lambda one: abs(one.packing - packing))
+    return near if abs(near.packing - packing) <= 1e-5 else None

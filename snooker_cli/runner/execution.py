@@ -1,4 +1,4 @@
-"""Points x repeats -> threads over the engine -> files; resumes, and tells how it goes."""
+"""Doing what is missing of a run: checked, compiled for, simulated and stored, in threads."""
 
 from __future__ import annotations
 
@@ -8,22 +8,24 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from snooker_cli import store
-from snooker_cli.arrange import arrange
-from snooker_cli.config import Experiment, Point, Rings, digest, to_json
+from snooker_cli.config import Point, digest, to_json
 from snooker_cli.engine import ENGINE_VERSION, simulate, specialisation
 from snooker_cli.results import Run
-from snooker_cli.scene import SceneError
-from snooker_cli.trace import Stop, StopReason
+from snooker_cli.runner.kinds import alike, arranged
+from snooker_cli.runner.threads import Threads
+from snooker_cli.scene import Scene, SceneError
+from snooker_cli.trace import Stop, StopReason, Work
+
+MANY = 8192
+"""Balls that are enough to compile for any number of them."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class Outcome:
 
     cached : it was there already, and has been checked instead of simulated
     traceback : where an error arose that no user can have made
+    work : what simulating it took
     """
 
     point: int
@@ -41,6 +44,7 @@ class Outcome:
     cached: bool = False
     error: str | None = None
     traceback: str = ""
+    work: Work | None = None
 
 
 @dataclass(frozen=True)
@@ -68,75 +72,44 @@ class Watcher:
         """A repeat has ended."""
 
 
-def check_scenes(points: tuple[Point, ...]) -> set[int]:
-    """Build every scene that differs; the numbers of balls in them.
-
-    Raises ``SceneError``, telling the point, for one that cannot exist or be repeated.
-    """
-    numbers = set()
-    for point in _distinct(points):
-        try:
-            _check_repeats(point.experiment)
-            numbers.add(arrange(point.experiment, 0).number)
-        except SceneError as error:
-            setting = ", ".join(f"{key}={value}" for key, value in point.parameters)
-            where = f" (at the point {setting})" if setting else ""
-            raise SceneError(error.key, f"{error}{where}") from None
-    return numbers
-
-
-def _check_repeats(experiment: Experiment) -> None:
-    """Raise ``SceneError`` for repeats that would all be the same bits."""
-    if experiment.repeats > 1 and not isinstance(experiment.balls, Rings):
-        raise SceneError(
-            "repeats",
-            f"{experiment.repeats} repeats of balls.list would be {experiment.repeats} copies of "
-            "the same bits, since its velocities are given; set repeats: 1, or give balls.rings, "
-            "whose directions are random",
-        )
-
-
-def _distinct(points: Iterable[Point]) -> list[Point]:
-    """The first of all points whose balls and container are the same and recorded alike."""
-    found: dict[Any, Point] = {}
-    for point in points:
-        one = point.experiment
-        found.setdefault((one.balls, one.container, one.record), point)
-    return list(found.values())
-
-
 def execute(
     run: Run, *, workers: int, watcher: Watcher, cancelled: threading.Event
 ) -> list[Outcome]:
     """Do what is missing of a run; every outcome, in order of point and repeat.
 
     workers : threads; the results' bits do not depend on it
-    cancelled : once set, what is under way is saved as interrupted and nothing new begins
+    cancelled : once set, what is simulated is saved as interrupted; nothing else is waited for
 
     An error in one repeat does not stop the others. Raises ``KeyboardInterrupt`` never: the
     caller turns signals into ``cancelled``.
     """
     outcomes: list[Outcome] = []
-    jobs = []
-    for job in _jobs(run):
-        if cancelled.is_set():
-            return outcomes
-        found = _present(run, job)
-        if found is None:
-            jobs.append(job)
-        else:
-            outcomes.append(found)
-            watcher.finished(found)
-    if jobs:
-        _discard_analyses(run, watcher)
-        clock = time.perf_counter()
-        _warm_up(jobs)
-        watcher.simulating(time.perf_counter() - clock)
-        outcomes += _pooled(run, jobs, workers, watcher, cancelled)
+    missing: list[Job] = []
+    with Threads(workers, cancelled) as threads:
+        for job, found in threads.each(lambda job, _: (job, present(run, job)), jobs(run)):
+            if found is None:
+                missing.append(job)
+            else:
+                outcomes.append(found)
+                watcher.finished(found)
+        if missing and not cancelled.is_set():
+            missing.sort(key=lambda job: (job.point.index, job.repeat))
+            _discard_analyses(run, watcher)
+            clock = time.perf_counter()
+            for _ in threads.each(lambda what, _: _warm_up(what, run.engine), [missing]):
+                watcher.simulating(time.perf_counter() - clock)
+
+        def do(job: Job, keep: Callable[[], bool]) -> Outcome | None:
+            return _do(run, job, watcher, cancelled, keep)
+
+        for outcome in threads.each(do, missing):
+            if outcome is not None:
+                outcomes.append(outcome)
+                watcher.finished(outcome)
     return sorted(outcomes, key=lambda outcome: (outcome.point, outcome.repeat))
 
 
-def _jobs(run: Run) -> Iterator[Job]:
+def jobs(run: Run) -> Iterator[Job]:
     """Every repeat of every point."""
     for point in run.points:
         identity = digest(point.experiment)
@@ -144,7 +117,7 @@ def _jobs(run: Run) -> Iterator[Job]:
             yield Job(point, repeat, identity)
 
 
-def _present(run: Run, job: Job) -> Outcome | None:
+def present(run: Run, job: Job) -> Outcome | None:
     """The outcome of a repeat whose file is there, whole, and of this config and engine."""
     path = run.path(job.point.index, job.repeat)
     if not path.exists():
@@ -153,8 +126,9 @@ def _present(run: Run, job: Job) -> Outcome | None:
         found = store.check(path)
     except store.StoreError:
         return None
-    known = (found.provenance.digest, found.provenance.engine_version, found.provenance.repeat)
-    if known != (job.digest, ENGINE_VERSION, job.repeat):
+    told = found.provenance
+    known = (told.digest, told.engine_version, told.engine, told.repeat)
+    if known != (job.digest, ENGINE_VERSION, run.engine, job.repeat):
         return None
     if found.stop.reason is StopReason.INTERRUPTED:
         return None
@@ -171,52 +145,56 @@ def _discard_analyses(run: Run, watcher: Watcher) -> None:
         watcher.outdated(removed, figures)
 
 
-def _warm_up(jobs: list[Job]) -> None:
-    """Compile, before any thread starts, what the jobs' scenes need."""
+def _warm_up(missing: list[Job], engine: str | None) -> None:
+    """Compile, before any repeat starts, what the jobs' scenes need."""
     seen = []
-    for point in _distinct(job.point for job in jobs):
-        scene = arrange(point.experiment, 0)
-        summary = point.experiment.record == "summary"
-        kind = specialisation(scene, summary=summary)
-        if kind not in seen:
-            seen.append(kind)
-            simulate(scene, collisions=1, summary=summary)
+    for same in alike(job.point for job in missing).values():
+        experiment = same[0].experiment
+        scene, summary = arranged(experiment, 0), experiment.record == "summary"
+        models = specialisation(scene, summary=summary, engine=engine)
+        if models in seen:
+            continue
+        seen.append(models)
+        few = _first(MANY, scene)
+        if specialisation(few, summary=summary, engine=engine) == models:
+            scene = few
+        simulate(scene, collisions=1, summary=summary, engine=engine)
 
 
-def _pooled(
-    run: Run, jobs: list[Job], workers: int, watcher: Watcher, cancelled: threading.Event
-) -> list[Outcome]:
-    """The outcomes of jobs done by a pool of threads."""
-    outcomes: list[Outcome] = []
-    with ThreadPoolExecutor(workers) as pool:
-        waiting: set[Future[Outcome | None]] = set()
-        todo = iter(jobs)
-        while True:
-            while len(waiting) < 2 * workers and (job := next(todo, None)) is not None:
-                waiting.add(pool.submit(_do, run, job, watcher, cancelled))
-            if not waiting:
-                return outcomes
-            done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
-            for future in done:
-                outcome = future.result()
-                if outcome is not None:
-                    outcomes.append(outcome)
-                    watcher.finished(outcome)
+def _first(number: int, scene: Scene) -> Scene:
+    """A scene of the first balls of another."""
+    columns = ("positions", "velocities", "radii", "masses")
+    return replace(scene, **{name: getattr(scene, name)[:number].copy() for name in columns})
 
 
-def _do(run: Run, job: Job, watcher: Watcher, cancelled: threading.Event) -> Outcome | None:
-    """Simulate and store one repeat; None if the run was cancelled before it began."""
+class _LeftError(Exception):
+    """Nobody waits for a repeat any more."""
+
+
+def _do(
+    run: Run,
+    job: Job,
+    watcher: Watcher,
+    cancelled: threading.Event,
+    keep: Callable[[], bool],
+) -> Outcome | None:
+    """Simulate and store one repeat; None if the run was cancelled before it began.
+
+    keep : tells that there is something to save; false if nobody waits for it any more
+    """
     if cancelled.is_set():
         return None
 
     def watch(events: int) -> bool:
+        if not keep():
+            raise _LeftError
         watcher.events(events)
         return cancelled.is_set()
 
     started, clock = datetime.now(UTC), time.perf_counter()
     experiment = job.point.experiment
     try:
-        scene = arrange(experiment, job.repeat)
+        scene = arranged(experiment, job.repeat)
         path = run.path(job.point.index, job.repeat)
         with store.Recorder(path, scene) as recorder:
             trace = simulate(
@@ -226,6 +204,7 @@ def _do(run: Run, job: Job, watcher: Watcher, cancelled: threading.Event) -> Out
                 summary=experiment.record == "summary",
                 watch=watch,
                 sink=recorder.add,
+                engine=run.engine,
             )
             provenance = store.Provenance(
                 config=to_json(experiment),
@@ -234,23 +213,26 @@ def _do(run: Run, job: Job, watcher: Watcher, cancelled: threading.Event) -> Out
                 point=job.point.index,
                 repeat=job.repeat,
                 engine_version=ENGINE_VERSION,
-                versions=_versions(),
+                versions=versions(),
                 machine=f"{platform.machine()} {platform.processor()}".strip(),
                 command=" ".join([Path(sys.argv[0]).name, *sys.argv[1:]]),
                 started=started.isoformat(timespec="milliseconds"),
                 seconds=time.perf_counter() - clock,
+                engine=run.engine,
             )
             recorder.finish(trace, provenance)
+    except _LeftError:
+        return None
     except (store.StoreError, SceneError) as error:
         return Outcome(job.point.index, job.repeat, None, 0, error=str(error))
     except Exception as error:  # one repeat's failure must not end the others
         said, where = f"{type(error).__name__}: {error}", traceback.format_exc()
         return Outcome(job.point.index, job.repeat, None, 0, error=said, traceback=where)
-    return Outcome(job.point.index, job.repeat, trace.stop, trace.collisions)
+    return Outcome(job.point.index, job.repeat, trace.stop, trace.collisions, work=trace.work)
 
 
 @cache
-def _versions() -> str:
+def versions() -> str:
     """The versions of what made the numbers, as JSON."""
     names = ("snooker", "numpy", "numba", "h5py")
     return json.dumps({"python": platform.python_version(), **{n: version(n) for n in names}})

@@ -1,0 +1,217 @@
+"""``snooker run --dry-run``: what a run would do, what it models, and about how long it takes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from snooker_cli.config import Point
+    from snooker_cli.results import Run
+    from snooker_cli.runner import Kind
+
+BYTES_AN_EVENT = 13.5
+SHORT, BYTES_A_SHORT_EVENT = 4096, 32
+"""Shorter repeats are not compressed."""
+
+BYTES_A_BALL = 80
+BYTES_A_REPEAT = 16_000
+BYTES_A_SUMMARY = 60_000
+
+UNITS = (("GB", 1e9), ("MB", 1e6), ("kB", 1e3))
+
+
+def show(content: dict[str, Any], *, as_json: bool) -> None:
+    """Print a plan."""
+    import json
+
+    if as_json:
+        typer.echo(json.dumps(content, allow_nan=False))
+        return
+    for line in _lines(content):
+        typer.echo(line)
+
+
+def plan(run: Run, kinds: Sequence[Kind], workers: int, fresh: bool = False) -> dict[str, Any]:
+    """What ``--json`` prints: repeats that are there and to do, kinds of scenes, time and disk.
+
+    Estimates are ``None`` where the number of collisions is not known beforehand.
+    """
+    to_do = _to_do(run, fresh=fresh)
+    shown = [_kind(kind, to_do, run.engine) for kind in kinds]
+    missing = sum(to_do.values())
+    seconds = _total(shown, "processor_seconds")
+    threads = max(1, min(workers, missing))
+    return {
+        "run": str(run.directory),
+        "points": len(run.points),
+        "repeats": run.experiment.repeats,
+        "cached": len(run.points) * run.experiment.repeats - missing,
+        "to_do": missing,
+        "kinds": shown,
+        "collisions": _total(shown, "collisions"),
+        "threads": threads,
+        "seconds": None if seconds is None else seconds / threads,
+        "bytes": _total(shown, "bytes"),
+    }
+
+
+def _to_do(run: Run, *, fresh: bool) -> dict[int, int]:
+    """The number of repeats that each point lacks; those that are there are checked."""
+    from snooker_cli.runner import jobs, present
+
+    found = {point.index: 0 for point in run.points}
+    for job in jobs(run):
+        found[job.point.index] += fresh or present(run, job) is None
+    return found
+
+
+def _kind(kind: Kind, to_do: dict[int, int], engine: str | None) -> dict[str, Any]:
+    """One kind of scenes, and what its repeats ask for."""
+    numbers = dict(zip((point.index for point in kind.points), kind.balls, strict=True))
+    estimates = [
+        {
+            "collisions": _times(to_do[point.index], point.experiment.collisions),
+            "processor_seconds": _times(to_do[point.index], _seconds(kind, point, numbers)),
+            "bytes": _times(to_do[point.index], _bytes(point, numbers)),
+        }
+        for point in kind.points
+    ]
+    return {
+        "points": [point.as_json() for point in kind.points],
+        "balls": sorted(set(kind.balls)),
+        "shape": kind.shape,
+        "engine": "cells" if kind.models["cells"] else "allpairs",
+        "because": _because(kind, engine),
+        "to_do": sum(to_do[point.index] for point in kind.points),
+        "models": kind.models,
+        **{name: _total(estimates, name) for name in estimates[0]},
+    }
+
+
+def _because(kind: Kind, engine: str | None) -> str:
+    """Why the kind's engine is what it is."""
+    from snooker_cli.engine.engines import FEW
+
+    if engine is not None:
+        return f"as --engine {engine} says"
+    if kind.shape != "circle":
+        return f"a {kind.shape} container" if kind.shape == "periodic" else "a box"
+    return f"{'more than' if kind.models['cells'] else 'at most'} {FEW} balls in a circle"
+
+
+def _seconds(kind: Kind, point: Point, numbers: dict[int, int]) -> float | None:
+    """About how long one thread takes for a repeat, s; dilute gases among cells take longer.
+
+    Rates as of `snooker bench speed`: for all pairs a constant and so much a ball, for cells a
+    power of the number, as the memory that more balls lie in is slower.
+    """
+    number, collisions = numbers[point.index], point.experiment.collisions
+    if collisions is None:
+        return None
+    setting_up = 3e-3 + 5e-6 * number
+    if not kind.models["cells"]:
+        return setting_up + collisions * (1.5e-7 + 5e-9 * number)
+    return float(setting_up + collisions * 6e-7 * max(1.0, number / 1000) ** 0.3)
+
+
+def _bytes(point: Point, numbers: dict[int, int]) -> float | None:
+    """About how large a repeat's file becomes."""
+    experiment = point.experiment
+    frame = BYTES_A_REPEAT + BYTES_A_BALL * numbers[point.index]
+    if experiment.record == "summary":
+        return frame + BYTES_A_SUMMARY
+    if experiment.collisions is None:
+        return None
+    short = experiment.collisions < SHORT
+    return frame + experiment.collisions * (BYTES_A_SHORT_EVENT if short else BYTES_AN_EVENT)
+
+
+def _times(repeats: int, each: float | None) -> float | None:
+    """So many times a value that may not be known."""
+    return 0 if repeats == 0 else None if each is None else repeats * each
+
+
+def _total(parts: Sequence[dict[str, Any]], name: str) -> float | None:
+    """A sum, unless one of its parts is not known."""
+    values = [part[name] for part in parts]
+    return None if None in values else sum(values)
+
+
+def _lines(content: dict[str, Any]) -> Iterator[str]:
+    """The plan for people."""
+    from snooker_cli.words import counted, listed
+
+    there = "is" if content["cached"] == 1 else "are"
+    yield (
+        f"{counted(content['points'], 'point')}, {counted(content['repeats'], 'repeat')} each: "
+        f"{content['cached']:,} {there} in {content['run']} already, {content['to_do']:,} to do"
+    )
+    for kind in content["kinds"]:
+        balls = kind["balls"]
+        numbers = f"{balls[0]:,}" if len(balls) == 1 else f"{balls[0]:,} to {balls[-1]:,}"
+        noun = "ball" if balls == [1] else "balls"
+        yield ""
+        yield f"{_where(kind)}: {numbers} {noun}, {kind['to_do']:,} to do"
+        models = dict(kind["models"])
+        yield f"  engine    {kind['engine']}: {kind['because']}"
+        yield f"  records   {'events' if models.pop('events') else 'a summary'}"
+        for heading, wanted in (("modelled", True), ("left out", False)):
+            names = [name for name, is_so in models.items() if is_so is wanted]
+            yield f"  {heading}  {listed(names) if names else 'nothing'}"
+    yield ""
+    yield _estimate(content)
+
+
+def _where(kind: dict[str, Any]) -> str:
+    """The points of a kind."""
+    from snooker_cli.cli.tables import point_label
+    from snooker_cli.words import counted
+
+    points = kind["points"]
+    if len(points) == 1:
+        return point_label(points[0])
+    return f"{counted(len(points), 'point')}, {point_label(points[0])} to {point_label(points[-1])}"
+
+
+def _estimate(content: dict[str, Any]) -> str:
+    """The sentence about time and disk."""
+    from snooker_cli.words import counted
+
+    if content["to_do"] == 0:
+        return "nothing is left to do"
+    if content["collisions"] is None:
+        disk = "" if content["bytes"] is None else f", and about {_size(content['bytes'])}"
+        return (
+            "a repeat that ends at a time, not after so many collisions, may take any time" + disk
+        )
+    return (
+        f"at most {content['collisions']:,} collisions: about {_duration(content['seconds'])} on "
+        f"{counted(content['threads'], 'thread')}, and about {_size(content['bytes'])}"
+    )
+
+
+def _duration(seconds: float) -> str:
+    """A time to two digits, which is more than is known of it."""
+    if seconds < 1.0:
+        return "a second"
+    for unit, size in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+        if seconds >= 2 * size:
+            return f"{_rough(seconds / size)} {unit}"
+    return f"{_rough(seconds)} s"
+
+
+def _size(number: float) -> str:
+    """A number of bytes to two digits."""
+    for unit, size in UNITS:
+        if number >= 0.95 * size:
+            return f"{_rough(number / size)} {unit}"
+    return f"{number:.0f} bytes"
+
+
+def _rough(value: float) -> str:
+    """A number of 1 or more to two digits."""
+    return f"{float(f'{value:.2g}'):g}"

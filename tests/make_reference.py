@@ -1,0 +1,145 @@
+"""The exact courses in ``tests/reference``: how they are made, and how they are read.
+
+``python tests/make_reference.py`` makes them all anew, in a few minutes; with names, only those.
+Each file is JSON:
+
+- what, made by: what the scene is, and by which program and how many digits
+- scene: as in ``snooker_cli.scene``, SI units; null is infinite
+- events: a row each: time (s), i, j (-1 for the container), impulse (kg m/s), and what relative
+  errors of 1 in every collision up to there, in places and velocities, make of the time (s), the
+  impulse (kg m/s) and the worst ball's place (m); see ``snooker_cli.bench.growth``
+- states: after every so many events, and the number of events; a row a ball, the container last:
+  x, y (m), u, v (m/s)
+
+All numbers but the growths are the nearest doubles of the exact ones, in their shortest decimals.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import numpy as np
+from numpy.typing import NDArray
+
+from snooker_cli import __version__
+from snooker_cli.bench.catalogue import CASES, Case
+from snooker_cli.bench.exact import trajectory
+from snooker_cli.bench.growth import Growth, growth
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Events
+
+FOLDER = Path(__file__).with_name("reference")
+
+STATES = 5
+"""So many states are kept, evenly over the events, the last one among them."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A file's content; ``states`` has a row for each of ``after``, the events before it."""
+
+    scene: Scene
+    events: Events
+    growth: Growth
+    after: NDArray[np.intp]
+    states: NDArray[np.float64]
+
+
+def read(name: str) -> Reference:
+    """A reference by the name of its case."""
+    content = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    scene = content["scene"]
+    columns = np.array(content["events"], dtype=np.float64).T
+    arrays = {key: np.array(value) for key, value in scene.items() if isinstance(value, list)}
+    mass = math.inf if scene["container_mass"] is None else scene["container_mass"]
+    return Reference(
+        scene=Scene(**{**scene, **arrays, "container_mass": mass}),
+        events=Events(
+            columns[0].copy(),
+            columns[1].astype(np.int32),
+            columns[2].astype(np.int32),
+            columns[3].copy(),
+        ),
+        growth=Growth(*columns[4:7]),
+        after=np.array([state["events"] for state in content["states"]]),
+        states=np.array([state["bodies"] for state in content["states"]]),
+    )
+
+
+REQUIRED = (
+    "positions",
+    "velocities",
+    "radii",
+    "masses",
+    "container_radius",
+    "container_mass",
+    "container_position",
+    "container_velocity",
+    "restitution",
+    "wall_restitution",
+)
+"""The fields of a scene in a circle."""
+
+
+def content(case: Case) -> dict[str, Any]:
+    """What a case's file says. Raises ``ValueError`` if not all of its events are certain."""
+    scene = case.start()
+    truth = trajectory(scene, case.collisions)
+    events, number = truth.events, len(truth.events)
+    if truth.certain < number:
+        raise ValueError(f"{case.name}: only {truth.certain} of {number} events are certain")
+    grown = growth(scene, number)
+    after = sorted({number * k // STATES for k in range(1, STATES + 1)})
+    columns = (events.time, events.i, events.j, events.impulse)
+    growths = [
+        [float(f"{value:.2e}") for value in column]
+        for column in (grown.time, grown.impulse, grown.place)
+    ]
+    return {
+        "what": case.what,
+        "made by": f"python tests/make_reference.py, with snooker {__version__}'s exact twin on "
+        f"mpmath {mpmath.__version__}: {truth.check_digits} digits, and the same doubles with "
+        f"{truth.digits}",
+        "scene": {
+            name: value.tolist() if isinstance(value, np.ndarray) else value
+            for name, value in vars(scene).items()
+            if name in REQUIRED
+        }
+        | {"container_mass": scene.container_mass if scene.free else None},
+        "events": [
+            list(row)
+            for row in zip(*(column.tolist() for column in columns), *growths, strict=True)
+        ],
+        "states": [{"events": k, "bodies": truth.states[k].tolist()} for k in after],
+    }
+
+
+def text(content: dict[str, Any]) -> str:
+    """JSON with a line for each event and each state."""
+    fields = []
+    for key, value in content.items():
+        said = json.dumps(value, allow_nan=False)
+        if isinstance(value, list):
+            said = "[\n" + ",\n".join(json.dumps(row, allow_nan=False) for row in value) + "\n]"
+        fields.append(f"{json.dumps(key)}: {said}")
+    return "{\n" + ",\n".join(fields) + "\n}\n"
+
+
+def main(names: list[str]) -> None:
+    """Write the references of some cases, of all for none."""
+    FOLDER.mkdir(exist_ok=True)
+    for case in CASES:
+        if case.name in names or not names:
+            path = FOLDER / f"{case.name}.json"
+            path.write_text(text(content(case)), encoding="utf-8")
+            print(path.name, path.stat().st_size, "bytes")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,180 @@
+"""The exact twin against closed forms, its own digits and what collisions keep."""
+
+import itertools
+import math
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scenes import EPSILON, momentum, scene_of, total_energy
+
+from snooker_cli.bench.catalogue import along_the_wall, galperin, mixture, rings, wall_trap
+from snooker_cli.bench.exact import trajectory
+from snooker_cli.bench.growth import growth
+from snooker_cli.bench.horizon import first_different
+from snooker_cli.engine import simulate
+from snooker_cli.scene import Scene
+from snooker_cli.theory import limits
+from snooker_cli.trace import CONTAINER
+
+
+def box(*balls: tuple[float, float, float, float, float, float], restitution: float = 1.0) -> Scene:
+    """Balls in a box of 8 m by 6 m."""
+    return replace(
+        scene_of(balls, container_radius=math.nan, wall_restitution=restitution),
+        shape="box",
+        width=8.0,
+        height=6.0,
+    )
+
+
+def finish(truth):
+    """The scene after the last event."""
+    last = truth.states[-1]
+    return replace(
+        truth.scene,
+        positions=last[:-1, :2].copy(),
+        velocities=last[:-1, 2:].copy(),
+        container_position=last[-1, :2].copy(),
+        container_velocity=last[-1, 2:].copy(),
+    )
+
+
+def test_star():
+    """Chords of 2a sin(angle) without end: the formula rounds, the twin does not."""
+    angle, bounces = 0.4 * math.pi, 200
+    truth = trajectory(along_the_wall(angle), bounces)
+    interval = 2 * 9.0 * math.sin(angle) / 10.0
+    assert truth.certain == bounces
+    # Sine, cosine, products and the direction's own doubles: relative errors of a few epsilon.
+    assert truth.events.time == pytest.approx(interval * np.arange(1, bounces + 1), rel=8 * EPSILON)
+    assert truth.events.impulse == pytest.approx(2 * 10 * math.sin(angle), rel=8 * EPSILON)
+
+
+def test_galperin():
+    """Masses 1 and 100^2 and a wall: 314 collisions, and then only the far wall is left."""
+    truth = trajectory(galperin(), 315)
+    i, j = truth.events.i, truth.events.j
+    assert truth.certain == 315
+    assert set(zip(i[:314].tolist(), j[:314].tolist(), strict=True)) == {(0, 1), (0, CONTAINER)}
+    assert (i[314], j[314]) == (1, CONTAINER)
+    heavy, light = truth.states[314, 1], truth.states[314, 0]
+    assert heavy[2] >= light[2] > 0
+    assert truth.events.time[314] - truth.events.time[313] > 10  # the way across, at 1 m/s
+
+
+def test_wall_trap():
+    """Infinitely many bounces in finite time: after 300 the rest is below a rounding."""
+    truth = trajectory(wall_trap(), 300)
+    expected = limits.wall_trap(6.0, 8.0, 0.9, 9.0)
+    rest = 2 * 9 * 6 / 8**2 * 0.9**300 / (1 - 0.9)
+    assert truth.certain == 300
+    assert expected.duration - truth.events.time[-1] == pytest.approx(rest, abs=20 * EPSILON * 14)
+    assert math.fsum(truth.events.impulse) == pytest.approx(expected.impulse, rel=300 * EPSILON)
+
+
+def test_box():
+    """One ball in a box: the sides across and along are hit at their own even intervals."""
+    across = [Fraction(32, 30) + Fraction(7, 3) * k for k in range(6)]
+    along = [Fraction(27, 20) + Fraction(5, 2) * k for k in range(5)]
+    truth = trajectory(box((0.3, -0.2, 3.0, 2.0, 0.5, 2.0)), 11)
+    # 0.3 and 0.2 are not doubles, by an epsilon.
+    expected = [float(time) for time in sorted(across + along)]
+    assert truth.events.time == pytest.approx(expected, rel=2 * EPSILON)
+    assert truth.events.j.tolist() == [CONTAINER] * 11
+    impulses = sorted(zip(across + along, [12.0] * 6 + [8.0] * 5, strict=True))
+    assert truth.events.impulse.tolist() == [impulse for _, impulse in impulses]
+
+
+def test_balls_in_a_box():
+    scene = box(
+        (-2.0, 1.0, 3.0, 0.5, 0.5, 1.0),
+        (0.25, 0.9, -1.0, 1.5, 0.7, 2.0),
+        (2.0, -1.0, 0.3, -2.0, 0.4, 0.5),
+        restitution=0.9,
+    )
+    truth = trajectory(scene, 30)
+    events = simulate(scene, collisions=30).events
+    assert truth.certain == first_different(events, truth.events) == 30
+    # As for the references: 8 epsilon an event, which may add up to one side.
+    allowed = 8 * EPSILON * math.sqrt(30) * (growth(scene, 30).time + truth.events.time)
+    assert np.all(abs(events.time - truth.events.time) <= np.maximum.accumulate(allowed))
+
+
+def test_a_periodic_box_is_refused():
+    scene = replace(box((0.0, 0.0, 1.0, 0.0, 0.5, 1.0)), shape="periodic")
+    with pytest.raises(ValueError, match="not periodic"):
+        trajectory(scene, 1)
+
+
+def test_it_says_how_many_events_are_certain():
+    """Few digits make few events certain; these are the truth, to all digits of a double."""
+    scene = rings(number=1, container_mass=5.0)
+    few, many = trajectory(scene, 100, digits=22), trajectory(scene, 100)
+    assert 0 < few.certain < 100
+    assert many.certain == 100
+    here = slice(few.certain)
+    for column in ("time", "i", "j", "impulse"):
+        assert np.array_equal(getattr(few.events, column)[here], getattr(many.events, column)[here])
+    here = slice(few.certain + 1)
+    assert np.array_equal(few.states[here], many.states[here])
+    assert (few.check_digits, many.check_digits) == (33, math.ceil(1.5 * many.digits))
+
+
+def test_digits_that_are_too_few_are_doubled():
+    """Two light balls between heavy ones lose more digits an event than are allowed for."""
+    scene = scene_of(
+        [
+            (0.0, 0.0, 0.1, 0.03, 0.01, 1.0),
+            (3.0, 0.2, 0.0, 0.0, 0.01, 1e-3),
+            (-3.0, 0.1, 0.0, 0.1, 0.01, 1e3),
+        ]
+    )
+    truth = trajectory(scene, 60)
+    assert truth.certain == 60
+
+
+def test_nothing_left_to_happen():
+    truth = trajectory(scene_of([(1.0, 2.0, 0.0, 0.0, 1.0, 1.0)]), 5)
+    assert len(truth.events) == truth.certain == 0
+    assert truth.states.tolist() == [[[1.0, 2.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]]]
+
+
+@pytest.mark.parametrize("make", [mixture, lambda: rings(1, number=1, container_mass=5.0)])
+def test_what_collisions_keep(make):
+    """States are rounded, half an epsilon each, and nothing else is wrong."""
+    scene = make()
+    truth = trajectory(scene, 40)
+    end, events = finish(truth), truth.events
+    masses = np.append(scene.masses, scene.container_mass)
+    e = np.where(events.j == CONTAINER, scene.wall_restitution, scene.restitution)
+    inverse = 1 / masses[events.i] + 1 / masses[events.j]
+    lost = math.fsum((1 - e) / (1 + e) * events.impulse**2 * inverse / 2)
+    # A sum of so many terms, each with the roundings of a product.
+    terms = scene.number + len(events)
+    assert total_energy(end) + lost == pytest.approx(total_energy(scene), rel=terms * EPSILON)
+    scale = float(np.sum(scene.masses * np.hypot(*scene.velocities.T)))
+    assert abs(momentum(end) - momentum(scene)).max() < terms * EPSILON * scale
+
+
+def test_the_growth_of_errors_is_the_difference_of_two_runs():
+    """A start that is off by 1e-9 ends off by what the growth says, but for its one collision."""
+    scene = rings(number=1, container_mass=math.inf)
+    moved = replace(scene, positions=scene.positions + 1e-9 * np.eye(7, 2))
+    apart = trajectory(moved, 25).states[-1, :-1, :2] - trajectory(scene, 25).states[-1, :-1, :2]
+    found = np.abs(apart).sum(axis=1).max() / 1e-9
+    grown = growth(scene, 25).place
+    # Errors in all collisions, of all bodies, in proportion to 10 m and more, are some 100 times
+    # one error of two bodies at the start; the exponential growth is far more.
+    assert grown[-1] / 1e4 < found < grown[-1]
+    assert grown[-1] > 100 * grown[0]
+
+
+def test_no_growth_is_told_where_errors_decide_who_is_first():
+    """Two pairs collide head-on at once, and then four balls hit the wall at once."""
+    corners = itertools.product((-2.0, 2.0), (-3.0, 3.0))
+    balls = [(x, y, -math.copysign(1.0, x), 0.0, 0.5, 1.0) for x, y in corners]
+    grown = growth(scene_of(balls), 6)
+    assert np.isfinite(grown.time[:2]).all()
+    assert math.isinf(grown.time[5])

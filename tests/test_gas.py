@@ -1,0 +1,309 @@
+"""Balls given by count: sizes that follow, lattices, speeds, errors, and sweeps over them."""
+
+import math
+from decimal import Decimal, localcontext
+
+import numpy as np
+import pytest
+from scenes import EPSILON, momentum
+from scipy import stats
+
+from snooker_cli.arrange import arrange
+from snooker_cli.arrange.streams import logarithm, random_directions, random_normals
+from snooker_cli.config import Experiment, digest, parse, points, to_json, to_yaml
+from snooker_cli.scene import Scene, SceneError
+
+SHAPES = ("circle", "box", "periodic")
+
+
+def experiment(container: str, balls: str, *overrides: str) -> Experiment:
+    text = f"container: {{{container}}}\nballs: {balls}\ncor: 0.9\ntime: 1\n"
+    return parse(text, "gas.yaml", overrides).experiment
+
+
+def gas(container: str, balls: str, repeat: int = 0) -> Scene:
+    return arrange(experiment(container, balls), repeat)
+
+
+# --- sizes ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("shape", "size", "area"),
+    [
+        ("circle", "radius: 10.0", 100 * math.pi),
+        ("box", "width: 20.0, height: 30.0", 600.0),
+        ("periodic", "width: 20.0", 400.0),
+    ],
+)
+def test_of_size_radius_and_packing_the_third_follows(shape, size, area):
+    given = gas(f"shape: {shape}, {size}", "{count: 50, radius: 1.0, speed: 2}")
+    assert given.area == pytest.approx(area, rel=1e-15)
+    assert given.packing_fraction == pytest.approx(50 * math.pi / area, rel=1e-15)
+
+    packed = gas(f"shape: {shape}, {size}", "{count: 50, packing: 0.2, speed: 2}")
+    assert packed.area == given.area
+    assert packed.packing_fraction == pytest.approx(0.2, rel=1e-14)
+    assert np.all(packed.radii == packed.radii[0])
+
+    grown = gas(f"shape: {shape}", "{count: 50, packing: 0.2, radius: 1.0, speed: 2}")
+    assert np.all(grown.radii == 1.0)
+    assert grown.area == pytest.approx(50 * math.pi / 0.2, rel=1e-14)
+    assert grown.size[0] == grown.size[1]
+
+
+def test_packing_of_the_container_is_that_of_the_balls():
+    """One says the same as the other; of several species only the container's can be meant."""
+    one = gas("shape: box, packing: 0.3", "{count: 40, radius: 1, speed: 1}")
+    other = gas("shape: box", "{count: 40, packing: 0.3, radius: 1, speed: 1}")
+    assert one.size == other.size
+    two = "[{count: 30, radius: 1, speed: 1}, {count: 60, radius: 0.5, speed: 1}]"
+    mixed = gas("shape: box, packing: 0.3", two)
+    assert mixed.area == pytest.approx((30 + 60 / 4) * math.pi / 0.3, rel=1e-14)
+
+
+def test_species_without_radii_share_one():
+    species = "[{count: 30, mass: 1, speed: 2}, {count: 60, mass: 4, speed: 1}]"
+    scene = gas("radius: 10, packing: 0.4", species)
+    assert np.all(scene.radii == scene.radii[0])
+    assert scene.radii[0] == pytest.approx(math.sqrt(0.4 * 100 / 90), rel=1e-14)
+    assert scene.masses.tolist() == 30 * [1.0] + 60 * [4.0]
+
+
+def test_species_are_mixed_on_a_lattice():
+    """Who has which place is drawn anew in each repeat; the places are the same."""
+    species = "[{count: 300, radius: 1, speed: 1}, {count: 300, radius: 0.5, speed: 1}]"
+    scene, other = (gas("shape: periodic, packing: 0.3", species, repeat) for repeat in (0, 1))
+    for axis in (0, 1):
+        assert abs(np.mean(scene.positions[:300, axis])) < 4 * scene.size[axis] / math.sqrt(
+            12 * 300
+        )
+    assert not np.array_equal(scene.positions, other.positions)
+    assert np.array_equal(*(np.unique(each.positions, axis=0) for each in (scene, other)))
+
+
+# --- lattices -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_packing_of_0_85_from_a_lattice(shape):
+    scene = gas(f"shape: {shape}", "{count: 2000, packing: 0.85, radius: 1, speed: 1}")
+    assert scene.packing_fraction == pytest.approx(0.85, rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("container", "balls", "key", "sentence"),
+    [
+        (
+            "shape: circle",
+            "{count: 7, packing: 0.8, radius: 1, speed: 1}",
+            "balls.packing",
+            "7 balls on a lattice in a circle reach a packing of 0.7777, and 0.8 is asked for; "
+            "lower it",
+        ),
+        (
+            "radius: 3",
+            "{count: 7, radius: 1.1, speed: 1}",
+            "balls.radius",
+            "7 balls on a lattice in a circle reach a packing of 0.7777, and 0.9411 is asked for; "
+            "the largest radius is 0.99999999999",
+        ),
+        (
+            "shape: periodic, packing: 0.9",
+            "[{count: 100, radius: 1, speed: 1}, {count: 100, radius: 0.5, speed: 1}]",
+            "container.packing",
+            "200 balls on a lattice with room for the largest everywhere in a periodic box reach a "
+            # That of 200 equal balls, 0.846, times (1 + 1/4)/2.
+            "packing of 0.5287, and 0.9 is asked for; lower it, or set start: random",
+        ),
+        (
+            "shape: box, width: 3",
+            "[{count: 2, radius: 0.1, speed: 1}, {count: 2, radius: 1, speed: 1}]",
+            "balls[1].radius",
+            "4 balls on a lattice with room for the largest everywhere in a box reach a packing of",
+        ),
+    ],
+)
+def test_what_is_too_dense_is_refused_with_what_is_reached(container, balls, key, sentence):
+    with pytest.raises(SceneError) as caught:
+        gas(container, balls)
+    assert caught.value.key == key
+    assert str(caught.value).startswith(sentence)
+
+
+def test_the_stated_radius_and_packing_fit():
+    with pytest.raises(SceneError) as caught:
+        gas("shape: box, width: 10", "{count: 30, radius: 1.1, speed: 1}")
+    radius = str(caught.value).rpartition(" is ")[2].removesuffix(" m")
+    scene = gas("shape: box, width: 10", f"{{count: 30, radius: {radius}, speed: 1}}")
+    reached = math.floor(scene.packing_fraction * 1e4) / 1e4
+    assert f"reach a packing of {reached:.4f}, " in str(caught.value)
+    gas("shape: box", f"{{count: 30, radius: 1, packing: {reached}, speed: 1}}")
+
+
+@pytest.mark.parametrize("start", ["lattice", "random"])
+def test_a_periodic_box_that_is_too_small_is_refused(start):
+    balls = f"{{count: 9, packing: 0.5, radius: 1, speed: 1, start: {start}}}"
+    with pytest.raises(SceneError, match="use smaller balls, more of them, or a larger") as caught:
+        gas("shape: periodic", balls)
+    assert caught.value.key == "container.width"
+
+
+# --- speeds ---------------------------------------------------------------------------------
+
+
+def test_equal_speeds_have_the_directions_of_rings():
+    scene = gas("radius: 10", "{count: 37, radius: 1, speed: 10}", 3)
+    assert np.array_equal(scene.velocities, 10.0 * random_directions(37, 1, 3))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("speeds", ["equal", "maxwell"])
+def test_the_energy_is_that_of_the_speed(shape, speeds):
+    balls = f"{{count: 500, radius: 1, mass: 3, speed: 7, packing: 0.1, speeds: {speeds}}}"
+    scene = gas(f"shape: {shape}", balls)
+    assert scene.kinetic_energy == pytest.approx(500 * 3 * 49 / 2, rel=1e-14)
+    # Without walls momentum is conserved: zero, or the gas would drift for ever.
+    total = np.hypot(*momentum(scene))
+    drift = 3 * 7 * math.sqrt(500)
+    assert (total < 1e-12 * drift) == (shape == "periodic")
+
+
+def test_every_species_has_the_energy_of_its_speed():
+    """But in a periodic box, where their sum has."""
+    species = (
+        "[{count: 20, radius: 1, mass: 4, speed: 5, speeds: maxwell}, "
+        "{count: 30, radius: 1, speed: 8}, {count: 50, radius: 1, speed: 10, speeds: maxwell}]"
+    )
+    energies = np.array([20 * 4 * 25, 30 * 64, 50 * 100]) / 2
+    for shape in SHAPES:
+        scene = gas(f"shape: {shape}, packing: 0.1", species)
+        each = 0.5 * scene.masses * np.sum(scene.velocities**2, axis=1)
+        measured = np.add.reduceat(each, [0, 20, 50])
+        assert np.sum(measured) == pytest.approx(np.sum(energies), rel=1e-14)
+        if shape == "periodic":
+            assert np.hypot(*momentum(scene)) < 1e-10
+            assert measured == pytest.approx(energies, rel=0.2)
+        else:
+            assert measured == pytest.approx(energies, rel=1e-14)
+
+
+@pytest.mark.parametrize("speeds", ["equal", "maxwell"])
+def test_balls_may_be_at_rest(speeds):
+    balls = f"{{count: 50, radius: 1, speed: 0, packing: 0.1, speeds: {speeds}}}"
+    assert np.all(gas("shape: periodic", balls).velocities == 0.0)
+
+
+def test_maxwells_speeds_are_his():
+    scene = gas("radius: 1", "{count: 20000, packing: 1.0e-4, speed: 3, speeds: maxwell}")
+    speeds = np.hypot(*scene.velocities.T)
+    assert stats.kstest(speeds, stats.rayleigh(scale=3 / math.sqrt(2)).cdf).pvalue > 0.001
+
+
+def test_normal_deviates():
+    normals = random_normals(50_000, 1, 0)
+    for component in normals.T:
+        assert stats.kstest(component, stats.norm.cdf).pvalue > 0.001
+    assert abs(np.mean(normals[:, 0] * normals[:, 1])) < 4 / math.sqrt(50_000)
+    assert abs(np.mean(normals[1:, 0] * normals[:-1, 1])) < 4 / math.sqrt(50_000)
+    assert np.array_equal(normals[:100], random_normals(100, 1, 0))
+    assert not np.isin(normals, random_normals(100, 1, 1)).any()
+    assert np.isfinite(normals).all()
+
+
+def test_golden_normal_deviates():
+    """To the last bit on any machine; these are what stored runs started from."""
+    assert [[x.hex() for x in pair] for pair in random_normals(2, 1, 0).tolist()] == [
+        ["-0x1.993e50a57ffefp+0", "-0x1.19a77a260976fp-1"],
+        ["-0x1.9308e93dd6f8cp-1", "0x1.6c646aca89cc3p-2"],
+    ]
+
+
+def test_the_logarithm_is_that_of_decimals():
+    """To two units in the last place, or of one near 1, where it vanishes."""
+    random = np.random.default_rng(1)
+    values = np.concatenate(
+        [random.random(2000), 2.0 ** -random.integers(0, 110, 50), 1 - random.random(200) * 1e-6]
+    )
+    with localcontext() as context:
+        context.prec = 40
+        for value, found in zip(values.tolist(), logarithm(values).tolist(), strict=True):
+            exact = Decimal(value).ln()
+            assert abs(Decimal(found) - exact) <= 2 * Decimal(EPSILON) * abs(exact)
+    assert logarithm(np.array([1.0]))[0] == 0.0
+
+
+# --- configs --------------------------------------------------------------------------------
+
+MIXTURE = (
+    "shape: periodic, packing: 0.3",
+    "[{count: 30, radius: 1, speed: 1, start: random}, {count: 60, radius: 0.5, speed: 1}]",
+)
+
+
+def test_one_species_says_the_start_for_all():
+    mixture = experiment(*MIXTURE)
+    assert mixture.start == "random"
+    assert experiment(*MIXTURE, "balls[0].start=null").start == "lattice"
+    assert experiment("radius: 1", "{count: 3, packing: 0.1, speed: 1}").start == "lattice"
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        MIXTURE,
+        ("shape: box, width: 3.0", "{count: 30, packing: 0.1, speed: 1, speeds: maxwell}"),
+        ("packing: 0.2", "{count: 30, radius: 1, speed: 1, start: random}"),
+    ],
+)
+def test_configs_can_be_written_and_read_back(given):
+    original = experiment(*given)
+    for written in (to_yaml(original), to_json(original)):
+        assert parse(written).experiment == original
+        assert "height" not in written
+    assert "shape" not in to_json(experiment("radius: 1", "{rings: 1, radius: 0.1, speed: 1}"))
+
+
+def test_digests_tell_scenes_apart_and_nothing_else():
+    plain = experiment("radius: 9", "{count: 30, packing: 0.1, speed: 1}")
+    for override in (
+        "container.shape=circle",
+        "container.height=null",
+        "balls.radius=null",
+        "balls.start=lattice",
+        "balls.speeds=equal",
+        "balls.mass=1",
+    ):
+        same = experiment("radius: 9", "{count: 30, packing: 0.1, speed: 1}", override)
+        assert digest(same) == digest(plain), override
+    for override in ("balls.count=31", "balls.start=random", "balls.speeds=maxwell"):
+        other = experiment("radius: 9", "{count: 30, packing: 0.1, speed: 1}", override)
+        assert digest(other) != digest(plain), override
+
+
+def test_every_key_can_be_swept():
+    """The shape too, where the size follows."""
+    base = "shape: circle", "{count: 60, packing: 0.2, radius: 1, speed: 1}"
+    swept = experiment(
+        *base,
+        "container.shape=circle,box,periodic",
+        "balls.count=60,70",
+        "balls.packing=0.1:0.3:2",
+        "balls.start=lattice,random",
+        "balls.speeds=equal,maxwell",
+    )
+    scenes = [arrange(point.experiment, 0) for point in points(swept)]
+    assert len(scenes) == 48
+    assert {scene.shape for scene in scenes} == set(SHAPES)
+    assert {round(scene.packing_fraction, 9) for scene in scenes} == {0.1, 0.3}
+    mixed = experiment(*MIXTURE, "balls[1].count=60,6", "container.packing=0.2,0.3")
+    assert [arrange(point.experiment, 0).number for point in points(mixed)] == [90, 90, 36, 36]
+
+
+def test_errors_stand_where_the_key_was_written():
+    loaded = parse(
+        "container: {packing: 0.9}\nballs: [{count: 3, radius: 1, speed: 1}]\ncor: 1\ntime: 1\n"
+    )
+    assert str(loaded.locate("container.packing")) == "config:1:22"
+    assert str(loaded.locate("balls[0].radius")) == "config:2:28"
+    assert str(loaded.locate("container.width")) == "config:1:12"

@@ -1,0 +1,145 @@
+"""The engine against exact courses kept in ``tests/reference``, as far as chaos lets it follow.
+
+A reference says for each event what a displacement in every collision before it grows to. That
+times the engine's roundings is the event's tolerance. Where it reaches ``ORDERED`` of the mean time
+between events, rounding may begin to decide who collides first, and the comparison ends.
+"""
+
+import math
+from dataclasses import replace
+
+import make_reference
+import numpy as np
+import pytest
+from make_reference import Reference
+from scenes import EPSILON, angular_momentum, momentum, total_energy
+
+from snooker_cli.bench.exact import trajectory
+from snooker_cli.engine import replay, simulate
+from snooker_cli.trace import CONTAINER, StopReason
+
+ROUNDINGS = 8
+"""An event rounds the quadratic's coefficients and root, a clock, a place and a velocity: eight
+times half of epsilon, and twice that for unlucky signs. The exact course has none."""
+
+ORDERED = 1e-3
+"""Of a thousand events next to each other, rounding may then change the order of one pair."""
+
+COMPARABLE = {
+    "report": 400,
+    "report-cor-0.8": 400,
+    "report-fixed": 440,
+    "dilute": 110,
+    "dilute-fixed-cor-0.8": 120,
+    "mixture": 200,
+    "light-container": 80,
+    "row": 60,
+    "galperin": 310,
+    "whispering-gallery": 500,
+    "star": 500,
+    "wall-trap": 140,
+}
+"""At least so many events of each are compared, if the engine has that many."""
+
+
+@pytest.fixture(params=sorted(COMPARABLE))
+def name(request):
+    return request.param
+
+
+def tolerance(growth, itself):
+    """What an event's value may be out by; the roundings of all events before may be one-sided."""
+    one_sided = np.sqrt(np.arange(1, len(itself) + 1))
+    return ROUNDINGS * EPSILON * one_sided * (np.maximum.accumulate(growth) + abs(itself))
+
+
+def comparable(reference: Reference) -> int:
+    """How many events come in an order that rounding cannot change."""
+    time = reference.events.time
+    late = tolerance(reference.growth.time, time) > ORDERED * time[-1] / len(time)
+    return int(np.argmax(late)) if late.any() else len(time)
+
+
+def test_every_file_is_used():
+    assert {path.stem for path in make_reference.FOLDER.iterdir()} == set(COMPARABLE)
+
+
+def test_the_engine_follows(name):
+    reference = make_reference.read(name)
+    truth, grown = reference.events, reference.growth
+    count = comparable(reference)
+    assert count >= COMPARABLE[name]
+    trace = simulate(reference.scene, collisions=len(truth))
+    if trace.stop.reason is StopReason.WALL_TRAP:
+        count = min(count, len(trace.events))
+    here = slice(count)
+    assert trace.events.i[here].tolist() == truth.i[here].tolist()
+    assert trace.events.j[here].tolist() == truth.j[here].tolist()
+    for values, exact, growth in (
+        (trace.events.time, truth.time, grown.time),
+        (trace.events.impulse, truth.impulse, grown.impulse),
+    ):
+        assert np.all(abs(values[here] - exact[here]) <= tolerance(growth, exact)[here])
+    size = np.full(len(truth), reference.scene.container_radius)
+    for after, bodies in zip(reference.after, reference.states, strict=True):
+        if after <= count:
+            (places,) = replay(trace, trace.events.time[[after - 1]]).positions
+            apart = np.abs(places - bodies[:-1, :2]).sum(axis=1)
+            assert np.all(apart <= tolerance(grown.place, size)[after - 1])
+
+
+def test_a_trap_is_left_where_the_truth_slows_down():
+    """The engine ends where it sees the trap; the reference goes on to where the ball slides."""
+    reference = make_reference.read("wall-trap")
+    trace = simulate(reference.scene, collisions=300)
+    assert trace.stop.reason is StopReason.WALL_TRAP
+    assert 0 < len(trace.events) < 300
+    waits = np.diff(reference.events.time)
+    # Each flight is shorter than the one before by the restitution, but for the wall's curvature.
+    late = waits[100:150]
+    assert late[1:] / late[:-1] == pytest.approx(0.9, rel=1e-6)
+
+
+def test_the_files_say_what_the_twin_computes(name):
+    """To the last bit, for their first events."""
+    reference = make_reference.read(name)
+    truth = trajectory(reference.scene, 5)
+    for column in ("time", "i", "j", "impulse"):
+        kept = getattr(reference.events, column)[:5]
+        assert np.array_equal(kept, getattr(truth.events, column))
+
+
+def test_the_files_keep_what_collisions_keep(name):
+    """Energy by the ledger, and momentum or angular momentum: they know no chaos."""
+    reference = make_reference.read(name)
+    scene, events = reference.scene, reference.events
+    masses = np.append(scene.masses, scene.container_mass)
+    e = np.where(events.j == CONTAINER, scene.wall_restitution, scene.restitution)
+    inverse = 1 / masses[events.i] + 1 / masses[events.j]
+    losses = (1 - e) / (1 + e) * events.impulse**2 * inverse / 2
+    arms = np.sum(scene.masses * np.hypot(*scene.positions.T) * np.hypot(*scene.velocities.T))
+    for after, bodies in zip(reference.after, reference.states, strict=True):
+        state = replace(
+            scene,
+            positions=bodies[:-1, :2].copy(),
+            velocities=bodies[:-1, 2:].copy(),
+            container_position=bodies[-1, :2].copy(),
+            container_velocity=bodies[-1, 2:].copy(),
+        )
+        # Each term is rounded in its factors and product.
+        rounding = (scene.number + after) * EPSILON
+        lost = math.fsum(losses[:after])
+        assert total_energy(state) + lost == pytest.approx(total_energy(scene), rel=rounding)
+        turned = angular_momentum(state) - angular_momentum(scene)
+        assert abs(turned) <= rounding * (arms + container_arm(state))
+        if scene.free:
+            pushed = np.abs(momentum(state) - momentum(scene)).max()
+            assert pushed <= rounding * np.sum(scene.masses * np.hypot(*scene.velocities.T))
+
+
+def container_arm(scene):
+    """|x||p| of a container that moves."""
+    if not scene.free:
+        return 0.0
+    place, velocity = scene.container_position, scene.container_velocity
+    return scene.container_mass * math.hypot(*place) * math.hypot(*velocity)
