@@ -59,7 +59,7 @@ class Case:
 class Effort:
     """How long to measure.
 
-    events : collisions in a repeat, but enough of them for balls to be sorted by cells once
+    events : collisions in a repeat; more if many balls would not be sorted by cells in any
     stirring : collisions a ball before anything is measured
     """
 
@@ -70,7 +70,7 @@ class Effort:
     def events_of(self, balls: int) -> int:
         """Collisions in a repeat for so many balls."""
         sorting = engines.REORDER_AFTER * balls if balls >= engines.REORDERED else 0
-        return max(self.events, sorting)
+        return max(self.events, sorting // self.repeats)
 
 
 QUICK = Effort(events=2000, repeats=2, stirring=2)

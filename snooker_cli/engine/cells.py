@@ -267,11 +267,12 @@ def advance(
             return COLLISIONS
         i = first(bits)
         now = times[1]
-        if now == NEVER:
+        due = now if margin is None else min(now, margin.place[UNTIL])
+        if due == NEVER:
             return NOTHING_LEFT
-        if now > setup.time_limit:
+        if due > setup.time_limit:
             return TIME
-        if margin is not None and now > margin.place[UNTIL]:
+        if due < now:
             return OUT_OF_MARGIN
         if balls[CONTACT_TIME, i] > now:
             if crossings == CROSSINGS_AT_ONCE * room:
@@ -381,5 +382,8 @@ def advance(
         if trapped or counts[STALLED] > STALL_LIMIT * number:
             if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
                 return COLLISIONS
+            if labels is not None:
+                counts[FIRST] = labels[i]
+                counts[SECOND] = labels[j] if j != NOBODY else NOBODY
             return WALL_TRAP if trapped else COLLAPSE
     return FULL

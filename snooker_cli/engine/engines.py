@@ -29,6 +29,9 @@ BALLS_A_CELL = 1.0
 MARGIN = 0.1
 """How far a free container may move until all is predicted again, of a cell's side."""
 
+RENEWAL = 400
+"""Crossings that take as long as to predict all again does with few balls."""
+
 
 class Engine(Protocol):
     """A simulation under way."""
@@ -106,7 +109,8 @@ class InCells:
         self.margin = self._margin()
         self.sums, self.counts = layout.new_sums(), layout.new_counts()
         self.ordered_at = 0
-        self._fill(0.0)
+        self.renewed_at = 0.0
+        self._fill()
 
     def advance(self, recorded: Recorded | None, grid: Grid | None, room: int) -> int:
         """Simulate at most ``room`` events; why it stopped."""
@@ -125,7 +129,7 @@ class InCells:
 
     def _advance(self, recorded: Recorded | None, grid: Grid | None, room: int) -> int:
         """Simulate, and see to the cells on the way."""
-        begun = self._events
+        begun, renewals = self._events, 0
         while True:
             done = self._events - begun
             answer = int(
@@ -153,25 +157,38 @@ class InCells:
             )
             if answer == CELL_FULL:
                 self._widen()
-                self._fill(float(self.sums[layout.NOW]))
+                self._fill()
             elif answer == OUT_OF_MARGIN and self.margin is not None:
-                now = float(self.margin.place[outlook.UNTIL])
-                self.margin = self._margin(now)
-                self._fill(now)
-            else:
+                self.renewed_at = float(self.margin.place[outlook.UNTIL])
+                self.margin = self._margin(self.renewed_at)
+                self._fill()
+                renewals += 1
+                if renewals * (RENEWAL + self.scene.number) >= cells.CROSSINGS_AT_ONCE * room:
+                    answer = FULL
+            if answer not in (CELL_FULL, OUT_OF_MARGIN):
                 idle = answer == FULL and self._events == begun
                 return NOTHING_LEFT if idle and self._moves_as_one() else answer
 
     def _moves_as_one(self) -> bool:
-        """Whether no ball of a periodic box moves relative to another."""
+        """Whether no ball of a periodic box, or in a free container, moves relative to anything."""
         velocities = self.state[[layout.U, layout.V]]
-        return self.period is not None and not np.ptp(velocities, axis=1).any()
+        if self.container is not None:
+            velocities = np.column_stack([velocities, self.container[[layout.U, layout.V]]])
+        endless = self.period is not None or self.container is not None
+        return endless and not np.ptp(velocities, axis=1).any()
 
-    def _fill(self, now: float) -> None:
-        """Put the balls into cells and predict everything, as of ``now`` (s)."""
+    def _fill(self) -> None:
+        """Put the balls into cells and predict everything.
+
+        As of the last event; or as of when cells were put round a free container's place since:
+        before that it was elsewhere.
+        """
+        now = max(float(self.sums[layout.NOW]), self.renewed_at)
+        if self.margin is not None:
+            self.margin.brinks[0] = 0
+        self.links[layout.BRINK] = 0
         while True:
             self.near = np.zeros(9 * self.cells.members.shape[1] + 4, dtype=np.int32)
-            self.links[layout.BRINK] = 0
             filled = cells.fill(
                 now,
                 self.state,
@@ -232,7 +249,7 @@ class InCells:
         self.radii = None if self.radii is None else self.radii[order]
         self.masses = None if self.masses is None else self.masses[order]
         self.ordered_at = self._events
-        self._fill(float(self.sums[layout.NOW]))
+        self._fill()
 
 
 def engine_for(scene: Scene, kind: str | None = None) -> type[AllPairs] | type[InCells]:
