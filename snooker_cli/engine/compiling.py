@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 try:
@@ -54,10 +56,15 @@ if COMPILED:
 else:
 
     def compiled(function: Function) -> Function:
-        """Leave the function as it is: there is no compiler on this machine."""
-        return function
+        """Leave the function as it is: there is no compiler on this machine.
 
-    inlined = compiled
+        As when compiled, nothing is said of 0 * inf and the like: of these no comparison is true.
+        """
+        return np.errstate(all="ignore")(function)
+
+    def inlined(function: Function) -> Function:
+        """Leave the function as it is."""
+        return function
 
     def lowest_bit(mask: int) -> int:
         """Place of the lowest bit that is set, from 0."""
