@@ -1,4 +1,4 @@
-"""The engine's slow twin: hard disks in a circle as a textbook has them, in plain Python.
+"""The engine's slow twin: hard disks in a container as a textbook has them, in plain Python.
 
 Nothing of the engine is used. At each event every ball is moved to it, all pairs and all balls
 with the wall are asked when they will touch, and the earliest answer is next. Ties go by ball,
@@ -39,9 +39,27 @@ class Body:
         self.y += self.v * time
 
 
-def pair_time(a: Body, b: Body) -> float:
-    """When |offset + velocity t| falls to the sum of the radii: the quadratic's smaller root."""
-    x, y, u, v = b.x - a.x, b.y - a.y, b.u - a.u, b.v - a.v
+@dataclass
+class Box(Body):
+    """A container of four walls around its place; or of none, and everything repeats for ever."""
+
+    width: float
+    height: float
+    periodic: bool
+
+
+def offsets(a: Body, b: Body, container: Body) -> list[tuple[float, float]]:
+    """From a to b, and to those of b's images that can be the nearest."""
+    x, y = b.x - a.x, b.y - a.y
+    if isinstance(container, Box) and container.periodic:
+        shifts = -1, 0, 1
+        return [(x + p * container.width, y + q * container.height) for p in shifts for q in shifts]
+    return [(x, y)]
+
+
+def pair_time(a: Body, b: Body, x: float, y: float) -> float:
+    """When |(x, y) + velocity t| falls to the sum of the radii: the quadratic's smaller root."""
+    u, v = b.u - a.u, b.v - a.v
     approach = x * u + y * v
     if approach >= 0:
         return NEVER
@@ -55,6 +73,8 @@ def pair_time(a: Body, b: Body) -> float:
 
 def wall_time(ball: Body, container: Body) -> float:
     """When |offset + velocity t| grows to the difference of the radii: the larger root."""
+    if isinstance(container, Box):
+        return min(side_times(ball, container), default=(NEVER,))[0]
     x, y = ball.x - container.x, ball.y - container.y
     u, v = ball.u - container.u, ball.v - container.v
     approach = x * u + y * v
@@ -64,6 +84,27 @@ def wall_time(ball: Body, container: Body) -> float:
     room = (container.radius - ball.radius) ** 2 - x * x - y * y
     discriminant = max(approach**2 + speed_squared * room, 0.0)
     return max((-approach + math.sqrt(discriminant)) / speed_squared, 0.0)
+
+
+def side_times(ball: Body, box: Box) -> list[tuple[float, int, int]]:
+    """When a ball reaches each side of a box that it moves to, and the normal out of it."""
+    found = []
+    for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        half = (box.width if x else box.height) / 2
+        room = half - ball.radius - (ball.x - box.x) * x - (ball.y - box.y) * y
+        speed = ball.u * x + ball.v * y
+        if speed > 0 and not box.periodic:
+            found.append((max(room / speed, 0.0), x, y))
+    return found
+
+
+def line_of_centres(ball: Body, other: Body, container: Body) -> tuple[float, float]:
+    """From a ball to what it touches: the nearest image of another, or the wall."""
+    if other is not container:
+        return min(offsets(ball, other, container), key=lambda offset: math.hypot(*offset))
+    if isinstance(container, Box):
+        return min(side_times(ball, container))[1:]
+    return ball.x - container.x, ball.y - container.y
 
 
 def collide(a: Body, b: Body, x: float, y: float, restitution: float) -> float:
@@ -86,8 +127,31 @@ def next_contact(balls: list[Body], container: Body) -> tuple[float, int, int]:
     for i, ball in enumerate(balls):
         best = min(best, (wall_time(ball, container), i, WALL))
         for j in range(i + 1, len(balls)):
-            best = min(best, (pair_time(ball, balls[j]), i, j))
+            for x, y in offsets(ball, balls[j], container):
+                best = min(best, (pair_time(ball, balls[j], x, y), i, j))
     return best
+
+
+def foresight(balls: list[Body], container: Body) -> float:
+    """How long nothing meets an image that is not among ``offsets``.
+
+    Those include all within a box's side. Two balls that each move by a quarter of it, and are no
+    wider than that, meet none from farther away.
+    """
+    if not (isinstance(container, Box) and container.periodic):
+        return NEVER
+    fastest = max(math.hypot(ball.u, ball.v) for ball in balls)
+    return min(container.width, container.height) / 4 / fastest if fastest > 0 else NEVER
+
+
+def move(balls: list[Body], container: Body, time: float) -> None:
+    """Move everything; who leaves a periodic box comes in on the other side."""
+    for body in (*balls, container):
+        body.move(time)
+    if isinstance(container, Box) and container.periodic:
+        for ball in balls:
+            ball.x -= container.width * round((ball.x - container.x) / container.width)
+            ball.y -= container.height * round((ball.y - container.y) / container.height)
 
 
 def undisturbed(bodies: list[Body], now: float) -> None:
@@ -100,25 +164,25 @@ def collisions(
     restitution: float,
     wall_restitution: float,
     disturb: Callable[[list[Body], float], None] = undisturbed,
+    until: float = NEVER,
 ) -> Iterator[Event]:
     """The collisions in their order, as long as there are any; the bodies are changed.
 
     disturb : may displace the bodies before each event, to see what small errors grow to
+    until : s
     """
     now = 0.0
     while True:
         disturb([*balls, container], now)
         delay, i, j = next_contact(balls, container)
-        if delay == NEVER:
+        step = min(delay, foresight(balls, container))
+        if step == NEVER or now + step > until:
             return
-        now += delay
-        for body in (*balls, container):
-            body.move(delay)
-        ball = balls[i]
-        if j == WALL:
-            x, y = ball.x - container.x, ball.y - container.y
-            impulse = collide(ball, container, x, y, wall_restitution)
-        else:
-            x, y = balls[j].x - ball.x, balls[j].y - ball.y
-            impulse = collide(ball, balls[j], x, y, restitution)
+        now += step
+        move(balls, container, step)
+        if step < delay:
+            continue
+        ball, other = balls[i], container if j == WALL else balls[j]
+        x, y = line_of_centres(ball, other, container)
+        impulse = collide(ball, other, x, y, wall_restitution if j == WALL else restitution)
         yield Event(now, i, j, impulse)

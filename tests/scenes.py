@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.arrange import arrange
 from snooker_cli.config import Experiment
-from snooker_cli.scene import Scene
+from snooker_cli.scene import Scene, Shape
 from snooker_cli.trace import CONTAINER, Events, Trace
 
 EPSILON = 2.0**-52
@@ -29,6 +29,9 @@ def scene_of(
     container_velocity: tuple[float, float] = (0.0, 0.0),
     restitution: float = 1.0,
     wall_restitution: float = 1.0,
+    shape: Shape = "circle",
+    width: float = math.nan,
+    height: float = math.nan,
 ) -> Scene:
     """Balls given one by one, in a container whose centre is at the origin."""
     table = np.array(balls, dtype=np.float64)
@@ -37,13 +40,82 @@ def scene_of(
         velocities=table[:, 2:4].copy(),
         radii=table[:, 4].copy(),
         masses=table[:, 5].copy(),
-        container_radius=container_radius,
+        container_radius=container_radius if shape == "circle" else math.nan,
         container_mass=container_mass,
         container_position=np.zeros(2),
         container_velocity=np.array(container_velocity),
         restitution=restitution,
         wall_restitution=wall_restitution,
+        shape=shape,
+        width=width,
+        height=height,
     )
+
+
+def gas(
+    shape: Shape,
+    number: int,
+    packing: float,
+    *,
+    mixed: bool = False,
+    cor: float = 1.0,
+    wall_cor: float | None = None,
+    container_mass: float = math.inf,
+    aspect: float = 1.0,
+    seed: int = 0,
+) -> Scene:
+    """Balls on a square lattice that fills a container, with a Maxwellian's velocities of T = 50 J.
+
+    Their radii are 1 m and their masses 1 kg, or radii are from 0.4 m to 1 m and masses from 0.2 kg
+    to 5 kg. The momentum of more than one is zero. A box is ``aspect`` times as wide as it is high.
+    """
+    dice = np.random.default_rng(seed)
+    radii, masses = np.ones(number), np.ones(number)
+    if mixed:
+        radii = dice.permutation(np.linspace(0.4, 1.0, number))
+        masses = dice.permutation(np.geomspace(0.2, 5.0, number))
+    area = math.pi * float(np.sum(radii**2)) / packing
+    circle = shape == "circle"
+    height = math.sqrt(area / math.pi) * 2 if circle else math.sqrt(area / aspect)
+    width = height if circle else height * aspect
+    places = lattice(number, width, height, float(radii.max()) if circle else None)
+    velocities = dice.normal(size=(number, 2)) * np.sqrt(50.0 / masses)[:, np.newaxis]
+    if number > 1:
+        velocities -= masses @ velocities / masses.sum()
+    energy = 0.5 * float(masses @ np.sum(velocities**2, axis=1))
+    velocities *= math.sqrt(50.0 * number / energy)
+    return Scene(
+        positions=places,
+        velocities=velocities,
+        radii=radii,
+        masses=masses,
+        container_radius=height / 2 if circle else math.nan,
+        container_mass=container_mass,
+        container_position=np.zeros(2),
+        container_velocity=np.zeros(2),
+        restitution=cor,
+        wall_restitution=cor if wall_cor is None else wall_cor,
+        shape=shape,
+        width=math.nan if circle else width,
+        height=math.nan if circle else height,
+    )
+
+
+def lattice(number: int, width: float, height: float, largest: float | None) -> NDArray[np.float64]:
+    """So many places evenly in a rectangle, or in its circle, a largest radius from the wall."""
+    cells = number
+    while True:
+        columns = math.ceil(math.sqrt(cells * width / height))
+        rows = math.ceil(cells / columns)
+        x = width * ((np.arange(columns) + 0.5) / columns - 0.5)
+        y = height * ((np.arange(rows) + 0.5) / rows - 0.5)
+        places = np.column_stack([np.tile(x, rows), np.repeat(y, columns)])
+        if largest is not None:
+            places = places[np.hypot(*places.T) < width / 2 - largest]
+        if len(places) >= number:
+            chosen = np.linspace(0, len(places) - 1, number).round().astype(int)
+            return np.ascontiguousarray(places[chosen])
+        cells += 1
 
 
 def experiment(
@@ -102,6 +174,11 @@ def bodies(scene: Scene) -> tuple[list[naive.Body], naive.Body]:
         scene.container_radius,
         scene.container_mass,
     )
+    if scene.shape != "circle":
+        periodic = scene.shape == "periodic"
+        container = naive.Box(
+            **vars(container), width=scene.width, height=scene.height, periodic=periodic
+        )
     return balls, container
 
 
@@ -109,10 +186,12 @@ def twin_collisions(
     scene: Scene,
     count: int,
     disturb: Callable[[list[naive.Body], float], None] = naive.undisturbed,
+    until: float = math.inf,
 ) -> list[naive.Event]:
-    """The slow twin's first collisions, fewer if no more happen."""
+    """The slow twin's first collisions, fewer if no more happen, or none until a time (s)."""
     restitutions = scene.restitution, scene.wall_restitution
-    return list(itertools.islice(naive.collisions(*bodies(scene), *restitutions, disturb), count))
+    found = naive.collisions(*bodies(scene), *restitutions, disturb, until)
+    return list(itertools.islice(found, count))
 
 
 def digest(events: Events) -> str:

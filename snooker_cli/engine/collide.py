@@ -67,8 +67,8 @@ def hit_side(
     """Collide ball i with the side of the box that it moves to and is nearest; the impulse."""
     x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     r = radius_of(setup, radii, i)
-    across = box[0] - r - abs(x) if x * u > 0.0 else math.inf
-    along = box[1] - r - abs(y) if y * v > 0.0 else math.inf
+    across = box[0] - r - (x if u > 0.0 else -x) if u != 0.0 else math.inf
+    along = box[1] - r - (y if v > 0.0 else -y) if v != 0.0 else math.inf
     if across <= along:
         change = (1.0 + setup.wall_restitution) * u
         balls[U, i] -= change

@@ -14,8 +14,15 @@ import numpy as np
 
 from snooker_cli.engine.collide import radius_of
 from snooker_cli.engine.compiling import inlined
-from snooker_cli.engine.contact import NEVER, nearest_image, side_delay, wall_delay
+from snooker_cli.engine.contact import (
+    NEVER,
+    chord_delay,
+    nearest_image,
+    side_delay,
+    wall_delay,
+)
 from snooker_cli.engine.layout import (
+    BOUNCES,
     BRINK,
     CELL,
     CLOCK,
@@ -116,7 +123,10 @@ def time_at_wall(
     radii: Floats | None,
     links: Indices,
 ) -> tuple[float, bool]:
-    """Time until ball i hits the wall, and whether that is exact or only not too late; s."""
+    """Time until ball i hits the wall, and whether that is exact or only not too late; s.
+
+    A ball whose last event was at the wall is back at it after a chord, however short.
+    """
     age = now - balls[CLOCK, i]
     u, v = balls[U, i], balls[V, i]
     x, y = balls[X, i] + u * age, balls[Y, i] + v * age
@@ -125,6 +135,8 @@ def time_at_wall(
         return side_delay(x, y, u, v, box[0] - r, box[1] - r), True
     reach = wall_reach(setup, radii, i)
     if container is None or margin is None:
+        if links[BOUNCES, i] > 0:
+            return chord_delay(balls[X, i], balls[Y, i], u, v) - age, True
         return wall_delay(x, y, u, v, reach * reach), True
     near = max(reach - margin.place[WIDTH], 0.0)
     xm, ym = x - margin.place[CENTRE_X], y - margin.place[CENTRE_Y]
@@ -134,6 +146,9 @@ def time_at_wall(
         links[BRINK, i] = 1
         margin.brink[margin.brinks[0]] = i
         margin.brinks[0] += 1
+    if links[BOUNCES, i] > 0 and container[CLOCK] == balls[CLOCK, i]:
+        x, y = balls[X, i] - container[X], balls[Y, i] - container[Y]
+        return chord_delay(x, y, u - container[U], v - container[V]) - age, True
     age = now - container[CLOCK]
     x -= container[X] + container[U] * age
     y -= container[Y] + container[V] * age

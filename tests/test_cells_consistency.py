@@ -1,0 +1,275 @@
+"""The cells' own books at any moment: who is in which cell, what is queued, what is overlooked.
+
+That what is queued is right is asked of nothing but the balls' places and velocities: whoever would
+touch next, of all pairs and with the wall, has to come up in the queue before that.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import EPSILON, gas, lattice, scene_of
+
+from snooker_cli.engine import endings, layout, outlook
+from snooker_cli.engine.engines import InCells
+from snooker_cli.scene import Scene, Shape
+
+ROOM = 8192
+
+
+def advance(engine: InCells, events: int) -> None:
+    """Simulate so many events, or until time has come to an end."""
+    recorded = layout.Recorded(
+        np.empty(ROOM), np.empty(ROOM, np.int32), np.empty(ROOM, np.int32), np.empty(ROOM)
+    )
+    done = counted(engine) + events
+    while counted(engine) < done:
+        assert engine.advance(recorded, None, done - counted(engine)) == endings.FULL
+
+
+def counted(engine: InCells) -> int:
+    return int(engine.counts[layout.WALL_EVENTS] + engine.counts[layout.PAIR_EVENTS])
+
+
+def places(engine: InCells, now: float) -> np.ndarray:
+    """Where the balls are at a time, in the engine's order and as seen from its origin; (N, 2)."""
+    rows = engine.state
+    return (rows[[layout.X, layout.Y]] + rows[[layout.U, layout.V]] * (now - rows[layout.CLOCK])).T
+
+
+def rounding(engine: InCells, now: float) -> float:
+    """What a place is off by, m: coordinates, clocks and times of contact are rounded, and the time
+    of a crossing is, on a straight way, the last one's and a cell's, with another rounding."""
+    speeds = np.max(abs(engine.state[[layout.U, layout.V]]), axis=0)
+    away = float(np.max(abs(places(engine, now)))) if engine.container is not None else 0.0
+    side = min(engine.mesh.width, engine.mesh.height)
+    crossings = float(np.max(speeds * (now - engine.state[layout.CLOCK]))) / side
+    size = max(engine.scene.size) + away + float(speeds.max()) * now
+    return (64 + crossings) * EPSILON * size
+
+
+def assert_consistent(engine: InCells) -> None:
+    """Assert all that holds between two events."""
+    # When the next thing happens; all balls are in their cells until then.
+    now = min(float(engine.tree.times[1]), renewal(engine))
+    assert now < math.inf
+    assert now >= engine.sums[layout.NOW]
+    assert_members(engine)
+    assert_in_their_cells(engine, now)
+    assert_queue(engine, now)
+    assert_nothing_is_overlooked(engine, now)
+    if engine.margin is not None:
+        brink = engine.margin.brink[: engine.margin.brinks[0]]
+        assert np.array_equal(np.sort(brink), np.flatnonzero(engine.links[layout.BRINK]))
+
+
+def renewal(engine: InCells) -> float:
+    """When all is put into cells anew, because a free container has moved too far; s."""
+    return math.inf if engine.margin is None else float(engine.margin.place[outlook.UNTIL])
+
+
+def assert_members(engine: InCells) -> None:
+    """Every ball is in one cell once, and its links say where."""
+    members, occupancy = engine.cells.members, engine.cells.occupancy
+    assert np.all((occupancy >= 0) & (occupancy <= members.shape[1]))
+    cell, place = np.nonzero(np.arange(members.shape[1]) < occupancy[:, np.newaxis])
+    balls = members[cell, place]
+    assert np.array_equal(np.sort(balls), np.arange(engine.scene.number))
+    assert np.array_equal(engine.links[layout.CELL, balls], cell)
+    assert np.array_equal(engine.links[layout.PLACE, balls], place)
+
+
+def assert_in_their_cells(engine: InCells, now: float) -> None:
+    """Nobody is outside of its cell, nor in a cell without others all round it."""
+    mesh, cell = engine.mesh, engine.links[layout.CELL]
+    slack = rounding(engine, now)
+    width, height = engine.scene.size
+    at = places(engine, now)
+    for number, index, start, side, period, coordinate in (
+        (mesh.columns, cell % (1 << mesh.shift), mesh.left, mesh.width, width, at[:, 0]),
+        (mesh.rows, cell >> mesh.shift, mesh.bottom, mesh.height, height, at[:, 1]),
+    ):
+        outermost = 0 if engine.period is not None else 1
+        assert np.all((index >= outermost) & (index < number - outermost))
+        off = coordinate - (start + side * (index + 0.5))
+        if engine.period is not None:
+            off -= period * np.rint(off / period)
+        assert np.max(abs(off)) <= 0.5 * side + slack
+
+
+def assert_queue(engine: InCells, now: float) -> None:
+    """A ball's entry is its earliest event, unless that is past; nodes are the earlier of two."""
+    times, rows = engine.tree.times, engine.state
+    leaves = len(times) // 2
+    number = engine.scene.number
+    earliest = np.min(rows[[layout.CONTACT_TIME, layout.CROSS_X, layout.CROSS_Y]], axis=0)
+    entries = times[leaves : leaves + number]
+    assert np.all((entries == earliest) | ((entries > earliest) & (entries <= now)))
+    assert np.all(times[leaves + number :] == math.inf)
+    assert np.array_equal(times[1:leaves], np.minimum(times[2::2], times[3::2])[: leaves - 1])
+
+
+def assert_nothing_is_overlooked(engine: InCells, now: float) -> None:
+    """Of two balls that would touch, one comes up by then, be it only to look again; at the wall,
+    the ball itself, or all is looked at anew before. By textbook formulas."""
+    scene, labels = engine.scene, engine.labels
+    radii = scene.radii if labels is None else scene.radii[labels]
+    at, speeds = places(engine, now), engine.state[[layout.U, layout.V]].T
+    leaves = len(engine.tree.times) // 2
+    entries = engine.tree.times[leaves : leaves + scene.number]
+    slack = rounding(engine, now)
+
+    i, j = np.triu_indices(scene.number, 1)
+    offsets, relative = at[j] - at[i], speeds[j] - speeds[i]
+    if engine.period is not None:
+        offsets -= engine.period * np.rint(offsets / engine.period)
+    contact = radii[i] + radii[j]
+    b = np.sum(offsets * relative, axis=1)
+    # Deeper by the rounding of a place, so that touching balls that part are not taken to meet.
+    c = np.sum(offsets**2, axis=1) - (contact - slack) ** 2
+    w2 = np.sum(relative**2, axis=1)
+    root = b * b - w2 * c
+    meet = (b < 0) & (root > 0)
+    delay = c[meet] / (np.sqrt(root[meet]) - b[meet])
+    due = now + np.maximum(delay, 0.0)
+    assert np.all(np.minimum(entries[i[meet]], entries[j[meet]]) <= due)
+
+    due = now + wall_delays(engine, now, at, speeds, radii, slack)
+    assert np.all(np.minimum(entries, renewal(engine)) <= due)
+
+
+def wall_delays(
+    engine: InCells,
+    now: float,
+    at: np.ndarray,
+    speeds: np.ndarray,
+    radii: np.ndarray,
+    slack: float,
+) -> np.ndarray:
+    """Time until each ball is as far outside of the wall as a place is rounded; s."""
+    scene = engine.scene
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if scene.shape == "periodic":
+            return np.full(scene.number, math.inf)
+        if scene.shape == "box":
+            halves = np.array(scene.size) / 2 - radii[:, np.newaxis] + slack
+            delays = (np.copysign(halves, speeds) - at) / speeds
+            return np.min(np.where(speeds != 0, delays, math.inf), axis=1)
+        reach = scene.container_radius - radii + slack
+        if engine.container is not None:
+            x, y, u, v, clock = engine.container
+            at = at - np.array([x, y]) - np.array([u, v]) * (now - clock)
+            speeds = speeds - np.array([u, v])
+        b, w2 = np.sum(at * speeds, axis=1), np.sum(speeds**2, axis=1)
+        c = np.sum(at**2, axis=1) - reach**2
+        return np.where(w2 > 0, (np.sqrt(b * b - w2 * c) - b) / w2, math.inf)
+
+
+def begun(scene: Scene) -> InCells:
+    return InCells(scene, layout.Setup.of(scene))
+
+
+CONTAINERS = {
+    "circle": {"shape": "circle"},
+    "light circle": {"shape": "circle", "container_mass": 20.0},
+    "box": {"shape": "box", "aspect": 1.7},
+    "periodic": {"shape": "periodic", "aspect": 1.7},
+}
+
+
+def gases() -> Iterator[pytest.param]:
+    for name, container in CONTAINERS.items():
+        for mixed in (False, True):
+            for number, packing in ((1, 0.1), (2, 0.01), (40, 0.3), (201, 0.002), (600, 0.5)):
+                if name == "periodic" and number < 16:
+                    continue
+                changes = {**container, "mixed": mixed, "number": number, "packing": packing}
+                yield pytest.param(changes, id=f"{name}-{mixed}-{number}")
+
+
+@pytest.mark.parametrize("changes", list(gases()))
+def test_books_are_right_after_any_number_of_events(changes):
+    """The masses of a light container's balls are up to a quarter of its own."""
+    if changes["packing"] == 0.5 and changes["mixed"]:
+        changes = {**changes, "packing": 0.35}
+    engine = begun(gas(**changes, cor=0.97, wall_cor=1.0))
+    dice = np.random.default_rng(changes["number"])
+    assert_consistent(engine)
+    for events in dice.integers(1, 6 * changes["number"] + 6, size=8):
+        advance(engine, int(events))
+        assert_consistent(engine)
+
+
+# --- what is seen to between events -------------------------------------------------------------
+
+
+def crowd(shape: Shape, *, container_mass: float = math.inf, drift: float = 0.0) -> Scene:
+    """One ball of 3 m among small ones: cells are as wide as it, and there are 8 or so in one."""
+    side = 34.0
+    places = lattice(240, side, side, 3.0 if shape == "circle" else None)
+    places = places[np.hypot(*places.T) > 3.5]
+    dice = np.random.default_rng(5)
+    number = len(places) + 1
+    velocities = dice.normal(0.0, 7.0, size=(number, 2)) + np.array([drift, 0.0])
+    return replace(
+        scene_of([(0.0, 0.0, drift, 0.0, 3.0, 10.0)]),
+        positions=np.vstack([[0.0, 0.0], places]),
+        velocities=velocities,
+        radii=np.append(3.0, np.full(number - 1, 0.3)),
+        masses=np.append(10.0, np.full(number - 1, 1.0)),
+        container_radius=side / 2,
+        container_mass=container_mass,
+        container_velocity=np.array([drift, 0.0]),
+        restitution=0.95,
+        shape=shape,
+        width=side,
+        height=side,
+    )
+
+
+def capacity(engine: InCells) -> int:
+    return int(engine.cells.members.shape[1])
+
+
+@pytest.mark.parametrize(
+    ("shape", "container_mass"),
+    [("circle", math.inf), ("circle", 100.0), ("box", math.inf), ("periodic", math.inf)],
+)
+def test_cells_that_overflow_get_more_room(shape, container_mass):
+    engine = begun(crowd(shape, container_mass=container_mass))
+    at_first = capacity(engine)
+    assert at_first > 4  # they overflowed when they were filled
+    for _ in range(40):
+        advance(engine, 500)
+        assert_consistent(engine)
+        if capacity(engine) > at_first:  # and on the way
+            break
+    assert capacity(engine) > at_first
+    for _ in range(5):
+        advance(engine, 300)
+        assert_consistent(engine)
+
+
+def tighten(engine: InCells) -> None:
+    """Leave cells no more room than the fullest needs: soon one will overflow."""
+    engine.cells = engine._new_cells(int(engine.cells.occupancy.max()))
+    engine._fill()
+
+
+@pytest.mark.parametrize("drift", [0.0, 1e4])
+def test_cells_overflow_again_and_again_in_a_container_that_moves(drift):
+    """On a journey it is, between two events, often elsewhere than where it was at the last."""
+    engine = begun(crowd("circle", container_mass=100.0, drift=drift))
+    overflows = 0
+    for _ in range(200):
+        tighten(engine)
+        assert_consistent(engine)
+        room = capacity(engine)
+        advance(engine, 2)
+        overflows += capacity(engine) > room
+        assert_consistent(engine)
+    assert overflows > 10
+    if drift > 0:
+        assert engine.container[layout.X] > 100 * engine.mesh.width

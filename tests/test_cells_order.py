@@ -1,0 +1,167 @@
+"""Balls that change places in memory keep their names; and every moment can be replayed."""
+
+import importlib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import EPSILON, gas, same_events
+from test_cells_twin import agreement
+
+from snooker_cli.engine import engines, replay, series, simulate
+from snooker_cli.scene import Scene
+from snooker_cli.trace import StopReason, Trace
+
+SIMULATE = importlib.import_module("snooker_cli.engine.simulate")
+
+SCENES = {
+    "circle": lambda: gas("circle", 120, 0.4, cor=0.95),
+    "light circle, mixed": lambda: gas(
+        "circle", 120, 0.3, mixed=True, cor=0.95, container_mass=50.0
+    ),
+    "box": lambda: gas("box", 120, 0.4, cor=0.95),
+    "periodic, mixed": lambda: gas("periodic", 120, 0.3, mixed=True, cor=0.95),
+}
+REORDERED = ["light circle, mixed", "periodic, mixed"]  # each is a kernel more to compile
+
+
+@pytest.fixture(params=SCENES)
+def scene(request) -> Scene:
+    return SCENES[request.param]()
+
+
+def displaced(scene: Scene) -> Scene:
+    """The container elsewhere, by multiples of a power of two; a free one is on its way too."""
+    velocity = np.array([32.0, -8.0]) if scene.free else np.zeros(2)
+    return replace(
+        scene,
+        positions=scene.positions + np.array([1024.0, -512.0]),
+        velocities=scene.velocities + velocity,
+        container_position=np.array([1024.0, -512.0]),
+        container_velocity=velocity,
+    )
+
+
+# --- replay -----------------------------------------------------------------------------------
+
+
+def test_any_moment_is_where_a_run_until_then_ends(scene):
+    """Bit for bit; the last is the finish's."""
+    scene = displaced(scene)
+    trace = simulate(scene, collisions=2000, engine="cells")
+    moments = np.append(np.linspace(0.0, trace.stop.time, 6)[1:-1], trace.stop.time)
+    states = replay(trace, moments)
+    for k, moment in enumerate(moments):
+        until = simulate(scene, time=float(moment), engine="cells")
+        for finish in (until.finish, trace.finish)[: 1 + (moment == trace.stop.time)]:
+            assert np.array_equal(states.positions[k], finish.positions)
+            assert np.array_equal(states.velocities[k], finish.velocities)
+            assert np.array_equal(states.container_positions[k], finish.container_position)
+            assert np.array_equal(states.container_velocities[k], finish.container_velocity)
+
+
+def test_balls_stay_in_a_periodic_box():
+    scene = displaced(SCENES["periodic, mixed"]())
+    trace = simulate(scene, time=20.0, engine="cells")
+    for positions in (*replay(trace, np.linspace(0, 20.0, 50)).positions, trace.finish.positions):
+        inside = abs(positions - scene.container_position) <= np.array(scene.size) / 2
+        assert np.all(inside)
+
+
+@pytest.mark.parametrize("name", ["circle", "periodic, mixed"])
+def test_summary_says_what_the_events_say(name):
+    scene = SCENES[name]()
+    recorded = simulate(scene, collisions=5000, engine="cells")
+    trace = simulate(scene, collisions=5000, summary=True, engine="cells")
+    assert trace.events is None
+    assert trace.stop == recorded.stop
+    assert np.array_equal(trace.finish.positions, recorded.finish.positions)
+    assert_summary(trace, recorded)
+
+
+def assert_summary(trace: Trace, recorded: Trace) -> None:
+    """Assert that the grid's columns are those after the last event before."""
+    summary, each = trace.summary.series, series(recorded)
+    last = np.searchsorted(each.time, summary.time, side="right") - 1
+    rounding = len(recorded.events) * EPSILON
+    for column in ("wall_events", "pair_events"):
+        assert np.array_equal(getattr(summary, column), getattr(each, column)[last])
+    for column in ("kinetic_energy", "wall_impulse", "pair_virial", "mean_speed", "energy_moment"):
+        expected = getattr(each, column)[last]
+        assert np.allclose(getattr(summary, column), expected, rtol=rounding, atol=0)
+
+
+# --- order in memory --------------------------------------------------------------------------
+
+
+def in_order(monkeypatch: pytest.MonkeyPatch, after: int, chunk: int) -> None:
+    """Put balls into the order of their cells after so many events a ball, looking in chunks."""
+    monkeypatch.setattr(engines, "REORDERED", 2)
+    monkeypatch.setattr(engines, "REORDER_AFTER", after)
+    monkeypatch.setattr(SIMULATE, "SMALL_CHUNK", chunk)
+
+
+@pytest.mark.parametrize("name", REORDERED)
+def test_the_order_at_the_start_changes_nothing(name, monkeypatch):
+    """Everything is predicted at time zero, in whichever order; an impulse is rounded otherwise
+    when the other ball of a pair is the first."""
+    scene = displaced(SCENES[name]())
+    without = simulate(scene, collisions=2000, engine="cells")
+    in_order(monkeypatch, 10**6, 500)
+    ordered = simulate(scene, collisions=2000, engine="cells")
+    assert np.array_equal(ordered.events.time, without.events.time)
+    assert np.array_equal(ordered.events.i, without.events.i)
+    assert np.array_equal(ordered.events.j, without.events.j)
+    assert np.allclose(ordered.events.impulse, without.events.impulse, rtol=4 * EPSILON, atol=0)
+    assert np.array_equal(ordered.finish.positions, without.finish.positions)
+    assert np.array_equal(ordered.finish.velocities, without.finish.velocities)
+
+
+@pytest.mark.parametrize("name", REORDERED)
+def test_any_number_of_new_orders_changes_nothing_but_roundings(name, monkeypatch):
+    """A ball's contact is predicted again, from another moment."""
+    scene = SCENES[name]()
+
+    def ordered() -> Trace:
+        with monkeypatch.context() as context:
+            in_order(context, 1, 50)
+            return simulate(scene, collisions=1500, engine="cells")
+
+    assert agreement(scene, 1500, ordered().events, "cells") > 300
+
+
+@pytest.mark.parametrize("name", REORDERED)
+def test_finish_and_summary_are_in_the_scenes_order(name, monkeypatch):
+    in_order(monkeypatch, 1, 300)
+    scene = displaced(SCENES[name]())
+    trace = simulate(scene, collisions=3000, engine="cells")
+    states = replay(trace, [trace.stop.time])
+    assert np.array_equal(states.positions[0], trace.finish.positions)
+    assert np.array_equal(states.velocities[0], trace.finish.velocities)
+
+
+def test_a_summary_of_balls_in_another_order(monkeypatch):
+    scene = SCENES["periodic, mixed"]()
+    in_order(monkeypatch, 1, 300)
+    recorded = simulate(scene, collisions=3000, engine="cells")
+    trace = simulate(scene, collisions=3000, summary=True, engine="cells")
+    assert np.array_equal(trace.finish.positions, recorded.finish.positions)
+    assert_summary(trace, recorded)
+
+
+def test_many_balls_are_kept_in_order():
+    """6000 of them, in the order of their cells three times over."""
+    scene = gas("periodic", 6000, 0.35, mixed=True, cor=0.98, aspect=2.0)
+    assert scene.number > engines.REORDERED
+    trace = simulate(scene, collisions=250_000)
+    assert trace.stop.reason is StopReason.COLLISIONS
+    states = replay(trace, [trace.stop.time])
+    assert np.array_equal(states.positions[0], trace.finish.positions)
+    assert np.array_equal(states.velocities[0], trace.finish.velocities)
+    assert np.bincount(np.append(trace.events.i, trace.events.j)).min() > 0
+    again = simulate(scene, collisions=1000)
+    first = slice(1000)
+    assert same_events(
+        again.events, type(again.events)(*(c[first] for c in vars(trace.events).values()))
+    )
+    assert again.stop.time == trace.events.time[999]
