@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scenes import EPSILON, gas, lattice, scene_of
 
-from snooker_cli.engine import endings, layout, outlook
+from snooker_cli.engine import endings, layout, outlook, sampling
 from snooker_cli.engine.engines import InCells
 from snooker_cli.scene import Scene, Shape
 
@@ -21,12 +21,10 @@ ROOM = 8192
 
 def advance(engine: InCells, events: int) -> None:
     """Simulate so many events, or until time has come to an end."""
-    recorded = layout.Recorded(
-        np.empty(ROOM), np.empty(ROOM, np.int32), np.empty(ROOM, np.int32), np.empty(ROOM)
-    )
+    recorded, grid = layout.room_for(ROOM), sampling.no_grid()
     done = counted(engine) + events
     while counted(engine) < done:
-        assert engine.advance(recorded, None, done - counted(engine)) == endings.FULL
+        assert engine.advance(recorded, grid, done - counted(engine)) == endings.FULL
 
 
 def counted(engine: InCells) -> int:

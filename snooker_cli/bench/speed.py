@@ -14,7 +14,7 @@ import numpy as np
 
 from snooker_cli.arrange import arrange
 from snooker_cli.config import parse
-from snooker_cli.engine import engines, layout
+from snooker_cli.engine import engines, layout, sampling
 from snooker_cli.engine.endings import FULL
 from snooker_cli.engine.simulate import CHUNK
 from snooker_cli.scene import Scene
@@ -184,9 +184,7 @@ class Kernel:
     def __init__(self, scene: Scene, kind: str | None = None) -> None:
         self.scene = scene
         self.engine = engines.engine_for(scene, kind)(scene, layout.Setup.of(scene))
-        self._recorded = layout.Recorded(
-            np.empty(CHUNK), np.empty(CHUNK, np.int32), np.empty(CHUNK, np.int32), np.empty(CHUNK)
-        )
+        self._recorded, self._grid = layout.room_for(CHUNK), sampling.no_grid()
 
     def advance(self, collisions: int) -> tuple[int, float]:
         """Go on for so many collisions, or to an end; how many they were, and the time they took.
@@ -198,7 +196,7 @@ class Kernel:
         clock = time.process_time()
         while answer == FULL and self.collisions < wanted:
             room = min(CHUNK, wanted - self.collisions)
-            answer = self.engine.advance(self._recorded, None, room)
+            answer = self.engine.advance(self._recorded, self._grid, room)
         return self.collisions - before, time.process_time() - clock
 
     @property

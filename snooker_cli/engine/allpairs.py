@@ -8,8 +8,8 @@ The ideas, and where they come from:
   had had: if the partner has had another since, the entry is stale, and is predicted again when
   it comes up and not before. The partner need not know: its own entry is its own earliest contact.
 - A ball's contacts are searched only until it hits the wall: from there its path is another.
-- What a scene lacks is ``None`` and is compiled away: a container that never moves, equal radii,
-  equal masses, events that are not recorded, a grid that is not sampled.
+- What a scene lacks is ``None`` and is compiled away: a container that never moves, balls that are
+  all alike.
 """
 
 from __future__ import annotations
@@ -160,6 +160,16 @@ def find_contacts(
     note_contact(j, now, delay_j, whom_j, container, agenda, links)
 
 
+@inlined
+def soonest(times: Floats) -> int:
+    """The ball whose time is the earliest, of equal ones the first."""
+    least, i = NEVER, 0
+    for k in range(len(times)):
+        if times[k] < least:
+            least, i = times[k], k
+    return i
+
+
 @compiled
 def prepare(
     balls: Floats,
@@ -186,22 +196,24 @@ def advance(
     links: Integers,
     sums: Floats,
     counts: Integers,
-    recorded: Recorded | None,
-    grid: Grid | None,
+    recorded: Recorded,
+    grid: Grid,
     room: int,
 ) -> int:
     """Simulate at most ``room`` events; why it stopped. Ties go by time, ball, and wall first."""
     number = balls.shape[1]
     next_time, pair_time, wall_time = agenda[NEXT_TIME], agenda[PAIR_TIME], agenda[WALL_TIME]
     partner, partner_count, count = links[PARTNER], links[PARTNER_COUNT], links[COUNT]
+    # Once, for to reach into a tuple of arrays counts references.
+    event_time, event_i, event_j = recorded.time, recorded.i, recorded.j
+    event_impulse, step, used = recorded.impulse, grid.step, grid.used
+    storing = len(event_time) > 0
     for filled in range(room):
         if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
             return COLLISIONS
         while True:
-            now, i = NEVER, 0
-            for k in range(number):
-                if next_time[k] < now:
-                    now, i = next_time[k], k
+            i = soonest(next_time)
+            now = next_time[i]
             at_wall = wall_time[i] <= pair_time[i]
             j = NOBODY if at_wall else partner[i]
             if now == NEVER or at_wall or (j >= 0 and partner_count[i] == count[j]):
@@ -214,7 +226,7 @@ def advance(
             return NOTHING_LEFT
         if now > setup.time_limit:
             return TIME
-        if grid is not None:
+        if step[0] * used[0] < now:
             sample_until(now, grid, balls, container, setup, masses, sums, counts)
         stalls = now - sums[NOW] <= CLOCK_DIGITS * now
         counts[STALLED] = counts[STALLED] + 1 if stalls else 0
@@ -255,11 +267,11 @@ def advance(
             counts[PAIR_EVENTS] += 1
             links[BOUNCES, i] = links[BOUNCES, j] = 0
             sums[PAIR_VIRIAL] += size * contact_distance(setup, radii, i, j)
-        if recorded is not None:
-            recorded.time[filled] = now
-            recorded.i[filled] = i if at_wall else min(i, j)
-            recorded.j[filled] = NOBODY if at_wall else max(i, j)
-            recorded.impulse[filled] = size
+        if storing:
+            event_time[filled] = now
+            event_i[filled] = i if at_wall else min(i, j)
+            event_j[filled] = NOBODY if at_wall else max(i, j)
+            event_impulse[filled] = size
         if trapped or counts[STALLED] > STALL_LIMIT * number:
             if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
                 return COLLISIONS

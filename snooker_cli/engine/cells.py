@@ -249,8 +249,8 @@ def advance(
     labels: Indices | None,
     sums: Floats,
     counts: Integers,
-    recorded: Recorded | None,
-    grid: Grid | None,
+    recorded: Recorded,
+    grid: Grid,
     room: int,
 ) -> int:
     """Simulate at most ``room`` events; why it stopped. Ties go by time and ball."""
@@ -258,10 +258,10 @@ def advance(
     members, occupancy, at_wall = cells.members, cells.occupancy, cells.at_wall
     times, bits = tree.times, tree.bits
     crossings = filled = 0
-    if recorded is not None:
-        # Once, for to reach into a tuple of arrays counts references.
-        event_time, event_i, event_j = recorded.time, recorded.i, recorded.j
-        event_impulse = recorded.impulse
+    # Once, for to reach into a tuple of arrays counts references.
+    event_time, event_i, event_j = recorded.time, recorded.i, recorded.j
+    event_impulse, step, used = recorded.impulse, grid.step, grid.used
+    storing = len(event_time) > 0
     while filled < room:
         if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
             return COLLISIONS
@@ -304,7 +304,7 @@ def advance(
         happens = j == NOBODY or (j >= 0 and links[PARTNER_COUNT, i] == links[COUNT, j])
         trapped = False
         if happens:
-            if grid is not None:
+            if step[0] * used[0] < now:
                 sample_until(now, grid, balls, container, setup, masses, sums, counts)
             stalls = now - sums[NOW] <= CLOCK_DIGITS * now
             counts[STALLED] = counts[STALLED] + 1 if stalls else 0
@@ -342,7 +342,7 @@ def advance(
                 links[BOUNCES, i] = links[BOUNCES, j] = 0
                 size = hit_pair(i, j, balls, setup, masses, period)
                 sums[PAIR_VIRIAL] += size * contact_distance(setup, radii, i, j)
-            if recorded is not None:
+            if storing:
                 one, other = i, j
                 if labels is not None:
                     one = labels[i]

@@ -40,7 +40,7 @@ class Engine(Protocol):
     sums: Floats
     counts: Integers
 
-    def advance(self, recorded: Recorded | None, grid: Grid | None, room: int) -> int:
+    def advance(self, recorded: Recorded, grid: Grid, room: int) -> int:
         """Simulate at most ``room`` events; why it stopped."""
 
     def balls(self) -> Floats:
@@ -54,8 +54,7 @@ class AllPairs:
         self.setup = setup
         self.state = layout.balls_of(scene)
         self.container = layout.container_of(scene)
-        self.radii = layout.unless_equal(scene.radii)
-        self.masses = layout.unless_equal(scene.masses)
+        self.radii, self.masses = layout.unlike(scene)
         self.agenda = np.full((layout.AGENDA_ROWS, scene.number), math.inf)
         self.links = np.full((layout.LINK_ROWS, scene.number), layout.NOBODY, dtype=np.int64)
         self.links[[layout.COUNT, layout.BOUNCES]] = 0
@@ -64,7 +63,7 @@ class AllPairs:
             self.state, self.container, self.setup, self.radii, self.agenda, self.links
         )
 
-    def advance(self, recorded: Recorded | None, grid: Grid | None, room: int) -> int:
+    def advance(self, recorded: Recorded, grid: Grid, room: int) -> int:
         """Simulate at most ``room`` events; why it stopped."""
         answer = allpairs.advance(
             self.state,
@@ -98,8 +97,7 @@ class InCells:
         self.container = layout.container_of(scene)
         self.box = layout.half_sides_of(scene)
         self.period = layout.period_of(scene)
-        self.radii = layout.unless_equal(scene.radii)
-        self.masses = layout.unless_equal(scene.masses)
+        self.radii, self.masses = layout.unlike(scene)
         self.links = np.zeros((layout.CELL_LINK_ROWS, number), dtype=np.int32, order="F")
         self.links[layout.LAST] = layout.NOBODY
         self.mesh = mesh.new_mesh(scene, side_of(scene))
@@ -112,7 +110,7 @@ class InCells:
         self.renewed_at = 0.0
         self._fill()
 
-    def advance(self, recorded: Recorded | None, grid: Grid | None, room: int) -> int:
+    def advance(self, recorded: Recorded, grid: Grid, room: int) -> int:
         """Simulate at most ``room`` events; why it stopped."""
         if self.scene.number >= REORDERED:
             self._keep_order()
@@ -127,7 +125,7 @@ class InCells:
         ordered[:, self.labels] = rows
         return ordered
 
-    def _advance(self, recorded: Recorded | None, grid: Grid | None, room: int) -> int:
+    def _advance(self, recorded: Recorded, grid: Grid, room: int) -> int:
         """Simulate, and see to the cells on the way."""
         begun, renewals = self._events, 0
         while True:
@@ -150,7 +148,7 @@ class InCells:
                     self.labels,
                     self.sums,
                     self.counts,
-                    None if recorded is None else recorded.after(done),
+                    recorded.after(done),
                     grid,
                     room - done,
                 )

@@ -134,9 +134,11 @@ def new_counts() -> Integers:
     return counts
 
 
-def unless_equal(values: Floats) -> Floats | None:
-    """The values, or ``None`` if all are equal: then they are a constant of the kernel."""
-    return None if np.all(values == values[0]) else np.array(values)
+def unlike(scene: Scene) -> tuple[Floats | None, Floats | None]:
+    """Radii and masses ball by ball, or ``None`` if all are alike: then ``Setup`` has them."""
+    if np.all(scene.radii == scene.radii[0]) and np.all(scene.masses == scene.masses[0]):
+        return None, None
+    return np.array(scene.radii), np.array(scene.masses)
 
 
 class Recorded(NamedTuple):
@@ -150,3 +152,13 @@ class Recorded(NamedTuple):
     def after(self, filled: int) -> Recorded:
         """What is left of the chunk when so many events are in it."""
         return Recorded(self.time[filled:], self.i[filled:], self.j[filled:], self.impulse[filled:])
+
+
+def room_for(events: int) -> Recorded:
+    """Empty columns for so many events; for none, none are recorded."""
+    return Recorded(
+        np.empty(events),
+        np.empty(events, dtype=np.int32),
+        np.empty(events, dtype=np.int32),
+        np.empty(events),
+    )

@@ -29,7 +29,7 @@ from snooker_cli.engine.layout import (
     half_sides_of,
     origin_of,
     period_of,
-    unless_equal,
+    unlike,
 )
 from snooker_cli.trace import CONTAINER, Series
 
@@ -71,14 +71,15 @@ def replay(trace: Trace, times: ArrayLike) -> States:
     origin = origin_of(scene)
     out = np.empty((len(wanted), 4, scene.number))
     container_out = np.zeros((len(wanted), 4))
+    radii, masses = unlike(scene)
     _replay(
         balls_of(scene),
         container_of(scene),
         Setup.of(scene),
-        unless_equal(scene.masses),
+        masses,
         half_sides_of(scene),
         period_of(scene),
-        unless_equal(scene.radii),
+        radii,
         trace.events.time,
         trace.events.i,
         trace.events.j,
@@ -113,7 +114,7 @@ def series(trace: Trace, most: int | None = None) -> Series:
     count = len(events) + 1
     kept = np.linspace(0, count - 1, min(count, most or count)).round().astype(np.int64)
     rows = np.zeros((len(kept), sampling.COLUMNS))
-    balls, masses = balls_of(scene), unless_equal(scene.masses)
+    balls, (radii, masses) = balls_of(scene), unlike(scene)
     container, setup = container_of(scene), Setup.of(scene)
     _replay_observables(
         balls,
@@ -122,7 +123,7 @@ def series(trace: Trace, most: int | None = None) -> Series:
         masses,
         half_sides_of(scene),
         period_of(scene),
-        unless_equal(scene.radii),
+        radii,
         events.time,
         events.i,
         events.j,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.engine import layout
 from snooker_cli.engine.collide import mass_of
-from snooker_cli.engine.compiling import compiled
+from snooker_cli.engine.compiling import compiled, inlined
 from snooker_cli.engine.layout import Floats, Integers, Setup, U, V
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
@@ -46,6 +46,16 @@ class Grid(NamedTuple):
     used: NDArray[np.int64]  # one element
 
 
+def no_grid() -> Grid:
+    """A grid of which no row is ever due."""
+    return Grid(
+        rows=np.zeros((0, COLUMNS)),
+        histogram=np.zeros((0, SPEED_BINS), dtype=np.int64),
+        step=np.array([math.inf]),
+        used=np.ones(1, dtype=np.int64),
+    )
+
+
 def new_grid(scene: Scene) -> Grid:
     """An empty grid that starts with a 1024th of the time to cross half the container, or less."""
     speed = float(np.max(np.hypot(*scene.velocities.T)))
@@ -59,13 +69,16 @@ def new_grid(scene: Scene) -> Grid:
     )
 
 
-@compiled
+@inlined
 def halve(grid: Grid) -> None:
     """Keep every second row and double the step."""
     kept = (grid.used[0] + 1) // 2
     for k in range(1, kept):
-        grid.rows[k] = grid.rows[2 * k]
-        grid.histogram[k] = grid.histogram[2 * k]
+        # Number by number: what numba makes of whole rows takes seconds to compile.
+        for column in range(COLUMNS):
+            grid.rows[k, column] = grid.rows[2 * k, column]
+        for speed in range(SPEED_BINS):
+            grid.histogram[k, speed] = grid.histogram[2 * k, speed]
     grid.used[0] = kept
     grid.step[0] *= 2.0
 
@@ -96,13 +109,14 @@ def measure(
     row[ENERGY_MOMENT] = squares * number / (energy * energy) if energy > 0.0 else 0.0
 
 
-@compiled
+@inlined
 def count_speeds(
     histogram: Integers, energy: float, balls: Floats, setup: Setup, masses: Floats | None
 ) -> None:
     """Count the balls by reduced speed v sqrt(m / 2T), with T their mean energy."""
     number = balls.shape[1]
-    histogram[:] = 0
+    for speed in range(SPEED_BINS):
+        histogram[speed] = 0
     if energy > 0.0:
         for i in range(number):
             speed_squared = balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i]

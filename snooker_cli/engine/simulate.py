@@ -67,9 +67,7 @@ def simulate(
             return run.trace(StopReason.COLLISIONS if done else StopReason.INTERRUPTED)
 
 
-def specialisation(
-    scene: Scene, *, summary: bool = False, engine: str | None = None
-) -> dict[str, bool]:
+def specialisation(scene: Scene, *, engine: str | None = None) -> dict[str, bool]:
     """What the kernel is compiled for: only what the scene needs is modelled."""
     in_cells = engines.engine_for(scene, engine) is engines.InCells
     return {
@@ -78,9 +76,7 @@ def specialisation(
         "straight walls": scene.shape == "box",
         "periodic images": scene.shape == "periodic",
         "moving container": scene.free,
-        "different radii": layout.unless_equal(scene.radii) is not None,
-        "different masses": layout.unless_equal(scene.masses) is not None,
-        "events": not summary,
+        "unequal balls": layout.unlike(scene)[0] is not None,
     }
 
 
@@ -106,14 +102,14 @@ class _Run:
         kind: str | None,
     ) -> None:
         self.scene = scene
-        self.masses = layout.unless_equal(scene.masses)
+        self.masses = layout.unlike(scene)[1]
         self.setup = layout.Setup.of(
             scene,
             math.inf if time is None else time,
             NO_LIMIT if collisions is None else collisions,
         )
         self.engine = engines.engine_for(scene, kind)(scene, self.setup)
-        self.grid = sampling.new_grid(scene) if summary else None
+        self.grid = sampling.new_grid(scene) if summary else sampling.no_grid()
         self.summary = summary
         self.chunks: list[Events] = []
         self.sink = self.chunks.append if sink is None else sink
@@ -128,9 +124,9 @@ class _Run:
         before = self.events
         size = CHUNK if self.scene.number < engines.REORDERED else SMALL_CHUNK
         room = min(size, max(1, self.setup.collision_limit))
-        recorded = None if self.summary else _room(room)
+        recorded = layout.room_for(0 if self.summary else room)
         answer = self.engine.advance(recorded, self.grid, room)
-        if recorded is not None:
+        if not self.summary:
             filled = slice(self.events - before)
             self.sink(
                 Events(
@@ -152,7 +148,7 @@ class _Run:
             wall_events=int(self.engine.counts[layout.WALL_EVENTS]),
             pair_events=int(self.engine.counts[layout.PAIR_EVENTS]),
             events=_joined(self.chunks) if self.chunks else None,
-            summary=None if self.grid is None else self._summary(stop.time, self.grid),
+            summary=self._summary(stop.time) if self.summary else None,
             work=self._work(),
         )
 
@@ -227,9 +223,9 @@ class _Run:
             )
         return Stop(reason, now, (), f"interrupted after {events} collisions at {now:.9g} s")
 
-    def _summary(self, end: float, grid: sampling.Grid) -> Summary:
+    def _summary(self, end: float) -> Summary:
         """The grid's rows before ``end`` and one more at it."""
-        engine = self.engine
+        engine, grid = self.engine, self.grid
         balls = engine.balls()
         state = (balls, engine.container, self.setup, self.masses, engine.sums, engine.counts)
         sampling.sample_until(end, grid, *state)
@@ -242,16 +238,6 @@ class _Run:
             series=Series(time, *columns),
             speed_histogram=np.vstack([grid.histogram[:used], histogram]),
         )
-
-
-def _room(events: int) -> layout.Recorded:
-    """Empty columns for a chunk of events."""
-    return layout.Recorded(
-        np.empty(events),
-        np.empty(events, dtype=np.int32),
-        np.empty(events, dtype=np.int32),
-        np.empty(events),
-    )
 
 
 def _joined(chunks: list[Events]) -> Events:

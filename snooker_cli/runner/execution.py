@@ -149,16 +149,15 @@ def _warm_up(missing: list[Job], engine: str | None) -> None:
     """Compile, before any repeat starts, what the jobs' scenes need."""
     seen = []
     for same in alike(job.point for job in missing).values():
-        experiment = same[0].experiment
-        scene, summary = arranged(experiment, 0), experiment.record == "summary"
-        models = specialisation(scene, summary=summary, engine=engine)
+        scene = arranged(same[0].experiment, 0)
+        models = specialisation(scene, engine=engine)
         if models in seen:
             continue
         seen.append(models)
         few = _first(MANY, scene)
-        if specialisation(few, summary=summary, engine=engine) == models:
+        if specialisation(few, engine=engine) == models:
             scene = few
-        simulate(scene, collisions=1, summary=summary, engine=engine)
+        simulate(scene, collisions=1, summary=True, engine=engine)
 
 
 def _first(number: int, scene: Scene) -> Scene:

@@ -71,9 +71,9 @@ def _losses(experiment: Experiment, shape: str) -> dict[str, bool]:
 
 
 def _kernel(scene: Scene, experiment: Experiment, engine: str | None) -> dict[str, bool]:
-    """What the kernel is compiled for. Raises ``SceneError`` for an engine that cannot do it."""
+    """What the engine models and records. Raises ``SceneError`` for an engine that cannot do it."""
     try:
-        return specialisation(scene, summary=experiment.record == "summary", engine=engine)
+        return specialisation(scene, engine=engine) | {"events": experiment.record == "events"}
     except ValueError as error:
         raise SceneError("container.shape", str(error)) from None
 
