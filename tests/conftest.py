@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import shutil
 import sys
 import threading
@@ -10,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+from compile_ahead import RARELY, compile_ahead
 
 from snooker_cli import results
 from snooker_cli.arrange import arrange
@@ -29,6 +31,14 @@ collisions: 150
 repeats: 3
 sweep: {cor: [0.85, 1.0]}
 """
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Before processes start that would each compile the same."""
+    gc.set_threshold(RARELY)
+    works = hasattr(session.config, "workerinput")
+    if session.config.getoption("numprocesses", None) and not works:
+        compile_ahead()
 
 
 @dataclass(frozen=True)

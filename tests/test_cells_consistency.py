@@ -113,7 +113,7 @@ def assert_nothing_is_overlooked(engine: InCells, now: float) -> None:
     """Of two balls that would touch, one comes up by then, be it only to look again; at the wall,
     the ball itself, or all is looked at anew before. By textbook formulas."""
     scene, labels = engine.scene, engine.labels
-    radii = scene.radii if labels is None else scene.radii[labels]
+    radii = scene.radii[labels] if len(labels) else scene.radii
     at, speeds = places(engine, now), engine.state[[layout.U, layout.V]].T
     leaves = len(engine.tree.times) // 2
     entries = engine.tree.times[leaves : leaves + scene.number]

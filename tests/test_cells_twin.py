@@ -29,7 +29,7 @@ MATERIALS = [(0.5, True), (0.9, False), (1.0, True)]
 @pytest.mark.parametrize("container", CONTAINERS)
 def test_a_packed_gas_for_80_events(container, cor, mixed):
     """Of all ways at which a run could be another, the clumsy twins see 1e-6 s of 1 s at most."""
-    scene = gas(number=36, packing=0.3, cor=cor, mixed=mixed, **CONTAINERS[container])
+    scene = gas(number=24, packing=0.3, cor=cor, mixed=mixed, **CONTAINERS[container])
     result = compared(scene, 80, engine="cells")
     assert result.events == 80
     assert result.time < 1e-6

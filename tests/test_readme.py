@@ -7,9 +7,16 @@ import re
 import shutil
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
+
+from snooker_cli.config import digest, load, parse
+from snooker_cli.report.published import PUBLISHED, published
+from snooker_cli.report.search import LIKELY, TARGETS, pressures, search
+from snooker_cli.results import Run, create
+from snooker_cli.runner import Watcher, execute
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -31,6 +38,14 @@ def shell(command: str, folder: Path) -> str:
         encoding="utf-8",
     )
     return done.stdout
+
+
+def done(name: str, folder: Path) -> Run:
+    """A config's run, as the command makes it."""
+    run = create(folder / "runs" / name, load(ROOT / "configs" / f"{name}.yaml").experiment)
+    outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())
+    assert [outcome.error for outcome in outcomes if outcome.error] == []
+    return run
 
 
 def words(output: str) -> list[list[str]]:
@@ -66,8 +81,6 @@ def test_the_two_commands_are_the_makefiles() -> None:
 def test_the_config_shown_is_the_one_run() -> None:
     shown = re.search(r"```yaml\n(.*?)```", README, flags=re.DOTALL)
     assert shown is not None
-    from snooker_cli.config import digest, load, parse
-
     of_file = load(ROOT / "configs" / "decay.yaml").experiment
     of_readme = parse(shown.group(1)).experiment
     assert digest(of_file) == digest(of_readme)
@@ -81,13 +94,7 @@ def test_schema_beside_the_configs_is_the_commands(folder: Path) -> None:
 
 def test_finding(folder: Path) -> None:
     """The README's sentences on the audit, from a full search."""
-    from snooker_cli.report.published import PUBLISHED, published
-    from snooker_cli.report.search import LIKELY, TARGETS, pressures, search
-    from snooker_cli.results import open_run
-
-    for name in ("temperature", "audit"):
-        shell(f"snooker run configs/{name}.yaml --no-progress", folder)
-    run, elastic = (open_run(folder / "runs" / name) for name in ("audit", "temperature"))
+    run, elastic = (done(name, folder) for name in ("audit", "temperature"))
     found = search(run, pressures(elastic, run.experiment.balls.speed))
     best = found.ranked[0]
     text = " ".join(README.split())

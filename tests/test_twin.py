@@ -105,7 +105,7 @@ def before_grazing(scene: Scene, events: Events) -> int:
 
 
 @pytest.mark.parametrize("cor", [0.8, 0.9, 1.0])
-@pytest.mark.parametrize("repeat", range(3))
+@pytest.mark.parametrize("repeat", range(2))
 def test_the_reports_scene_for_300_events(cor, repeat):
     result = compared(report_scene(repeat, cor=cor, container_mass=1e7), 300)
     assert result.events == 300

@@ -246,7 +246,7 @@ def advance(
     cells: Cells,
     near: Indices,
     tree: Tree,
-    labels: Indices | None,
+    labels: Indices,
     sums: Floats,
     counts: Integers,
     recorded: Recorded,
@@ -261,7 +261,7 @@ def advance(
     # Once, for to reach into a tuple of arrays counts references.
     event_time, event_i, event_j = recorded.time, recorded.i, recorded.j
     event_impulse, step, used = recorded.impulse, grid.step, grid.used
-    storing = len(event_time) > 0
+    storing, labelled = len(event_time) > 0, len(labels) > 0
     while filled < room:
         if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
             return COLLISIONS
@@ -344,7 +344,7 @@ def advance(
                 sums[PAIR_VIRIAL] += size * contact_distance(setup, radii, i, j)
             if storing:
                 one, other = i, j
-                if labels is not None:
+                if labelled:
                     one = labels[i]
                     other = labels[j] if j != NOBODY else NOBODY
                 event_time[filled] = now
@@ -382,7 +382,7 @@ def advance(
         if trapped or counts[STALLED] > STALL_LIMIT * number:
             if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
                 return COLLISIONS
-            if labels is not None:
+            if labelled:
                 counts[FIRST] = labels[i]
                 counts[SECOND] = labels[j] if j != NOBODY else NOBODY
             return WALL_TRAP if trapped else COLLAPSE

@@ -103,7 +103,7 @@ class InCells:
         self.mesh = mesh.new_mesh(scene, side_of(scene))
         self.cells = self._new_cells(4)
         self.tree = tree.new_tree(number)
-        self.labels: layout.Indices | None = None
+        self.labels = np.zeros(0, dtype=np.int32)  # whose row is whose, once they are re-ordered
         self.margin = self._margin()
         self.sums, self.counts = layout.new_sums(), layout.new_counts()
         self.ordered_at = 0
@@ -119,7 +119,7 @@ class InCells:
     def balls(self) -> Floats:
         """The balls' rows as in ``layout``, in the scene's order."""
         rows = self.state[: layout.BALL_ROWS]
-        if self.labels is None:
+        if not len(self.labels):
             return rows
         ordered = np.empty_like(rows)
         ordered[:, self.labels] = rows
@@ -231,14 +231,14 @@ class InCells:
 
     def _keep_order(self) -> None:
         """Put the balls into the order of their cells, if there have been events enough."""
-        if self.labels is not None and self._events < self.ordered_at + (
+        if len(self.labels) and self._events < self.ordered_at + (
             REORDER_AFTER * self.scene.number
         ):
             return
         order = np.argsort(self.links[layout.CELL], kind="stable")
         place = np.empty(len(order), dtype=np.int32)
         place[order] = np.arange(len(order), dtype=np.int32)
-        labels = np.arange(len(order), dtype=np.int32) if self.labels is None else self.labels
+        labels = self.labels if len(self.labels) else np.arange(len(order), dtype=np.int32)
         self.labels = np.ascontiguousarray(labels[order])
         self.state = np.asfortranarray(self.state[:, order])
         self.links = np.asfortranarray(self.links[:, order])
