@@ -8,7 +8,7 @@ READY := .venv/.ready
 
 RUNS := decay temperature area number radius dilute speeds restitution elastic-wall audit
 DONE := $(RUNS:%=runs/%/.done)
-WRITING := $(wildcard snooker_cli/*.py snooker_cli/*/*.py snooker_cli/report/templates/*)
+WRITING := $(wildcard snooker_cli/*.py snooker_cli/*/*.py snooker_cli/report/templates/* snooker_cli/report/measured/* snooker_cli/animation/player/*)
 
 .DELETE_ON_ERROR:
 .PHONY: help setup report test check bench clean

@@ -47,6 +47,9 @@ class Scene:
     restitution, wall_restitution : coefficients of restitution, 0 to 1
     shape : what the container is; a box is centred where the container is, and fixed
     width, height : of a box, m; nan for a circle
+    contact_duration : of the TC model, in mean free times; zero without it
+    elastic_below : relative normal speed under which collisions are elastic, m/s; zero if none are
+    slides : whether a ball that bounces infinitely often at the fixed wall of a circle slides on
     """
 
     positions: NDArray[np.float64]
@@ -62,6 +65,9 @@ class Scene:
     shape: Shape = "circle"
     width: float = math.nan
     height: float = math.nan
+    contact_duration: float = 0.0
+    elastic_below: float = 0.0
+    slides: bool = False
 
     def __post_init__(self) -> None:
         for array in (self.positions, self.velocities, self.radii, self.masses):
@@ -116,6 +122,18 @@ class Scene:
         return float(0.5 * self.container_mass * np.sum(self.container_velocity**2))
 
     @property
+    def mean_free_path(self) -> float:
+        """How far a ball flies between contacts in a dilute gas, the wall counted in, m.
+
+        Boltzmann's A/(2 sqrt(2) N d) between balls, with their mean diameter d; pi A/L between hits
+        of a wall of length L.
+        """
+        between = 2 * math.sqrt(2) * self.number * 2 * float(np.mean(self.radii))
+        if self.number == 1:
+            between = 0.0
+        return self.area / (between + self.wall_length / math.pi)
+
+    @property
     def packing_fraction(self) -> float:
         """Area of the balls over the area of the container."""
         squares = float(np.sum(self.radii**2))
@@ -137,6 +155,9 @@ def check(scene: Scene) -> None:
     worst = int(np.argmin(room))
     if room[worst] < -slack:
         raise SceneError("balls", _sticking_out(scene, worst, float(room[worst])), worst)
+    if scene.shape == "circle":
+        _check_largest(scene)
+    _check_speeds(scene)
     i, j, gap = _closest_pair(scene)
     if gap < -slack:
         raise SceneError(
@@ -146,6 +167,46 @@ def check(scene: Scene) -> None:
             f"{scene.radii[i]:.6g} m and {scene.radii[j]:.6g} m; move them apart, or use smaller "
             "balls or a larger container",
             j,
+        )
+
+
+def _check_largest(scene: Scene) -> None:
+    """Raise ``SceneError`` for a ball that fills the circle: it could not move, nor be turned back.
+
+    This is to the last digit: the largest ball is that of the double before the circle's radius.
+    """
+    largest = int(np.argmax(scene.radii))
+    if scene.radii[largest] >= scene.container_radius:
+        raise SceneError(
+            "balls",
+            f"ball {largest} has a radius of {float(scene.radii[largest])!r} m, in a container of "
+            f"radius {scene.container_radius!r} m, so that it has no room to move; make it smaller",
+            largest,
+        )
+
+
+def _check_speeds(scene: Scene) -> None:
+    """Raise ``SceneError`` for a ball whose contacts cannot be computed, so slow or fast is it.
+
+    They are roots of squares of speed times distance, which must neither be less than the least
+    double of full precision nor more than the largest; four times the container's size allows for
+    two such balls that meet.
+    """
+    shortest = 2 * float(np.min(scene.radii))
+    if scene.shape == "circle":
+        shortest = min(shortest, scene.container_radius - float(np.max(scene.radii)))
+    speeds = np.hypot(scene.velocities[:, 0], scene.velocities[:, 1])
+    with np.errstate(over="ignore", under="ignore"):
+        slow = (speeds > 0) & ((speeds * min(shortest, 1.0)) ** 2 < np.finfo(np.float64).tiny)
+        fast = ~np.isfinite((speeds * max(4 * max(scene.size), 1.0)) ** 2)
+    if np.any(slow | fast):
+        ball = int(np.argmax(slow | fast))
+        raise SceneError(
+            "balls",
+            f"ball {ball} moves at {speeds[ball]:.6g} m/s, too {'slow' if slow[ball] else 'fast'} "
+            "for its contacts to be computed, as the square of speed times distance is no longer a "
+            "double; choose other units, so that speeds and distances are nearer to 1",
+            ball,
         )
 
 

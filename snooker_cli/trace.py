@@ -16,6 +16,11 @@ CONTAINER = -1
 """The partner's number in an event of a ball with the container."""
 
 
+SLIDE = -2
+"""Instead, in an event that stands for all the bounces of a ball before it slides along the wall,
+or for its pressing against the wall as it slid, since its event before."""
+
+
 class StopReason(StrEnum):
     """Why a repeat ended."""
 
@@ -47,8 +52,10 @@ class Events:
     """Collisions in order of time, a column a quantity.
 
     time : (*n*,) ``numpy.float64``, s; never decreases
-    i, j : (*n*,) ``numpy.int32``; i < j for two balls, j = -1 for the container
-    impulse : (*n*,) ``numpy.float64``, kg m/s, not negative, along the line of centres
+    i, j : (*n*,) ``numpy.int32``; i < j for two balls, j = -1 for the container, or -2 where the
+        ball slides: it begins to after infinitely many bounces, or has done so since its last event
+    impulse : (*n*,) ``numpy.float64``, kg m/s, not negative, along the line of centres; of all the
+        bounces, or what the ball has pressed as it slid
     """
 
     time: NDArray[np.float64]
@@ -58,6 +65,11 @@ class Events:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def at_wall(self) -> NDArray[np.bool_]:
+        """(*n*,) Which are with the container, not between balls."""
+        return self.j < 0
 
 
 @dataclass(frozen=True)

@@ -44,3 +44,16 @@ def listed(words: Sequence[str]) -> str:
 def counted(number: int, noun: str) -> str:
     """``1 repeat``, ``1,200 repeats``."""
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
+def size(number: float) -> str:
+    """A number of bytes to two digits: ``520 kB``."""
+    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if number >= 0.95 * scale:
+            return f"{rough(number / scale)} {unit}"
+    return f"{number:.0f} bytes"
+
+
+def rough(value: float) -> str:
+    """A number of 1 or more to two digits."""
+    return f"{float(f'{value:.2g}'):g}"

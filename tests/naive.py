@@ -158,6 +158,15 @@ def undisturbed(bodies: list[Body], now: float) -> None:
     """Leave the bodies as they are."""
 
 
+Rule = Callable[[float, int, int, float], bool]
+"""Whether a collision is elastic, of its time (s), i and j as in ``Event``, and normal speed."""
+
+
+def never(now: float, i: int, j: int, speed: float) -> bool:
+    """No collision is elastic but by its coefficient of restitution."""
+    return False
+
+
 def collisions(
     balls: list[Body],
     container: Body,
@@ -165,6 +174,7 @@ def collisions(
     wall_restitution: float,
     disturb: Callable[[list[Body], float], None] = undisturbed,
     until: float = NEVER,
+    elastic: Rule = never,
 ) -> Iterator[Event]:
     """The collisions in their order, as long as there are any; the bodies are changed.
 
@@ -184,5 +194,7 @@ def collisions(
             continue
         ball, other = balls[i], container if j == WALL else balls[j]
         x, y = line_of_centres(ball, other, container)
-        impulse = collide(ball, other, x, y, wall_restitution if j == WALL else restitution)
+        speed = ((ball.u - other.u) * x + (ball.v - other.v) * y) / math.hypot(x, y)
+        usual = wall_restitution if j == WALL else restitution
+        impulse = collide(ball, other, x, y, 1.0 if elastic(now, i, j, speed) else usual)
         yield Event(now, i, j, impulse)

@@ -11,6 +11,19 @@ from snooker_cli.results import Run
 from snooker_cli.runner import Outcome, Watcher, execute
 
 
+class StopsAfter(Watcher):
+    """Cancels the run when so many collisions are simulated."""
+
+    def __init__(self, collisions: int, cancelled: threading.Event) -> None:
+        self.left = collisions
+        self.cancelled = cancelled
+
+    def events(self, number: int) -> None:
+        self.left -= number
+        if self.left <= 0:
+            self.cancelled.set()
+
+
 def done(run: Run, *, workers: int = 1, watcher: Watcher | None = None) -> list[Outcome]:
     """The outcomes of doing what is missing of a run."""
     return execute(run, workers=workers, watcher=watcher or Watcher(), cancelled=threading.Event())

@@ -190,8 +190,43 @@ def twin_collisions(
 ) -> list[naive.Event]:
     """The slow twin's first collisions, fewer if no more happen, or none until a time (s)."""
     restitutions = scene.restitution, scene.wall_restitution
-    found = naive.collisions(*bodies(scene), *restitutions, disturb, until)
+    balls, container = bodies(scene)
+    elastic = Softness(scene, balls, container)
+    found = naive.collisions(balls, container, *restitutions, disturb, until, elastic)
     return list(itertools.islice(found, count))
+
+
+class Softness:
+    """Which collisions are elastic: slow ones, and those of a ball whose last contact lasts.
+
+    A contact lasts a part of the mean free time, which is that of every N-th collision.
+    """
+
+    def __init__(
+        self, scene: Scene, balls: list[naive.Body], container: naive.Body | naive.Box
+    ) -> None:
+        self.scene, self.balls, self.container = scene, balls, container
+        self.lasts, self.collided = 0.0, 0
+        self.last = [-math.inf] * scene.number
+
+    def __call__(self, now: float, i: int, j: int, speed: float) -> bool:
+        if self.collided % self.scene.number == 0:
+            self.lasts = self.scene.contact_duration * self.mean_free_time()
+        self.collided += 1
+        both = [i] if j == CONTAINER else [i, j]
+        touching = any(now - self.last[ball] < self.lasts for ball in both)
+        for ball in both:
+            self.last[ball] = now
+        return touching or speed < self.scene.elastic_below
+
+    def mean_free_time(self) -> float:
+        scene, home = self.scene, self.container
+        contacts = scene.wall_length / (math.pi * scene.area)  # in a metre
+        if scene.number > 1:
+            diameter = 2 * math.fsum(scene.radii) / scene.number
+            contacts += math.sqrt(8) * scene.number / scene.area * diameter
+        squares = [(ball.u - home.u) ** 2 + (ball.v - home.v) ** 2 for ball in self.balls]
+        return 1 / (contacts * math.sqrt(math.fsum(squares) / scene.number))
 
 
 def digest(events: Events) -> str:

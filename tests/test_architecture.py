@@ -41,9 +41,13 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "compare": ("decay", "kinetic", "observables", "scene", "theory", "trace", "words"),
     # Showing
     "gallery": (*DATA, "compare", "decay", "fit", "kinetic", "observables", "theory", "words"),
-    "figures": ("gallery",),
+    "animation": ("engine", "observables", "scene", "trace"),
+    "figures": ("animation", "gallery", "words"),
     # Measuring
-    "bench": ("arrange", "config", "engine", "gallery", "scene", "store", "trace", "words"),
+    "bench": (
+        *("arrange", "config", "engine", "gallery", "kinetic", "observables", "scene", "store"),
+        *("theory", "trace", "words"),
+    ),
 }
 # These two see everything below them.
 ROOMS["report"] = tuple(ROOMS)
@@ -61,6 +65,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "mpmath": ("bench",),
     "scipy": ("fit", "theory"),
     "matplotlib": ("figures",),
+    "PIL": ("figures",),
     "jinja2": ("report",),
     "typst": ("report",),
     "numpy": tuple(room for room in ROOMS if room != "config"),

@@ -49,7 +49,7 @@ def test_help_lists_the_commands_without_loading_heavy_libraries() -> None:
         [sys.executable, "-c", script], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0
-    for command in ("run", "export", "validate", "schema"):
+    for command in ("run", "ls", "show", "verify", "export", "validate", "schema"):
         assert re.search(rf"\b{command}\b", done.stdout)
     loaded = {name.partition(".")[0] for name in done.stderr.split()}
     assert "typer" in loaded
@@ -62,7 +62,7 @@ def test_python_m_tells_the_version() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, f"snooker {__version__}\n", "")
 
 
-@pytest.mark.parametrize("command", ["run", "export", "validate", "schema"])
+@pytest.mark.parametrize("command", ["run", "ls", "show", "verify", "export", "validate", "schema"])
 def test_every_command_has_help(command: str, snooker: Snooker) -> None:
     ended = snooker(command, "--help")
     assert (ended.code, ended.err) == (0, "")
@@ -217,6 +217,7 @@ def test_fresh_removes_the_fit_of_the_old_results(finished: Path, snooker: Snook
     ended = snooker("run", "small.yaml", "--no-progress", "-o", "repeats=4")
     assert (ended.code, ended.err) == (
         0,
+        "snooker: runs/small is extended: repeats from 3 to 4\n"
         "snooker: removed fit.json, made before the repeats that follow; make it again later\n",
     )
     assert not (finished / "fit.json").exists()

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from snooker_cli import results, store
-from snooker_cli.cli.planning import _duration, _size
+from snooker_cli.cli.planning import _duration
+from snooker_cli.words import size
 
 Snooker = Callable[..., Any]
 
@@ -54,15 +55,16 @@ def test_a_dry_run_writes_and_simulates_nothing(here: Path, snooker: Snooker) ->
         "  records   events\n"
         "  modelled  moving container, losses between balls, losses at the wall, wall traps and "
         "collapse\n"
-        "  left out  cells, balls sorted by cells, straight walls, periodic images and "
-        "unequal balls\n"
+        "  left out  cells, balls sorted by cells, straight walls, periodic images, "
+        "unequal balls, sliding along the wall, lasting contacts and slow collisions elastic\n"
         "\n"
         "cor=1.0: 7 balls, 3 to do\n"
         "  engine    allpairs: at most 80 balls in a circle\n"
         "  records   events\n"
         "  modelled  moving container and collapse\n"
         "  left out  cells, balls sorted by cells, straight walls, periodic images, unequal "
-        "balls, losses between balls, losses at the wall and wall traps\n"
+        "balls, sliding along the wall, losses between balls, losses at the wall, wall traps, "
+        "lasting contacts and slow collisions elastic\n"
         "\n"
         "at most 900 collisions: about a second on 2 threads, and about 130 kB\n"
     )
@@ -178,7 +180,7 @@ def test_estimates_are_rounded_for_people() -> None:
         "25 hours",
         "23 days",
     ]
-    assert [_size(number) for number in (10, 999_999, 1.35e9, 2.7e12)] == [
+    assert [size(number) for number in (10, 999_999, 1.35e9, 2.7e12)] == [
         "10 bytes",
         "1 MB",
         "1.4 GB",
@@ -200,8 +202,8 @@ def test_a_forced_engine_has_results_of_its_own(here: Path, snooker: Snooker) ->
         refused = snooker("run", "small.yaml", *others)
         assert refused.code == 2
         assert re.fullmatch(
-            r"snooker: runs/small: holds results of another config or engine version, or of "
-            r"another --engine; give --fresh .*\n",
+            r"snooker: runs/small: holds results of another --engine, whose "
+            r"bits differ; give --fresh .*\n",
             refused.err,
         )
     again = json.loads(snooker("run", "small.yaml", "--engine", "cells", "--json").out)

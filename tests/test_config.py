@@ -317,6 +317,9 @@ def test_schema_knows_what_can_be_swept() -> None:
         "balls.packing",
         "cor",
         "wall_cor",
+        "collapse.tc",
+        "collapse.elastic_below",
+        "collapse",
         "collisions",
         "time",
     ]

@@ -288,6 +288,7 @@ def test_specialisation():
         "periodic images": False,
         "moving container": False,
         "unequal balls": False,
+        "sliding along the wall": False,
     }
     assert specialisation(one_ball()) == same
     assert specialisation(one_ball(container_mass=5.0))["moving container"]

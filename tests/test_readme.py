@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from snooker_cli.config import digest, load, parse
+from snooker_cli.report.accuracy import finding, saved
 from snooker_cli.report.published import PUBLISHED, published
 from snooker_cli.report.search import LIKELY, TARGETS, pressures, search
 from snooker_cli.results import Run, create
@@ -112,6 +113,10 @@ def test_finding(folder: Path) -> None:
     tiny = next(one for one in found.ranked if one.setting.radius < 1.0)
     for name in ("speed_0.8", "pressure"):
         assert not tiny.beside(published(name)).agrees(published(name))
+
+
+def test_errors_and_costs_are_the_saved_measurements() -> None:
+    assert finding(saved("error")) in " ".join(README.split())
 
 
 def update() -> None:

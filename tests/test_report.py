@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from snooker_cli.config import load
+from snooker_cli.report import accuracy
 from snooker_cli.report.audit import EXPLAINED, FOLLOWS, REPRODUCED, UNEXPLAINED, VERDICTS
 from snooker_cli.report.build import build
 from snooker_cli.report.plates import PLATES, RUNS
@@ -135,6 +136,7 @@ class Page(HTMLParser):
         super().__init__()
         self.loaded: list[str] = []
         self.images = 0
+        self.players: list[str] = []
         self.text = ""
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
@@ -142,7 +144,11 @@ class Page(HTMLParser):
             if name in ("src", "href") and value and not value.startswith(("#", "data:")):
                 self.loaded.append(value)
         self.images += tag == "img"
-        assert tag not in ("script", "link", "iframe")
+        assert tag not in ("script", "link")
+        if tag == "iframe":
+            inside = dict(attrs)
+            assert inside["sandbox"] == "allow-scripts"
+            self.players.append(str(inside["srcdoc"]))
 
     def handle_data(self, data: str) -> None:
         self.text += data
@@ -152,7 +158,10 @@ def test_page_is_self_contained(report: Path) -> None:
     page = Page()
     page.feed((report / "report.html").read_text(encoding="utf-8"))
     assert page.loaded == []
-    assert page.images == len(PLATES)
+    assert len(page.players) == 3
+    for player in page.players:
+        assert "default-src 'none'" in player  # it may load nothing
+    assert page.images == len(PLATES) + len(accuracy.LABELS)
     for number in PUBLISHED:
         assert number.what in page.text, number.name
         assert number.printed in page.text, number.name
@@ -168,7 +177,7 @@ def test_pdf_has_pages(report: Path) -> None:
 def test_second_build_gives_the_same_bytes(runs: Path, report: Path, tmp_path: Path) -> None:
     build(runs, tmp_path, lambda message: None)
     files = sorted(path.relative_to(report) for path in report.rglob("*") if path.is_file())
-    assert len(files) == 3 * len(PLATES) + 3
+    assert len(files) == 3 * (len(PLATES) + len(accuracy.LABELS)) + 3
     for name in files:
         assert (tmp_path / name).read_bytes() == (report / name).read_bytes(), name
 

@@ -121,21 +121,91 @@ def test_what_is_no_physics_shares_the_results(
 
 @pytest.mark.parametrize(
     "override",
-    ["seed=2", "collisions=151", "balls.speed=11", "cor=0.85", "cor=1.0,0.85", "record=summary"],
+    ["seed=2", "balls.speed=11", "cor=0.85", "cor=1.0,0.85", "record=summary"],
 )
 def test_another_experiment_is_refused(override: str, copied_run: Path, small_config: str) -> None:
     before = files(copied_run)
-    other = parse(small_config, overrides=[override]).experiment
-    with pytest.raises(RunError, match=r"copied: holds results of another config .* --fresh"):
+    other = parse(small_config, overrides=[override, "collisions=151"]).experiment
+    with pytest.raises(RunError, match=r"copied: holds results of another config .* --fresh") as no:
         results.create(copied_run, other)
+    key = override.partition("=")[0].partition(".")[0]
+    assert key in str(no.value).replace("sweep", "cor")
+    assert results.extension(results.planned(copied_run, other, fresh=True)) == ""
     assert files(copied_run) == before
+
+
+@pytest.mark.parametrize(
+    ("overrides", "said"),
+    [
+        (("collisions=151",), "collisions from 150 to 151"),
+        (("repeats=4",), "repeats from 3 to 4"),
+        (("collisions=200", "repeats=5"), "collisions from 150 to 200, repeats from 3 to 5"),
+        (("repeats=2",), ""),
+        (("title=other",), ""),
+    ],
+)
+def test_more_of_the_same_extends_a_run(
+    overrides: tuple[str, ...], said: str, copied_run: Path, small_config: str
+) -> None:
+    before = files(copied_run)
+    more = parse(small_config, overrides=overrides).experiment
+    run = results.planned(copied_run, more)
+    assert files(copied_run) == before
+    sentence = results.extension(run)
+    assert sentence.partition(";")[0] == (f"{copied_run} is extended: {said}" if said else "")
+    assert results.create(copied_run, more) == run == results.open_run(copied_run)
+    assert results.extension(run) == ""
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "cut"),
+    [
+        (["collisions=150"], ["collisions=149"], "collisions from 150 to 149"),
+        (["collisions=150"], ["collisions=300", "time=1"], "time from null to 1.0"),
+        (["collisions=150", "time=9"], ["time=8"], "time from 9.0 to 8.0"),
+        (["collisions=150", "time=9"], ["time=9"], ""),
+        (["collisions=150", "time=9"], ["collisions=150"], ""),
+        (["collisions=150", "time=9"], ["collisions=151", "time=9.5"], ""),
+        (["time=9"], ["collisions=150", "time=10"], "collisions from null to 150"),
+        (["collisions=100,200"], ["collisions=150,200"], ""),
+        (
+            ["collisions=100,200"],
+            ["collisions=300,100"],
+            "collisions from .100, 200. to .300, 100.",
+        ),
+    ],
+)
+def test_nothing_is_cut_off(
+    before: list[str], after: list[str], cut: str, tmp_path: Path, small_config: str
+) -> None:
+    swept = "," in before[0]
+    bare = small_config if swept else small_config.replace("collisions: 150\n", "")
+    results.create(tmp_path, parse(bare, overrides=before).experiment)
+    changed = parse(bare, overrides=after).experiment
+    if cut:
+        with pytest.raises(RunError, match=rf"go on longer .*\({cut}\), .* --fresh"):
+            results.create(tmp_path, changed)
+    else:
+        results.create(tmp_path, changed)
+        assert results.open_run(tmp_path).experiment == changed
+
+
+def test_an_old_manifest_whose_digests_are_others_is_no_run_to_extend(
+    copied_run: Path, small_config: str
+) -> None:
+    manifest = json.loads((copied_run / MANIFEST).read_text())
+    manifest["points"][0]["digest"] = "0" * 64
+    results.write_json(copied_run / MANIFEST, manifest)
+    longer = parse(small_config, overrides=["collisions=151"]).experiment
+    with pytest.raises(RunError, match="holds results of another config"):
+        results.create(copied_run, longer)
 
 
 def test_an_engine_that_is_forced_is_part_of_what_a_run_is(
     copied_run: Path, experiment: Experiment, tmp_path: Path
 ) -> None:
     before = files(copied_run)
-    with pytest.raises(RunError, match=r"copied: holds results of .* another --engine; .* --fresh"):
+    with pytest.raises(RunError, match=r"copied: holds results of another --engine, .* --fresh"):
         results.create(copied_run, experiment, engine="cells")
     assert files(copied_run) == before
     forced = results.create(tmp_path / "forced", experiment, engine="cells")
@@ -166,7 +236,7 @@ def test_another_engines_results_are_refused(copied_run: Path, experiment: Exper
     manifest = json.loads((copied_run / MANIFEST).read_text())
     manifest["engine_version"] += 1
     results.write_json(copied_run / MANIFEST, manifest)
-    with pytest.raises(RunError, match="another config or engine version"):
+    with pytest.raises(RunError, match=r"of engine version .* may give other bits; give --fresh"):
         results.create(copied_run, experiment)
 
 

@@ -10,16 +10,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from repeating import bytes_of, contents, done, made
+from repeating import StopsAfter, bytes_of, contents, done, made
 
 from snooker_cli import results, store
 from snooker_cli.arrange import arrange
 from snooker_cli.config import digest, parse, points
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.results import Run
-from snooker_cli.runner import Kind, Outcome, Watcher, execute, kinds
+from snooker_cli.runner import Kind, Outcome, Watcher, execute, kinds, ledger
 from snooker_cli.runner.threads import Threads
 from snooker_cli.scene import SceneError
+from snooker_cli.store import StoreError
 from snooker_cli.trace import StopReason
 
 
@@ -32,7 +33,11 @@ class Notes(Watcher):
         self.outcomes: list[Outcome] = []
         self.readied = 0
         self.removed: list[str] = []
+        self.refused: list[str] = []
         self.figures = False
+
+    def unusable(self, sentence: str) -> None:
+        self.refused.append(sentence)
 
     def outdated(self, removed: list[Path], figures: bool) -> None:
         self.removed, self.figures = [path.name for path in removed], figures
@@ -123,31 +128,38 @@ def put_a_forced_engines_there(path: Path) -> None:
     store.write(path, stored.trace, replace(stored.provenance, engine="cells"))
 
 
-@pytest.mark.parametrize(
-    "damage",
-    [
-        remove,
-        truncate,
-        empty,
-        flip_a_bit,
-        put_another_repeat_there,
-        put_another_point_there,
-        put_another_engine_versions_there,
-        put_a_forced_engines_there,
-    ],
-)
+DAMAGES: dict[Callable[[Path], None], str] = {
+    remove: "",
+    truncate: "not a readable result of snooker",
+    empty: "not a readable result of snooker",
+    flip_a_bit: "its content has changed since it was written",
+    put_another_repeat_there: "is repeat 2 of point 1",
+    put_another_point_there: "is repeat 1 of point 0",
+    put_another_engine_versions_there: f"is of engine version {ENGINE_VERSION - 1}, not",
+    put_a_forced_engines_there: "is of --engine cells",
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
 def test_one_bad_file_is_done_again_and_only_that(
     damage: Callable[[Path], None], copied: Run, finished_run: Run
 ) -> None:
     before = bytes_of(copied.directory)
-    damage(copied.path(1, 1))
-    outcomes = done(copied)
+    path = copied.path(1, 1)
+    damage(path)
+    notes = Notes()
+    if DAMAGES[damage]:
+        with pytest.raises(StoreError, match=f"^{path}: {DAMAGES[damage]}"):
+            list(copied.traces(copied.points[1]))
+    outcomes = done(copied, watcher=notes)
     assert [(each.point, each.repeat) for each in outcomes if not each.cached] == [(1, 1)]
     after = bytes_of(copied.directory)
     name = "point-0001/repeat-0001.h5"
     assert after.pop(name) != before.pop(name)
     assert after == before
     assert contents(copied) == contents(finished_run)
+    assert len(notes.refused) == (DAMAGES[damage] != "")
+    assert all(said.startswith(f"{path}: {DAMAGES[damage]}") for said in notes.refused)
 
 
 def test_more_repeats_extend_a_run(copied: Run, small_config: str, tmp_path: Path) -> None:
@@ -253,8 +265,14 @@ def test_one_failing_repeat_does_not_stop_the_others(copied: Run, finished_run: 
     assert "repeat-0001.h5: cannot write the result" in failed[0].error
     assert failed[0].stop is None
     assert failed[0] in notes.outcomes
+    assert results.failures(copied) == {(0, 1): failed[0].error}
+    first, second = ledger(copied).points
+    assert (first.done, first.failed, first.to_do, second.done) == (2, 1, 0, 3)
+    assert first.remarks == [(1, f"failed: {failed[0].error}")]
     copied.path(0, 1).rmdir()
     assert [each.cached for each in done(copied)] == [True, False, True, True, True, True]
+    assert results.failures(copied) == {}
+    assert not (copied.directory / results.FAILURES).exists()
     assert contents(copied) == contents(finished_run)
 
 
@@ -301,7 +319,10 @@ KERNEL = {
     "periodic images": False,
     "moving container": False,
     "unequal balls": False,
+    "sliding along the wall": False,
     "events": True,
+    "lasting contacts": False,
+    "slow collisions elastic": False,
 }
 LOSSES = {"losses between balls": False, "losses at the wall": False, "wall traps": False}
 
@@ -387,19 +408,6 @@ def test_an_unforeseen_error_keeps_its_traceback(
 
 
 # Interrupts
-
-
-class StopsAfter(Watcher):
-    """Cancels the run when so many collisions are simulated."""
-
-    def __init__(self, collisions: int, cancelled: threading.Event) -> None:
-        self.left = collisions
-        self.cancelled = cancelled
-
-    def events(self, number: int) -> None:
-        self.left -= number
-        if self.left <= 0:
-            self.cancelled.set()
 
 
 def test_an_interrupted_repeat_is_saved_and_done_again(small_config: str, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import re
 import signal
@@ -11,20 +12,34 @@ import time
 from pathlib import Path
 
 import pytest
+from forging import Forged, forge
 from repeating import contents, done, made
 
-from snooker_cli import results, store
+from snooker_cli import results, runner, store
+from snooker_cli.results import State
 from snooker_cli.trace import StopReason
 
-ENDLESS = "repeats=3000"
+KILLS = int(os.environ.get("SNOOKER_KILLS", "5"))
+"""How often a run is killed in the test of kills."""
+
+ENDLESS = "repeats=10000"
 """Far more than a process does before it is stopped."""
+
+
+Process = subprocess.Popen[str] | Forged
+"""A `snooker run` under way."""
+
+
+def arguments(config: Path, directory: Path) -> list[str]:
+    """Of a `snooker run` with an end far away."""
+    where = ["--out", str(directory)]
+    return ["run", str(config), *where, "-o", ENDLESS, "-j", "2", "--no-progress"]
 
 
 def started(config: Path, directory: Path) -> subprocess.Popen[str]:
     """A real `snooker run` with an end far away."""
-    command = [sys.executable, "-m", "snooker_cli", "run", str(config), "--out", str(directory)]
     return subprocess.Popen(
-        [*command, "-o", ENDLESS, "-j", "2", "--no-progress"],
+        [sys.executable, "-m", "snooker_cli", *arguments(config, directory)],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
@@ -39,11 +54,11 @@ def ended(path: Path) -> StopReason:
     return store.check(path).stop.reason
 
 
-def wait_for_repeats(number: int, directory: Path, process: subprocess.Popen[str]) -> None:
-    """Return as soon as so many repeats are there; the last one is waited for without pause."""
+def wait_for_repeats(number: int, directory: Path, process: Process) -> None:
+    """Return as soon as so many repeats are there; the last one is waited for most closely."""
     while (found := len(repeats_in(directory))) < number:
         assert process.poll() is None, process.communicate()
-        time.sleep(0.002 if found < number - 1 else 0.0)
+        time.sleep(0.002 if found < number - 1 else 0.0002)
 
 
 def assert_completes(directory: Path, text: str, reference: Path) -> None:
@@ -53,7 +68,8 @@ def assert_completes(directory: Path, text: str, reference: Path) -> None:
         store.read(path)
     repeats = 1 + max(int(path.name[7:].split(".")[0]) for path in left)
     run = made(directory, text, f"repeats={repeats}")
-    kept = [path for path in repeats_in(directory) if ended(path) is not StopReason.INTERRUPTED]
+    jobs = runner.jobs(run)
+    kept = [each.path for job in jobs if (each := runner.entry(run, job)).state is State.DONE]
     with results.held(directory):
         outcomes = done(run, workers=2)
     assert [run.path(0, each.repeat) for each in outcomes if each.cached] == kept
@@ -72,25 +88,77 @@ def one_point(small_config: str) -> str:
 # Kills and signals
 
 
-def test_no_kill_leaves_a_torn_file(one_point: str, tmp_path: Path) -> None:
-    """SIGKILL at five moments: when a file has just appeared, or up to about one later."""
-    chance = random.Random(1)
+def wait_for_part(directory: Path, process: Process) -> None:
+    """Return as soon as a file is being written; none may be seen of those that are short."""
+    number = len(repeats_in(directory))
+    while not list(directory.glob("point-0000/*.part")):
+        assert process.poll() is None, process.communicate()
+        if len(repeats_in(directory)) > number + 3:
+            return
+        time.sleep(0.0002)
+
+
+def kill(process: Process, directory: Path, chance: random.Random, moment: str) -> None:
+    """SIGKILL a run: as files appear or are written, up to about a file's time later, or any time
+    from its first instruction on."""
+    if moment == "file":
+        number = len(repeats_in(directory)) + chance.randrange(1, 6)
+        wait_for_repeats(number, directory, process)
+    elif moment == "part":
+        wait_for_part(directory, process)
+    else:
+        time.sleep(chance.uniform(0.0, 2.0 if moment == "beginning" else 0.1))
+    for _ in range(chance.choice([0, chance.randrange(100_000)])):
+        pass
+    process.kill()
+    _, said = process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    assert "Traceback" not in said
+
+
+@pytest.mark.parametrize(("collisions", "kills"), [(150, KILLS - KILLS // 2), (70_000, KILLS // 2)])
+def test_no_kill_leaves_a_torn_file(
+    collisions: int, kills: int, one_point: str, tmp_path: Path
+) -> None:
+    """Of short repeats, which are written at once, and of long ones, written as they come."""
+    chance = random.Random(collisions)
     config, directory = tmp_path / "kill.yaml", tmp_path / "killed"
-    config.write_text(one_point)
-    whole: set[Path] = set()
-    for _ in range(5):
-        process = started(config, directory)
-        wait_for_repeats(len(repeats_in(directory)) + chance.randrange(1, 6), directory, process)
-        for _ in range(chance.choice([0, chance.randrange(100_000)])):
-            pass
-        process.kill()
-        _, said = process.communicate()
-        assert process.returncode == -signal.SIGKILL
-        assert "Traceback" not in said
-        for path in set(repeats_in(directory)) - whole:
-            store.read(path)
-            whole.add(path)
-    assert_completes(directory, one_point, tmp_path / "uninterrupted")
+    text = one_point.replace("collisions: 150", f"collisions: {collisions}")
+    config.write_text(text)
+    whole: dict[Path, str] = {}
+    with forge(config, tmp_path / "forge") as making:
+        for number in range(kills):
+            if number % 20 == 1:
+                kill(started(config, directory), directory, chance, "beginning")
+            else:
+                moment = chance.choice(["file", "part", "time"])
+                kill(Forged(making, arguments(config, directory)), directory, chance, moment)
+            there = repeats_in(directory)
+            assert whole.keys() <= set(there)
+            for path in set(there) - whole.keys():
+                whole[path] = store.check(path).bits
+    assert "Traceback" not in (tmp_path / "forge" / "talk").read_text()
+    if not repeats_in(directory):  # of kills before the first one alone
+        done(made(directory, text, "repeats=1"))
+    assert_completes(directory, text, tmp_path / "uninterrupted")
+    assert all(store.check(path).bits == bits for path, bits in whole.items())
+
+
+def test_no_kill_of_an_extension_loses_a_repeat(one_point: str, tmp_path: Path) -> None:
+    """Every repeat stays what it was or becomes what it is to be."""
+    config, directory = tmp_path / "extend.yaml", tmp_path / "killed"
+    before = done(made(directory, one_point, "repeats=60"))
+    text = one_point.replace("collisions: 150", "collisions: 1000")
+    config.write_text(text)
+    process = started(config, directory)
+    while store.glance(repeats_in(directory)[4]).collisions == 150:
+        assert process.poll() is None, process.communicate()
+    process.kill()
+    process.communicate()
+    lengths = [store.check(path).collisions for path in repeats_in(directory)]
+    assert len(lengths) >= len(before)
+    assert set(lengths) <= {150, 1000}
+    assert_completes(directory, text, tmp_path / "uninterrupted")
 
 
 def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None:
@@ -106,8 +174,8 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
         *_, stopping, rest = said.splitlines()
         assert stopping == "snooker: stopping; saving what is under way"
         assert re.fullmatch(
-            r"snooker: interrupted with \d+ of 3,000 repeats done; the same command goes on where "
-            "it stopped",
+            r"snooker: interrupted with [\d,]+ of 10,000 repeats done; the same command goes on "
+            "where it stopped",
             rest,
         )
         assert not list(directory.rglob("*.part"))

@@ -58,6 +58,9 @@ def arrange(experiment: Experiment, repeat: int) -> Scene:
         shape=container.shape,
         width=math.nan if circle else size[0],
         height=math.nan if circle else size[1],
+        contact_duration=experiment.contact_duration,
+        elastic_below=experiment.elastic_below,
+        slides=experiment.collapse == "slide",
     )
     try:
         check(scene)

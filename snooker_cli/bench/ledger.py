@@ -10,8 +10,11 @@ import numpy as np
 from snooker_cli.trace import CONTAINER
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from snooker_cli.bench.methods import Course
     from snooker_cli.scene import Scene
+    from snooker_cli.trace import Events
 
 
 @dataclass(frozen=True)
@@ -30,38 +33,40 @@ class Ledger:
 
 def ledger(course: Course) -> Ledger:
     """The books of a course in a circle."""
-    start, finish = course.start, course.finish
+    start, finish, events = course.start, course.finish, course.events
     speeds = np.sqrt(np.sum(start.velocities**2, axis=1))
     arms = np.sqrt(np.sum(start.positions**2, axis=1))
-    energy = _energy(finish) - _energy(start) + _losses(course)
-    momentum = np.sqrt(np.sum((_momentum(finish) - _momentum(start)) ** 2))
-    turned = abs(_angular_momentum(finish) - _angular_momentum(start))
+    energy = total_energy(finish) - total_energy(start) + losses(start, events)
+    momentum = np.sqrt(np.sum((total_momentum(finish) - total_momentum(start)) ** 2))
+    turned = abs(total_angular_momentum(finish) - total_angular_momentum(start))
     return Ledger(
-        energy=abs(energy) / _energy(start),
+        energy=abs(energy) / total_energy(start),
         momentum=float(momentum / np.sum(start.masses * speeds)) if start.free else None,
         angular_momentum=turned / float(np.sum(start.masses * arms * speeds)),
     )
 
 
-def _energy(scene: Scene) -> float:
+def total_energy(scene: Scene) -> float:
+    """Of the balls and the container, J."""
     return scene.kinetic_energy + scene.container_energy
 
 
-def _losses(course: Course) -> float:
+def losses(start: Scene, events: Events) -> float:
     """The sum of (1 - e)/(1 + e) J^2/(2 mu) over the collisions, J."""
-    events, start = course.events, course.start
     masses = np.append(start.masses, start.container_mass)  # j = -1 is the last
     e = np.where(events.j == CONTAINER, start.wall_restitution, start.restitution)
     inverse = 1 / masses[events.i] + 1 / masses[events.j]
     return float(np.sum((1 - e) / (1 + e) * events.impulse**2 * inverse / 2))
 
 
-def _momentum(scene: Scene) -> np.ndarray:
+def total_momentum(scene: Scene) -> NDArray[np.float64]:
+    """Of the balls and of a container that moves, kg m/s."""
     total = scene.masses @ scene.velocities
     return total + scene.container_mass * scene.container_velocity if scene.free else total
 
 
-def _angular_momentum(scene: Scene) -> float:
+def total_angular_momentum(scene: Scene) -> float:
+    """About the origin, with a container that moves as a point mass, kg m^2/s."""
     (x, y), (u, v) = scene.positions.T, scene.velocities.T
     total = float(np.sum(scene.masses * (x * v - y * u)))
     if scene.free:

@@ -8,7 +8,16 @@ from typing import Annotated, Any
 
 import typer
 
-from snooker_cli.cli import analysing, benching, inspecting, plotting, running
+from snooker_cli.cli import (
+    analysing,
+    animating,
+    benching,
+    inspecting,
+    listing,
+    plotting,
+    running,
+    verifying,
+)
 
 app = typer.Typer(
     name="snooker",
@@ -53,9 +62,13 @@ def _patient(command: Callable[..., None]) -> Callable[..., None]:
 
 
 app.command("run")(_patient(running.run))
+app.command("ls")(listing.ls)
+app.command("show")(listing.show)
+app.command("verify")(_patient(verifying.verify))
 app.command("fit")(_patient(analysing.fit))
 app.command("compare")(_patient(analysing.compare))
 app.command("plot")(_patient(plotting.plot))
+app.command("animate")(_patient(animating.animate))
 app.command("report")(_patient(analysing.report))
 app.command("export")(_patient(inspecting.export))
 app.command("validate")(inspecting.validate)

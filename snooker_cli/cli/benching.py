@@ -83,6 +83,64 @@ def error(
     _give("error", measurement, _lines_of_errors(measurement), pictures, out, as_json)
 
 
+@bench.command()
+def physics(
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Few balls, in seconds: not to be quoted.")
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Also write tables, JSON and a figure there."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Pressures, collision rates, cooling and speeds beside what is published of them.
+
+    Each with its standard error, and how many of them lie between. It takes two to four minutes,
+    and ends with exit code 4 if a row does not agree.
+    """
+    from snooker_cli.bench.physics import full_plan, measured, quick_plan
+    from snooker_cli.bench.physics_figures import pictures
+    from snooker_cli.cli.endings import Exit
+    from snooker_cli.cli.physics import lines_of_physics
+    from snooker_cli.cli.progress import say
+
+    measurement = measured(quick_plan() if quick else full_plan(), say)
+    _give("physics", measurement, lines_of_physics(measurement), pictures, out, as_json)
+    if not all(row["agrees"] for row in measurement["rows"]):
+        raise typer.Exit(int(Exit.SOME_FAILED))
+
+
+@bench.command()
+def hard(
+    cases: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[CASE]...", help="Only these [all but those that take minutes]."),
+    ] = None,
+    configs: Annotated[
+        Path, typer.Option("--configs", metavar="DIR", help="The folder of the cases' configs.")
+    ] = Path("configs", "hard"),
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Also write tables and JSON there.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Scenes made to break an engine, and whether they do: each with both engines.
+
+    Everything that must be true is measured beside what rounding alone could do. It takes half a
+    minute, and ends with exit code 4 if a case fails.
+    """
+    from snooker_cli.bench.hard import measured
+    from snooker_cli.cli.endings import Exit
+    from snooker_cli.cli.hard import chosen, lines_of_hard
+    from snooker_cli.cli.progress import say
+
+    measurement = measured(chosen(cases or [], configs), configs, say)
+    _give("hard", measurement, lines_of_hard(measurement), lambda _: [], out, as_json)
+    if not all(case["holds"] for case in measurement["cases"]):
+        raise typer.Exit(int(Exit.SOME_FAILED))
+
+
 def _give(
     name: str,
     measurement: dict[str, Any],

@@ -16,6 +16,7 @@ class Exit(IntEnum):
 
     DONE = 0
     UNEXPECTED = 1
+    UNSOUND = 1  # `verify` has found a file that cannot be trusted
     USAGE = 2
     CONFIG = 3
     SOME_FAILED = 4

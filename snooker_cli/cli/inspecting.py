@@ -12,7 +12,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from snooker_cli.engine import States
-    from snooker_cli.trace import Events
+    from snooker_cli.results import Run
+    from snooker_cli.trace import Events, Trace
+
+RunName = Annotated[str, typer.Argument(metavar="RUN", help="A run's folder or name.")]
+PointNumber = Annotated[int, typer.Option("--point", min=0, help="Point, from 0.")]
+RepeatNumber = Annotated[int, typer.Option("--repeat", min=0, help="Repeat, from 0.")]
 
 
 def validate(config: ConfigPath, override: Overrides = None, as_json: AsJson = False) -> None:
@@ -53,9 +58,9 @@ def schema() -> None:
 
 
 def export(
-    run: Annotated[str, typer.Argument(metavar="RUN", help="A run's folder or name.")],
-    point: Annotated[int, typer.Option("--point", min=0, help="Point, from 0.")] = 0,
-    repeat: Annotated[int, typer.Option("--repeat", min=0, help="Repeat, from 0.")] = 0,
+    run: RunName,
+    point: PointNumber = 0,
+    repeat: RepeatNumber = 0,
     states: Annotated[
         bool, typer.Option("--states", help="Positions and velocities instead of events.")
     ] = False,
@@ -76,18 +81,12 @@ def export(
     """
     import sys
 
-    from snooker_cli import store
     from snooker_cli.cli.endings import UserError, until_nobody_reads
     from snooker_cli.engine import replay
     from snooker_cli.results import open_run
 
     opened = open_run(run)
-    if point >= len(opened.points):
-        raise UserError(f"--point {point}: {opened.name} has points 0 to {len(opened.points) - 1}")
-    if repeat >= opened.experiment.repeats:
-        last = opened.experiment.repeats - 1
-        raise UserError(f"--repeat {repeat}: {opened.name} has repeats 0 to {last}")
-    trace = store.read(opened.path(point, repeat)).trace
+    trace = trace_of(opened, point, repeat)
     if trace.events is None:
         raise UserError(f"{opened.name} was run with `record: summary`: it has no events to export")
     if states:
@@ -102,6 +101,19 @@ def export(
         raise UserError("--times goes with --states")
     with until_nobody_reads():
         sys.stdout.writelines(rows)
+
+
+def trace_of(run: Run, point: int, repeat: int) -> Trace:
+    """A repeat by its numbers. Raises ``UserError`` if the run has none, ``StoreError``."""
+    from snooker_cli import store
+    from snooker_cli.cli.endings import UserError
+
+    if point >= len(run.points):
+        raise UserError(f"--point {point}: {run.name} has points 0 to {len(run.points) - 1}")
+    if repeat >= run.experiment.repeats:
+        last = run.experiment.repeats - 1
+        raise UserError(f"--repeat {repeat}: {run.name} has repeats 0 to {last}")
+    return store.read(run.path(point, repeat)).trace
 
 
 def _event_rows(events: Events) -> Iterator[str]:

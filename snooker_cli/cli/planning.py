@@ -21,8 +21,6 @@ BYTES_A_BALL = 80
 BYTES_A_REPEAT = 16_000
 BYTES_A_SUMMARY = 60_000
 
-UNITS = (("GB", 1e9), ("MB", 1e6), ("kB", 1e3))
-
 
 def show(content: dict[str, Any], *, as_json: bool) -> None:
     """Print a plan."""
@@ -61,11 +59,12 @@ def plan(run: Run, kinds: Sequence[Kind], workers: int, fresh: bool = False) -> 
 
 def _to_do(run: Run, *, fresh: bool) -> dict[int, int]:
     """The number of repeats that each point lacks; those that are there are checked."""
-    from snooker_cli.runner import jobs, present
+    from snooker_cli.results import State
+    from snooker_cli.runner import entry, jobs
 
     found = {point.index: 0 for point in run.points}
     for job in jobs(run):
-        found[job.point.index] += fresh or present(run, job) is None
+        found[job.point.index] += fresh or entry(run, job).state is not State.DONE
     return found
 
 
@@ -179,39 +178,28 @@ def _where(kind: dict[str, Any]) -> str:
 
 def _estimate(content: dict[str, Any]) -> str:
     """The sentence about time and disk."""
-    from snooker_cli.words import counted
+    from snooker_cli.words import counted, size
 
     if content["to_do"] == 0:
         return "nothing is left to do"
     if content["collisions"] is None:
-        disk = "" if content["bytes"] is None else f", and about {_size(content['bytes'])}"
+        disk = "" if content["bytes"] is None else f", and about {size(content['bytes'])}"
         return (
             "a repeat that ends at a time, not after so many collisions, may take any time" + disk
         )
     return (
         f"at most {content['collisions']:,} collisions: about {_duration(content['seconds'])} on "
-        f"{counted(content['threads'], 'thread')}, and about {_size(content['bytes'])}"
+        f"{counted(content['threads'], 'thread')}, and about {size(content['bytes'])}"
     )
 
 
 def _duration(seconds: float) -> str:
     """A time to two digits, which is more than is known of it."""
+    from snooker_cli.words import rough
+
     if seconds < 1.0:
         return "a second"
     for unit, size in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
         if seconds >= 2 * size:
-            return f"{_rough(seconds / size)} {unit}"
-    return f"{_rough(seconds)} s"
-
-
-def _size(number: float) -> str:
-    """A number of bytes to two digits."""
-    for unit, size in UNITS:
-        if number >= 0.95 * size:
-            return f"{_rough(number / size)} {unit}"
-    return f"{number:.0f} bytes"
-
-
-def _rough(value: float) -> str:
-    """A number of 1 or more to two digits."""
-    return f"{float(f'{value:.2g}'):g}"
+            return f"{rough(seconds / size)} {unit}"
+    return f"{rough(seconds)} s"

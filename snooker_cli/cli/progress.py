@@ -68,7 +68,7 @@ class Lines(Watcher):
         self.points, self.repeats = points, repeats
         self.compiling = 0.0
         self._began: float | None = None
-        self._failures = 0
+        self._failures = self._unusable = 0
 
     def __enter__(self) -> Self:
         return self
@@ -80,6 +80,13 @@ class Lines(Watcher):
     def seconds(self) -> float:
         """Since simulating began; none if it never has."""
         return 0.0 if self._began is None else time.perf_counter() - self._began
+
+    def unusable(self, sentence: str) -> None:
+        self._unusable += 1
+        if self._unusable <= MOST_LINES:
+            say(f"{sentence.rpartition(';')[0]}; simulating it again")
+        if self._unusable == MOST_LINES:
+            say("further files that do not count are simulated again, but not told")
 
     def outdated(self, removed: list[Path], figures: bool) -> None:
         if removed:

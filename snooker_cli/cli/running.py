@@ -72,8 +72,9 @@ def run(
     """Simulate all points and repeats of CONFIG and store them.
 
     Repeats that are there already are checked and kept, so that an interrupted run goes on where
-    it was. A repeat that ends in a wall trap or inelastic collapse is kept up to there and said.
-    Results of a forced --engine are not mixed with others: their bits differ.
+    it was; more repeats, collisions or time extend it. A repeat that ends in a wall trap or
+    inelastic collapse is kept up to there and said. Results of a forced --engine are not mixed
+    with others: their bits differ.
     """
     import threading
 
@@ -91,10 +92,13 @@ def run(
             from snooker_cli.cli.planning import plan, show
 
             target = results.planned(directory, loaded.experiment, fresh=fresh, engine=engine)
+            _say_extension(target, fresh)
             show(awaited(lambda: plan(target, kinds, workers, fresh), cancelled), as_json=as_json)
             return
         watching = Lines if no_progress else Bar
         with results.held(directory):
+            target = results.planned(directory, loaded.experiment, fresh=fresh, engine=engine)
+            _say_extension(target, fresh)
             target = results.create(directory, loaded.experiment, fresh=fresh, engine=engine)
             with watching(len(target.points), target.experiment.repeats) as watcher:
                 outcomes = execute(target, workers=workers, watcher=watcher, cancelled=cancelled)
@@ -225,6 +229,15 @@ def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:
         f"{counted(summary['events'], 'event')} in {summary['seconds']:.2f} s"
         f" ({summary['events_per_second']:,} events/s){after}{kept}; results in {run.directory}"
     )
+
+
+def _say_extension(run: Run, fresh: bool) -> None:
+    """How the run extends the one that is there, if it does."""
+    from snooker_cli.cli.progress import say
+    from snooker_cli.results import extension
+
+    if not fresh and (sentence := extension(run)):
+        say(sentence)
 
 
 def _say_how_to_go_on(run: Run, outcomes: list[Outcome], fresh: bool) -> None:

@@ -17,10 +17,11 @@ from snooker_cli.config.overrides import overridden
 from snooker_cli.config.paths import rendered, shown
 from snooker_cli.config.problems import ConfigError, Position, Problem
 from snooker_cli.config.schema import schema
-from snooker_cli.config.sweep import Point, digest, points
+from snooker_cli.config.sweep import LIMITS, Point, digest, extends, points
 from snooker_cli.config.validation import validated
 
 __all__ = [
+    "LIMITS",
     "Ball",
     "BallList",
     "ConfigError",
@@ -35,6 +36,7 @@ __all__ = [
     "Species",
     "Value",
     "digest",
+    "extends",
     "load",
     "parse",
     "points",

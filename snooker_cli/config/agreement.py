@@ -31,6 +31,23 @@ def faults_of_container(container: Container) -> Iterator[Complaint]:
         yield Complaint(("container", "mass"), sentence, about_key=True)
 
 
+def faults_of_slide(container: Container) -> Iterator[Complaint]:
+    """Balls slide along the fixed wall of a circle and nowhere else."""
+    if container.shape != "circle":
+        wall = "walls are straight" if container.shape == "box" else "there is no wall"
+        sentence = (
+            f"slide is for a circle, and with shape: {container.shape} {wall}; set collapse: stop, "
+            "{tc: 0.01} or {elastic_below: 1e-6}"
+        )
+        yield Complaint(("collapse",), sentence)
+    elif math.isfinite(container.mass):
+        sentence = (
+            f"slide needs a fixed wall, and container.mass is {container.mass:g} kg; remove it, or "
+            "set collapse: stop, {tc: 0.01} or {elastic_below: 1e-6}"
+        )
+        yield Complaint(("collapse",), sentence)
+
+
 def faults_of_balls(container: Container, balls: AnyBalls) -> Iterator[Complaint]:
     """What is wrong with balls in a sound container."""
     if isinstance(balls, Rings | BallList):

@@ -6,9 +6,15 @@ from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo, fie
 from pydantic_core import PydanticCustomError
 
 from snooker_cli.config import quantities as q
-from snooker_cli.config.agreement import AnyBalls, faults_of_balls, faults_of_container
+from snooker_cli.config.agreement import (
+    AnyBalls,
+    faults_of_balls,
+    faults_of_container,
+    faults_of_slide,
+)
 from snooker_cli.config.axes import Axes, axes
 from snooker_cli.config.balls import Balls, Container, Gas, Model, Species
+from snooker_cli.config.collapse import Collapse, ContactDuration, ElasticBelow
 from snooker_cli.config.problems import refusal
 
 
@@ -27,6 +33,12 @@ class Experiment(Model):
     wall_cor: q.Restitution | None = Field(
         default=None,
         description="Coefficient of restitution at the wall, 0 to 1; absent or null: as cor.",
+    )
+    collapse: Collapse = Field(
+        default="stop",
+        description="What to do about infinitely many collisions in finite time: stop and say so; "
+        "let a ball slide along a circle's fixed wall after them (slide); or have contacts last "
+        "(tc) or slow collisions elastic (elastic_below), so that there are none.",
     )
     collisions: q.Count | None = Field(
         default=None,
@@ -69,6 +81,14 @@ class Experiment(Model):
             raise refusal(found)
         return balls
 
+    @field_validator("collapse")
+    @classmethod
+    def _has_a_wall_to_slide_on(cls, collapse: Collapse, info: ValidationInfo) -> Collapse:
+        container = info.data.get("container")
+        if collapse == "slide" and container and (found := tuple(faults_of_slide(container))):
+            raise refusal(found)
+        return collapse
+
     @field_validator("time")
     @classmethod
     def _has_an_end(cls, time: float | None, info: ValidationInfo) -> float | None:
@@ -81,6 +101,16 @@ class Experiment(Model):
     def effective_wall_cor(self) -> float:
         """Coefficient of restitution at the wall, `cor` unless `wall_cor` is given."""
         return self.cor if self.wall_cor is None else self.wall_cor
+
+    @property
+    def contact_duration(self) -> float:
+        """How long a contact lasts in the TC model, mean free times; zero without it."""
+        return self.collapse.tc if isinstance(self.collapse, ContactDuration) else 0.0
+
+    @property
+    def elastic_below(self) -> float:
+        """Relative normal speed below which collisions are elastic, m/s; zero if none are."""
+        return self.collapse.elastic_below if isinstance(self.collapse, ElasticBelow) else 0.0
 
     @property
     def species(self) -> tuple[Species, ...]:

@@ -116,4 +116,7 @@ Title = Annotated[
 Shape = Annotated[Literal["circle", "box", "periodic"], _needs("one of circle, box, periodic")]
 Start = Annotated[Literal["lattice", "random"], _needs("one of lattice, random")]
 Speeds = Annotated[Literal["equal", "maxwell"], _needs("one of equal, maxwell")]
+Collapse = Annotated[
+    Literal["stop", "slide"], _needs("stop, slide, {tc: NUMBER} or {elastic_below: NUMBER}")
+]
 Record = Annotated[Literal["events", "summary"], _needs("one of events, summary")]

@@ -31,7 +31,10 @@ def schema() -> dict[str, Any]:
         ):
             if not _models(inner_entry.get("items", {})):
                 swept[f"{key}.{inner}"] = _axis(inner_entry)
-        if not homes and key not in WHOLE_RUN:
+        words = [each for each in entry.get("oneOf", ()) if each.get("type") == "string"]
+        if words:
+            swept[key] = _axis({**words[0], "description": entry["description"]})
+        elif not homes and key not in WHOLE_RUN:
             swept[key] = _axis(entry)
     properties["sweep"] = {
         "type": "object",

@@ -19,6 +19,9 @@ from snooker_cli.config.translation import complaints
 
 _NOT_PHYSICS = ("title", "repeats", "sweep")
 
+LIMITS = ("collisions", "time")
+"""Where a repeat ends: it goes on from there as it would have anyway."""
+
 
 @dataclass(frozen=True)
 class Point:
@@ -134,18 +137,38 @@ def _tried(
     return tuple(read), found
 
 
-def digest(experiment: Experiment) -> str:
+def digest(experiment: Experiment, *, limits: bool = True) -> str:
     """SHA-256, in hexadecimal, of what determines the physics of a point.
 
-    That is every key but title, repeats and sweep, with wall_cor and start resolved, as JSON with
-    sorted keys and the shortest decimals that mean the same doubles.
+    That is every key but title, repeats and sweep, with wall_cor and start resolved and without
+    collapse if it is stop, as JSON with sorted keys and the shortest decimals that mean the same
+    doubles.
+
+    limits : with where it ends; without, it is that of all points with the same collisions as far
+        as they go
     """
+    left_out = _NOT_PHYSICS if limits else (*_NOT_PHYSICS, *LIMITS)
     document = plain(experiment)
-    physics = {key: value for key, value in document.items() if key not in _NOT_PHYSICS}
+    physics = {key: value for key, value in document.items() if key not in left_out}
     physics["wall_cor"] = experiment.effective_wall_cor
+    if experiment.collapse == "stop":
+        del physics["collapse"]  # as before there were others
     if experiment.species:
         unplaced = [each.model_copy(update={"start": None}) for each in experiment.species]
         physics["balls"] = [each.model_dump() for each in unplaced]
         physics["start"] = experiment.start
     text = json.dumps(physics, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def extends(longer: Experiment, shorter: Experiment) -> bool:
+    """Whether a point is another one, or goes on where that ends: same physics, no limit lower."""
+    return digest(longer, limits=False) == digest(shorter, limits=False) and all(
+        _limit(longer, name) >= _limit(shorter, name) for name in LIMITS
+    )
+
+
+def _limit(experiment: Experiment, name: str) -> float:
+    """Where a point ends; never, without a limit."""
+    value = getattr(experiment, name)
+    return math.inf if value is None else value

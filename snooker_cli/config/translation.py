@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from snooker_cli.config.balls import BALLS, Ball, Container, Species
+from snooker_cli.config.collapse import REGULARISED
 from snooker_cli.config.models import Experiment
 from snooker_cli.config.paths import KeyPath, rendered, shown
 from snooker_cli.config.problems import Complaint
@@ -60,8 +61,9 @@ def complaints(
 
 
 def _untagged(location: KeyPath) -> KeyPath:
-    """A pydantic location without the variant's name that follows `balls`."""
-    return ("balls", *location[2:]) if location[0] == "balls" else location
+    """A pydantic location without the variant's name that follows `balls` or `collapse`."""
+    tagged = location[0] in ("balls", "collapse")
+    return (location[0], *location[2:]) if tagged else location
 
 
 def _model(location: KeyPath) -> type[BaseModel]:
@@ -75,6 +77,8 @@ def _model(location: KeyPath) -> type[BaseModel]:
             return BALLS[variant]
         case ("balls", *_):
             return Ball
+        case ("collapse", str(variant)):
+            return REGULARISED[variant]
         case _:
             return Experiment
 

@@ -9,12 +9,15 @@ The ideas, and where they come from:
   it comes up and not before. The partner need not know: its own entry is its own earliest contact.
 - A ball's contacts are searched only until it hits the wall: from there its path is another.
 - What a scene lacks is ``None`` and is compiled away: a container that never moves, balls that are
-  all alike.
+  all alike, balls that slide along the wall.
 """
 
 from __future__ import annotations
 
-from snooker_cli.engine.collide import hit_pair, hit_wall, move
+import numpy as np
+
+from snooker_cli.engine.arcs import earliest_on_arc, only_straight
+from snooker_cli.engine.collide import contact_lasts, hit_pair, hit_wall, move, touched
 from snooker_cli.engine.compiling import compiled, inlined
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.endings import (
@@ -30,6 +33,7 @@ from snooker_cli.engine.endings import (
 )
 from snooker_cli.engine.layout import (
     BOUNCES,
+    CONTACT_LASTS,
     COUNT,
     FIRST,
     LAST,
@@ -44,6 +48,7 @@ from snooker_cli.engine.layout import (
     PARTNER_COUNT,
     PREDICTIONS,
     SECOND,
+    SLIDE,
     STALE,
     STALLED,
     WALL_EVENTS,
@@ -61,12 +66,24 @@ from snooker_cli.engine.predict import (
     contact_distance,
     earliest,
     is_trapped,
+    never_elastic,
     predict_return,
     predict_wall,
     predict_walls,
     without,
 )
 from snooker_cli.engine.sampling import Grid, sample_until
+from snooker_cli.engine.slide import (
+    FLIES,
+    SETTLES,
+    SLIDES,
+    has_settled,
+    leave_wall,
+    sample_sliding,
+    slide_on,
+    slide_time,
+    who_slides,
+)
 
 
 @inlined
@@ -110,6 +127,7 @@ def find_contact(
     wall_delay: float,
     balls: Floats,
     container: Floats | None,
+    slides: Integers | None,
     setup: Setup,
     radii: Floats | None,
     agenda: Floats,
@@ -125,8 +143,15 @@ def find_contact(
         mask = candidates(i, now, delay, balls, setup, radii, start, stop)
         if last >= 0 and links[LAST, last] == i:
             mask = without(mask, start, last)  # they parted in the last event of both
+        if slides is not None:
+            mask = only_straight(mask, start, stop, i, slides)
         delay, whom = earliest(mask, start, i, now, delay, whom, balls, setup, radii)
+    horizon = delay
+    if slides is not None:
+        delay, whom = earliest_on_arc(i, now, delay, whom, balls, setup, radii, agenda, slides)
     note_contact(i, now, delay, whom, container, agenda, links)
+    if slides is not None and whom == LOOK_AGAIN and delay < horizon:
+        agenda[PAIR_TIME, i] = agenda[NEXT_TIME, i] = now + delay
 
 
 @inlined
@@ -138,12 +163,17 @@ def find_contacts(
     wall_delay_j: float,
     balls: Floats,
     container: Floats | None,
+    slides: Integers | None,
     setup: Setup,
     radii: Floats | None,
     agenda: Floats,
     links: Integers,
 ) -> None:
     """``find_contact`` for two balls that have just collided."""
+    if slides is not None:
+        find_contact(i, now, wall_delay_i, balls, container, slides, setup, radii, agenda, links)
+        find_contact(j, now, wall_delay_j, balls, container, slides, setup, radii, agenda, links)
+        return
     number = balls.shape[1]
     delay_i = search_time(wall_delay_i, number, container, setup)
     delay_j = search_time(wall_delay_j, number, container, setup)
@@ -161,6 +191,24 @@ def find_contacts(
 
 
 @inlined
+def fly_on(
+    i: int,
+    now: float,
+    balls: Floats,
+    container: Floats | None,
+    slides: Integers | None,
+    setup: Setup,
+    radii: Floats | None,
+    agenda: Floats,
+) -> float:
+    """Time until ball i, which has just hit another, will hit the wall, s; it slides no longer."""
+    if slides is not None and slides[i] == SLIDES:
+        slides[i] = FLIES
+        return leave_wall(i, now, balls, agenda)
+    return predict_wall(i, now, balls, container, setup, radii, agenda)
+
+
+@inlined
 def soonest(times: Floats) -> int:
     """The ball whose time is the earliest, of equal ones the first."""
     least, i = NEVER, 0
@@ -174,6 +222,7 @@ def soonest(times: Floats) -> int:
 def prepare(
     balls: Floats,
     container: Floats | None,
+    slides: Integers | None,
     setup: Setup,
     radii: Floats | None,
     agenda: Floats,
@@ -182,13 +231,14 @@ def prepare(
     """Fill the agenda at time zero."""
     for i in range(balls.shape[1]):
         delay = predict_wall(i, 0.0, balls, container, setup, radii, agenda)
-        find_contact(i, 0.0, delay, balls, container, setup, radii, agenda, links)
+        find_contact(i, 0.0, delay, balls, container, slides, setup, radii, agenda, links)
 
 
 @compiled
 def advance(
     balls: Floats,
     container: Floats | None,
+    slides: Integers | None,
     setup: Setup,
     radii: Floats | None,
     masses: Floats | None,
@@ -208,6 +258,8 @@ def advance(
     event_time, event_i, event_j = recorded.time, recorded.i, recorded.j
     event_impulse, step, used = recorded.impulse, grid.step, grid.used
     storing = len(event_time) > 0
+    in_order = np.empty(0, dtype=np.int32)
+    traps = setup.wall_restitution < 1.0 and never_elastic(setup)
     for filled in range(room):
         if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
             return COLLISIONS
@@ -218,8 +270,10 @@ def advance(
             j = NOBODY if at_wall else partner[i]
             if now == NEVER or at_wall or (j >= 0 and partner_count[i] == count[j]):
                 break
+            if slides is not None and now > setup.time_limit:
+                break
             delay = wall_time[i] - now
-            find_contact(i, now, delay, balls, container, setup, radii, agenda, links)
+            find_contact(i, now, delay, balls, container, slides, setup, radii, agenda, links)
             counts[PREDICTIONS] += number
             counts[STALE] += 1
         if now == NEVER:
@@ -227,41 +281,72 @@ def advance(
         if now > setup.time_limit:
             return TIME
         if step[0] * used[0] < now:
-            sample_until(now, grid, balls, container, setup, masses, sums, counts)
+            if slides is None:
+                sample_until(now, grid, balls, container, setup, masses, sums, counts)
+            else:
+                sample_sliding(now, grid, balls, setup, masses, slides, sums, counts)
         stalls = now - sums[NOW] <= CLOCK_DIGITS * now
         counts[STALLED] = counts[STALLED] + 1 if stalls else 0
         counts[FIRST], counts[SECOND] = i, j
         sums[NOW] = now
+        if slides is not None:
+            k = who_slides(i, j, now, balls, slides)
+            if k != NOBODY:
+                begins = slides[k] == SETTLES
+                size = slide_on(k, now, balls, setup, radii, masses, slides)
+                if begins:
+                    count[k] += 1
+                    links[LAST, k], links[BOUNCES, k] = NOBODY, 0
+                    wall_time[k] = NEVER
+                    find_contact(
+                        k, now, NEVER, balls, container, slides, setup, radii, agenda, links
+                    )
+                    counts[PREDICTIONS] += number
+                counts[WALL_EVENTS] += 1
+                sums[WALL_IMPULSE] += size
+                if storing:
+                    event_time[filled], event_i[filled] = now, k
+                    event_j[filled], event_impulse[filled] = SLIDE, size
+                continue
+        if setup.contact_path > 0.0 and (counts[WALL_EVENTS] + counts[PAIR_EVENTS]) % number == 0:
+            sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, in_order)
+        elastic = touched(i, now, balls, sums[CONTACT_LASTS])
         move(i, now, balls)
         count[i] += 1
         trapped = False
         if at_wall:
             links[LAST, i] = NOBODY
-            size = hit_wall(i, now, balls, container, setup, masses)
+            size = hit_wall(i, now, balls, container, setup, masses, elastic)
             if container is not None:
                 predict_walls(now, balls, container, setup, radii, agenda)
             delay = predict_return(i, now, balls, container, agenda)
-            find_contact(i, now, delay, balls, container, setup, radii, agenda, links)
+            find_contact(i, now, delay, balls, container, slides, setup, radii, agenda, links)
             counts[PREDICTIONS] += number
             counts[WALL_EVENTS] += 1
             sums[WALL_IMPULSE] += size
             links[BOUNCES, i] += 1
-            if setup.wall_restitution < 1.0 and (
-                links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0
-            ):
+            if traps and (links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0):
                 patient = container is not None or links[BOUNCES, i] <= PATIENCE
+                if slides is not None:
+                    patient = True
                 trapped = is_trapped(
-                    i, now, balls, container, setup, radii, masses, next_time, patient
+                    i, now, balls, container, setup, radii, masses, next_time, patient, slides
                 )
+                if slides is not None and (trapped or has_settled(i, now, balls, setup)):
+                    trapped = False
+                    slides[i] = SETTLES
+                    wall_time[i] = next_time[i] = slide_time(i, balls, setup, masses)
+                    pair_time[i] = NEVER
         else:
+            elastic = elastic or touched(j, now, balls, sums[CONTACT_LASTS])
             move(j, now, balls)
             count[j] += 1
             links[LAST, i], links[LAST, j] = j, i
-            size = hit_pair(i, j, balls, setup, masses, None)
-            delay = predict_wall(i, now, balls, container, setup, radii, agenda)
-            other_delay = predict_wall(j, now, balls, container, setup, radii, agenda)
+            size = hit_pair(i, j, balls, setup, masses, None, elastic)
+            delay = fly_on(i, now, balls, container, slides, setup, radii, agenda)
+            other_delay = fly_on(j, now, balls, container, slides, setup, radii, agenda)
             find_contacts(
-                i, j, now, delay, other_delay, balls, container, setup, radii, agenda, links
+                i, j, now, delay, other_delay, balls, container, slides, setup, radii, agenda, links
             )
             counts[PREDICTIONS] += 2 * number
             counts[PAIR_EVENTS] += 1

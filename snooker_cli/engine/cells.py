@@ -15,7 +15,15 @@ The ideas, and where they come from:
 
 from __future__ import annotations
 
-from snooker_cli.engine.collide import hit_pair, hit_side, hit_wall, move, wrap
+from snooker_cli.engine.collide import (
+    contact_lasts,
+    hit_pair,
+    hit_side,
+    hit_wall,
+    move,
+    touched,
+    wrap,
+)
 from snooker_cli.engine.compiling import compiled, inlined
 from snooker_cli.engine.contact import NEVER, nearest_image
 from snooker_cli.engine.endings import (
@@ -34,6 +42,7 @@ from snooker_cli.engine.layout import (
     BOUNCES,
     CELL,
     CLOCK,
+    CONTACT_LASTS,
     CONTACT_TIME,
     COUNT,
     CROSS_X,
@@ -48,7 +57,6 @@ from snooker_cli.engine.layout import (
     PAIR_VIRIAL,
     PARTNER,
     PARTNER_COUNT,
-    PLACE,
     PREDICTIONS,
     SECOND,
     STALE,
@@ -66,7 +74,7 @@ from snooker_cli.engine.layout import (
     X,
     Y,
 )
-from snooker_cli.engine.mesh import Cells, Mesh, cell_at, column_of, row_of
+from snooker_cli.engine.mesh import Cells, Mesh, cell_at, column_of, put_into, put_out, row_of
 from snooker_cli.engine.outlook import (
     UNTIL,
     Margin,
@@ -77,7 +85,7 @@ from snooker_cli.engine.outlook import (
     push,
     time_at_wall,
 )
-from snooker_cli.engine.predict import contact_distance, is_trapped
+from snooker_cli.engine.predict import contact_distance, is_trapped, never_elastic
 from snooker_cli.engine.sampling import Grid, sample_until
 from snooker_cli.engine.search import collect, nearest
 from snooker_cli.engine.tree import Tree, first
@@ -151,27 +159,6 @@ def cross(
     if better or sooner < delay:
         enter_contact(i, now + sooner, partner, balls, links)
     return True
-
-
-@inlined
-def put_into(i: int, cell: int, links: Indices, members: Indices, occupancy: Indices) -> None:
-    """Make ball i a member of a cell."""
-    place = occupancy[cell]
-    members[cell, place] = i
-    occupancy[cell] = place + 1
-    links[CELL, i] = cell
-    links[PLACE, i] = place
-
-
-@inlined
-def put_out(i: int, links: Indices, members: Indices, occupancy: Indices) -> None:
-    """Take ball i out of its cell; the last member takes its place."""
-    cell, place = links[CELL, i], links[PLACE, i]
-    last = occupancy[cell] - 1
-    occupancy[cell] = last
-    moved = members[cell, last]
-    members[cell, place] = moved
-    links[PLACE, moved] = place
 
 
 @compiled
@@ -262,6 +249,7 @@ def advance(
     event_time, event_i, event_j = recorded.time, recorded.i, recorded.j
     event_impulse, step, used = recorded.impulse, grid.step, grid.used
     storing, labelled = len(event_time) > 0, len(labels) > 0
+    traps = setup.wall_restitution < 1.0 and never_elastic(setup)
     while filled < room:
         if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
             return COLLISIONS
@@ -310,6 +298,10 @@ def advance(
             counts[STALLED] = counts[STALLED] + 1 if stalls else 0
             counts[FIRST], counts[SECOND] = i, j
             sums[NOW] = now
+            done = counts[WALL_EVENTS] + counts[PAIR_EVENTS]
+            if setup.contact_path > 0.0 and done % number == 0:
+                sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, labels)
+            elastic = touched(i, now, balls, sums[CONTACT_LASTS])
             move(i, now, balls)
             if period is not None:
                 wrap(i, balls, period)
@@ -320,27 +312,28 @@ def advance(
                 links[BOUNCES, i] += 1
                 bounces = links[BOUNCES, i]
                 if box is not None:
-                    size = hit_side(i, balls, box, setup, radii, masses)
+                    size = hit_side(i, balls, box, setup, radii, masses, elastic)
                 else:
-                    size = hit_wall(i, now, balls, container, setup, masses)
+                    size = hit_wall(i, now, balls, container, setup, masses, elastic)
                     if container is not None and margin is not None:
                         push(now, container, margin, links, balls, times, bits)
                     # To ask takes a look at all balls, so it is asked after 2, 4, 8 ... bounces.
                     often = bounces > 1 or setup.wall_restitution == 0.0
-                    if setup.wall_restitution < 1.0 and often and bounces & (bounces - 1) == 0:
+                    if traps and often and bounces & (bounces - 1) == 0:
                         trapped = is_trapped(
-                            i, now, balls, container, setup, radii, masses, None, False
+                            i, now, balls, container, setup, radii, masses, None, False, None
                         )
                 sums[WALL_IMPULSE] += size
             else:
                 counts[PAIR_EVENTS] += 1
+                elastic = elastic or touched(j, now, balls, sums[CONTACT_LASTS])
                 move(j, now, balls)
                 if period is not None:
                     wrap(j, balls, period)
                 links[COUNT, j] += 1
                 links[LAST, i], links[LAST, j] = j, i
                 links[BOUNCES, i] = links[BOUNCES, j] = 0
-                size = hit_pair(i, j, balls, setup, masses, period)
+                size = hit_pair(i, j, balls, setup, masses, period, elastic)
                 sums[PAIR_VIRIAL] += size * contact_distance(setup, radii, i, j)
             if storing:
                 one, other = i, j

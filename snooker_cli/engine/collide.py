@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 
-from snooker_cli.engine.compiling import inlined
+import numpy as np
+
+from snooker_cli.engine.compiling import compiled, inlined
 from snooker_cli.engine.contact import nearest_image
-from snooker_cli.engine.impact import rebound, relative_change, shares
-from snooker_cli.engine.layout import CLOCK, Floats, Setup, U, V, X, Y
+from snooker_cli.engine.impact import is_slow, rebound, relative_change, shares
+from snooker_cli.engine.layout import CLOCK, Floats, Indices, Setup, U, V, X, Y
 
 
 @inlined
@@ -41,16 +43,54 @@ def wrap(i: int, balls: Floats, period: Floats) -> None:
     balls[X, i], balls[Y, i] = nearest_image(balls[X, i], balls[Y, i], period)
 
 
+@compiled
+def contact_lasts(balls: Floats, container: Floats | None, setup: Setup, labels: Indices) -> float:
+    """How long a contact lasts in the TC model at the balls' present speeds, s.
+
+    That is a part of the mean free time, the mean free path over the root of the mean square of
+    speeds relative to the container (Luding & McNamara, Granular Matter 1, 113 (1998)).
+
+    labels : whose row is whose, if not in order; so that a sum has the same bits in any order
+    """
+    number = balls.shape[1]
+    squares = np.empty(number)
+    for k in range(number):
+        u, v = balls[U, k], balls[V, k]
+        if container is not None:
+            u, v = u - container[U], v - container[V]
+        squares[labels[k] if len(labels) > 0 else k] = u * u + v * v
+    total = 0.0
+    for k in range(number):
+        total += squares[k]
+    return setup.contact_path / math.sqrt(total / number) if total > 0.0 else 0.0
+
+
+@inlined
+def touched(i: int, now: float, balls: Floats, lasts: float) -> bool:
+    """Whether ball i, not yet moved to the present, still has its last contact, if it had one."""
+    return bool(balls[CLOCK, i] > 0.0 and now - balls[CLOCK, i] < lasts)
+
+
 @inlined
 def hit_pair(
-    i: int, j: int, balls: Floats, setup: Setup, masses: Floats | None, period: Floats | None
+    i: int,
+    j: int,
+    balls: Floats,
+    setup: Setup,
+    masses: Floats | None,
+    period: Floats | None,
+    elastic: bool,
 ) -> float:
-    """Collide balls i and j, both at the present; the impulse, kg m/s."""
+    """Collide balls i and j, both at the present; the impulse, kg m/s.
+
+    elastic : without loss, however fast they are
+    """
     x, y = balls[X, j] - balls[X, i], balls[Y, j] - balls[Y, i]
     if period is not None:
         x, y = nearest_image(x, y, period)
     u, v = balls[U, i] - balls[U, j], balls[V, i] - balls[V, j]
-    change = relative_change(x, y, u, v, setup.restitution)
+    elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
+    change = relative_change(x, y, u, v, 1.0 if elastic else setup.restitution)
     m = mass_of(setup, masses, i)
     first, second = shares(change, m, mass_of(setup, masses, j))
     balls[U, i] -= first * x
@@ -62,38 +102,60 @@ def hit_pair(
 
 @inlined
 def hit_side(
-    i: int, balls: Floats, box: Floats, setup: Setup, radii: Floats | None, masses: Floats | None
+    i: int,
+    balls: Floats,
+    box: Floats,
+    setup: Setup,
+    radii: Floats | None,
+    masses: Floats | None,
+    elastic: bool,
 ) -> float:
-    """Collide ball i with the side of the box that it moves to and is nearest; the impulse."""
+    """Collide ball i with the side of the box that it moves to and is nearest; the impulse.
+
+    elastic : without loss, however fast it is
+    """
     x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     r = radius_of(setup, radii, i)
     across = box[0] - r - (x if u > 0.0 else -x) if u != 0.0 else math.inf
     along = box[1] - r - (y if v > 0.0 else -y) if v != 0.0 else math.inf
+    elastic = elastic or abs(u if across <= along else v) < setup.elastic_below
+    restitution = 1.0 if elastic else setup.wall_restitution
     if across <= along:
-        change = (1.0 + setup.wall_restitution) * u
+        change = (1.0 + restitution) * u
         balls[U, i] -= change
     else:
-        change = (1.0 + setup.wall_restitution) * v
+        change = (1.0 + restitution) * v
         balls[V, i] -= change
     return float(mass_of(setup, masses, i) * abs(change))
 
 
 @inlined
 def hit_wall(
-    i: int, now: float, balls: Floats, container: Floats | None, setup: Setup, masses: Floats | None
+    i: int,
+    now: float,
+    balls: Floats,
+    container: Floats | None,
+    setup: Setup,
+    masses: Floats | None,
+    elastic: bool,
 ) -> float:
-    """Collide ball i, at the present, with the wall; the impulse, kg m/s."""
+    """Collide ball i, at the present, with the wall; the impulse, kg m/s.
+
+    elastic : without loss, however fast it is
+    """
     x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     m = mass_of(setup, masses, i)
     if container is None:
-        first = rebound(x, y, u, v, setup.wall_restitution)
+        elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
+        first = rebound(x, y, u, v, 1.0 if elastic else setup.wall_restitution)
     else:
         age = now - container[CLOCK]
         container[X] += container[U] * age
         container[Y] += container[V] * age
         container[CLOCK] = now
         x, y, u, v = x - container[X], y - container[Y], u - container[U], v - container[V]
-        change = rebound(x, y, u, v, setup.wall_restitution)
+        elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
+        change = rebound(x, y, u, v, 1.0 if elastic else setup.wall_restitution)
         first, second = shares(change, m, setup.container_mass)
         container[U] += second * x
         container[V] += second * y

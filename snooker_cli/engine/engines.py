@@ -37,6 +37,7 @@ class Engine(Protocol):
     """A simulation under way."""
 
     container: Floats | None
+    slides: Integers | None
     sums: Floats
     counts: Integers
 
@@ -56,11 +57,12 @@ class AllPairs:
         self.container = layout.container_of(scene)
         self.radii, self.masses = layout.unlike(scene)
         self.agenda = np.full((layout.AGENDA_ROWS, scene.number), math.inf)
+        self.slides = layout.slides_of(scene)
         self.links = np.full((layout.LINK_ROWS, scene.number), layout.NOBODY, dtype=np.int64)
         self.links[[layout.COUNT, layout.BOUNCES]] = 0
         self.sums, self.counts = layout.new_sums(), layout.new_counts()
         allpairs.prepare(
-            self.state, self.container, self.setup, self.radii, self.agenda, self.links
+            self.state, self.container, self.slides, self.setup, self.radii, self.agenda, self.links
         )
 
     def advance(self, recorded: Recorded, grid: Grid, room: int) -> int:
@@ -68,6 +70,7 @@ class AllPairs:
         answer = allpairs.advance(
             self.state,
             self.container,
+            self.slides,
             self.setup,
             self.radii,
             self.masses,
@@ -95,6 +98,7 @@ class InCells:
         self.state = np.zeros((layout.CELL_BALL_ROWS, number), order="F")
         self.state[: layout.BALL_ROWS] = layout.balls_of(scene)
         self.container = layout.container_of(scene)
+        self.slides = None
         self.box = layout.half_sides_of(scene)
         self.period = layout.period_of(scene)
         self.radii, self.masses = layout.unlike(scene)
@@ -253,11 +257,18 @@ class InCells:
 def engine_for(scene: Scene, kind: str | None = None) -> type[AllPairs] | type[InCells]:
     """What suits a scene, or what it is told to be: "allpairs" or "cells".
 
-    Raises ``ValueError`` for all pairs in a box.
+    Balls that slide are for all pairs, however many they are.
+
+    Raises ``ValueError`` for all pairs in a box, for balls that slide in cells, and for balls that
+    slide where there is no fixed circle.
     """
+    if scene.slides and (scene.shape != "circle" or scene.free):
+        raise ValueError("balls slide along the fixed wall of a circle only: set collapse: stop")
+    if scene.slides and kind == "cells":
+        raise ValueError("the engine cells lets no ball slide: use allpairs")
     if kind == "allpairs" and scene.shape != "circle":
         raise ValueError(f"the engine allpairs knows no {scene.shape}: use cells")
-    few = scene.shape == "circle" and scene.number <= FEW
+    few = scene.shape == "circle" and (scene.number <= FEW or scene.slides)
     return AllPairs if (few if kind is None else kind == "allpairs") else InCells
 
 

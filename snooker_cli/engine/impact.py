@@ -27,6 +27,16 @@ def relative_change(x: float, y: float, u: float, v: float, restitution: float) 
 
 
 @inlined
+def is_slow(x: float, y: float, u: float, v: float, speed: float) -> bool:
+    """Whether the normal part of a relative velocity (u, v) at an offset (x, y) is below a speed.
+
+    Never so if the speed is zero.
+    """
+    normal = u * x + v * y
+    return normal * normal < speed * speed * (x * x + y * y)
+
+
+@inlined
 def rebound(x: float, y: float, u: float, v: float, restitution: float) -> float:
     """``relative_change`` for a ball at (x, y) from the centre that hits the wall round it, 1/s.
 

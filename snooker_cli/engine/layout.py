@@ -23,6 +23,9 @@ Flags: TypeAlias = NDArray[np.bool_]
 
 NOBODY, LOOK_AGAIN = -1, -2
 
+# In an event instead of the wall: all bounces before a ball slides, or its pressing as it slid.
+SLIDE = -2
+
 # Rows of ``balls``, a column a ball: position (m), velocity (m/s) and the ball's own clock (s).
 # A ball moves only in its own events. ``container`` has the same five as elements.
 X, Y, U, V, CLOCK, BALL_ROWS = range(6)
@@ -45,9 +48,9 @@ PARTNER, PARTNER_COUNT, COUNT, LAST, BOUNCES, LINK_ROWS = range(6)
 # the brink of a free container's wall.
 CELL, PLACE, BRINK, CELL_LINK_ROWS = range(5, 9)
 
-# Elements of ``sums``: the time of the last event (s), the impulse on the wall (kg m/s) and the
-# virial of the ball-ball collisions (kg m^2/s).
-NOW, WALL_IMPULSE, PAIR_VIRIAL, SUMS = range(4)
+# Elements of ``sums``: how long a contact lasts (s), the time of the last event (s), the impulse on
+# the wall (kg m/s) and the virial of the ball-ball collisions (kg m^2/s).
+CONTACT_LASTS, NOW, WALL_IMPULSE, PAIR_VIRIAL, SUMS = range(5)
 
 # Elements of ``counts``: events at the wall and between balls; pairs that were looked at; events in
 # a row that did not move the clock; the balls of the last event; crossings into another cell; and
@@ -66,7 +69,11 @@ NOW, WALL_IMPULSE, PAIR_VIRIAL, SUMS = range(4)
 
 
 class Setup(NamedTuple):
-    """What does not change: sizes and masses (where they are equal), restitutions, limits."""
+    """What does not change: sizes and masses (where they are equal), restitutions, limits.
+
+    contact_path : m, what a ball flies while a contact lasts in the TC model; zero without it
+    elastic_below : m/s, relative normal speed under which collisions are elastic; zero if none are
+    """
 
     radius: float
     mass: float
@@ -74,6 +81,8 @@ class Setup(NamedTuple):
     container_mass: float
     restitution: float
     wall_restitution: float
+    contact_path: float
+    elastic_below: float
     time_limit: float
     collision_limit: int
 
@@ -87,6 +96,8 @@ class Setup(NamedTuple):
             container_mass=float(scene.container_mass),
             restitution=float(scene.restitution),
             wall_restitution=float(scene.wall_restitution),
+            contact_path=float(scene.contact_duration * scene.mean_free_path),
+            elastic_below=float(scene.elastic_below),
             time_limit=float(time_limit),
             collision_limit=int(collision_limit),
         )
@@ -110,6 +121,11 @@ def container_of(scene: Scene) -> Floats | None:
     if not scene.free:
         return None
     return np.array([*scene.container_position, *scene.container_velocity, 0.0])
+
+
+def slides_of(scene: Scene) -> Integers | None:
+    """What each ball does, see ``slide``, none yet; or ``None`` if no ball may slide."""
+    return np.zeros(scene.number, dtype=np.int64) if scene.slides else None
 
 
 def half_sides_of(scene: Scene) -> Floats | None:

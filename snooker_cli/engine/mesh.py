@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.engine.compiling import inlined
+from snooker_cli.engine.layout import CELL, PLACE, Indices
 
 if TYPE_CHECKING:
     from snooker_cli.scene import Scene
@@ -66,6 +67,27 @@ def row_of(mesh: Mesh, cell: int) -> int:
 def cell_at(mesh: Mesh, column: int, row: int) -> int:
     """The cell in a column and a row."""
     return (row << mesh.shift) + column
+
+
+@inlined
+def put_into(i: int, cell: int, links: Indices, members: Indices, occupancy: Indices) -> None:
+    """Make ball i a member of a cell."""
+    place = occupancy[cell]
+    members[cell, place] = i
+    occupancy[cell] = place + 1
+    links[CELL, i] = cell
+    links[PLACE, i] = place
+
+
+@inlined
+def put_out(i: int, links: Indices, members: Indices, occupancy: Indices) -> None:
+    """Take ball i out of its cell; the last member takes its place."""
+    cell, place = links[CELL, i], links[PLACE, i]
+    last = occupancy[cell] - 1
+    occupancy[cell] = last
+    moved = members[cell, last]
+    members[cell, place] = moved
+    links[PLACE, moved] = place
 
 
 def new_mesh(scene: Scene, side: float) -> Mesh:

@@ -18,12 +18,14 @@ from snooker_cli.engine.layout import (
     PAIR_TIME,
     WALL_TIME,
     Floats,
+    Integers,
     Setup,
     U,
     V,
     X,
     Y,
 )
+from snooker_cli.engine.slide import place
 
 # Balls of a mask: below the sign bit of an integer, and a multiple of any vector's length.
 BLOCK = 48
@@ -214,6 +216,12 @@ def top_speed(balls: Floats, setup: Setup, masses: Floats | None) -> float:
     return math.sqrt(energy / lightest)
 
 
+@inlined
+def never_elastic(setup: Setup) -> bool:
+    """Whether every collision loses its share, so that infinitely many may follow each other."""
+    return setup.contact_path == 0.0 and setup.elastic_below == 0.0
+
+
 @compiled
 def is_trapped(
     i: int,
@@ -225,6 +233,7 @@ def is_trapped(
     masses: Floats | None,
     next_time: Floats | None,
     patient: bool,
+    slides: Integers | None,
 ) -> bool:
     """Whether ball i, just off the wall, will hit it infinitely often before anything else.
 
@@ -232,7 +241,7 @@ def is_trapped(
     restitution e, so that the chords last 2 a e^k v_n / (e^2k v_n^2 + v_t^2); without the first
     term below, their sum is geometric: 2 a v_n / ((1 - e) v_t^2) is an upper bound of the time
     left. The ball is trapped if within it the run does not end, no other event is due and no ball
-    can come near: the others move straight, and ball i is never faster than now.
+    can come near: the others move straight, or slide, and ball i is never faster than now.
 
     All this is relative to the container. A free one is pushed by the bounces, by no more than
     its share of (1 + e) v_n / (1 - e) together, and the others must not reach its wall either.
@@ -265,8 +274,7 @@ def is_trapped(
                 due = next_time[k] <= end
                 if patient and due:
                     return False
-            age = now - balls[CLOCK, k]
-            xk, yk = balls[X, k] + balls[U, k] * age, balls[Y, k] + balls[V, k] * age
+            xk, yk = place(k, now, balls, slides)
             its_speed = fastest
             if patient:
                 its_speed = math.sqrt(balls[U, k] * balls[U, k] + balls[V, k] * balls[V, k])

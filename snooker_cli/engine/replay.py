@@ -13,12 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.engine import sampling
-from snooker_cli.engine.collide import hit_pair, hit_side, hit_wall, move, wrap
+from snooker_cli.engine.collide import (
+    contact_lasts,
+    hit_pair,
+    hit_side,
+    hit_wall,
+    move,
+    touched,
+    wrap,
+)
 from snooker_cli.engine.compiling import compiled
 from snooker_cli.engine.layout import (
     CLOCK,
     NOBODY,
+    SLIDE,
     Floats,
+    Integers,
     Setup,
     U,
     V,
@@ -29,9 +39,11 @@ from snooker_cli.engine.layout import (
     half_sides_of,
     origin_of,
     period_of,
+    slides_of,
     unlike,
 )
-from snooker_cli.trace import CONTAINER, Series
+from snooker_cli.engine.slide import FLIES, pressing, slide_on, write_states
+from snooker_cli.trace import Series
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -80,6 +92,7 @@ def replay(trace: Trace, times: ArrayLike) -> States:
         half_sides_of(scene),
         period_of(scene),
         radii,
+        slides_of(scene),
         trace.events.time,
         trace.events.i,
         trace.events.j,
@@ -113,7 +126,9 @@ def series(trace: Trace, most: int | None = None) -> Series:
     scene, events = trace.start, trace.events
     count = len(events) + 1
     kept = np.linspace(0, count - 1, min(count, most or count)).round().astype(np.int64)
-    rows = np.zeros((len(kept), sampling.COLUMNS))
+    slides = slides_of(scene)
+    # What slides presses until the end, though there is no event.
+    rows = np.zeros((len(kept) + (slides is not None), sampling.COLUMNS))
     balls, (radii, masses) = balls_of(scene), unlike(scene)
     container, setup = container_of(scene), Setup.of(scene)
     _replay_observables(
@@ -124,22 +139,28 @@ def series(trace: Trace, most: int | None = None) -> Series:
         half_sides_of(scene),
         period_of(scene),
         radii,
+        slides,
         events.time,
         events.i,
         events.j,
         kept,
+        trace.stop.time,
         rows,
     )
-    at_wall = events.j == CONTAINER
-    reach = scene.radii[events.i] + np.where(at_wall, 0.0, scene.radii[events.j])
+    at_wall = events.at_wall
+    reach = scene.radii[events.i] + np.where(at_wall, 0.0, scene.radii[np.maximum(events.j, 0)])
     for column, increments in (
         (sampling.WALL_IMPULSE, np.where(at_wall, events.impulse, 0.0)),
         (sampling.PAIR_VIRIAL, np.where(at_wall, 0.0, events.impulse * reach)),
         (sampling.WALL_EVENTS, at_wall),
         (sampling.PAIR_EVENTS, ~at_wall),
     ):
-        rows[1:, column] = np.cumsum(increments)[kept[1:] - 1]
+        sums = np.append(0.0, np.cumsum(increments))[kept]
+        rows[: len(kept), column] += sums
+        rows[len(kept) :, column] += sums[-1]
     time = np.concatenate([[0.0], events.time])[kept]
+    if slides is not None:
+        time = np.append(time, trace.stop.time)
     return Series(time, *np.ascontiguousarray(rows.T))
 
 
@@ -152,20 +173,26 @@ def _replay_observables(
     box: Floats | None,
     period: Floats | None,
     radii: Floats | None,
+    slides: Integers | None,
     time: Floats,
     first: NDArray[np.int32],
     second: NDArray[np.int32],
     kept: NDArray[np.int64],
+    end: float,
     rows: Floats,
 ) -> None:
     """Carry out the collisions again, measuring at the start and after those that are kept."""
     sampling.measure(rows[0], balls, container, setup, masses)
     row = 1
+    lasts, in_order = 0.0, np.empty(0, dtype=np.int32)
     for event in range(len(time)):
+        if setup.contact_path > 0.0 and event % balls.shape[1] == 0:
+            lasts = contact_lasts(balls, container, setup, in_order)
         _collide(
             time[event],
             first[event],
             second[event],
+            lasts,
             balls,
             container,
             setup,
@@ -173,10 +200,18 @@ def _replay_observables(
             box,
             period,
             radii,
+            slides,
         )
         if kept[row] == event + 1:
             sampling.measure(rows[row], balls, container, setup, masses)
+            if slides is not None:
+                rows[row, sampling.WALL_IMPULSE] = pressing(
+                    time[event], balls, setup, masses, slides
+                )
             row += 1
+    if slides is not None:
+        sampling.measure(rows[row], balls, container, setup, masses)
+        rows[row, sampling.WALL_IMPULSE] = pressing(end, balls, setup, masses, slides)
 
 
 @compiled
@@ -184,6 +219,7 @@ def _collide(
     now: float,
     i: int,
     j: int,
+    lasts: float,
     balls: Floats,
     container: Floats | None,
     setup: Setup,
@@ -191,21 +227,31 @@ def _collide(
     box: Floats | None,
     period: Floats | None,
     radii: Floats | None,
+    slides: Integers | None,
 ) -> None:
-    """Carry out one collision again."""
+    """Carry out one collision again, where contacts last so long (s)."""
+    if slides is not None:
+        if j == SLIDE:
+            slide_on(i, now, balls, setup, radii, masses, slides)
+            return
+        slides[i] = FLIES
+        if j != NOBODY:
+            slides[j] = FLIES
+    elastic = touched(i, now, balls, lasts)
     move(i, now, balls)
     if period is not None:
         wrap(i, balls, period)
     if j == NOBODY:
         if box is not None:
-            hit_side(i, balls, box, setup, radii, masses)
+            hit_side(i, balls, box, setup, radii, masses, elastic)
         else:
-            hit_wall(i, now, balls, container, setup, masses)
+            hit_wall(i, now, balls, container, setup, masses, elastic)
     else:
+        elastic = elastic or touched(j, now, balls, lasts)
         move(j, now, balls)
         if period is not None:
             wrap(j, balls, period)
-        hit_pair(i, j, balls, setup, masses, period)
+        hit_pair(i, j, balls, setup, masses, period, elastic)
 
 
 @compiled
@@ -217,6 +263,7 @@ def _replay(
     box: Floats | None,
     period: Floats | None,
     radii: Floats | None,
+    slides: Integers | None,
     time: Floats,
     first: NDArray[np.int32],
     second: NDArray[np.int32],
@@ -226,6 +273,7 @@ def _replay(
 ) -> None:
     """Carry out the collisions again, writing the states that are wanted on the way."""
     k = 0
+    lasts, in_order = 0.0, np.empty(0, dtype=np.int32)
     for event in range(len(time) + 1):
         while k < len(wanted) and (event == len(time) or wanted[k] < time[event]):
             ages = wanted[k] - balls[CLOCK]
@@ -233,6 +281,10 @@ def _replay(
             out[k, 1] = balls[Y] + balls[V] * ages
             out[k, 2] = balls[U]
             out[k, 3] = balls[V]
+            if slides is not None:
+                begins = event < len(time) and second[event] == SLIDE
+                who = first[event] if begins else NOBODY
+                write_states(wanted[k], who, balls, setup, masses, slides, out[k])
             if container is not None:
                 age = wanted[k] - container[CLOCK]
                 container_out[k, 0] = container[X] + container[U] * age
@@ -241,10 +293,13 @@ def _replay(
                 container_out[k, 3] = container[V]
             k += 1
         if event < len(time):
+            if setup.contact_path > 0.0 and event % balls.shape[1] == 0:
+                lasts = contact_lasts(balls, container, setup, in_order)
             _collide(
                 time[event],
                 first[event],
                 second[event],
+                lasts,
                 balls,
                 container,
                 setup,
@@ -252,4 +307,5 @@ def _replay(
                 box,
                 period,
                 radii,
+                slides,
             )

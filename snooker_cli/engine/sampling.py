@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from snooker_cli.scene import Scene
 
 ROWS = 512
+# Energies whose squares are doubles, J. Balls that collapse may have less.
+LEAST_ENERGY, MOST_ENERGY = 1e-140, 1e140
 # Columns of a row: those of ``trace.Series`` without the time, in order.
 (
     KINETIC_ENERGY,
@@ -106,6 +108,13 @@ def measure(
         speed_squared = container[U] * container[U] + container[V] * container[V]
         row[CONTAINER_ENERGY] = 0.5 * setup.container_mass * speed_squared
     row[MEAN_SPEED] = speeds / number
+    if energy > 0.0 and not LEAST_ENERGY < energy < MOST_ENERGY:
+        squares = 0.0
+        for i in range(number):
+            speed_squared = balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i]
+            share = 0.5 * mass_of(setup, masses, i) * speed_squared / energy
+            squares += share * share
+        energy = 1.0
     row[ENERGY_MOMENT] = squares * number / (energy * energy) if energy > 0.0 else 0.0
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from snooker_cli.engine import endings, engines, layout, sampling
+from snooker_cli.engine import endings, engines, layout, sampling, slide
 from snooker_cli.scene import Scene
 from snooker_cli.trace import (
     CONTAINER,
@@ -77,6 +77,7 @@ def specialisation(scene: Scene, *, engine: str | None = None) -> dict[str, bool
         "periodic images": scene.shape == "periodic",
         "moving container": scene.free,
         "unequal balls": layout.unlike(scene)[0] is not None,
+        "sliding along the wall": scene.slides,
     }
 
 
@@ -166,6 +167,9 @@ class _Run:
     def _finish(self, time: float) -> Scene:
         """The scene at ``time``, at or after the last event."""
         balls, container = self.engine.balls(), self.engine.container
+        if self.engine.slides is not None:
+            balls = balls.copy()
+            slide.turn_all(time, balls, self.engine.slides)
         velocities = np.ascontiguousarray(balls[layout.U : layout.V + 1].T)
         ages = (time - balls[layout.CLOCK])[:, None]
         positions = np.ascontiguousarray(balls[layout.X : layout.Y + 1].T) + velocities * ages
@@ -228,10 +232,16 @@ class _Run:
         engine, grid = self.engine, self.grid
         balls = engine.balls()
         state = (balls, engine.container, self.setup, self.masses, engine.sums, engine.counts)
-        sampling.sample_until(end, grid, *state)
-        used = int(grid.used[0])
         row, histogram = np.zeros(sampling.COLUMNS), np.zeros(SPEED_BINS, dtype=np.int64)
+        if engine.slides is None:
+            sampling.sample_until(end, grid, *state)
+        else:
+            sliding = balls, self.setup, self.masses, engine.slides
+            slide.sample_sliding(end, grid, *sliding, engine.sums, engine.counts)
         sampling.sample(row, histogram, *state)
+        if engine.slides is not None:
+            row[sampling.WALL_IMPULSE] += slide.pressing(end, *sliding)
+        used = int(grid.used[0])
         time = np.append(np.arange(used, dtype=np.float64) * grid.step[0], end)
         columns = np.ascontiguousarray(np.vstack([grid.rows[:used], row]).T)
         return Summary(

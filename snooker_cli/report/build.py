@@ -9,10 +9,11 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from snooker_cli.animation import embedded, film, page
 from snooker_cli.decay import decays, record
 from snooker_cli.figures import save
 from snooker_cli.gallery import KINDS, Picture, Selection
-from snooker_cli.report import content
+from snooker_cli.report import accuracy, content
 from snooker_cli.report.audit import Audit, Row, audit
 from snooker_cli.report.plates import PLATES, RUNS
 from snooker_cli.report.published import Ours, published
@@ -47,15 +48,34 @@ def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
             picture = KINDS[plate.kind].make(opened[plate.run], Selection(where=plate.where))
             drawing.append(other.submit(save, picture, out / "figures" / plate.file))
             pictures[plate.file] = picture
+        measurement = accuracy.saved("error")
+        for file, picture in accuracy.pictures(measurement).items():
+            say(f"{accuracy.LABELS[file]}: {picture.title}")
+            drawing.append(other.submit(save, picture, out / "figures" / file))
+            pictures[file] = picture
         fits = _fits(opened["decay"])
         say("the audit: every printed number beside ours")
         judged = judging.result()
         for each in drawing:
             each.result()
     write_json(out / "numbers.json", _numbers(pictures, judged, fits))
-    document = content.document(pictures, judged, fits, opened)
+    document = content.document(pictures, judged, fits, opened, measurement)
     say("the pages")
-    return [write_html(document, out), write_pdf(document, out), out / "numbers.json"]
+    return [
+        write_html(document, _players(opened["decay"]), out),
+        write_pdf(document, out),
+        out / "numbers.json",
+    ]
+
+
+def _players(run: Run) -> list[str]:
+    """The first repeat of each point, to be played."""
+    found = []
+    for point in run.points:
+        title = f"CoR {point.experiment.cor:g}"
+        shown = film(next(iter(run.traces(point))), title, "the first repeat")
+        found.append(embedded(page(shown), f"Player, {title}"))
+    return found
 
 
 def _fits(run: Run) -> list[dict[str, Any]]:

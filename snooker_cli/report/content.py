@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from snooker_cli.arrange import arrange
 from snooker_cli.gallery.selection import distinct
-from snooker_cli.report import tables
+from snooker_cli.report import accuracy, tables, trials
 from snooker_cli.report.audit import ALONE, EXPLAINED, FOLLOWS, REPRODUCED, UNEXPLAINED, Audit
 from snooker_cli.report.document import Block, Document, Figure, Heading, Paragraph
 from snooker_cli.report.plates import BEYOND, ENERGY, IDEAL, MOTION, PRESSURE, SPEEDS, Plate
@@ -51,8 +51,10 @@ Runs = Mapping[str, "Run"]
 Pictures = Mapping[str, "Picture"]
 
 
-def document(pictures: Pictures, audit: Audit, fits: Fits, runs: Runs) -> Document:
-    """The whole report as data."""
+def document(
+    pictures: Pictures, audit: Audit, fits: Fits, runs: Runs, measurement: dict[str, Any]
+) -> Document:
+    """The whole report as data; ``measurement`` is that of errors and costs."""
 
     def figures(plates: Sequence[Plate]) -> list[Block]:
         return [
@@ -93,6 +95,8 @@ def document(pictures: Pictures, audit: Audit, fits: Fits, runs: Runs) -> Docume
         Paragraph(_beyond_text(pictures, runs)),
         *figures(BEYOND),
         tables.many_coefficients("Table 5", pictures),
+        *accuracy.blocks(measurement),
+        *trials.blocks(accuracy.saved("hard"), accuracy.saved("physics")),
         Heading("Conclusion", after_figures=True),
         Paragraph(_conclusion_text(audit, pictures)),
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import tempfile
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
@@ -18,8 +19,11 @@ class RenderingError(Exception):
     """A report that cannot be laid out; one sentence."""
 
 
-def write_html(document: Document, folder: Path) -> Path:
-    """Write ``report.html`` with every figure inside it. Raises ``RenderingError``."""
+def write_html(document: Document, players: Sequence[str], folder: Path) -> Path:
+    """Write ``report.html`` with every figure inside it, and players, which are HTML themselves.
+
+    Raises ``RenderingError``.
+    """
     try:
         import jinja2
     except ImportError:
@@ -32,7 +36,9 @@ def write_html(document: Document, folder: Path) -> Path:
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     template = environment.from_string(_template("report.html.j2"))
     path = folder / "report.html"
-    path.write_text(template.render(**document.as_json(), images=images), encoding="utf-8")
+    path.write_text(
+        template.render(**document.as_json(), images=images, players=players), encoding="utf-8"
+    )
     return path
 
 

@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
@@ -16,13 +16,15 @@ from importlib.metadata import version
 from pathlib import Path
 
 from snooker_cli import store
-from snooker_cli.config import Point, digest, to_json
+from snooker_cli.config import to_json
 from snooker_cli.engine import ENGINE_VERSION, simulate, specialisation
-from snooker_cli.results import Run
+from snooker_cli.results import Run, State, forget_failures, note_failure
 from snooker_cli.runner.kinds import alike, arranged
+from snooker_cli.runner.ledger import Job, entry, jobs
 from snooker_cli.runner.threads import Threads
 from snooker_cli.scene import Scene, SceneError
-from snooker_cli.trace import Stop, StopReason, Work
+from snooker_cli.store import Told
+from snooker_cli.trace import Stop, StopReason, Trace, Work
 
 MANY = 8192
 """Balls that are enough to compile for any number of them."""
@@ -47,17 +49,11 @@ class Outcome:
     work: Work | None = None
 
 
-@dataclass(frozen=True)
-class Job:
-    """A repeat to do, and its point's digest."""
-
-    point: Point
-    repeat: int
-    digest: str
-
-
 class Watcher:
     """What a run tells of itself; all methods may be called from any thread."""
+
+    def unusable(self, sentence: str) -> None:
+        """A file that is there is damaged or of another run; its repeat is done anew."""
 
     def outdated(self, removed: list[Path], figures: bool) -> None:
         """Analyses of fewer repeats are removed; figures of them are still there or not."""
@@ -84,14 +80,24 @@ def execute(
     caller turns signals into ``cancelled``.
     """
     outcomes: list[Outcome] = []
+    there: list[Job] = []
     missing: list[Job] = []
+    for job in jobs(run):
+        exists = run.path(job.point.index, job.repeat).exists()
+        (there if exists else missing).append(job)
+    unusable: list[tuple[Path, str]] = []
     with Threads(workers, cancelled) as threads:
-        for job, found in threads.each(lambda job, _: (job, present(run, job)), jobs(run)):
-            if found is None:
-                missing.append(job)
-            else:
-                outcomes.append(found)
-                watcher.finished(found)
+        for found in threads.each(lambda job, _: entry(run, job), there):
+            if found.state is State.DONE and found.told is not None:
+                outcomes.append(_cached(found.job, found.told))
+                watcher.finished(outcomes[-1])
+                continue
+            missing.append(found.job)
+            if found.state is State.UNUSABLE:
+                unusable.append((found.path, found.sentence))
+        for _, sentence in sorted(unusable):
+            watcher.unusable(sentence)
+        forget_failures(run)
         if missing and not cancelled.is_set():
             missing.sort(key=lambda job: (job.point.index, job.repeat))
             _discard_analyses(run, watcher)
@@ -104,35 +110,16 @@ def execute(
 
         for outcome in threads.each(do, missing):
             if outcome is not None:
+                if outcome.error:
+                    note_failure(run, outcome.point, outcome.repeat, outcome.error)
                 outcomes.append(outcome)
                 watcher.finished(outcome)
     return sorted(outcomes, key=lambda outcome: (outcome.point, outcome.repeat))
 
 
-def jobs(run: Run) -> Iterator[Job]:
-    """Every repeat of every point."""
-    for point in run.points:
-        identity = digest(point.experiment)
-        for repeat in range(run.experiment.repeats):
-            yield Job(point, repeat, identity)
-
-
-def present(run: Run, job: Job) -> Outcome | None:
-    """The outcome of a repeat whose file is there, whole, and of this config and engine."""
-    path = run.path(job.point.index, job.repeat)
-    if not path.exists():
-        return None
-    try:
-        found = store.check(path)
-    except store.StoreError:
-        return None
-    told = found.provenance
-    known = (told.digest, told.engine_version, told.engine, told.repeat)
-    if known != (job.digest, ENGINE_VERSION, run.engine, job.repeat):
-        return None
-    if found.stop.reason is StopReason.INTERRUPTED:
-        return None
-    return Outcome(job.point.index, job.repeat, found.stop, found.collisions, cached=True)
+def _cached(job: Job, told: Told) -> Outcome:
+    """The outcome of a repeat that is there."""
+    return Outcome(job.point.index, job.repeat, told.stop, told.collisions, cached=True)
 
 
 def _discard_analyses(run: Run, watcher: Watcher) -> None:
@@ -219,7 +206,8 @@ def _do(
                 seconds=time.perf_counter() - clock,
                 engine=run.engine,
             )
-            recorder.finish(trace, provenance)
+            if not _keeps_what_is_there(run, job, trace):
+                recorder.finish(trace, provenance)
     except _LeftError:
         return None
     except (store.StoreError, SceneError) as error:
@@ -228,6 +216,15 @@ def _do(
         said, where = f"{type(error).__name__}: {error}", traceback.format_exc()
         return Outcome(job.point.index, job.repeat, None, 0, error=said, traceback=where)
     return Outcome(job.point.index, job.repeat, trace.stop, trace.collisions, work=trace.work)
+
+
+def _keeps_what_is_there(run: Run, job: Job, trace: Trace) -> bool:
+    """Whether a repeat that was interrupted is in its place already, and as far or further."""
+    if trace.stop.reason is not StopReason.INTERRUPTED:
+        return False
+    there = entry(run, job, store.glance)
+    longer = there.told is not None and there.told.collisions >= trace.collisions
+    return longer and there.state in (State.SHORTER, State.INTERRUPTED)
 
 
 @cache

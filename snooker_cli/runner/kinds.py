@@ -62,11 +62,14 @@ def kinds(points: Sequence[Point], engine: str | None = None) -> list[Kind]:
 def _losses(experiment: Experiment, shape: str) -> dict[str, bool]:
     """What losses there are, and what is watched for because of them."""
     at_wall = experiment.effective_wall_cor < 1.0 and shape != "periodic"
+    stops = experiment.collapse == "stop"
     return {
         "losses between balls": experiment.cor < 1.0,
         "losses at the wall": at_wall,
-        "wall traps": at_wall and shape == "circle",
+        "wall traps": stops and at_wall and shape == "circle",
         "collapse": True,
+        "lasting contacts": experiment.contact_duration > 0.0,
+        "slow collisions elastic": experiment.elastic_below > 0.0,
     }
 
 
@@ -92,7 +95,15 @@ def _check_repeats(experiment: Experiment) -> None:
 def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
     """Points by what they start from and record: they differ in losses and in their end."""
     found: dict[Experiment, list[Point]] = {}
-    plain = {"cor": 1.0, "wall_cor": None, "collisions": 1, "time": None, "title": None}
+    plain = {
+        "cor": 1.0,
+        "wall_cor": None,
+        "collisions": 1,
+        "time": None,
+        "title": None,
+    }
     for point in points:
-        found.setdefault(point.experiment.model_copy(update=plain), []).append(point)
+        collapse = "slide" if point.experiment.collapse == "slide" else "stop"
+        like = point.experiment.model_copy(update={**plain, "collapse": collapse})
+        found.setdefault(like, []).append(point)
     return found

@@ -144,6 +144,9 @@ def write_frame(root: Any, trace: Trace, provenance: Provenance, fingerprint: Fi
         "shape": start.shape,
         "restitution": start.restitution,
         "wall_restitution": start.wall_restitution,
+        "contact_duration": start.contact_duration,
+        "elastic_below": start.elastic_below,
+        "slides": start.slides,
     }
     said = json.dumps(asdict(provenance))
     own = h5g.open(root, b"parameters/snooker")

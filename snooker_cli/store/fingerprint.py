@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from snooker_cli.trace import Events, Trace
 
+LATER = ("contact_duration", "elastic_below", "slides")
+"""Of a scene, what files of before do not have: it counts only where it is not zero or false."""
+
 
 class Fingerprint:
     """SHA-256 over all that a repeat's file holds; the events can be given in pieces."""
@@ -29,6 +32,10 @@ class Fingerprint:
         for scene in (trace.start, trace.finish):
             for field in fields(scene):
                 value = getattr(scene, field.name)
+                if field.name in LATER:
+                    if not value:
+                        continue
+                    digest.update(field.name.encode())
                 said = isinstance(value, str)
                 digest.update(
                     value.encode() if said else _bytes(np.asarray(value, dtype=np.float64))

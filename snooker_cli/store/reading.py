@@ -22,6 +22,7 @@ from snooker_cli.store.records import (
     Provenance,
     Stored,
     StoreError,
+    Told,
 )
 from snooker_cli.trace import SERIES_UNITS, Events, Series, Stop, StopReason, Summary, Trace
 
@@ -31,26 +32,31 @@ AT_ONCE = 1 << 20
 
 def read(path: Path) -> Stored:
     """Read a repeat's file and check its content. Raises ``StoreError``."""
-    return _verified(path, keep=True)
+    trace, provenance, _ = _verified(path, keep=True)
+    return Stored(trace, provenance)
 
 
 def check(path: Path) -> Checked:
     """Check a repeat's file, in bounded memory. Raises ``StoreError``."""
-    stored = _verified(path, keep=False)
-    return Checked(stored.trace.stop, stored.trace.collisions, stored.provenance)
+    trace, provenance, fingerprint = _verified(path, keep=False)
+    bits = fingerprint.content(trace, "")
+    return Checked(trace.stop, trace.collisions, provenance, trace.start, bits)
 
 
-def _verified(path: Path, *, keep: bool) -> Stored:
+def glance(path: Path) -> Told:
+    """What a repeat's file says of itself; its content is not looked at. Raises ``StoreError``."""
+    with _opened(path) as root:
+        own = _own(root, path)
+        ending = json.loads(hdf5.read_text(own, b"ending"))
+        provenance = Provenance(**json.loads(hdf5.read_text(own, b"provenance")))
+        return Told(_stop(ending), ending["wall_events"] + ending["pair_events"], provenance)
+
+
+def _verified(path: Path, *, keep: bool) -> tuple[Trace, Provenance, Fingerprint]:
     """A repeat whose content is as it was written; its events only if they are to be kept."""
     fingerprint = Fingerprint()
     with _opened(path) as root:
-        own = h5g.open(root, b"parameters/snooker")
-        schema = hdf5.read_number(own, b"schema_version")
-        if schema != SCHEMA_VERSION:
-            raise StoreError(
-                f"{path}: is in version {schema} of the files' schema, where this snooker reads "
-                f"version {SCHEMA_VERSION}; run it again"
-            )
+        own = _own(root, path)
         trace = _trace(root)
         if trace.summary is None:
             for events in _events(root, None if keep else AT_ONCE):
@@ -61,7 +67,19 @@ def _verified(path: Path, *, keep: bool) -> Stored:
         provenance = Provenance(**json.loads(said))
     if fingerprint.content(trace, said) != expected:
         raise StoreError(f"{path}: its content has changed since it was written; run it again")
-    return Stored(trace, provenance)
+    return trace, provenance, fingerprint
+
+
+def _own(root: Any, path: Path) -> Any:
+    """The group of what is ours alone. Raises ``StoreError`` for another version's."""
+    own = h5g.open(root, b"parameters/snooker")
+    schema = hdf5.read_number(own, b"schema_version")
+    if schema != SCHEMA_VERSION:
+        raise StoreError(
+            f"{path}: is in version {schema} of the files' schema, where this snooker reads "
+            f"version {SCHEMA_VERSION}; run it again"
+        )
+    return own
 
 
 @contextmanager
@@ -110,24 +128,31 @@ def _trace(root: Any) -> Trace:
             restitution=ending["restitution"],
             wall_restitution=ending["wall_restitution"],
             shape=ending["shape"],
+            contact_duration=ending.get("contact_duration", 0.0),
+            elastic_below=ending.get("elastic_below", 0.0),
+            slides=ending.get("slides", False),
             **sides,
         )
         for k in (0, 1)
     )
-    stop = Stop(
-        reason=StopReason(ending["reason"]),
-        time=ending["time"],
-        balls=tuple(ending["balls"]),
-        message=ending["message"],
-    )
     return Trace(
         start=start,
         finish=finish,
-        stop=stop,
+        stop=_stop(ending),
         wall_events=ending["wall_events"],
         pair_events=ending["pair_events"],
         events=None,
         summary=None if b"connectivity" in root else _summary(root),
+    )
+
+
+def _stop(ending: dict[str, Any]) -> Stop:
+    """How a repeat ended."""
+    return Stop(
+        reason=StopReason(ending["reason"]),
+        time=ending["time"],
+        balls=tuple(ending["balls"]),
+        message=ending["message"],
     )
 
 

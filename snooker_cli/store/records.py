@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from snooker_cli.scene import Scene
 from snooker_cli.trace import Stop, Trace
 
 SCHEMA_VERSION = 2
@@ -46,9 +47,21 @@ class Stored:
 
 
 @dataclass(frozen=True)
-class Checked:
-    """What is known of a repeat whose file has been checked without keeping its events."""
+class Told:
+    """What a repeat's file says of itself."""
 
     stop: Stop
     collisions: int
     provenance: Provenance
+
+
+@dataclass(frozen=True)
+class Checked(Told):
+    """What is known of a repeat whose file has been checked without keeping its events.
+
+    start : the scene at time 0
+    bits : ``content_hash`` of its trace, without provenance: the same for the same collisions
+    """
+
+    start: Scene
+    bits: str

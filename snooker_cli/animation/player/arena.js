@@ -1,0 +1,138 @@
+// The container, the balls coloured by speed, and the flashes of contacts.
+"use strict";
+
+const FLASH = 0.3; // s of showing
+const MOST_FLASHES = 60;
+const SHADES = 64;
+const AMBER = "#e76300";
+
+function shades(colours) {
+  const parts = colours.map((text) => [1, 3, 5].map((at) => parseInt(text.slice(at, at + 2), 16)));
+  return Array.from({ length: SHADES }, (_, k) => {
+    const place = (k / (SHADES - 1)) * (parts.length - 1);
+    const first = Math.min(Math.floor(place), parts.length - 2), share = place - first;
+    const mixed = parts[first].map((low, c) => Math.round(low + share * (parts[first + 1][c] - low)));
+    return `rgb(${mixed.join(",")})`;
+  });
+}
+
+class Arena {
+  constructor(canvas, film, motion) {
+    this.canvas = canvas;
+    this.film = film;
+    this.motion = motion;
+    this.shades = shades(film.colours);
+    this.still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.home = film.container.slice(0, 2);
+  }
+
+  // flashes: [collision, age from 0 to 1], ...; magnify: by how much the container's motion is
+  // enlarged; topSpeed: of the brightest colour.
+  draw(reel, flashes, magnify, topSpeed) {
+    const [pen, width, height] = sharp(this.canvas), film = this.film, motion = this.motion;
+    const centre = motion.place(motion.number, reel.time);
+    const origin = film.follow ? centre : [0, 0];
+    const spare = magnify > 1 ? magnify * film.farthest : 0;
+    const [left, right, bottom, top] = film.view;
+    const spanX = right - left + 2 * spare, spanY = top - bottom + 2 * spare;
+    const scale = Math.min(width / spanX, height / spanY);
+    const x = (value) => width / 2 + (value - origin[0] - (left + right) / 2) * scale;
+    const y = (value) => height / 2 - (value - origin[1] - (bottom + top) / 2) * scale;
+
+    pen.fillStyle = "#f7f9fb";
+    this.outline(pen, x(centre[0]), y(centre[1]), scale);
+    pen.fill();
+    pen.save();
+    if (film.shape === "periodic") {
+      this.outline(pen, x(centre[0]), y(centre[1]), scale);
+      pen.clip();
+    }
+    this.balls(pen, x, y, scale, reel.time, centre, topSpeed);
+    pen.restore();
+    pen.lineWidth = film.shape === "periodic" ? 1 : 2;
+    pen.strokeStyle = film.shape === "periodic" ? SOFT : INK;
+    pen.setLineDash(film.shape === "periodic" ? [5, 4] : []);
+    this.outline(pen, x(centre[0]), y(centre[1]), scale);
+    pen.stroke();
+    pen.setLineDash([]);
+    if (magnify > 1) this.enlarged(pen, x, y, scale, centre, magnify);
+    for (const [collision, age] of flashes) this.flash(pen, x, y, scale, collision, age);
+  }
+
+  outline(pen, x, y, scale) {
+    const [width, height] = this.film.size;
+    pen.beginPath();
+    if (this.film.shape === "circle") pen.arc(x, y, (width / 2) * scale, 0, 2 * Math.PI);
+    else pen.rect(x - (width / 2) * scale, y - (height / 2) * scale, width * scale, height * scale);
+  }
+
+  balls(pen, x, y, scale, time, centre, topSpeed) {
+    const motion = this.motion, periodic = this.film.shape === "periodic", [w, h] = this.film.size;
+    const rim = scale * motion.radii[0] > 3;
+    pen.lineWidth = 1;
+    pen.strokeStyle = "rgba(20, 24, 36, 0.75)";
+    for (let ball = 0; ball < motion.number; ball++) {
+      let [px, py] = motion.place(ball, time);
+      const r = motion.radii[ball];
+      const part = Math.min(motion.speed(ball) / topSpeed, 1) || 0;
+      pen.fillStyle = this.shades[Math.round(part * (SHADES - 1))];
+      let across = [0], along = [0];
+      if (periodic) {
+        px -= w * Math.round((px - centre[0]) / w);
+        py -= h * Math.round((py - centre[1]) / h);
+        across = images(px - centre[0], r, w);
+        along = images(py - centre[1], r, h);
+      }
+      for (const dx of across) {
+        for (const dy of along) {
+          pen.beginPath();
+          pen.arc(x(px + dx), y(py + dy), Math.max(r * scale - (rim ? 0.5 : 0), 0.7), 0, 2 * Math.PI);
+          pen.fill();
+          if (rim) pen.stroke();
+        }
+      }
+    }
+  }
+
+  // The container where it would be if it had moved so many times as far.
+  enlarged(pen, x, y, scale, centre, magnify) {
+    const shown = centre.map((value, axis) => this.home[axis] + magnify * (value - this.home[axis]));
+    pen.strokeStyle = AMBER;
+    pen.fillStyle = AMBER;
+    pen.lineWidth = 1.5;
+    pen.setLineDash([6, 4]);
+    this.outline(pen, x(shown[0]), y(shown[1]), scale);
+    pen.stroke();
+    pen.setLineDash([]);
+    pen.beginPath();
+    pen.moveTo(x(this.home[0]), y(this.home[1]));
+    pen.lineTo(x(shown[0]), y(shown[1]));
+    pen.stroke();
+    pen.beginPath();
+    pen.arc(x(shown[0]), y(shown[1]), 3.5, 0, 2 * Math.PI);
+    pen.fill();
+  }
+
+  flash(pen, x, y, scale, collision, age) {
+    const motion = this.motion, at = motion.contacts;
+    const r = motion.radii[motion.i[collision]] * scale;
+    const grown = this.still ? 0.5 : 1 - (1 - age) ** 2;
+    const px = x(at[2 * collision]), py = y(at[2 * collision + 1]);
+    pen.strokeStyle = pen.fillStyle = AMBER;
+    pen.globalAlpha = (1 - age) ** 1.5;
+    pen.lineWidth = 2;
+    pen.beginPath();
+    pen.arc(px, py, Math.max(2, r * (0.15 + 0.55 * grown)), 0, 2 * Math.PI);
+    pen.stroke();
+    pen.beginPath();
+    pen.arc(px, py, Math.max(1.5, r * 0.16 * (1 - age)), 0, 2 * Math.PI);
+    pen.fill();
+    pen.globalAlpha = 1;
+  }
+}
+
+// Where a ball of a periodic box is seen again, as it sticks out of the box.
+function images(place, radius, side) {
+  if (place > side / 2 - radius) return [0, -side];
+  return place < radius - side / 2 ? [0, side] : [0];
+}

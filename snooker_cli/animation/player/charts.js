@@ -1,0 +1,150 @@
+// Kinetic energy, temperature and pressure as curves that grow.
+"use strict";
+
+const INK = "#1c2430", SOFT = "#5b6675", RULE = "#e3e7ec";
+const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
+
+// A number to so many digits, large and small ones as 1.2 × 10⁻¹⁵.
+function short(value, digits = 3) {
+  if (value === 0) return "0";
+  let text = value.toPrecision(digits);
+  const size = Math.abs(Number(text));
+  if (size >= 1e5 || size < 1e-4) {
+    const [mantissa, power] = Number(text).toExponential(digits - 1).split("e");
+    const raised = String(Number(power)).replace(/./g, (letter) => RAISED[letter]);
+    text = `${mantissa} × 10${raised}`;
+  } else if (text.includes("e")) {
+    text = String(Number(text));
+  }
+  return text.replace("-", "−");
+}
+
+// Even steps of 1, 2 or 5 times a power of ten: at most so many up to a value.
+function niceStep(range, most) {
+  const rough = range / most, power = 10 ** Math.floor(Math.log10(rough));
+  return power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999999);
+}
+
+function tickLabel(value, step) {
+  if (Math.abs(value) >= 1e5 || step < 1e-4) return short(value, 2);
+  return value.toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+}
+
+// A canvas as sharp as the screen, with the units of the page.
+function sharp(canvas) {
+  const ratio = window.devicePixelRatio || 1;
+  const width = canvas.clientWidth, height = canvas.clientHeight;
+  if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
+  if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
+  const pen = canvas.getContext("2d");
+  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+  pen.clearRect(0, 0, width, height);
+  return [pen, width, height];
+}
+
+class Charts {
+  constructor(canvas, film, motion) {
+    this.canvas = canvas;
+    this.motion = motion;
+    this.energy = unpacked(film.kineticEnergy, Float64Array);
+    this.sum = unpacked(film.pressureSum, Float64Array);
+    this.gain = film.pressureGain ? unpacked(film.pressureGain, Float64Array) : null;
+    this.before = film.before;
+    this.rows = [motion.start, ...motion.time];
+    const temperature = this.energy.map((energy) => energy / motion.number);
+    const pressure = this.rows.map((time, row) => this.pressure(row, time));
+    const now = (reel) => this.energy[reel.done];
+    this.panels = [
+      { name: "kinetic energy", unit: "J", colour: "#3f90da", values: this.energy, now },
+      { name: "temperature", unit: "J", colour: "#bd1f01", values: temperature,
+        now: (reel) => now(reel) / motion.number },
+      { name: "mean pressure since t = 0", unit: "Pa m", colour: "#832db6", values: pressure,
+        now: (reel) => this.pressure(reel.done, reel.time) },
+    ];
+    for (const panel of this.panels) {
+      panel.top = 1.08 * panel.values.reduce((most, value) => Math.max(most, value), 0) || 1;
+    }
+  }
+
+  // Mean pressure from the repeat's start to a time after so many of the film's collisions, Pa m.
+  pressure(row, time) {
+    if (!(time > 0)) return 0;
+    const gained = this.gain ? this.gain[row] * (time - this.rows[row]) : 0;
+    return (this.sum[row] + gained) / time;
+  }
+
+  draw(reel, pace) {
+    const [pen, width, height] = sharp(this.canvas);
+    pen.font = "12px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
+    const foot = 34, each = (height - foot) / this.panels.length;
+    this.panels.forEach((panel, k) => {
+      const box = { left: 52, right: width - 12, top: k * each + 24, bottom: (k + 1) * each - 6 };
+      this.panel(pen, box, panel, reel, pace, k === this.panels.length - 1);
+    });
+  }
+
+  panel(pen, box, panel, reel, pace, last) {
+    const byStep = pace === "events", { start, end } = this.motion;
+    const [low, high] = byStep ? [0, this.motion.time.length || 1] : [start, end];
+    const across = (value) => box.left + ((value - low) / (high - low)) * (box.right - box.left);
+    const up = (value) => box.bottom - (value / panel.top) * (box.bottom - box.top);
+    const at = (row) => across(byStep ? row : this.rows[row]);
+
+    pen.lineWidth = 1;
+    pen.textBaseline = "middle";
+    pen.textAlign = "right";
+    const rise = niceStep(panel.top, 4);
+    for (let value = 0; value <= panel.top; value += rise) {
+      pen.strokeStyle = value === 0 ? SOFT : RULE;
+      pen.beginPath();
+      pen.moveTo(box.left, Math.round(up(value)) + 0.5);
+      pen.lineTo(box.right, Math.round(up(value)) + 0.5);
+      pen.stroke();
+      pen.fillStyle = SOFT;
+      pen.fillText(tickLabel(value, rise), box.left - 6, up(value));
+    }
+    if (last) this.footer(pen, box, across, low, high, byStep);
+
+    pen.save();
+    pen.beginPath();
+    pen.rect(box.left - 5, box.top - 5, box.right - box.left + 10, box.bottom - box.top + 9);
+    pen.clip();
+    pen.strokeStyle = panel.colour;
+    pen.lineWidth = 1.6;
+    pen.lineJoin = "round";
+    pen.beginPath();
+    const first = panel.values[0] === 0 ? 1 : 0; // a mean since t = 0 begins with a collision
+    for (let row = first; row <= reel.done; row++) pen.lineTo(at(row), up(panel.values[row]));
+    const value = panel.now(reel);
+    const x = across(byStep ? Math.min(reel.step, high) : reel.time);
+    pen.lineTo(x, up(value));
+    pen.stroke();
+    pen.fillStyle = panel.colour;
+    pen.beginPath();
+    pen.arc(x, up(value), 3.5, 0, 2 * Math.PI);
+    pen.fill();
+    pen.restore();
+
+    pen.textBaseline = "alphabetic";
+    pen.textAlign = "left";
+    pen.fillStyle = INK;
+    pen.fillText(panel.name, box.left, box.top - 9);
+    pen.textAlign = "right";
+    pen.fillStyle = panel.colour;
+    pen.font = pen.font.replace("12px", "600 12px");
+    pen.fillText(`${short(value)} ${panel.unit}`, box.right, box.top - 9);
+    pen.font = pen.font.replace("600 ", "");
+  }
+
+  footer(pen, box, across, low, high, byStep) {
+    const run = Math.max(niceStep(high - low, 5), byStep ? 1 : 0);
+    pen.fillStyle = SOFT;
+    pen.textBaseline = "top";
+    pen.textAlign = "center";
+    for (let value = Math.ceil(low / run) * run; value <= high * (1 + 1e-12); value += run) {
+      pen.fillText(tickLabel(value, run), across(value), box.bottom + 6);
+    }
+    pen.textAlign = "right";
+    pen.fillText(byStep ? "collisions shown" : "time, s", box.right, box.bottom + 21);
+  }
+}

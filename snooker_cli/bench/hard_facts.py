@@ -1,0 +1,275 @@
+"""What is known exactly of hard cases: counts, times, impulses, and whom a ball hits.
+
+A fact takes a trace and gives checks. Times are good to epsilons of the clock, and to the way that
+an epsilon of a place takes; an impulse is good to epsilons of what the whole velocity would give.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from snooker_cli.bench.hard_checks import PLACE, Check
+from snooker_cli.engine import replay
+from snooker_cli.scene import EPSILON
+from snooker_cli.trace import CONTAINER, StopReason
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from snooker_cli.trace import Events, Trace
+
+    Fact = Callable[[Trace], Iterator[Check]]
+
+    Floats = NDArray[np.float64]
+
+PI_DIGITS = "3141592"
+
+LEAST = 1e-300
+"""What an error is compared by where none is allowed."""
+
+
+def _difference(name: str, found: Floats, expected: ArrayLike, bound: ArrayLike) -> Check:
+    """The difference that is largest beside its bound; infinite if there are not as many."""
+    many = np.shape(expected)
+    if not len(found) or (many and many != found.shape):
+        return Check(name, math.inf, float(np.max(bound)))
+    errors = abs(found - np.asarray(expected, dtype=np.float64))
+    bounds = np.broadcast_to(np.asarray(bound, dtype=np.float64), errors.shape)
+    worst = int(np.argmax(errors / np.maximum(bounds, LEAST)))
+    return Check(name, float(errors[worst]), float(bounds[worst]))
+
+
+def _events(trace: Trace) -> Events:
+    """The collisions; a summary has none."""
+    assert trace.events is not None
+    return trace.events
+
+
+def _partners(trace: Trace) -> list[tuple[int, int]]:
+    """Who collided, in order."""
+    return list(zip(_events(trace).i.tolist(), _events(trace).j.tolist(), strict=True))
+
+
+def _whom(trace: Trace, expected: list[tuple[int, int]]) -> Check:
+    """Collisions, from the first, that are between others than expected, missing or too many."""
+    found = _partners(trace)
+    wrong = sum(one != other for one, other in zip(found, expected, strict=False))
+    return Check("wrong collisions", wrong + abs(len(found) - len(expected)), 0)
+
+
+def grazing(trace: Trace) -> Iterator[Check]:
+    """Who hits by exact arithmetic, and with J = (1 + e) mu g, g^2 = w^2 - (x cross w)^2/d^2.
+
+    x cross w is good to an epsilon of |x||w|, so that g is to that part of w^2/g.
+    """
+    start, hits = trace.start, []
+    for i in range(0, start.number, 2):
+        (x, y), (u, v) = (
+            [Fraction(float(b)) - Fraction(float(a)) for a, b in zip(*column, strict=True)]
+            for column in (start.positions[i : i + 2], start.velocities[i : i + 2])
+        )
+        reach = sum(Fraction(float(radius)) for radius in start.radii[i : i + 2])
+        w2, cross = u * u + v * v, x * v - y * u
+        if x * u + y * v >= 0 or cross * cross >= w2 * reach * reach:
+            continue
+        g = math.sqrt(w2 - cross * cross / reach**2)
+        mass = 1 / float(np.sum(1 / start.masses[i : i + 2]))
+        far = math.sqrt(x * x + y * y)
+        bound = 2 * EPSILON * far / float(reach) * float(w2) / g
+        hits.append((i, i + 1, (1 + start.restitution) * mass * np.array([g, bound])))
+    yield _whom(trace, [(i, j) for i, j, _ in hits])
+    impulse, bound = np.array([each for *_, each in hits]).T
+    yield _difference("impulse, kg m/s", _events(trace).impulse, impulse, bound)
+
+
+def touching(trace: Trace) -> Iterator[Check]:
+    """Only the pair that approaches, at 1 m/s, collides, at once, with half of (1 + e) w.
+
+    At once: the pair is a rounding of its coordinates short of touching.
+    """
+    yield _whom(trace, [(0, 1)])
+    rounding = 2 * EPSILON * float(np.max(abs(trace.start.positions[:2])))
+    yield _difference("time, s", _events(trace).time, np.zeros(1), rounding)
+    expected = np.array([(1 + trace.start.restitution) / 2])
+    yield _difference("impulse, kg m/s", _events(trace).impulse, expected, 8 * EPSILON)
+
+
+def touching_wall(trace: Trace) -> Iterator[Check]:
+    """Only the ball that moves out hits the wall, at once, with (1 + e) w."""
+    yield _whom(trace, [(0, CONTAINER)])
+    yield _difference("time, s", _events(trace).time, np.zeros(1), 0.0)
+    expected = np.array([1 + trace.start.wall_restitution])
+    yield _difference("impulse, kg m/s", _events(trace).impulse, expected, 8 * EPSILON)
+
+
+def ring(trace: Trace) -> Iterator[Check]:
+    """The first n/2 contacts are at once: when the ring's radius is r/sin(pi/n)."""
+    start = trace.start
+    radius, speed = math.hypot(*start.positions[0]), math.hypot(*start.velocities[0])
+    contact = (radius - float(start.radii[0]) / math.sin(math.pi / start.number)) / speed
+    first = _events(trace).time[: start.number // 2]
+    yield _difference("time, s", first, contact, PLACE * EPSILON * radius / speed)
+
+
+def newton_row(trace: Trace) -> Iterator[Check]:
+    """Elastic balls that touch hand on all of the velocity, one after the other in one instant."""
+    start, events = trace.start, _events(trace)
+    if start.restitution < 1:
+        return
+    last = start.number - 1
+    yield _whom(trace, [(k, k + 1) for k in range(last)])
+    speed = float(start.velocities[0, 0])
+    gap = float(start.positions[1, 0] - start.positions[0, 0] - 2 * start.radii[0])
+    yield _difference("time, s", events.time, gap / speed, PLACE * EPSILON * gap / speed)
+    expected = np.append(np.zeros(last), speed)
+    found = trace.finish.velocities[:, 0]
+    yield _difference("velocity, m/s", found, expected, 4 * last * EPSILON * speed)
+
+
+def whispering(trace: Trace) -> Iterator[Check]:
+    """A chord at an angle lasts 2 a sin(angle)/v; a bounce turns it by some epsilon at most."""
+    start = trace.start
+    room, speed = start.container_radius - float(start.radii[0]), math.hypot(*start.velocities[0])
+    sine = -float(start.velocities[0, 0]) / speed
+    count = np.arange(1, len(_events(trace)) + 1)
+    turned = 4 * EPSILON * count / sine
+    chord = 2 * room * sine / speed
+    found = np.diff(_events(trace).time, prepend=0.0) / chord
+    clock = np.spacing(_events(trace).time) / chord
+    yield _difference("a chord's time, relatively", found, 1.0, turned + clock)
+    impulse = _events(trace).impulse / (2 * float(start.masses[0]) * speed * sine)
+    yield _difference("impulse, relatively", impulse, 1.0, turned)
+
+
+def full(trace: Trace) -> Iterator[Check]:
+    """Hits follow each other after 2 a/v, the first after a/v."""
+    start = trace.start
+    room, speed = start.container_radius - float(start.radii[0]), math.hypot(*start.velocities[0])
+    count = np.arange(1, len(_events(trace)) + 1)
+    found = _events(trace).time * speed / room / (2 * count - 1)
+    yield _difference("time, relatively", found, 1.0, PLACE * EPSILON * count)
+
+
+def wall_trap_told(trace: Trace) -> Iterator[Check]:
+    """The ending names the ball and the wall trap."""
+    told = trace.stop.balls == (0,) and "wall trap" in trace.stop.message
+    yield Check("endings not told", float(not told), 0)
+
+
+def wall_trap_sums(trace: Trace) -> Iterator[Check]:
+    """Times, angles and impulses of a ball in a wall trap, k = 0, 1 ... after the first hit.
+
+    v_n = e^k v_0, with v_t constant: dt = 2 a v_n/(v_n^2 + v_t^2), dphi = 2 atan(v_n/v_t) and
+    J = (1 + e) v_n; all J together are v_0 (1 + e)/(1 - e). What was left when the run ended is
+    added as known. Each bounce rounds v_n by some epsilon of the whole velocity.
+    """
+    start, events = trace.start, _events(trace)
+    room, e = start.container_radius - float(start.radii[0]), start.wall_restitution
+    across, along = (float(each) for each in start.velocities[0])
+    first = e * across
+    hits = len(events)
+    normal = first * e ** np.arange(4096)
+    lasting = 2 * room * normal / (normal**2 + along**2)
+    turning = 2 * np.arctan2(normal, along)
+    impulse = (1 + e) * normal
+    speed = math.hypot(first, along)
+    rounding = PLACE * EPSILON * np.arange(1, hits)
+    yield _difference(
+        "a time, s",
+        np.diff(events.time),
+        lasting[: hits - 1],
+        rounding * room / along + np.spacing(trace.stop.time),
+    )
+    yield _difference("an impulse", events.impulse[1:], impulse[: hits - 1], 2 * rounding * speed)
+    sums, error = math.fsum(np.diff(events.time)), float(np.sum(rounding))
+    left = math.fsum(lasting[hits - 1 :])
+    expected = np.array([math.fsum(lasting)])
+    yield _difference("T, s", np.array([sums + left]), expected, error * room / along)
+    turned = _turned(trace) + math.fsum(turning[hits - 1 :])
+    yield _difference(
+        "phi, rad", np.array([turned]), np.array([math.fsum(turning)]), error * speed / along
+    )
+    pushed = math.fsum(events.impulse[1:]) + math.fsum(impulse[hits - 1 :])
+    expected = np.array([first * (1 + e) / (1 - e)])
+    yield _difference("sum of J, kg m/s", np.array([pushed]), expected, 2 * error * speed)
+
+
+def _turned(trace: Trace) -> float:
+    """The angle by which a ball has gone round from its first hit to its last, rad."""
+    places = replay(trace, _events(trace).time).positions[:, 0]
+    return float(np.sum(np.diff(np.unwrap(np.arctan2(places[:, 1], places[:, 0])))))
+
+
+def along_the_wall(trace: Trace) -> Iterator[Check]:
+    """A wall that takes energy traps the ball; at an elastic one nothing changes but the count."""
+    lossy = trace.start.wall_restitution < 1
+    expected = StopReason.WALL_TRAP if lossy else StopReason.COLLAPSE
+    yield Check("wrong endings", float(trace.stop.reason is not expected), 0)
+    yield Check("impulse, kg m/s", math.fsum(_events(trace).impulse), 0)
+
+
+def collapse_below(critical: float) -> Fact:
+    """Whether a run ended in a collapse, as it must below a critical restitution and only there."""
+
+    def fact(trace: Trace) -> Iterator[Check]:
+        collapsed = trace.stop.reason is StopReason.COLLAPSE
+        wrong = collapsed != (trace.start.restitution < critical)
+        yield Check("wrong endings", float(wrong), 0)
+
+    return fact
+
+
+def galperin(trace: Trace) -> Iterator[Check]:
+    """Masses m and 100^k m collide as often as the first k + 1 digits of pi say (Galperin 2003)."""
+    power = round(math.log(float(trace.start.masses[1] / trace.start.masses[0]), 100))
+    expected = int(PI_DIGITS[: power + 1])
+    yield Check("collisions too many or few", abs(trace.collisions - expected), 0)
+
+
+def needles(trace: Trace) -> Iterator[Check]:
+    """The first two contacts of the three balls in a line, both after the same gap."""
+    start = trace.start
+    gap = -float(start.positions[0, 0] + start.radii[0] + start.radii[1])
+    contact = gap / float(start.velocities[0, 0])
+    yield _difference("time, s", _events(trace).time[:2], contact, PLACE * EPSILON * contact)
+
+
+def late_row(trace: Trace) -> Iterator[Check]:
+    """A row of elastic balls with gaps: each is hit a gap after the one before it.
+
+    Places and the clock are as large as each other here, and so are their epsilons.
+    """
+    start = trace.start
+    yield _whom(trace, [(k, k + 1) for k in range(start.number - 1)])
+    speed = Fraction(float(start.velocities[0, 0]))
+    places = [Fraction(float(x)) for x in start.positions[:, 0]]
+    diameter = 2 * Fraction(float(start.radii[0]))
+    gaps = [after - before - diameter for before, after in itertools.pairwise(places)]
+    exact = [sum(gaps[: k + 1]) / speed for k in range(len(gaps))]
+    late = [float(Fraction(float(t)) - exact[k]) for k, t in enumerate(_events(trace).time)]
+    bound = PLACE * EPSILON * float(exact[-1])
+    yield _difference("time, s", np.array(late), np.zeros(len(exact)), bound)
+
+
+def corner(trace: Trace) -> Iterator[Check]:
+    """A ball into the corner hits both sides in one instant, each with twice its momentum."""
+    start = trace.start
+    time = (start.width / 2 - float(start.radii[0])) / float(start.velocities[0, 0])
+    own = _events(trace).i == 0
+    yield _difference("time, s", _events(trace).time[own][:2], time, PLACE * EPSILON * time)
+    momentum = 2 * float(start.masses[0] * start.velocities[0, 0])
+    impulse = _events(trace).impulse[own][:2]
+    yield _difference("impulse, kg m/s", impulse, momentum, PLACE * EPSILON * momentum)
+
+
+def nothing_happens(trace: Trace) -> Iterator[Check]:
+    """No collisions, and no ball has moved."""
+    yield Check("collisions", trace.collisions, 0)
+    moved = float(np.max(abs(trace.finish.positions - trace.start.positions)))
+    yield Check("moved by, m", moved, 0)

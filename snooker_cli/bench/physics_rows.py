@@ -1,0 +1,84 @@
+"""A measured mean beside what is published of it, and how many standard errors lie between."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+ALLOWED = 4.0
+"""Standard errors that are let pass: a few dozen rows exceed three by chance, not four."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What was simulated for a row.
+
+    settling, collisions : of all balls together in each repeat, before measuring and meanwhile
+    seeds : repeats, each from a seed of its own
+    """
+
+    shape: str
+    balls: int
+    packing: float
+    cor: float
+    settling: int
+    collisions: int
+    seeds: int
+
+
+@dataclass(frozen=True)
+class Row:
+    """A quantity's mean over seeds beside a published value.
+
+    error : standard error of the mean over independent seeds
+    published_error : of the published value, as far as it is known
+    known : what finite N adds to the published value, by theory
+    systematic : by how much the published value may be off for another reason, by bound or estimate
+    reason : for that, in words
+    note : what else there is to know
+    """
+
+    group: str
+    quantity: str
+    setting: Setting
+    measured: float
+    error: float
+    published: float
+    published_error: float
+    source: str
+    known: float = 0.0
+    systematic: float = 0.0
+    reason: str = ""
+    note: str = ""
+
+    @property
+    def difference(self) -> float:
+        """Measured less published, as they are."""
+        return self.measured - self.published
+
+    @property
+    def both_errors(self) -> float:
+        """Standard error of the difference."""
+        return math.hypot(self.error, self.published_error)
+
+    @property
+    def in_errors(self) -> float:
+        """The difference in standard errors."""
+        return self.difference / self.both_errors
+
+    @property
+    def left_in_errors(self) -> float:
+        """What is left of that once the known part is taken off."""
+        return (self.difference - self.known) / self.both_errors
+
+    @property
+    def agrees(self) -> bool:
+        """Whether what is left is within the errors that are allowed and what is systematic."""
+        left = abs(self.difference - self.known)
+        return left <= ALLOWED * self.both_errors + self.systematic
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything, with what follows from it."""
+        names = ("difference", "both_errors", "in_errors", "left_in_errors", "agrees")
+        return asdict(self) | {name: getattr(self, name) for name in names}

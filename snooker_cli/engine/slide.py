@@ -1,0 +1,316 @@
+"""Balls that slide along a fixed circular wall after infinitely many bounces.
+
+A ball that bounces at a wall of restitution e keeps its tangential speed v_t, and its normal speed
+falls as e^k: after a finite time it slides, with a constant speed on a circle of radius a, and
+presses against the wall with m v_t^2/a. Where it is follows from a rotation. Its cosine and sine
+are made here of + - * and /, which round alike on every machine, and those of a library do not.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from snooker_cli.engine import layout
+from snooker_cli.engine.collide import mass_of, radius_of
+from snooker_cli.engine.compiling import compiled, inlined
+from snooker_cli.engine.contact import NEVER
+from snooker_cli.engine.endings import CLOCK_DIGITS
+from snooker_cli.engine.layout import (
+    CLOCK,
+    NOBODY,
+    WALL_TIME,
+    Floats,
+    Integers,
+    Setup,
+    U,
+    V,
+    X,
+    Y,
+)
+from snooker_cli.engine.sampling import Grid, sample_until
+
+# What a ball does: it flies, or it bounces until it slides, or it slides.
+FLIES, SETTLES, SLIDES = range(3)
+
+# Normal over tangential speed from which on its square does not count beside 1.
+FLAT = 2.0**-27
+
+# pi/2 as a sum of three doubles, the first two with zeros at the end (fdlibm, e_rem_pio2.c).
+HALF_PI = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
+
+
+@inlined
+def cosine_and_sine(angle: float) -> tuple[float, float]:
+    """Of an angle in radians, to an ulp or two up to 1e5; the polynomials are fdlibm's."""
+    quarters = np.rint(angle * 0.63661977236758134308)
+    z = ((angle - quarters * HALF_PI[0]) - quarters * HALF_PI[1]) - quarters * HALF_PI[2]
+    w = z * z
+    sine = 1.58969099521155010221e-10
+    sine = sine * w - 2.50507602534068634195e-08
+    sine = sine * w + 2.75573137070700676789e-06
+    sine = sine * w - 1.98412698298579493134e-04
+    sine = sine * w + 8.33333333332248946124e-03
+    sine = sine * w - 1.66666666666666324348e-01
+    sine = z + z * w * sine
+    cosine = -1.13596475577881948265e-11
+    cosine = cosine * w + 2.08757232129817482790e-09
+    cosine = cosine * w - 2.75573143513906633035e-07
+    cosine = cosine * w + 2.48015872894767294178e-05
+    cosine = cosine * w - 1.38888888888741095749e-03
+    cosine = cosine * w + 4.16666666666666019037e-02
+    cosine = 1.0 - (0.5 * w - w * w * cosine)
+    turns = quarters - 4.0 * np.floor(0.25 * quarters)
+    if turns == 0.0:
+        return cosine, sine
+    if turns == 1.0:
+        return -sine, cosine
+    if turns == 2.0:
+        return -cosine, -sine
+    return sine, -cosine
+
+
+@inlined
+def rate(i: int, balls: Floats) -> float:
+    """How fast ball i turns round the centre, rad/s."""
+    x, y = balls[X, i], balls[Y, i]
+    return float((x * balls[V, i] - y * balls[U, i]) / (x * x + y * y))
+
+
+@inlined
+def turn(i: int, now: float, balls: Floats) -> None:
+    """Bring ball i, which slides, to the present."""
+    c, s = cosine_and_sine(rate(i, balls) * (now - balls[CLOCK, i]))
+    balls[X, i], balls[Y, i] = c * balls[X, i] - s * balls[Y, i], s * balls[X, i] + c * balls[Y, i]
+    balls[U, i], balls[V, i] = c * balls[U, i] - s * balls[V, i], s * balls[U, i] + c * balls[V, i]
+    balls[CLOCK, i] = now
+
+
+@compiled
+def turn_all(now: float, balls: Floats, slides: Integers) -> None:
+    """Bring all balls that slide to the present."""
+    for k in range(balls.shape[1]):
+        if slides[k] == SLIDES:
+            turn(k, now, balls)
+
+
+@inlined
+def place(i: int, now: float, balls: Floats, slides: Integers | None) -> tuple[float, float]:
+    """Where ball i is, which flies or slides, m."""
+    age = now - balls[CLOCK, i]
+    x, y = balls[X, i], balls[Y, i]
+    if slides is not None and slides[i] == SLIDES:
+        c, s = cosine_and_sine(rate(i, balls) * age)
+        return c * x - s * y, s * x + c * y
+    return x + balls[U, i] * age, y + balls[V, i] * age
+
+
+@inlined
+def pressed(i: int, now: float, balls: Floats, setup: Setup, masses: Floats | None) -> float:
+    """Impulse of ball i, which slides, on the wall since its clock: m w^2 a t, kg m/s."""
+    w = rate(i, balls)
+    reach = math.sqrt(balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i])
+    return float(mass_of(setup, masses, i) * w * w * reach * (now - balls[CLOCK, i]))
+
+
+@compiled
+def pressing(
+    now: float, balls: Floats, setup: Setup, masses: Floats | None, slides: Integers
+) -> float:
+    """Impulse on the wall of all balls that slide, each since its clock, kg m/s."""
+    total = 0.0
+    for k in range(balls.shape[1]):
+        if slides[k] == SLIDES:
+            total += pressed(k, now, balls, setup, masses)
+    return total
+
+
+@compiled
+def bounce(i: int, until: float, balls: Floats, setup: Setup, masses: Floats | None) -> float:
+    """Let ball i, just off the wall and trapped, bounce up to a time (s); the impulse, kg m/s.
+
+    If it bounces infinitely often until then, it is left where and when it begins to slide. With
+    q = v_n/v_t a chord lasts 2 a v_n/(v_n^2 + v_t^2) and turns it by 2 atan(q), of which cosine and
+    sine are (1 - q^2)/(1 + q^2) and 2q/(1 + q^2). Once q^2 does not count beside 1 both are
+    geometric series.
+    """
+    x, y, u, v, now = balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i]
+    e = setup.wall_restitution
+    square = x * x + y * y
+    inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u  # a v_n and a v_t
+    c, s, given = 1.0, 0.0, 0.0
+    flat = inward <= FLAT * abs(cross)
+    while not flat:
+        chord = inward * inward + cross * cross
+        end = now + 2.0 * inward * square / chord
+        if end > until:
+            break
+        along, aside = (cross * cross - inward * inward) / chord, 2.0 * inward * cross / chord
+        c, s = c * along - s * aside, s * along + c * aside
+        given += (1.0 + e) * inward
+        inward *= e
+        now = end
+        flat = inward <= FLAT * abs(cross)
+    if flat:
+        rest = inward / (1.0 - e)
+        end = now + 2.0 * rest * square / (cross * cross)
+        if end <= until:
+            along, aside = cosine_and_sine(2.0 * rest / cross)
+            given += (1.0 + e) * rest
+        else:  # it seems to slide already
+            end = until
+            along, aside = cosine_and_sine(cross / square * (until - now))
+        c, s = c * along - s * aside, s * along + c * aside
+        inward, now = 0.0, end
+    length = math.sqrt(c * c + s * s)  # 1 but for many roundings
+    c, s = c / length, s / length
+    x, y = c * x - s * y, s * x + c * y
+    balls[X, i], balls[Y, i] = x, y
+    balls[U, i] = (-inward * x - cross * y) / square
+    balls[V, i] = (-inward * y + cross * x) / square
+    balls[CLOCK, i] = now
+    return float(mass_of(setup, masses, i) * given / math.sqrt(square))
+
+
+@inlined
+def copy_ball(i: int, balls: Floats, kept: Floats, back: bool) -> None:
+    """Keep ball i's state, or put it back."""
+    for row in range(len(kept)):
+        if back:
+            balls[row, i] = kept[row]
+        else:
+            kept[row] = balls[row, i]
+
+
+@compiled
+def slide_time(i: int, balls: Floats, setup: Setup, masses: Floats | None) -> float:
+    """When ball i, just off the wall and trapped, begins to slide, s; it is left as it is."""
+    kept = np.empty(CLOCK + 1)
+    copy_ball(i, balls, kept, False)
+    bounce(i, NEVER, balls, setup, masses)
+    time = float(balls[CLOCK, i])
+    copy_ball(i, balls, kept, True)
+    return time
+
+
+@compiled
+def sample_sliding(
+    now: float,
+    grid: Grid,
+    balls: Floats,
+    setup: Setup,
+    masses: Floats | None,
+    slides: Integers,
+    sums: Floats,
+    counts: Integers,
+) -> None:
+    """``sample_until``, with the impulse of what presses and bounces meanwhile."""
+    kept = np.empty((CLOCK + 1, balls.shape[1]))
+    while grid.used[0] * grid.step[0] < now:
+        due = grid.used[0] * grid.step[0]
+        impulse = sums[layout.WALL_IMPULSE]
+        kept[:] = balls
+        sums[layout.WALL_IMPULSE] += pressing(due, balls, setup, masses, slides)
+        for k in range(balls.shape[1]):
+            if slides[k] == SETTLES:
+                sums[layout.WALL_IMPULSE] += bounce(k, due, balls, setup, masses)
+        until = min(now, due + grid.step[0])
+        sample_until(until, grid, balls, None, setup, masses, sums, counts)
+        balls[:] = kept
+        sums[layout.WALL_IMPULSE] = impulse
+
+
+@inlined
+def leave_wall(i: int, now: float, balls: Floats, agenda: Floats) -> float:
+    """Time until ball i, which was hit while it slid, hits the wall, s, entered into the agenda.
+
+    It does now unless it was hit away from the wall.
+    """
+    b = balls[X, i] * balls[U, i] + balls[Y, i] * balls[V, i]
+    w2 = balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i]
+    delay = 0.0
+    if b < 0.0:
+        delay = -2.0 * b / w2
+    agenda[WALL_TIME, i] = now + delay
+    return delay
+
+
+@inlined
+def has_settled(i: int, now: float, balls: Floats, setup: Setup) -> bool:
+    """Whether the infinitely many bounces of ball i, just off the wall, are over but for rounding.
+
+    They last at most 2 a v_n/((1 - e) v_t^2), and nothing else happens in no time.
+    """
+    x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
+    square = (1.0 - setup.wall_restitution) * cross * cross
+    return bool(cross != 0.0 and 2.0 * inward * (x * x + y * y) <= CLOCK_DIGITS * now * square)
+
+
+@inlined
+def who_slides(i: int, j: int, now: float, balls: Floats, slides: Integers) -> int:
+    """Who, in an event of balls i and j, slides from now on or has pressed since its clock."""
+    if slides[i] == SETTLES or (slides[i] == SLIDES and balls[CLOCK, i] < now):
+        return i
+    if j >= 0 and slides[j] == SLIDES and balls[CLOCK, j] < now:
+        return j
+    return NOBODY
+
+
+@inlined
+def slide_on(
+    i: int,
+    now: float,
+    balls: Floats,
+    setup: Setup,
+    radii: Floats | None,
+    masses: Floats | None,
+    slides: Integers,
+) -> float:
+    """Take ball i to where it begins to slide, or slides, now; the impulse on the way, kg m/s.
+
+    It begins exactly on its circle, so that the roundings of many bounces do not add up.
+    """
+    if slides[i] == SLIDES:
+        size = pressed(i, now, balls, setup, masses)
+        turn(i, now, balls)
+        return size
+    size = bounce(i, NEVER, balls, setup, masses)
+    reach = setup.container_radius - radius_of(setup, radii, i)
+    part = reach / math.sqrt(balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i])
+    balls[X, i] *= part
+    balls[Y, i] *= part
+    balls[CLOCK, i] = now
+    slides[i] = SLIDES
+    return size
+
+
+@compiled
+def write_states(
+    time: float,
+    who: int,
+    balls: Floats,
+    setup: Setup,
+    masses: Floats | None,
+    slides: Integers,
+    out: Floats,
+) -> None:
+    """Write where balls that slide, and one that bounces until it does, are at a time (s).
+
+    who : the ball of the next event, if that is the beginning of its slide, or ``NOBODY``
+    """
+    kept = np.empty(CLOCK + 1)
+    for k in range(balls.shape[1]):
+        settles = k == who and slides[k] != SLIDES
+        if not settles and slides[k] != SLIDES:
+            continue
+        copy_ball(k, balls, kept, False)
+        if settles:
+            bounce(k, time, balls, setup, masses)
+        else:
+            turn(k, time, balls)
+        age = time - balls[CLOCK, k]
+        out[0, k], out[1, k] = balls[X, k] + balls[U, k] * age, balls[Y, k] + balls[V, k] * age
+        out[2, k], out[3, k] = balls[U, k], balls[V, k]
+        copy_ball(k, balls, kept, True)

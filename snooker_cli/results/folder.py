@@ -1,0 +1,179 @@
+"""A run's folder: made, held by one run at a time, and found again."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from snooker_cli import store
+from snooker_cli.config import ConfigError, Experiment, parse, points
+from snooker_cli.results.extension import as_json, read_manifest, refusal
+from snooker_cli.results.failures import forget_failures
+from snooker_cli.results.run import MANIFEST, Run, RunError, write_json
+
+if sys.platform != "win32":
+    import fcntl
+
+RUNS = Path("runs")
+
+WAITS = (0.0, 0.02, 0.05, 0.1)
+"""Seconds before each try to lock a folder: whoever asks whether it is held holds it a moment."""
+
+
+@contextmanager
+def held(directory: Path) -> Iterator[None]:
+    """Keep a folder to one run at a time on this machine, and clear away what a kill has left.
+
+    Raises ``RunError`` if another process has it or it cannot be made. On a disk shared by
+    machines two runs may still meet: their files are whole, as each is written under a name of
+    its own, and the last one stays.
+    """
+    with _said(directory):
+        directory.mkdir(parents=True, exist_ok=True)
+    if sys.platform == "win32":  # where a folder cannot be locked
+        yield
+        return
+    with _said(directory):
+        descriptor = os.open(directory, os.O_RDONLY)
+    try:
+        if _locked(descriptor, directory):
+            for folder in (directory, *directory.glob("point-*")):
+                for part in store.parts_of_this_machine(folder):
+                    part.unlink(missing_ok=True)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _locked(descriptor: int, directory: Path) -> bool:
+    """Lock a folder until it is closed; false on a disk without locks. Raises ``RunError``."""
+    for wait in WAITS:
+        time.sleep(wait)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            continue
+        except OSError:
+            return False
+        return True
+    raise RunError(
+        f"{directory}: another `snooker run` is writing here; let it end, or give --out for "
+        "another folder"
+    )
+
+
+def is_held(directory: Path) -> bool:
+    """Whether a `snooker run` of this machine is writing in a folder; never on Windows."""
+    if sys.platform == "win32":
+        return False
+    try:
+        descriptor = os.open(directory, os.O_RDONLY)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    finally:
+        os.close(descriptor)
+    return False
+
+
+def create(
+    directory: Path, experiment: Experiment, *, fresh: bool = False, engine: str | None = None
+) -> Run:
+    """A folder for a run, with its manifest; results of the same experiment in it are kept.
+
+    engine : "allpairs" or "cells" for all points, or ``None`` for what suits each
+
+    Raises ``RunError`` if the folder holds another experiment's results (unless ``fresh``) or
+    cannot be written.
+    """
+    run = planned(directory, experiment, fresh=fresh, engine=engine)
+    manifest = directory / MANIFEST
+    present = read_manifest(manifest)
+    with _said(directory):
+        if fresh:
+            for old in (*directory.glob("point-*/repeat-*.h5"), *run.figures()):
+                old.unlink()
+            forget_failures(run)
+        if fresh or (present and present["experiment"].get("repeats", 1) > experiment.repeats):
+            for old in run.analyses():
+                old.unlink()
+        directory.mkdir(parents=True, exist_ok=True)
+        if present != as_json(run.manifest()):
+            write_json(manifest, run.manifest())
+    return run
+
+
+def planned(
+    directory: Path, experiment: Experiment, *, fresh: bool = False, engine: str | None = None
+) -> Run:
+    """The run that ``create`` makes, and its errors, but nothing is written."""
+    run = Run(directory, experiment, points(experiment), engine)
+    manifest = directory / MANIFEST
+    if manifest.exists() and not fresh:
+        if reason := refusal(run, read_manifest(manifest)):
+            raise RunError(
+                f"{directory}: {reason}; give --fresh to replace them or --out for another folder"
+            )
+    elif not manifest.exists() and _holds_files(directory):
+        raise RunError(
+            f"{directory}: is not empty and not a run of snooker; give --out for another folder"
+        )
+    return run
+
+
+def open_run(name: str | Path) -> Run:
+    """A run by its folder, or by its name under ``runs/``. Raises ``RunError``."""
+    directory = Path(name)
+    if not (directory / MANIFEST).is_file() and (RUNS / name / MANIFEST).is_file():
+        directory = RUNS / name
+    manifest = directory / MANIFEST
+    if not manifest.is_file():
+        raise RunError(
+            f"{name}: there is no run here (no {MANIFEST}); make one with `snooker run CONFIG`"
+        )
+    try:
+        content = json.loads(manifest.read_text(encoding="utf-8"))
+        experiment = parse(json.dumps(content["experiment"]), str(manifest)).experiment
+        version = int(content["engine_version"])
+    except (OSError, ValueError, KeyError, TypeError, ConfigError) as error:
+        said = str(error).splitlines()[0]
+        raise RunError(f"{manifest}: cannot be read ({said}); run the config again") from None
+    return Run(directory, experiment, points(experiment), content.get("engine"), version)
+
+
+def runs_in(directory: Path) -> list[Path]:
+    """The folders of runs in a folder, or the folder itself if it is one. Raises ``RunError``."""
+    if not directory.is_dir():
+        raise RunError(
+            f"{directory}: there is no such folder; `snooker run CONFIG` makes {RUNS}, or name a "
+            "folder that has runs in it"
+        )
+    if (directory / MANIFEST).is_file():
+        return [directory]
+    return sorted(path.parent for path in directory.glob(f"*/{MANIFEST}"))
+
+
+@contextmanager
+def _said(directory: Path) -> Iterator[None]:
+    """Turn what the system refuses into a ``RunError``."""
+    try:
+        yield
+    except OSError as error:
+        raise RunError(
+            f"{directory}: cannot be written ({error.strerror}); give --out for another folder"
+        ) from None
+
+
+def _holds_files(directory: Path) -> bool:
+    """Whether a folder has anything in it but what an interrupted write leaves."""
+    return directory.is_dir() and any(path.suffix != ".part" for path in directory.iterdir())

@@ -1,0 +1,113 @@
+"""A headless Chromium that opens pages and runs expressions in them, over its own pipe."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
+"""Where it is; ``None`` if there is none."""
+
+PATIENCE = 60.0
+"""After so many seconds without a word the browser is taken for dead."""
+
+PLUMBING = """
+import fcntl, os, sys
+pipes = [fcntl.fcntl(int(pipe), fcntl.F_DUPFD, 10) for pipe in sys.argv[1:3]]
+for pipe, wanted in zip(pipes, (3, 4)):
+    os.dup2(pipe, wanted)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
+"""A browser reads what it is asked from file 3 and answers into file 4."""
+
+COMPLAINTS = ("Runtime.exceptionThrown", "Runtime.consoleAPICalled", "Log.entryAdded")
+
+
+class Browser:
+    """A page at a time; ``complaints`` are what its console has said."""
+
+    def __init__(self, profile: Path) -> None:
+        assert CHROMIUM is not None
+        theirs, self.to = os.pipe()
+        self.back, ours = os.pipe()
+        options = (
+            *("--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe"),
+            *("--window-size=1160,700", f"--user-data-dir={profile}", "about:blank"),
+        )
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", PLUMBING, str(theirs), str(ours), CHROMIUM, *options],
+            pass_fds=(theirs, ours),
+            stderr=subprocess.DEVNULL,
+        )
+        os.close(theirs)
+        os.close(ours)
+        self.unread = b""
+        self.asked = 0
+        self.session: dict[str, str] = {}
+        self.complaints: list[Any] = []
+
+    def __enter__(self) -> Self:
+        target = self._ask("Target.createTarget", url="about:blank")["targetId"]
+        found = self._ask("Target.attachToTarget", targetId=target, flatten=True)
+        self.session = {"sessionId": found["sessionId"]}
+        for part in ("Page", "Runtime", "Log"):
+            self._ask(f"{part}.enable")
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        os.close(self.to)  # its end is the browser's, too
+        os.close(self.back)
+        try:
+            self.process.wait(10)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
+    def open(self, path: Path) -> None:
+        """Load a page and wait until it has."""
+        self._ask("Page.navigate", url=path.as_uri())
+        while self._next().get("method") != "Page.loadEventFired":
+            pass
+
+    def value(self, expression: str) -> Any:
+        """What a JavaScript expression, or the promise that it is, comes to."""
+        found = self._ask(
+            "Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True
+        )
+        assert "exceptionDetails" not in found, found["exceptionDetails"]
+        return found["result"].get("value")
+
+    def _ask(self, method: str, **parameters: Any) -> Any:
+        self.asked += 1
+        asked = {"id": self.asked, "method": method, "params": parameters, **self.session}
+        os.write(self.to, json.dumps(asked).encode() + b"\0")
+        while (answer := self._next()).get("id") != self.asked:
+            pass
+        assert "error" not in answer, answer
+        return answer["result"]
+
+    def _next(self) -> dict[str, Any]:
+        """The next message."""
+        while b"\0" not in self.unread:
+            ready, _, _ = select.select([self.back], [], [], PATIENCE)
+            part = os.read(self.back, 1 << 20) if ready else b""
+            assert part, "the browser says nothing more"
+            self.unread += part
+        line, _, self.unread = self.unread.partition(b"\0")
+        message: dict[str, Any] = json.loads(line)
+        if message.get("method") in COMPLAINTS:
+            self.complaints.append(message["params"])
+        return message

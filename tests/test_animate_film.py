@@ -1,0 +1,256 @@
+"""What a film shows, and the pictures made of it, is what the trace says."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import moving_pictures
+import numpy as np
+import pytest
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
+from moving_pictures import SHAPES, content, slack
+from PIL import Image
+from scenes import gas
+
+from snooker_cli import animation
+from snooker_cli.animation import (
+    FLASH,
+    MOST_FLASHES,
+    SPEED_COLOURS,
+    Film,
+    FilmError,
+    film,
+    frames,
+    page,
+    reel,
+    view,
+)
+from snooker_cli.animation.view import container_path
+from snooker_cli.engine import replay, series, simulate
+from snooker_cli.figures import MovieError, save_movie
+from snooker_cli.observables import cumulative_pressure
+from snooker_cli.scene import Scene
+from snooker_cli.trace import CONTAINER, Events, Stop, StopReason, Trace
+
+
+@pytest.fixture(scope="module")
+def shown() -> dict[str, Trace]:
+    """Two hundred collisions in each kind of container."""
+    return moving_pictures.shown()
+
+
+@pytest.fixture(scope="module")
+def films() -> dict[str, Film]:
+    """A film of each kind of container."""
+    return moving_pictures.films()
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_energy_and_pressure_are_those_of_the_observables(
+    name: str, films: dict[str, Film]
+) -> None:
+    made = films[name]
+    found = series(made.trace)
+    np.testing.assert_allclose(made.kinetic_energy, found.kinetic_energy, rtol=1e-13)
+    time, pressure = cumulative_pressure(made.trace, found)
+    np.testing.assert_allclose(made.pressure(time), pressure, rtol=1e-12, atol=1e-12)
+    assert made.pressure(np.zeros(1)) == 0
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_contacts_are_on_both_that_touch(name: str, films: dict[str, Film]) -> None:
+    made, scene = films[name], films[name].trace.start
+    states = replay(made.trace, made.time)
+    row = np.arange(len(made))
+    to_ball = made.contacts - states.positions[row, made.i]
+    np.testing.assert_allclose(np.hypot(*to_ball.T), scene.radii[made.i], rtol=1e-12)
+    pairs = made.j != CONTAINER
+    to_other = made.contacts[pairs] - states.positions[row[pairs], made.j[pairs]]
+    if scene.period is not None:
+        to_other -= scene.period * np.rint(to_other / scene.period)
+    assert np.max(np.abs(np.hypot(*to_other.T) - scene.radii[made.j[pairs]])) < slack(made.trace)
+    if scene.shape == "periodic":
+        assert pairs.all()
+        return
+    out = made.contacts[~pairs] - states.container_positions[~pairs]
+    if scene.shape == "circle":
+        gaps = np.hypot(*out.T) - scene.container_radius
+    else:
+        gaps = np.max(abs(out) - np.array(scene.size) / 2, axis=1)
+    assert len(gaps) > 5
+    assert np.max(np.abs(gaps)) < slack(made.trace)
+
+
+def test_a_film_shows_the_span_that_is_asked_for(shown: dict[str, Trace]) -> None:
+    for name in ("free", "periodic"):
+        trace = shown[name]
+        assert trace.events is not None
+        whole, hits = film(trace, name), trace.events.time
+        since, until = (hits[49] + hits[50]) / 2, (hits[149] + hits[150]) / 2
+        part = film(trace, name, since=since, until=until)
+        assert (part.before, len(part), part.left_out) == (50, 100, 0)
+        np.testing.assert_array_equal(part.after, whole.after[50:150])
+        np.testing.assert_allclose(part.kinetic_energy, whole.kinetic_energy[50:151], rtol=1e-13)
+        np.testing.assert_allclose(
+            part.pressure(part.rows[1:]), whole.pressure(whole.rows[51:151]), rtol=1e-12
+        )
+        short = film(trace, name, since=since, most=10)
+        assert (short.end, len(short), short.left_out) == (hits[59], 10, 140)
+        np.testing.assert_array_equal(short.opening.positions, replay(trace, [since]).positions)
+
+
+def test_what_cannot_be_shown_is_said(traces: dict[str, Trace], shown: dict[str, Trace]) -> None:
+    with pytest.raises(FilmError, match=r"recorded as a summary.*run it with `record: events`"):
+        film(traces["summary"], "")
+    for span in (
+        {"since": -1.0},
+        {"until": 1e9},
+        {"since": 0.5, "until": 0.5},
+        {"since": math.nan},
+    ):
+        with pytest.raises(FilmError, match="give a span within 0 and"):
+            film(shown["fixed"], "", **span)
+    number = animation.MOST_BALLS + 1
+    side = np.arange(number) * 3.0
+    many = Scene(
+        positions=np.column_stack([side, side]),
+        velocities=np.zeros((number, 2)),
+        radii=np.ones(number),
+        masses=np.ones(number),
+        container_radius=1e6,
+        container_mass=math.inf,
+        container_position=np.zeros(2),
+        container_velocity=np.zeros(2),
+        restitution=1.0,
+        wall_restitution=1.0,
+    )
+    none = Events(np.empty(0), *np.empty((2, 0), dtype=np.int32), np.empty(0))
+    stop = Stop(StopReason.TIME, 1.0, (), "")
+    with pytest.raises(FilmError, match="has 10,001 balls; a film shows at most 10,000"):
+        film(Trace(many, many, stop, 0, 0, none, None), "")
+
+
+def test_a_film_without_collisions_and_one_that_ended_early(shown: dict[str, Trace]) -> None:
+    trace = shown["fixed"]
+    assert trace.events is not None
+    still = film(trace, "", until=float(trace.events.time[0]) / 2)
+    assert (len(still), still.before) == (0, 0)
+    assert content(page(still))["time"].size == 0
+    assert list(reel(still, "events").time(np.array([0.0, 1.0]))) == [0.0, still.end]
+    stop = replace(trace.stop, reason=StopReason.WALL_TRAP, message="ball 3 is trapped")
+    trapped = replace(trace, stop=stop)
+    assert film(trapped, "").ending == "ball 3 is trapped"
+    assert film(trapped, "", most=10).ending == ""
+    assert film(trace, "").ending == ""
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_containers_path_is_that_of_the_trace(name: str, films: dict[str, Film]) -> None:
+    made = films[name]
+    times = np.concatenate([[0.0], made.time, [made.end]])
+    states = replay(made.trace, times)
+    np.testing.assert_allclose(container_path(made), states.container_positions, atol=1e-12)
+
+
+def test_the_view_holds_the_container_and_offers_to_enlarge_its_motion(
+    shown: dict[str, Trace], films: dict[str, Film]
+) -> None:
+    width = films["fixed"].trace.start.size[0]
+    resting = view(films["fixed"], magnify=3.0)
+    assert (resting.follow, resting.farthest) == (False, 0.0)
+    assert resting.magnifications == (1.0, 3.0)
+    np.testing.assert_allclose(np.abs(resting.extent), 0.53 * width)
+    heavy = replace(gas("circle", 37, 0.3), container_mass=1e6)
+    moving = view(film(simulate(heavy, collisions=100), ""))
+    assert not moving.follow
+    assert moving.magnifications == tuple(10.0**k for k in range(len(moving.magnifications)))
+    assert 0.01 * width <= moving.magnifications[-1] * moving.farthest <= 0.1 * width
+    free = gas("circle", 37, 0.3, container_mass=20.0)
+    flight = np.full(2, 99.0)
+    away = replace(free, velocities=free.velocities + flight, container_velocity=flight)
+    followed = view(film(simulate(away, collisions=200), ""))
+    assert followed.follow
+    np.testing.assert_allclose(np.abs(followed.extent), 0.53 * width)
+
+
+def test_time_passes_evenly_or_by_collisions(films: dict[str, Film]) -> None:
+    made = films["fixed"]
+    even = reel(made, "time")
+    np.testing.assert_allclose(even.time(np.linspace(0, 1, 9)), np.linspace(0, made.end, 9))
+    steps = reel(made, "events")
+    moments = steps.collision_moments()
+    np.testing.assert_allclose(np.diff(moments), 1 / (len(made) + 1))
+    np.testing.assert_array_equal(steps.time(moments), made.time)
+
+
+@pytest.mark.parametrize("pace", ["time", "events"])
+def test_frames_are_replayed_and_flash_at_contacts(pace: Any, films: dict[str, Film]) -> None:
+    made, seconds = films["free"], 4.0
+    passing = reel(made, pace)
+    found = list(frames(made, passing, 41, seconds))
+    assert len(found) == 41
+    assert (found[0].time, found[-1].time) == (made.start, made.end)
+    states = replay(made.trace, [frame.time for frame in found])
+    hit = passing.collision_moments()
+    for k, frame in enumerate(found):
+        np.testing.assert_array_equal(frame.positions, states.positions[k])
+        np.testing.assert_array_equal(frame.speeds, np.hypot(*states.velocities[k].T))
+        assert frame.collisions == np.count_nonzero(made.time <= frame.time)
+        since = seconds * (k / 40 - hit[: frame.collisions])
+        np.testing.assert_array_equal(frame.flashes, np.flatnonzero(since < FLASH))
+        np.testing.assert_allclose(frame.ages, since[since < FLASH] / FLASH, atol=1e-9)
+    crowd = list(frames(made, passing, 3, FLASH))
+    np.testing.assert_array_equal(crowd[-1].flashes, np.arange(len(made))[-MOST_FLASHES:])
+
+
+def test_a_gif_has_its_frames_and_nothing_else(films: dict[str, Film], tmp_path: Path) -> None:
+    made = films["periodic"]
+    path = tmp_path / "film.gif"
+    assert save_movie(made, reel(made, "events"), path, seconds=0.2, rate=20) == 4
+    with Image.open(path) as image:
+        assert (image.n_frames, image.size) == (4, (840, 480))
+        assert image.info["duration"] == 50
+        pixels = []
+        for k in range(4):
+            image.seek(k)
+            pixels.append(np.array(image.convert("RGB")))
+    assert all((each[:3] == 255).all() for each in pixels)  # the margin is white, not nearly so
+    assert all((a != b).any() for a, b in pairwise(pixels))
+    again = tmp_path / "again.gif"
+    save_movie(made, reel(made, "events"), again, seconds=0.2, rate=20)
+    assert again.read_bytes() == path.read_bytes()
+    with pytest.raises(MovieError, match="2,000 frames are more than the 1,200"):
+        save_movie(made, reel(made, "time"), path, seconds=100, rate=20)
+
+
+def test_an_mp4_without_a_working_ffmpeg_is_refused(
+    films: dict[str, Film], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    path = tmp_path / "film.mp4"
+    with pytest.raises(MovieError, match=r"film\.mp4: an MP4 needs ffmpeg, which is not on"):
+        save_movie(films["free"], reel(films["free"], "time"), path, seconds=1, rate=20)
+    assert not path.exists()
+    failing = tmp_path / "ffmpeg"
+    failing.write_text("#!/bin/sh\nexit 3\n")
+    failing.chmod(0o755)
+    with pytest.raises(MovieError, match=r"film\.mp4: ffmpeg could not write it \(it ended with 3"):
+        save_movie(films["free"], reel(films["free"], "time"), path, seconds=0.1, rate=20)
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="there is no ffmpeg here")
+def test_an_mp4_is_written_by_ffmpeg(films: dict[str, Film], tmp_path: Path) -> None:
+    made, path = films["free"], tmp_path / "film.mp4"
+    assert save_movie(made, reel(made, "time"), path, seconds=0.4, rate=20, magnify=5.0) == 8
+    assert path.read_bytes()[4:8] == b"ftyp"
+
+
+def test_the_colours_are_even_steps_of_plasma() -> None:
+    wanted = [to_hex(colormaps["plasma"](x)) for x in np.linspace(0, 0.9, len(SPEED_COLOURS))]
+    assert list(SPEED_COLOURS) == wanted

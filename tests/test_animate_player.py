@@ -1,0 +1,173 @@
+"""The player in a browser: its places are the trace's, its keys and buttons do what they say."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import moving_pictures
+import numpy as np
+import pytest
+from browser import CHROMIUM, Browser
+from moving_pictures import SHAPES, apart, slack, times_of
+
+from snooker_cli import animation
+from snooker_cli.animation import FLASH, MOST_FLASHES, Film, embedded, page
+from snooker_cli.engine import replay
+
+
+@pytest.fixture(scope="module")
+def films() -> dict[str, Film]:
+    """A film of each kind of container."""
+    return moving_pictures.films()
+
+
+PLAYER = Path(animation.__file__).parent / "player"
+
+
+def test_flashes_are_alike_in_the_player() -> None:
+    script = (PLAYER / "arena.js").read_text(encoding="utf-8")
+    assert f"const FLASH = {FLASH};" in script
+    assert f"const MOST_FLASHES = {MOST_FLASHES};" in script
+
+
+# Places, keys and buttons, tried in the page.
+TRIAL = """
+(async () => {
+  const told = {};
+  const frames = async (number) => {
+    for (let k = 0; k < number; k++) await new Promise((drawn) => requestAnimationFrame(drawn));
+  };
+  const press = (key) => document.dispatchEvent(new KeyboardEvent("keydown", { key }));
+  const now = () => {
+    const { time, done } = player.reel;
+    return { time, done, playing: player.playing };
+  };
+  await frames(2);
+  told.places = TIMES.map((time) => player.motion.places(time));
+  told.pressure = TIMES.map((time) => player.charts.pressure(player.motion.count(time), time));
+  told.energy = TIMES.map((time) => player.charts.energy[player.motion.count(time)]);
+  for (let k = 0; k < 3; k++) press("ArrowRight");
+  told.forth = now();
+  press("ArrowLeft");
+  told.back = now();
+  press(" ");
+  await frames(5);
+  told.played = now();
+  press(" ");
+  told.paused = now();
+  find("play").click();
+  told.clicked = now();
+  find("scrub").value = "0.5";
+  find("scrub").dispatchEvent(new Event("input"));
+  find("play").click();
+  told.scrubbed = now();
+  press("ArrowUp");
+  told.speed = player.speed;
+  press("e");
+  told.pace = player.pace;
+  press("End");
+  told.end = now();
+  await frames(2);
+  told.shown = find("now").textContent + ", " + find("count").textContent;
+  told.drawn = ["arena", "charts"].map((name) => {
+    const canvas = find(name);
+    const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+    return pixels.filter((value, k) => k % 4 === 3 && value > 0).length;
+  });
+  return told;
+})()
+"""
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A browser without a window."""
+    if CHROMIUM is None:
+        pytest.skip("there is no Chromium here")
+    with Browser(tmp_path_factory.mktemp("profile")) as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def played(
+    browser: Browser, films: dict[str, Film], tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Any]:
+    """What the player of each shape did."""
+    folder, told = tmp_path_factory.mktemp("pages"), {}
+    for name, made in films.items():
+        path = folder / f"{name}.html"
+        path.write_text(page(made, seconds=20.0), encoding="utf-8")
+        browser.open(path)
+        told[name] = browser.value(TRIAL.replace("TIMES", json.dumps(times_of(made.trace))))
+    return told
+
+
+def test_the_player_says_nothing_in_the_console(browser: Browser, played: dict[str, Any]) -> None:
+    assert browser.complaints == []
+    assert set(played) == set(SHAPES)
+
+
+def test_a_complaint_would_be_heard(browser: Browser, tmp_path: Path) -> None:
+    broken = tmp_path / "broken.html"
+    broken.write_text("<!doctype html><script>lost()</script>", encoding="utf-8")
+    browser.open(broken)
+    heard, browser.complaints = browser.complaints, []
+    assert "lost is not defined" in json.dumps(heard)
+
+
+def test_an_embedded_player_plays(browser: Browser, films: dict[str, Film], tmp_path: Path) -> None:
+    """In a frame that may do nothing but run its script, as a report has it."""
+    told = (
+        "<script>player.play(); (function look() { player.reel.time > 0 ? "
+        "parent.postMessage(player.reel.time, '*') : requestAnimationFrame(look); })()"
+        "</script></body>"
+    )
+    fragment = embedded(page(films["fixed"]).replace("</body>", told), "fixed")
+    path = tmp_path / "report.html"
+    path.write_text(
+        "<!doctype html><meta charset=utf-8><script>const heard = new Promise((told) => "
+        f"{{ onmessage = (event) => told(event.data); }});</script>{fragment}",
+        encoding="utf-8",
+    )
+    browser.open(path)
+    assert browser.value("heard") > 0
+    assert browser.complaints == []
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_players_places_are_the_traces(
+    name: str, films: dict[str, Film], played: dict[str, Any]
+) -> None:
+    told, made = played[name], films[name]
+    times = times_of(made.trace)
+    states = replay(made.trace, times)
+    places = np.array(told["places"])
+    assert apart(made.trace, places[:, :-1], states.positions) < slack(made.trace)
+    assert apart(made.trace, places[:, -1], states.container_positions) < slack(made.trace)
+    np.testing.assert_allclose(told["pressure"], made.pressure(np.array(times)), rtol=1e-13)
+    rows = np.searchsorted(made.time, times, side="right")
+    assert told["energy"] == made.kinetic_energy[rows].tolist()
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_players_keys_and_buttons_do_what_they_say(
+    name: str, films: dict[str, Film], played: dict[str, Any]
+) -> None:
+    told, made = played[name], films[name]
+    assert told["forth"] == {"time": made.time[2], "done": 3, "playing": False}
+    assert told["back"] == {"time": made.time[1], "done": 2, "playing": False}
+    assert told["played"]["playing"]
+    # 20 s for all of it, and a frame goes on by 0.1 s at most: five by a fortieth.
+    gone = told["played"]["time"] - told["back"]["time"]
+    assert 0 < gone <= made.end / 40 * (1 + 1e-9)
+    assert not told["paused"]["playing"]
+    assert told["clicked"]["playing"]
+    assert not told["scrubbed"]["playing"]
+    assert told["scrubbed"]["time"] == pytest.approx(made.end / 2, rel=1e-12)
+    assert (told["speed"], told["pace"]) == (2, "events")
+    assert told["end"] == {"time": made.end, "done": len(made), "playing": False}
+    assert told["shown"].endswith(f"collision {len(made)} of {len(made)}")
+    assert all(pixels > 2000 for pixels in told["drawn"])

@@ -1,0 +1,325 @@
+"""The hard cases, their judge, which can find fault, and ``snooker bench hard``."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes import EPSILON, scene_of
+
+from snooker_cli.arrange import arrange
+from snooker_cli.bench import hard_facts
+from snooker_cli.bench.hard import INVARIANTS, judged, measured, runs
+from snooker_cli.bench.hard_catalogue import CASES, Hard
+from snooker_cli.bench.hard_checks import Check, checks, longest_run
+from snooker_cli.config import load, parse
+from snooker_cli.engine import series, simulate
+from snooker_cli.scene import Scene, SceneError
+from snooker_cli.trace import Events, StopReason, Trace
+
+Snooker = Callable[..., Any]
+
+FOLDER = Path(__file__).parents[1] / "configs" / "hard"
+BY_NAME = {case.name: case for case in CASES}
+SHORT = 2000
+"""Collisions of those that take more than a second."""
+
+
+# --- the cases ------------------------------------------------------------------------------
+
+
+def test_every_config_is_in_the_catalogue_and_the_other_way_round() -> None:
+    assert sorted(path.stem for path in FOLDER.iterdir()) == sorted(BY_NAME)
+    assert len(BY_NAME) == len(CASES)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_a_case_says_why_it_is_hard_and_holds(case: Hard) -> None:
+    """By both engines where both know the container; shortened where it takes long."""
+    loaded = load(FOLDER / f"{case.name}.yaml")
+    assert loaded.experiment.title
+    done = list(runs(case, FOLDER, SHORT if case.lengthy else None))
+    engines = 2 if loaded.experiment.container.shape == "circle" else 1
+    assert len(done) == engines * len(loaded.points())
+    for ran in done:
+        assert not ran.faults, (ran.parameters, ran.engine)
+        names = [check.name for check in ran.checks]
+        assert set(names) >= {"numbers", "overlap"}
+        assert ("energy" in names, len(set(names))) == (True, len(names))
+
+
+def test_galperins_count_is_known_to_three_million() -> None:
+    scene = arrange(load(FOLDER / "galperin-1e12.yaml").experiment, 0)
+    trace = simulate(scene, collisions=10, time=5.0)
+    (check,) = hard_facts.galperin(replace(trace, wall_events=3_141_592, pair_events=0))
+    assert check.holds
+    (check,) = hard_facts.galperin(replace(trace, wall_events=3_141_591, pair_events=0))
+    assert not check.holds
+
+
+# --- what is refused ------------------------------------------------------------------------
+
+
+def lone(radius: float = 1.0, speed: float = 1.0) -> Scene:
+    text = f"""
+    container: {{radius: 10.0}}
+    balls: {{list: [{{position: [0, 0], velocity: [{speed!r}, 0], radius: {radius!r}}}]}}
+    cor: 1.0
+    collisions: 10
+    """
+    return arrange(parse(text).experiment, 0)
+
+
+def test_the_largest_ball_is_one_unit_of_the_last_digit_smaller_than_the_container() -> None:
+    largest = math.nextafter(10.0, 0.0)
+    assert simulate(lone(largest), collisions=10).stop.time == pytest.approx(19 * (10 - largest))
+    (ball,) = load(FOLDER / "full.yaml").experiment.balls.list  # type: ignore[union-attr]
+    assert ball.radius == largest
+    for radius in (10.0, math.nextafter(10.0, 11.0)):
+        with pytest.raises(SceneError, match="no room to move; make it smaller") as caught:
+            lone(radius)
+        assert str(caught.value).startswith(f"ball 0 has a radius of {radius!r} m, in a container")
+        assert caught.value.key == "balls.list[0]"
+
+
+@pytest.mark.parametrize(("speed", "word"), [(1e-155, "slow"), (1e-200, "slow"), (1e200, "fast")])
+def test_speeds_whose_squares_are_no_doubles_are_refused(speed: float, word: str) -> None:
+    with pytest.raises(SceneError, match=re.escape(f"at {speed:g} m/s, too {word}")):
+        lone(speed=speed)
+    assert lone(speed=0.0).number == lone(speed=1e-150).number == lone(speed=1e150).number == 1
+
+
+@pytest.mark.parametrize("speed", [1e-150, 1e-70, 1e80, 1e150])
+def test_the_energy_moment_is_a_number_at_any_speed(speed: float) -> None:
+    """Two balls, one at twice the speed of the other: (1 + 16) 2/(1 + 4)^2, before they meet."""
+    balls = [(-5.0, 0.0, speed, 0.0, 1.0, 1.0), (5.0, 0.0, 2 * speed, 0.0, 1.0, 1.0)]
+    found = series(simulate(scene_of(balls), collisions=1)).energy_moment
+    assert found == pytest.approx([34 / 25, 34 / 25], rel=8 * EPSILON)
+
+
+# --- the judge ------------------------------------------------------------------------------
+
+SEVEN = Hard("seven", (StopReason.COLLISIONS,))
+
+
+@pytest.fixture(scope="module")
+def trace() -> Trace:
+    """Seven balls, cor 0.9, in a fixed container: all is as it must be."""
+    text = """
+    container: {radius: 10.0}
+    balls: {rings: 1, radius: 1.0, speed: 10.0}
+    cor: 0.9
+    wall_cor: 1.0
+    collisions: 200
+    """
+    found = simulate(arrange(parse(text).experiment, 0), collisions=200)
+    assert judged(SEVEN, found)[1] == []
+    return found
+
+
+def events_of(trace: Trace, **changes: Any) -> Events:
+    assert trace.events is not None
+    return replace(trace.events, **changes)
+
+
+def failing(trace: Trace) -> set[str]:
+    return {check.name for check in checks(trace) if not check.holds}
+
+
+def test_the_judge_finds_a_ball_that_was_moved(trace: Trace) -> None:
+    finish = trace.finish
+    places = finish.positions.copy()
+    places[3] += 1e-6
+    assert failing(replace(trace, finish=replace(finish, positions=places))) >= {"virial"}
+    velocities = finish.velocities * (1 + 1e-11)
+    moved = replace(trace, finish=replace(finish, velocities=velocities))
+    assert failing(moved) == {"energy", "angular momentum"}
+    assert judged(SEVEN, moved)[1][0].startswith("energy: ")
+
+
+def test_the_judge_finds_collisions_that_were_lost(trace: Trace) -> None:
+    """Without one of them balls fly through each other, or through the wall, from there on."""
+    assert trace.events is not None
+    for lost in (50, 120):
+        kept = np.arange(200) != lost
+        columns = {name: column[kept] for name, column in vars(trace.events).items()}
+        found = failing(replace(trace, events=Events(**columns)))
+        assert found & {"overlap", "escape"}
+        assert "energy" in found or trace.events.j[lost] == -1
+
+
+def test_the_judge_finds_an_overlap_between_two_events() -> None:
+    """Two balls that fly through each other: at no event do they overlap."""
+    apart = scene_of([(-4.0, 0.5, 1.0, 0.0, 1.0, 1.0), (4.0, -0.5, -1.0, 0.0, 1.0, 1.0)])
+    none = Events(np.empty(0), np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0))
+    empty = simulate(apart, time=1.0)
+    assert len(events_of(empty)) == 0
+    stop = replace(empty.stop, time=8.0)
+    positions = apart.positions + 8.0 * apart.velocities
+    through = replace(empty, events=none, stop=stop, finish=replace(apart, positions=positions))
+    (found,) = [check for check in checks(through) if not check.holds]
+    assert (found.name, found.error) == ("overlap", pytest.approx(1.0))
+
+
+def test_the_judge_finds_broken_numbers_and_order(trace: Trace) -> None:
+    assert trace.events is not None
+    impulse, time = trace.events.impulse.copy(), trace.events.time.copy()
+    impulse[7] = math.nan
+    time[[20, 21]] = time[[21, 20]]
+    for broken in (events_of(trace, impulse=impulse), events_of(trace, time=time)):
+        (check,) = checks(replace(trace, events=broken))
+        assert (check.name, check.holds) == ("numbers", False)
+        assert check.error >= 1
+    velocities = trace.finish.velocities.copy()
+    velocities[0, 0] = math.inf
+    finish = replace(trace.finish, velocities=velocities)
+    assert failing(replace(trace, finish=finish)) == {"numbers"}
+
+
+def test_the_judge_finds_a_wrong_ending_and_silence(trace: Trace) -> None:
+    assert judged(replace(SEVEN, endings=(StopReason.COLLAPSE,)), trace)[1] == [
+        "it ended as collisions instead of collapse"
+    ]
+    # A shortened run may also end by its collisions.
+    assert judged(replace(SEVEN, endings=(StopReason.TIME,)), trace, whole=False)[1] == []
+    silent = replace(trace, stop=replace(trace.stop, message=""))
+    assert judged(SEVEN, silent)[1] == ["it ended in silence"]
+
+
+def test_the_judge_finds_a_wrong_fact(trace: Trace) -> None:
+    found, faults = judged(replace(SEVEN, fact=hard_facts.nothing_happens), trace)
+    assert faults[0] == "collisions: 2e+02 is over 0"
+    assert not found[-1].holds
+
+
+@pytest.mark.parametrize(
+    "name", [case.name for case in CASES if case.fact is not None and not case.lengthy]
+)
+def test_facts_can_fail(name: str) -> None:
+    """Of a run one collision short, or of one later and harder than it was."""
+    case = BY_NAME[name]
+    experiment = load(FOLDER / f"{name}.yaml").points()[-1].experiment
+    scene = arrange(experiment, 0)
+    made = simulate(scene, collisions=experiment.collisions, time=experiment.time)
+    assert case.fact is not None
+    assert all(check.holds for check in case.fact(made))
+    events = events_of(made)
+    wrong = replace(
+        made,
+        events=replace(events, time=events.time + 0.01, impulse=events.impulse + 0.01),
+        wall_events=made.wall_events + 1,
+        stop=replace(made.stop, reason=StopReason.INTERRUPTED, balls=(1,)),
+    )
+    if name.startswith("collapse"):  # in the sweep's first point a collapse is due
+        wrong = replace(wrong, start=replace(scene, restitution=0.01))
+    if name == "wall-trap-sums":
+        wrong = replace(wrong, events=replace(events, impulse=events.impulse + 0.01))
+    assert not all(check.holds for check in case.fact(wrong))
+
+
+def test_not_a_number_never_holds() -> None:
+    assert not Check("x", math.nan, 1.0).holds
+    assert not Check("x", 1.0, math.nan).holds
+    assert Check("x", 0.0, 0.0).holds
+
+
+def test_the_longest_run_of_hits(trace: Trace) -> None:
+    """Ball 0: wall, wall, pair, wall; ball 1: pair, wall, wall, wall; ball 2: wall."""
+    i = np.array([0, 0, 0, 1, 2, 1, 0, 1], dtype=np.int32)
+    j = np.array([-1, -1, 1, -1, -1, -1, -1, -1], dtype=np.int32)
+    assert longest_run(replace(trace, events=events_of(trace, i=i, j=j, time=np.arange(8.0)))) == 4
+    pairs = replace(trace, events=events_of(trace, i=i[2:3], j=j[2:3], time=np.zeros(1)))
+    assert longest_run(pairs) == 1
+
+
+# --- the command ----------------------------------------------------------------------------
+
+
+def test_a_measurement_is_plain_data_and_tells_faults(tmp_path: Path) -> None:
+    cases = [
+        BY_NAME["touching"],
+        replace(BY_NAME["newton-row"], endings=(StopReason.COLLAPSE,)),
+        replace(BY_NAME["touching-wall"], fact=hard_facts.newton_row),
+    ]
+    said: list[str] = []
+    found = measured(cases, FOLDER, said.append)
+    json.dumps(found, allow_nan=False)
+    assert said == ["touching ...", "newton-row ...", "touching-wall ..."]
+    first, second, third = found["cases"]
+    assert first["holds"]
+    assert first["events"] == 6
+    assert first["endings"] == [
+        {"reason": "time", "runs": 6, "message": first["runs"][0]["message"]}
+    ]
+    assert set(first["runs"][0]) == {
+        "parameters", "engine", "events", "ended", "message", "time", "seconds", "checks", "faults",
+    }  # fmt: skip
+    assert first["runs"][0]["parameters"] == {"cor": 0.0}
+    assert {run["engine"] for run in first["runs"]} == {"allpairs", "cells"}
+    assert all(set(each) == {"error", "bound", "holds"} for each in first["worst"].values())
+    assert not second["holds"]
+    assert second["faults"][0] == "allpairs, cor=0.5: it ended as time instead of collapse"
+    assert not third["holds"]
+    assert found["left_out"] == ["billion"]
+
+
+def test_the_command_prints_and_writes(
+    snooker: Snooker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(FOLDER.parents[1])
+    ended = snooker("bench", "hard", "touching", "at-rest", "--out", tmp_path)
+    assert ended.code == 0
+    assert "touching  pairs that touch at the start" in ended.out
+    assert ended.out.splitlines()[-2] == "2 cases, 10 runs: all hold"
+    assert ended.out.splitlines()[-1].endswith("snooker bench hard billion")
+    (heading,) = [line for line in ended.out.splitlines() if line.startswith("case      events")]
+    assert all(name.split()[0] in heading for name in INVARIANTS)
+    assert (tmp_path / "hard.txt").read_text(encoding="utf-8") == ended.out
+    saved = json.loads((tmp_path / "hard.json").read_text(encoding="utf-8"))
+    ended = snooker("bench", "hard", "touching", "at-rest", "--json")
+    printed = json.loads(ended.out)
+    for each in (*saved["cases"], *printed["cases"]):
+        for run in each["runs"]:
+            del run["seconds"]
+    assert printed == saved
+
+
+def test_a_case_that_fails_is_told_and_gives_an_exit_code(snooker: Snooker, tmp_path: Path) -> None:
+    """The config of a case, changed so that its fact is none."""
+    text = (FOLDER / "touching.yaml").read_text(encoding="utf-8")
+    (tmp_path / "touching.yaml").write_text(text.replace("[0.6, 0.8]", "[0.3, 0.4]"))
+    ended = snooker("bench", "hard", "touching", "--configs", tmp_path)
+    assert ended.code == 4
+    assert "touching, allpairs, cor=0.0: impulse, kg m/s: " in ended.out
+    assert ended.out.splitlines()[-2] == "1 case, 6 runs: 1 case failed"
+
+
+def test_what_is_not_there_is_told_in_a_sentence(snooker: Snooker, tmp_path: Path) -> None:
+    ended = snooker("bench", "hard", "galprin", "--configs", FOLDER)
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err == "snooker: there is no hard case galprin; did you mean galperin?\n"
+    ended = snooker("bench", "hard", "xyzzy", "--configs", FOLDER)
+    assert "there is no hard case xyzzy; the cases are grazing-offset, " in ended.err
+    ended = snooker("bench", "hard", "--configs", tmp_path / "none")
+    assert ended.code == 2
+    assert ended.err.startswith("snooker: there is no folder ")
+    assert "--configs" in ended.err
+    ended = snooker("bench", "hard", "ring", "--configs", tmp_path)
+    assert ended.code == 3
+    assert "there is no such file" in ended.err
+
+
+def test_a_scene_that_cannot_be_is_told_with_its_place(snooker: Snooker, tmp_path: Path) -> None:
+    text = (FOLDER / "full.yaml").read_text(encoding="utf-8")
+    (tmp_path / "full.yaml").write_text(text.replace("9.999999999999998", "10.0"))
+    ended = snooker("bench", "hard", "full", "--configs", tmp_path)
+    assert ended.code == 3
+    assert "full.yaml:" in ended.err
+    assert "no room to move" in ended.err

@@ -1,0 +1,258 @@
+"""The gas beside published tables: it agrees, it could fail, and where values are from."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from snooker_cli import theory
+from snooker_cli.bench import physics_cooling, physics_fluid, physics_speeds
+from snooker_cli.bench.physics import SIMULATED, full_plan, quick_plan, sentence, verdict
+from snooker_cli.bench.physics_figures import pictures
+from snooker_cli.bench.physics_gas import Gas
+from snooker_cli.bench.physics_rows import ALLOWED, Row
+from snooker_cli.cli import app
+from snooker_cli.gallery import Line, Points
+from snooker_cli.observables import meeting_temperature
+from snooker_cli.theory.state import PUBLISHED_RATIOS
+
+Record = dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the quick command writes; its exit and its output are checked here."""
+    out = tmp_path_factory.mktemp("bench") / "physics"
+    ended = CliRunner().invoke(app, ["bench", "physics", "--quick", "--json", "--out", str(out)])
+    assert ended.exit_code == 0, ended.output
+    assert json.loads(ended.stdout) == json.loads((out / "physics.json").read_text())
+    return out
+
+
+@pytest.fixture(scope="module")
+def record(folder: Path) -> Record:
+    return json.loads((folder / "physics.json").read_text())
+
+
+def of(record: Record, group: str) -> list[Record]:
+    found = [row for row in record["rows"] if row["group"] == group]
+    assert found
+    return found
+
+
+def a_row(**changes: Any) -> Row:
+    setting = Gas(100, 0.3, 50, 200, 12).setting()
+    row = Row("a group", "something", setting, 1.03, 0.01, 1.0, 0.0, "somebody")
+    return replace(row, **changes)
+
+
+# The judge
+
+
+def test_a_difference_is_told_in_standard_errors_of_both() -> None:
+    row = a_row(error=0.003, published_error=0.004, known=0.01)
+    assert row.both_errors == pytest.approx(0.005)
+    assert row.in_errors == pytest.approx(6.0)
+    assert row.left_in_errors == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "agrees"),
+    [
+        ({}, True),
+        ({"measured": 1.05}, False),
+        ({"measured": 0.95}, False),
+        ({"measured": 1.05, "published_error": 0.01}, True),
+        ({"measured": 1.05, "known": 0.02}, True),
+        ({"measured": 1.03, "known": -0.02}, False),
+        ({"measured": 1.05, "systematic": 0.02}, True),
+        ({"measured": 1.07, "systematic": 0.02}, False),
+    ],
+)
+def test_what_is_left_is_judged(changes: dict[str, float], agrees: bool) -> None:
+    assert a_row(**changes).agrees is agrees
+
+
+def test_a_gas_that_loses_energy_is_not_taken_for_an_elastic_one() -> None:
+    rows = physics_fluid.rows(Gas(100, 0.3, 50, 200, 6, cor=0.98))
+    assert [row.agrees for row in rows] == [False, False]
+
+
+def test_equal_speeds_are_not_taken_for_the_beta_law() -> None:
+    gas = quick_plan().speeds[0]
+    counts = np.bincount([8] * gas.balls, minlength=32).astype(float)
+    shares = physics_speeds.expected_shares(gas.free, 50.0)
+    drawn = [physics_speeds.chi_square(one, shares) for one in physics_speeds.drawn_counts(gas)]
+    assert physics_speeds.chi_square(counts, shares) > np.mean(drawn) + ALLOWED * np.std(drawn)
+
+
+def test_the_command_says_what_does_not_agree_and_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    lossy = replace(
+        quick_plan(),
+        fluids=(Gas(100, 0.3, 50, 200, 6, cor=0.98),),
+        cooling=(),
+        cooling_denser=(),
+        speeds=(),
+    )
+    monkeypatch.setattr("snooker_cli.bench.physics.quick_plan", lambda: lossy)
+    ended = CliRunner().invoke(app, ["bench", "physics", "--quick"])
+    assert ended.exit_code == 4
+    assert "6 of 8 rows agree; not within 4 standard errors" in ended.stdout
+    assert "Z = PV/NT at packing 0.3 and collisions of a ball, 1/s at packing 0.3" in ended.stdout
+
+
+# The measurement
+
+
+def test_every_quick_row_agrees(record: Record) -> None:
+    for row in record["rows"]:
+        left = abs(row["measured"] - row["published"] - row["known"])
+        errors = math.hypot(row["error"], row["published_error"])
+        assert left <= 4 * errors + row["systematic"], row
+        assert row["agrees"]
+    assert verdict(record).startswith(f"all {len(record['rows'])} rows agree")
+
+
+def test_a_record_tells_all_that_is_needed_to_judge_it(record: Record, folder: Path) -> None:
+    assert record["quick"]
+    assert {"snooker", "engine_version", "date", "seconds", "notes"} < set(record)
+    assert {"platform", "processor", "processors"} == set(record["machine"])
+    assert {"python", "numpy", "numba"} == set(record["versions"])
+    for row in record["rows"]:
+        assert row["error"] > 0
+        assert row["source"]
+        assert bool(row["systematic"]) == bool(row["reason"])
+        assert set(row["setting"]) == {
+            *("shape", "balls", "packing", "cor", "settling", "collisions", "seeds")
+        }
+    table = (folder / "physics.txt").read_text()
+    for words in ("in errors", "Erpenbeck & Luban 1985", "Haff 1983", "Beta law", "quick"):
+        assert words in table
+    assert {path.name for path in folder.iterdir()} == {
+        "physics.txt",
+        "physics.json",
+        *(f"physics-state.{ending}" for ending in ("svg", "png", "json")),
+    }
+
+
+def test_the_full_plan_has_all_that_was_asked_for() -> None:
+    plan = full_plan()
+    assert len({gas.packing for gas in plan.fluids}) >= 6
+    assert set(SIMULATED) <= {gas.packing for gas in plan.fluids}
+    assert len(SIMULATED) == 4
+    assert {0.8, 0.9} < {gas.cor for gas in plan.cooling} == set(physics_cooling.SIMULATED_A2)
+    assert all(gas.settling > 0 for gas in (*plan.fluids, *plan.cooling, *plan.speeds))
+
+
+# Where published values come from
+
+
+def test_states_and_rates_are_those_of_theory(record: Record) -> None:
+    simulated = {one.packing: one for one in PUBLISHED_RATIOS}
+    for row in of(record, physics_fluid.STATE):
+        packing = row["setting"]["packing"]
+        if row["source"] == physics_fluid.VIRIALS:
+            assert row["published"] == theory.compressibility(packing)
+        else:
+            assert row["source"] == simulated[packing].source
+            assert row["published"] == simulated[packing].ratio
+    for row in of(record, physics_fluid.RATE):
+        packing, balls = row["setting"]["packing"], row["setting"]["balls"]
+        density = packing / math.pi
+        rate = theory.ball_ball_rate(
+            density, 1.0, 50 * balls / (balls - 1), theory.contact_value(packing)
+        )
+        assert row["published"] == pytest.approx(rate, rel=1e-12)
+
+
+def test_cooling_is_that_of_theory(record: Record) -> None:
+    (gas,) = quick_plan().cooling
+    scene = gas.scene(0)
+    temperature = meeting_temperature(scene.kinetic_energy, scene)
+    assert temperature == pytest.approx(50 * gas.balls / (gas.balls - 1))
+    rate = theory.ball_ball_rate(
+        gas.packing / math.pi, 1.0, temperature, theory.contact_value(gas.packing)
+    )
+    row, even, denser = of(record, physics_cooling.HAFF)
+    assert row["published"] == pytest.approx(
+        theory.haff_rate(theory.cooling_rate(gas.cor, rate)), rel=1e-12
+    )
+    assert even["published"] == 1.0
+    assert denser["systematic"] > row["systematic"]
+    shape, simulated = of(record, physics_cooling.SHAPE)
+    assert shape["published"] == theory.sonine_coefficient(gas.cor)
+    assert shape["systematic"] >= abs(shape["published"] - simulated["published"])
+
+
+def test_speeds_are_those_of_theory(record: Record) -> None:
+    for gas, first in zip(quick_plan().speeds, (0, 3), strict=True):
+        speed, kurtosis, _ = of(record, physics_speeds.SPEEDS)[first : first + 3]
+        free = gas.balls - (gas.shape == "periodic")
+        assert speed["published"] == pytest.approx(theory.fixed_energy_mean_speed(free, 50.0))
+        assert kurtosis["published"] == theory.fixed_energy_kurtosis(free)
+
+
+# What theory knows of a finite number
+
+
+def test_a_dilute_gas_lacks_one_partner_of_n() -> None:
+    # Z − 1 = 2x (N − 1)/N: as many pairs as there are.
+    assert physics_fluid.missing(1e-3, 50) == pytest.approx(2e-3 / 50, rel=0.01)
+    assert physics_fluid.missing(0.5, 400) == pytest.approx(physics_fluid.missing(0.5, 100) / 4)
+
+
+def test_the_mean_cube_of_a_component_on_a_sphere() -> None:
+    # One ball: |cos³| is 4/3π on average, at a radius of √2 for a variance of 1, over √(8/π).
+    assert physics_cooling.mean_cube(1) == pytest.approx(
+        2 * math.sqrt(2) * 4 / (3 * math.pi) / math.sqrt(8 / math.pi)
+    )
+    assert physics_cooling.mean_cube(10_000) == pytest.approx(1 - 3 / 80_000, abs=1e-8)
+
+
+@pytest.mark.parametrize("gas", quick_plan().speeds)
+def test_draws_have_the_law_that_they_are_drawn_for(gas: Gas) -> None:
+    shares = physics_speeds.expected_shares(gas.free, 50.0)
+    assert shares.sum() == pytest.approx(1.0)
+    assert shares[-1] >= physics_speeds.LEAST_SHARE
+    counts = physics_speeds.drawn_counts(gas).sum(axis=0)
+    merged = np.append(counts[: len(shares) - 1], counts[len(shares) - 1 :].sum())
+    # Balls of one draw share an energy, which makes counts vary less than Poisson's law.
+    assert np.all(abs(merged - counts.sum() * shares) < 4.5 * np.sqrt(counts.sum() * shares))
+
+
+# Figure and report
+
+
+def test_the_picture_has_each_source_and_what_is_known(record: Record) -> None:
+    ((name, picture),) = pictures(record)
+    assert name == "physics-state"
+    rows = of(record, physics_fluid.STATE)
+    points = [layer for layer in picture.layers if isinstance(layer, Points)]
+    assert [each.label for each in points] == [
+        f"less {source}" for source in dict.fromkeys(row["source"] for row in rows)
+    ]
+    assert sorted(value for each in points for value in each.y) == sorted(
+        row["difference"] for row in rows
+    )
+    (line,) = (layer for layer in picture.layers if isinstance(layer, Line))
+    assert line.y.tolist() == [-physics_fluid.missing(packing, 100) for packing in line.x]
+
+
+def test_the_reports_sentence_follows_the_record(record: Record) -> None:
+    said = sentence(record)
+    total = len(record["rows"])
+    assert f"{total} of {total} agree within 4 standard errors" in said
+    assert "100 disks in a periodic box at 2 packings" in said
+    worse = copy.deepcopy(record)
+    worse["rows"][0]["agrees"] = False
+    assert f"{total - 1} of {total} agree" in sentence(worse)
+    assert "not within 4 standard errors" in verdict(worse)
+    assert "Z = PV/NT at packing 0.3" in verdict(worse)

@@ -1,0 +1,297 @@
+"""Balls that slide along a fixed wall after infinitely many bounces."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import EPSILON, angular_momentum, digest, report_scene, same_events, scene_of
+from test_bits import output_of
+
+from snooker_cli import store
+from snooker_cli.config import ConfigError, parse
+from snooker_cli.engine import replay, series, simulate, specialisation
+from snooker_cli.engine.slide import cosine_and_sine
+from snooker_cli.observables import cumulative_pressure, so_far
+from snooker_cli.scene import Scene
+from snooker_cli.store import Provenance
+from snooker_cli.theory import wall_trap
+from snooker_cli.trace import CONTAINER, SLIDE, Events, StopReason, Trace
+
+TRAP = wall_trap(6.0, 8.0, 0.9, 9.0)
+
+
+def lone_bouncer() -> Scene:
+    """A ball that is in a wall trap from its first hit, at 0.5 s, until 14.78 s."""
+    inwards = 6.0 / 0.9
+    ball = (9.0 - 0.5 * inwards, -4.0, inwards, 8.0, 1.0, 1.0)
+    return replace(scene_of([ball], wall_restitution=0.9), slides=True)
+
+
+def gas_that_slides(seed: int = 0, **changes: float) -> Scene:
+    return replace(report_scene(seed, **{"radius": 0.1, "cor": 0.8, **changes}), slides=True)
+
+
+@pytest.fixture(scope="module")
+def lone() -> Trace:
+    return simulate(lone_bouncer(), time=30.0)
+
+
+# --- one ball, in closed form ---------------------------------------------------------------
+
+
+def test_cosine_and_sine():
+    angles = np.concatenate([np.linspace(-20, 20, 4001), np.geomspace(1e-12, 1e5, 4001)])
+    for angle in angles.tolist():
+        cosine, sine = cosine_and_sine(angle)
+        assert abs(cosine - math.cos(angle)) <= EPSILON
+        assert abs(sine - math.sin(angle)) <= EPSILON
+
+
+def test_the_last_row_of_a_trap_stands_for_all_bounces(lone):
+    """It ends when their sum says, has their impulse, and the ball is where they took it."""
+    events = lone.events
+    assert events.j.tolist() == [CONTAINER, CONTAINER, SLIDE]
+    assert events.at_wall.all()
+    assert events.time[-1] - events.time[0] == pytest.approx(TRAP.duration, rel=1e-14)
+    assert events.impulse[1:].sum() == pytest.approx(TRAP.impulse, rel=1e-14)
+    first, last = replay(lone, events.time[[0, 2]]).positions[:, 0]
+    turned = math.atan2(first[0] * last[1] - first[1] * last[0], first @ last)
+    assert turned == pytest.approx(math.remainder(TRAP.angle, 2 * math.pi), abs=1e-13)
+
+
+def test_it_slides_at_constant_speed_on_its_circle(lone):
+    time = np.linspace(lone.events.time[-1], 30.0, 50)
+    states = replay(lone, time)
+    assert np.hypot(*states.positions[:, 0].T) == pytest.approx(np.full(50, 9.0), rel=4 * EPSILON)
+    assert np.hypot(*states.velocities[:, 0].T) == pytest.approx(np.full(50, 8.0), rel=1e-14)
+    angle = np.unwrap(np.arctan2(*states.positions[:, 0].T[::-1]))
+    assert np.diff(angle) == pytest.approx(np.diff(time) * 8.0 / 9.0, rel=1e-12)
+
+
+def test_it_presses(lone):
+    """The wall takes the bounces' impulse and then m v_t^2/a a second, up to the very end."""
+    found = series(lone)
+    slid = 30.0 - lone.events.time[-1]
+    pressing = TRAP.sliding_force * slid
+    expected = lone.events.impulse.sum() + pressing
+    assert found.time[-1] == 30.0
+    assert found.wall_impulse[-1] == pytest.approx(expected, rel=1e-13)
+    half = so_far(lone, found.wall_impulse, np.array([30.0 - slid / 2]))
+    assert half[0] == pytest.approx(expected - pressing / 2, rel=1e-13)
+    time, pressure = cumulative_pressure(lone, found)
+    assert pressure[-1] == pytest.approx(expected / (2 * math.pi * 10.0 * 30.0), rel=1e-13)
+    assert time[-1] == 30.0
+
+
+def test_how_it_ends(lone):
+    assert lone.stop.reason is StopReason.NOTHING_LEFT
+    assert lone.stop.time == 30.0
+    assert lone.finish.kinetic_energy == pytest.approx(TRAP.sliding_energy, rel=1e-14)
+    drift = angular_momentum(lone.finish) - angular_momentum(lone.start)
+    assert abs(drift) < 1e-14 * 9.0 * 8.0 * 4
+    assert np.array_equal(replay(lone, [30.0]).positions[0], lone.finish.positions)
+
+
+def test_a_trap_that_is_not_over_when_the_run_ends_bounces_on():
+    trace = simulate(lone_bouncer(), time=14.0)
+    assert SLIDE not in trace.events.j
+    assert len(trace.events) > 20
+
+
+@pytest.fixture(scope="module")
+def bounced() -> Trace:
+    """Every bounce, until they are too slow for losses."""
+    return simulate(replace(lone_bouncer(), slides=False, elastic_below=1e-9), time=14.0)
+
+
+def test_while_it_bounces_unseen_it_is_where_the_bounces_take_it(lone, bounced):
+    time = np.linspace(0.0, 14.0, 113)
+    one, other = replay(lone, time), replay(bounced, time)
+    assert np.allclose(one.positions, other.positions, rtol=0, atol=1e-11)
+    assert np.allclose(one.velocities, other.velocities, rtol=0, atol=1e-11)
+
+
+def test_a_summary_sees_the_bounces_and_the_pressing(lone, bounced):
+    found = simulate(lone_bouncer(), time=30.0, summary=True).summary.series
+    assert found.wall_impulse[-1] == pytest.approx(series(lone).wall_impulse[-1], rel=1e-13)
+    each = series(bounced)
+    before = found.time < 14.0
+    row = np.searchsorted(each.time, found.time[before], side="right") - 1
+    for name in ("wall_impulse", "kinetic_energy", "mean_speed"):
+        column, other = getattr(found, name)[before], getattr(each, name)[row]
+        assert np.allclose(column, other, rtol=1e-11, atol=0)
+    late = found.time > 15.0
+    force = np.diff(found.wall_impulse[late]) / np.diff(found.time[late])
+    assert force == pytest.approx(np.full(len(force), TRAP.sliding_force), rel=1e-9)
+
+
+# --- whom a sliding ball meets --------------------------------------------------------------
+
+
+def at_angle(angle: float, speed: float) -> tuple[float, float, float, float, float, float]:
+    """A ball of 1 m on the wall that moves along it, and a little outwards."""
+    c, s = math.cos(angle), math.sin(angle)
+    return 9 * c, 9 * s, -speed * s + 1e-3 * c, speed * c + 1e-3 * s, 1.0, 1.0
+
+
+def test_a_sliding_ball_catches_another():
+    """At an angle of 2 asin(r/a) between them; with no rebound from the wall both slide at once."""
+    scene = scene_of([at_angle(0.0, 8.0), at_angle(2.0, 3.0)], restitution=0.5)
+    trace = simulate(replace(scene, wall_restitution=0.0, slides=True), time=20.0)
+    k = int(np.flatnonzero(trace.events.j >= 0)[0])
+    touching = 2 * math.asin(1 / 9)
+    assert trace.events.time[k] == pytest.approx((2.0 - touching) * 9 / 5.0, rel=1e-6)
+    places = replay(trace, [trace.events.time[k]]).positions[0]
+    assert math.dist(*places) == pytest.approx(2.0, rel=1e-13)
+
+
+def test_a_sliding_ball_meets_one_at_rest():
+    """A ball at rest on the circle that it slides on."""
+    scene = scene_of([at_angle(0.0, 8.0), (0.0, 8.5, 0.0, 0.0, 1.0, 1.0)])
+    trace = simulate(replace(scene, wall_restitution=0.0, slides=True), collisions=5)
+    k = int(np.flatnonzero(trace.events.j >= 0)[0])
+    cosine = (81 + 8.5**2 - 4) / (2 * 9 * 8.5)
+    angle = math.pi / 2 - math.acos(cosine)
+    assert trace.events.time[k] == pytest.approx(angle * 9 / 8.0, rel=1e-6)
+
+
+def test_a_sliding_ball_passes_one_in_the_middle():
+    scene = scene_of([at_angle(0.0, 8.0), (0.0, 0.0, 0.0, 0.0, 1.0, 1.0)])
+    trace = simulate(replace(scene, wall_restitution=0.0, slides=True), collisions=100, time=1e3)
+    assert not (trace.events.j >= 0).any()
+    assert trace.stop.reason is StopReason.NOTHING_LEFT
+
+
+def pairs(events: Events, count: int) -> list[np.ndarray]:
+    between = np.flatnonzero(events.j >= 0)[:count]
+    return [column[between] for column in (events.i, events.j, events.time, events.impulse)]
+
+
+@pytest.mark.parametrize(
+    ("seed", "cor", "time", "sliding"), [(0, 0.8, 12.0, 15), (1, 0.8, 22.0, 5), (0, 0.5, 7.0, 10)]
+)
+def test_a_gas_meets_as_if_it_hopped_along_the_wall(seed, cor, time, sliding):
+    """The same gas, in which bounces under 1e-4 m/s go on without loss, on straight ways.
+
+    Hops are 1e-9 m high; what they change grows with each of some 20 later collisions.
+    """
+    slides = gas_that_slides(seed, cor=cor)
+    one = simulate(slides, time=time)
+    hops = replace(slides, slides=False, elastic_below=1e-4)
+    other = simulate(hops, time=time, collisions=3_000_000)
+    assert other.stop.reason is StopReason.TIME
+    first = one.events.time[one.events.j == SLIDE][0]
+    count = int((one.events.j >= 0).sum())
+    assert (pairs(one.events, count)[2] > first).sum() >= sliding
+    mine, its = pairs(one.events, count), pairs(other.events, count)
+    assert np.array_equal(mine[0], its[0])
+    assert np.array_equal(mine[1], its[1])
+    assert np.allclose(mine[2], its[2], rtol=0, atol=1e-4)
+    a, b = series(one), series(other)
+    assert a.wall_impulse[-1] == pytest.approx(b.wall_impulse[-1], rel=1e-4)
+    assert a.kinetic_energy[-1] == pytest.approx(b.kinetic_energy[-1], rel=1e-4)
+
+
+# --- what it must keep, and that it goes on -------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("radius", [0.01, 0.1])
+def test_figure_17_goes_on(radius, seed):
+    """500 collisions, where without it every repeat ends in a wall trap."""
+    scene = gas_that_slides(seed, radius=radius)
+    assert simulate(replace(scene, slides=False), collisions=500).stop.reason is (
+        StopReason.WALL_TRAP
+    )
+    trace = simulate(scene, collisions=500)
+    assert trace.stop.reason is StopReason.COLLISIONS
+    assert trace.collisions == len(trace.events) == 500
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_overlaps_and_nothing_is_gained(seed):
+    scene = gas_that_slides(seed, radius=0.5)
+    trace = simulate(scene, collisions=5000)
+    states = replay(trace, np.linspace(0.0, trace.stop.time, 1500))
+    offsets = states.positions[:, :, None] - states.positions[:, None]
+    gaps = np.hypot(offsets[..., 0], offsets[..., 1]) + 2 * np.eye(37)
+    assert gaps.min() > 1.0 - 1e-11
+    assert np.hypot(states.positions[..., 0], states.positions[..., 1]).max() < 9.5 + 1e-11
+    energy = series(trace).kinetic_energy
+    assert np.all(np.diff(energy) <= 64 * EPSILON * energy[0])
+    momentum = [angular_momentum(each) for each in (trace.start, trace.finish)]
+    assert momentum[1] == pytest.approx(momentum[0], abs=5000 * 64 * EPSILON * 95.0)
+    assert np.array_equal(states.positions[-1], trace.finish.positions)
+    assert np.array_equal(states.velocities[-1], trace.finish.velocities)
+
+
+def test_the_wall_gives_what_the_balls_lack():
+    """d(sum m x.v) = int 2K dt - sum (R - r) J_wall + sum 2r J_pair, through slides too."""
+    scene = gas_that_slides(0)
+    trace = simulate(scene, time=40.0)
+    assert (trace.events.j == SLIDE).sum() > 5
+    found = series(simulate(scene, time=40.0))
+    kept = np.diff(found.time) * found.kinetic_energy[:-1]
+    # Between its last bounce that is told and its slide a ball loses what is left of v_n.
+    before, after = (float(np.sum(s.positions * s.velocities)) for s in (trace.start, trace.finish))
+    unseen = np.flatnonzero(trace.events.j == SLIDE) + 1
+    lost = abs(np.diff(found.kinetic_energy)[unseen - 1] * np.diff(found.time)[unseen - 1]).sum()
+    change = 2 * kept.sum() - 9.9 * found.wall_impulse[-1] + found.pair_virial[-1]
+    assert abs(after - before - change) <= 2 * lost + 1e-8
+    assert lost < 0.05 * kept.sum()
+
+
+def bits() -> str:
+    """A hash of a short run with slides."""
+    return digest(simulate(gas_that_slides(cor=0.5), collisions=200).events)
+
+
+def test_the_same_bits_in_plain_python():
+    """Cosine and sine are made of what rounds alike everywhere."""
+    program = "import test_slide; print(test_slide.bits())"
+    assert output_of(program, NUMBA_DISABLE_JIT="1").strip() == bits()
+
+
+# --- configs, files, kinds ------------------------------------------------------------------
+
+
+def test_it_is_for_all_pairs_in_a_fixed_circle():
+    scene = gas_that_slides()
+    assert specialisation(scene)["sliding along the wall"]
+    assert not specialisation(scene)["cells"]
+    with pytest.raises(ValueError, match="cells lets no ball slide"):
+        simulate(scene, collisions=1, engine="cells")
+    with pytest.raises(ValueError, match="fixed wall of a circle"):
+        simulate(replace(scene, container_mass=10.0), collisions=1)
+
+
+BASE = "balls: {count: 7, radius: 1.0, speed: 10.0}\ncor: 0.8\ncollisions: 10\n"
+
+
+def test_a_config_asks_for_it():
+    loaded = parse(f"{BASE}container: {{radius: 10.0}}\nsweep: {{collapse: [stop, slide]}}\n")
+    assert [point.experiment.collapse for point in loaded.points()] == ["stop", "slide"]
+
+
+@pytest.mark.parametrize(
+    ("container", "sentence"),
+    [
+        ("{radius: 10.0, mass: 5}", "slide needs a fixed wall, and container.mass is 5 kg"),
+        ("{shape: box, width: 20}", "with shape: box walls are straight"),
+        ("{shape: periodic, width: 20}", "with shape: periodic there is no wall"),
+    ],
+)
+def test_other_containers_are_refused(container, sentence):
+    with pytest.raises(ConfigError, match=sentence):
+        parse(f"{BASE}container: {container}\ncollapse: slide\n")
+
+
+def test_a_file_keeps_it(tmp_path, provenance: Provenance):
+    trace = replace(simulate(gas_that_slides(), collisions=400), work=None)
+    assert SLIDE in trace.events.j
+    store.write(tmp_path / "a.h5", trace, provenance)
+    found = store.read(tmp_path / "a.h5").trace
+    assert found.start.slides
+    assert same_events(found.events, trace.events)
+    assert np.array_equal(series(found).wall_impulse, series(trace).wall_impulse)
