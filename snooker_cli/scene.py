@@ -126,12 +126,13 @@ class Scene:
         """How far a ball flies between contacts in a dilute gas, the wall counted in, m.
 
         Boltzmann's A/(2 sqrt(2) N d) between balls, with their mean diameter d; pi A/L between hits
-        of a wall of length L.
+        of a wall of length L. Infinite where there is nothing to hit.
         """
         between = 2 * math.sqrt(2) * self.number * 2 * float(np.mean(self.radii))
         if self.number == 1:
             between = 0.0
-        return self.area / (between + self.wall_length / math.pi)
+        obstacles = between + self.wall_length / math.pi
+        return self.area / obstacles if obstacles else math.inf
 
     @property
     def packing_fraction(self) -> float:

@@ -24,7 +24,8 @@ REORDER_AFTER = 20
 FEW = 80
 """Balls in a circle up to which to look at all pairs is faster than to keep cells."""
 
-BALLS_A_CELL = 1.0
+BALLS_A_CELL, DILUTE = 1.0, 0.4
+"""Balls to a cell in a packed gas, and in a dilute one, there over the cube root of the packing."""
 
 MARGIN = 0.1
 """How far a free container may move until all is predicted again, of a cell's side."""
@@ -190,7 +191,7 @@ class InCells:
             self.margin.brinks[0] = 0
         self.links[layout.BRINK] = 0
         while True:
-            self.near = np.zeros(9 * self.cells.members.shape[1] + 4, dtype=np.int32)
+            self.near = np.zeros(9 * self.cells.members.shape[1] + 4, dtype=np.uint32)
             filled = cells.fill(
                 now,
                 self.state,
@@ -273,5 +274,11 @@ def engine_for(scene: Scene, kind: str | None = None) -> type[AllPairs] | type[I
 
 
 def side_of(scene: Scene) -> float:
-    """Side of the cells, m: wide enough that crossings are no more than looking at partners."""
-    return math.sqrt(BALLS_A_CELL * scene.area / scene.number)
+    """Side of the cells, m: wide enough that crossings are no more than looking at partners.
+
+    With n balls to an area and a mean free path l, crossings cost as l / side and partners as
+    n side^2: the least is where n side^2 goes as (n l^3)^(1/3) or, in diameters, as the packing's
+    cube root to -1.
+    """
+    balls = max(BALLS_A_CELL, DILUTE * scene.packing_fraction ** (-1 / 3))
+    return math.sqrt(balls * scene.area / scene.number)

@@ -96,7 +96,11 @@ class Setup(NamedTuple):
             container_mass=float(scene.container_mass),
             restitution=float(scene.restitution),
             wall_restitution=float(scene.wall_restitution),
-            contact_path=float(scene.contact_duration * scene.mean_free_path),
+            contact_path=(
+                float(scene.contact_duration * scene.mean_free_path)
+                if scene.contact_duration
+                else 0.0
+            ),
             elastic_below=float(scene.elastic_below),
             time_limit=float(time_limit),
             collision_limit=int(collision_limit),
