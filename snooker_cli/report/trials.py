@@ -50,7 +50,9 @@ def _cases(label: str, hard: Record) -> Table:
                 case["name"],
                 case["why"],
                 f"{case['events']:,}",
-                ", ".join(f"{one['runs']} {one['reason']}" for one in case["endings"]),
+                ", ".join(
+                    f"{one['runs']} {one['reason'].replace('_', ' ')}" for one in case["endings"]
+                ),
                 *(_worst(case, name) for name in INVARIANTS if name in SHOWN),
                 "holds" if case["holds"] else "fails",
             )
