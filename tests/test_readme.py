@@ -11,7 +11,9 @@ import threading
 from pathlib import Path
 
 import pytest
+import yaml
 
+from snooker_cli import __version__
 from snooker_cli.config import digest, load, parse
 from snooker_cli.report.accuracy import finding, saved
 from snooker_cli.report.published import PUBLISHED, published
@@ -117,6 +119,12 @@ def test_finding(folder: Path) -> None:
 
 def test_errors_and_costs_are_the_saved_measurements() -> None:
     assert finding(saved("error")) in " ".join(README.split())
+
+
+def test_the_citation_is_of_this_version() -> None:
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert cited["version"] == __version__
+    assert {"cff-version", "message", "title", "authors", "license"} <= set(cited)
 
 
 def update() -> None:
