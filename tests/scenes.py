@@ -240,27 +240,6 @@ def same_events(a: Events, b: Events) -> bool:
     return len(a) == len(b) and digest(a) == digest(b)
 
 
-def total_energy(scene: Scene) -> float:
-    """Kinetic energy of the balls and the container, J."""
-    return scene.kinetic_energy + scene.container_energy
-
-
-def angular_momentum(scene: Scene) -> float:
-    """About the lab's origin, with a container that moves as a point mass, kg m^2/s."""
-    (x, y), (u, v) = scene.positions.T, scene.velocities.T
-    total = float(np.sum(scene.masses * (x * v - y * u)))
-    if scene.free:
-        (x, y), (u, v) = scene.container_position, scene.container_velocity
-        total += scene.container_mass * float(x * v - y * u)
-    return total
-
-
-def momentum(scene: Scene) -> NDArray[np.float64]:
-    """Of the balls and of a container that moves, kg m/s."""
-    total = scene.masses @ scene.velocities
-    return total + scene.container_mass * scene.container_velocity if scene.free else total
-
-
 def is_wall(events: Events) -> NDArray[np.bool_]:
     """Which events are with the container."""
     return events.j == CONTAINER

@@ -9,18 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import (
-    EPSILON,
-    angular_momentum,
-    energy_losses,
-    gas,
-    is_wall,
-    momentum,
-    scene_of,
-    total_energy,
-)
+from scenes import EPSILON, energy_losses, gas, is_wall, scene_of
 from test_invariants import MILLION, NEARLY_ELASTIC, WALK, largest_momentum
 
+from snooker_cli.bench.ledger import total_angular_momentum, total_energy, total_momentum
 from snooker_cli.engine import replay, simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
@@ -59,14 +51,14 @@ def test_energy_ledger(run):
     "run", ["light circle, mixed", "periodic", "periodic, mixed"], indirect=True
 )
 def test_momentum(run):
-    drift = momentum(run.finish) - momentum(run.start)
+    drift = total_momentum(run.finish) - total_momentum(run.start)
     assert np.all(abs(drift) < WALK * largest_momentum(run.finish))
 
 
 @pytest.mark.parametrize("run", ["circle", "light circle, mixed"], indirect=True)
 def test_angular_momentum(run):
     reach = run.start.container_radius + float(np.hypot(*run.finish.container_position))
-    drift = angular_momentum(run.finish) - angular_momentum(run.start)
+    drift = total_angular_momentum(run.finish) - total_angular_momentum(run.start)
     assert abs(drift) < WALK * largest_momentum(run.finish) * reach
 
 

@@ -7,12 +7,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from scenes import EPSILON, momentum, scene_of, total_energy
+from scenes import EPSILON, scene_of
 
 from snooker_cli.bench.catalogue import along_the_wall, galperin, mixture, rings, wall_trap
 from snooker_cli.bench.exact import trajectory
 from snooker_cli.bench.growth import growth
 from snooker_cli.bench.horizon import first_different
+from snooker_cli.bench.ledger import total_energy, total_momentum
 from snooker_cli.engine import simulate
 from snooker_cli.scene import Scene
 from snooker_cli.theory import limits
@@ -155,7 +156,7 @@ def test_what_collisions_keep(make):
     terms = scene.number + len(events)
     assert total_energy(end) + lost == pytest.approx(total_energy(scene), rel=terms * EPSILON)
     scale = float(np.sum(scene.masses * np.hypot(*scene.velocities.T)))
-    assert abs(momentum(end) - momentum(scene)).max() < terms * EPSILON * scale
+    assert abs(total_momentum(end) - total_momentum(scene)).max() < terms * EPSILON * scale
 
 
 def test_the_growth_of_errors_is_the_difference_of_two_runs():

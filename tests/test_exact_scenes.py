@@ -4,18 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from scenes import (
-    EPSILON,
-    Ball,
-    angular_momentum,
-    energy_losses,
-    is_wall,
-    momentum,
-    scene_of,
-    total_energy,
-)
+from scenes import EPSILON, Ball, energy_losses, is_wall, scene_of
 
 from snooker_cli.arrange import random_directions, unit_polygon
+from snooker_cli.bench.ledger import total_angular_momentum, total_energy, total_momentum
 from snooker_cli.engine import replay, simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, StopReason
@@ -182,8 +174,8 @@ def test_ring_that_closes_in(number, cor):
     assert np.all(abs(events.time[: number // 2] - contact) < rounding)
     loss = math.fsum(energy_losses(trace))
     assert total_energy(trace.finish) == pytest.approx(4.5 * number - loss, abs=8 * rounding)
-    assert abs(angular_momentum(trace.finish)) < start * rounding
-    assert np.all(abs(momentum(trace.finish)) < rounding)
+    assert abs(total_angular_momentum(trace.finish)) < start * rounding
+    assert np.all(abs(total_momentum(trace.finish)) < rounding)
 
 
 # --- wall trap ------------------------------------------------------------------------------

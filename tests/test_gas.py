@@ -5,11 +5,12 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from scenes import EPSILON, momentum
+from scenes import EPSILON
 from scipy import stats
 
 from snooker_cli.arrange import arrange
 from snooker_cli.arrange.streams import logarithm, random_directions, random_normals
+from snooker_cli.bench.ledger import total_momentum
 from snooker_cli.config import Experiment, digest, parse, points, to_json, to_yaml
 from snooker_cli.scene import Scene, SceneError
 
@@ -164,7 +165,7 @@ def test_the_energy_is_that_of_the_speed(shape, speeds):
     scene = gas(f"shape: {shape}", balls)
     assert scene.kinetic_energy == pytest.approx(500 * 3 * 49 / 2, rel=1e-14)
     # Without walls momentum is conserved: zero, or the gas would drift for ever.
-    total = np.hypot(*momentum(scene))
+    total = np.hypot(*total_momentum(scene))
     drift = 3 * 7 * math.sqrt(500)
     assert (total < 1e-12 * drift) == (shape == "periodic")
 
@@ -182,7 +183,7 @@ def test_every_species_has_the_energy_of_its_speed():
         measured = np.add.reduceat(each, [0, 20, 50])
         assert np.sum(measured) == pytest.approx(np.sum(energies), rel=1e-14)
         if shape == "periodic":
-            assert np.hypot(*momentum(scene)) < 1e-10
+            assert np.hypot(*total_momentum(scene)) < 1e-10
             assert measured == pytest.approx(energies, rel=0.2)
         else:
             assert measured == pytest.approx(energies, rel=1e-14)

@@ -11,17 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import (
-    EPSILON,
-    angular_momentum,
-    energy_losses,
-    is_wall,
-    mixed_scene,
-    momentum,
-    report_scene,
-    total_energy,
-)
+from scenes import EPSILON, energy_losses, is_wall, mixed_scene, report_scene
 
+from snooker_cli.bench.ledger import total_angular_momentum, total_energy, total_momentum
 from snooker_cli.engine import replay, simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -75,7 +67,7 @@ def test_energy_ledger(run):
 
 def test_angular_momentum(run):
     """About the centre of a fixed circle; about the lab's origin with a free one."""
-    drift = angular_momentum(run.finish) - angular_momentum(run.start)
+    drift = total_angular_momentum(run.finish) - total_angular_momentum(run.start)
     assert abs(drift) < WALK * largest_momentum(run.finish) * reach(run.finish)
 
 
@@ -83,13 +75,13 @@ def test_angular_momentum(run):
 def test_momentum_and_centre_of_mass_of_a_free_container(run):
     start, finish = run.start, run.finish
     rounding = WALK * largest_momentum(finish)
-    assert np.all(np.abs(momentum(finish) - momentum(start)) < rounding)
+    assert np.all(np.abs(total_momentum(finish) - total_momentum(start)) < rounding)
 
     before, after = (
         scene.masses @ scene.positions + scene.container_mass * scene.container_position
         for scene in (start, finish)
     )
-    travelled = momentum(start) * run.stop.time
+    travelled = total_momentum(start) * run.stop.time
     # The momentum's drift has all the time to act; and every move rounds a place.
     moves = WALK * (start.masses.max() * reach(finish))
     moves += WALK * start.container_mass * float(np.hypot(*finish.container_position))

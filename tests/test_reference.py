@@ -12,9 +12,10 @@ import make_reference
 import numpy as np
 import pytest
 from make_reference import Reference
-from scenes import EPSILON, angular_momentum, momentum, total_energy
+from scenes import EPSILON
 
 from snooker_cli.bench.exact import trajectory
+from snooker_cli.bench.ledger import total_angular_momentum, total_energy, total_momentum
 from snooker_cli.engine import replay, simulate
 from snooker_cli.trace import CONTAINER, StopReason
 
@@ -130,10 +131,10 @@ def test_the_files_keep_what_collisions_keep(name):
         rounding = (scene.number + after) * EPSILON
         lost = math.fsum(losses[:after])
         assert total_energy(state) + lost == pytest.approx(total_energy(scene), rel=rounding)
-        turned = angular_momentum(state) - angular_momentum(scene)
+        turned = total_angular_momentum(state) - total_angular_momentum(scene)
         assert abs(turned) <= rounding * (arms + container_arm(state))
         if scene.free:
-            pushed = np.abs(momentum(state) - momentum(scene)).max()
+            pushed = np.abs(total_momentum(state) - total_momentum(scene)).max()
             assert pushed <= rounding * np.sum(scene.masses * np.hypot(*scene.velocities.T))
 
 

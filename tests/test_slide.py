@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import EPSILON, angular_momentum, digest, report_scene, same_events, scene_of
+from scenes import EPSILON, digest, report_scene, same_events, scene_of
 from test_bits import output_of
 
 from snooker_cli import store
+from snooker_cli.bench.ledger import total_angular_momentum
 from snooker_cli.config import ConfigError, parse
 from snooker_cli.engine import replay, series, simulate, specialisation
 from snooker_cli.engine.slide import cosine_and_sine
@@ -88,7 +89,7 @@ def test_how_it_ends(lone):
     assert lone.stop.reason is StopReason.NOTHING_LEFT
     assert lone.stop.time == 30.0
     assert lone.finish.kinetic_energy == pytest.approx(TRAP.sliding_energy, rel=1e-14)
-    drift = angular_momentum(lone.finish) - angular_momentum(lone.start)
+    drift = total_angular_momentum(lone.finish) - total_angular_momentum(lone.start)
     assert abs(drift) < 1e-14 * 9.0 * 8.0 * 4
     assert np.array_equal(replay(lone, [30.0]).positions[0], lone.finish.positions)
 
@@ -220,7 +221,7 @@ def test_nothing_overlaps_and_nothing_is_gained(seed):
     assert np.hypot(states.positions[..., 0], states.positions[..., 1]).max() < 9.5 + 1e-11
     energy = series(trace).kinetic_energy
     assert np.all(np.diff(energy) <= 64 * EPSILON * energy[0])
-    momentum = [angular_momentum(each) for each in (trace.start, trace.finish)]
+    momentum = [total_angular_momentum(each) for each in (trace.start, trace.finish)]
     assert momentum[1] == pytest.approx(momentum[0], abs=5000 * 64 * EPSILON * 95.0)
     assert np.array_equal(states.positions[-1], trace.finish.positions)
     assert np.array_equal(states.velocities[-1], trace.finish.velocities)

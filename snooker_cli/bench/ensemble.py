@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli.trace import CONTAINER
-
 if TYPE_CHECKING:
     from snooker_cli.bench.methods import Course, Method
     from snooker_cli.scene import Scene
@@ -85,7 +83,7 @@ def quantities(course: Course, time: float) -> dict[str, float]:
     are elastic.
     """
     start, events = course.start, course.events
-    at_wall = events.j == CONTAINER
+    at_wall = events.at_wall
     found = {
         "pressure, Pa m": float(np.sum(events.impulse[at_wall])) / (start.wall_length * time),
         "collisions, 1/s": len(events) / time,

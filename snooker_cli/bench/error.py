@@ -6,18 +6,14 @@ settings in double precision, so that the same source gives no float32 engine.
 
 from __future__ import annotations
 
-import os
-import platform
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
-from snooker_cli import __version__
 from snooker_cli.bench.catalogue import CASES, Case, rings
 from snooker_cli.bench.ensemble import Averages, Ensemble, averages
 from snooker_cli.bench.exact import trajectory
@@ -30,7 +26,7 @@ from snooker_cli.bench.horizon import (
 )
 from snooker_cli.bench.ledger import Ledger, ledger
 from snooker_cli.bench.methods import Method, methods
-from snooker_cli.engine import ENGINE_VERSION
+from snooker_cli.bench.origin import origin
 from snooker_cli.gallery import plain
 from snooker_cli.scene import Scene
 
@@ -156,18 +152,7 @@ def measured(plan: Plan, tell: Callable[[str], None] = lambda _: None) -> dict[s
         tell(f"how far ahead, {question.what}")
         each = [horizon(question, repeat) for repeat in range(question.repeats)]
         horizons.append(_asked(question, each))
-    record = {
-        "measurement": "error against cost",
-        "snooker": __version__,
-        "engine_version": ENGINE_VERSION,
-        "date": began.isoformat(timespec="seconds"),
-        "machine": {
-            "platform": platform.platform(),
-            "processor": platform.processor() or platform.machine(),
-            "processors": os.cpu_count(),
-        },
-        "versions": {"python": platform.python_version()}
-        | {name: version(name) for name in ("numpy", "numba", "mpmath")},
+    record = origin("error against cost", began, "numpy", "numba", "mpmath") | {
         "scenes": studies,
         "ensembles": biases,
         "horizons": horizons,

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from snooker_cli.bench.origin import machine
 from snooker_cli.gallery import NEUTRAL, Layer, Line, Picture, Points, Reference
 from snooker_cli.scene import EPSILON
 from snooker_cli.words import short
@@ -113,8 +114,7 @@ def _ways(scene: Record) -> Iterator[tuple[str, Sequence[Record]]]:
 
 def _origin(measurement: Record) -> str:
     """Where and when it was measured."""
-    machine = measurement["machine"]
     return (
         f"Measured on {measurement['date'][:10]} with snooker {measurement['snooker']} on one "
-        f"processor of {machine['platform']}."
+        f"processor: {machine(measurement)}."
     )

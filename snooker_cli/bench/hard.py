@@ -8,15 +8,16 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from snooker_cli import __version__
 from snooker_cli.arrange import arrange
 from snooker_cli.bench.hard_catalogue import CASES, Hard
 from snooker_cli.bench.hard_checks import Check, checks
+from snooker_cli.bench.origin import origin
 from snooker_cli.config import load
-from snooker_cli.engine import ENGINE_VERSION, simulate
+from snooker_cli.engine import simulate
 from snooker_cli.scene import SceneError
 from snooker_cli.trace import StopReason
 
@@ -122,14 +123,12 @@ def measured(
     cases: Sequence[Hard], folder: Path = FOLDER, say: Callable[[str], None] = lambda _: None
 ) -> dict[str, Any]:
     """The verdicts on cases, as plain data. Raises ``ConfigError`` if a config is missing."""
-    found = []
+    began, found = datetime.now(UTC), []
     for case in cases:
         say(f"{case.name} ...")
         why = load(folder / f"{case.name}.yaml").experiment.title
         found.append(_verdict(case, str(why), folder))
-    return {
-        "snooker": __version__,
-        "engine_version": ENGINE_VERSION,
+    return origin("hard cases", began, "numpy", "numba") | {
         "cases": found,
         "left_out": [case.name for case in CASES if case.by_name_only and case not in cases],
     }

@@ -31,7 +31,6 @@ from snooker_cli.bench.ledger import (
 )
 from snooker_cli.engine import States, replay, series
 from snooker_cli.scene import EPSILON
-from snooker_cli.trace import CONTAINER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -108,7 +107,7 @@ def _broken(trace: Trace) -> float:
         events = trace.events
         broken += int(np.sum(~(events.impulse >= 0))) + int(np.sum(~(np.diff(events.time) >= 0)))
         broken += int(np.sum((events.i < 0) | (events.i >= trace.start.number)))
-        broken += int(np.sum((events.j != CONTAINER) & (events.j <= events.i)))
+        broken += int(np.sum(~events.at_wall & (events.j <= events.i)))
     return float(broken + (finish.number != trace.start.number))
 
 
@@ -162,7 +161,7 @@ def longest_run(trace: Trace) -> int:
     events = trace.events
     if events is None:
         return trace.wall_events
-    at_wall = events.j == CONTAINER
+    at_wall = events.at_wall
     ball = np.concatenate([events.i, events.j[~at_wall]])
     of_wall = np.concatenate([at_wall, np.zeros(int(np.sum(~at_wall)), dtype=bool)])
     when = np.concatenate([np.arange(len(events)), np.flatnonzero(~at_wall)])
@@ -203,7 +202,7 @@ def _virial(trace: Trace, course: Course) -> Iterator[Check]:
     start, events = trace.start, trace.events
     room = start.container_radius - start.radii
     if events is not None:
-        at_wall = events.j == CONTAINER
+        at_wall = events.at_wall
         energies = series(trace).kinetic_energy
         times = np.concatenate([[0.0], events.time, [trace.stop.time]])
         action = math.fsum(2 * energies * np.diff(times))

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli.trace import CONTAINER
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -54,7 +52,7 @@ def total_energy(scene: Scene) -> float:
 def losses(start: Scene, events: Events) -> float:
     """The sum of (1 - e)/(1 + e) J^2/(2 mu) over the collisions, J."""
     masses = np.append(start.masses, start.container_mass)  # j = -1 is the last
-    e = np.where(events.j == CONTAINER, start.wall_restitution, start.restitution)
+    e = np.where(events.at_wall, start.wall_restitution, start.restitution)
     inverse = 1 / masses[events.i] + 1 / masses[events.j]
     return float(np.sum((1 - e) / (1 + e) * events.impulse**2 * inverse / 2))
 

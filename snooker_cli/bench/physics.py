@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import math
-import os
-import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib.metadata import version
 from typing import Any
 
-from snooker_cli import __version__
 from snooker_cli.bench import physics_cooling, physics_fluid, physics_speeds
+from snooker_cli.bench.origin import origin
 from snooker_cli.bench.physics_cooling import HAFF, KURTOSES
 from snooker_cli.bench.physics_fluid import STATE
 from snooker_cli.bench.physics_gas import Gas
 from snooker_cli.bench.physics_rows import ALLOWED, Row
-from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.gallery import plain
 from snooker_cli.kinetic import DENSEST_FLUID
 from snooker_cli.theory.state import PUBLISHED_RATIOS
@@ -117,20 +113,10 @@ def measured(plan: Plan, tell: Callable[[str], None] = lambda _: None) -> Record
         found += physics_speeds.rows(gas)
     order = list(dict.fromkeys(row.group for row in found))
     record: Record = plain(
-        {
-            "measurement": "physics",
+        origin("physics", began, "numpy", "numba")
+        | {
             "quick": plan.quick,
-            "snooker": __version__,
-            "engine_version": ENGINE_VERSION,
-            "date": began.isoformat(timespec="seconds"),
             "seconds": time.perf_counter() - clock,
-            "machine": {
-                "platform": platform.platform(),
-                "processor": platform.processor() or platform.machine(),
-                "processors": os.cpu_count(),
-            },
-            "versions": {"python": platform.python_version()}
-            | {name: version(name) for name in ("numpy", "numba")},
             "allowed_errors": ALLOWED,
             "notes": NOTES,
             "rows": [

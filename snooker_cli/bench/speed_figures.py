@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from snooker_cli.bench.origin import machine
 from snooker_cli.gallery import Layer, Line, Picture, Points
 from snooker_cli.words import short
 
@@ -57,7 +58,6 @@ def against(
         )
         records += [{key: one[key] for key in (over, each, "engine", "median")} for one in curve]
         series += 1
-    machine = measurement["machine"]
     fastest = max(cases, key=lambda one: float(one["median"]), default=None)
     best = (
         f" At most {short(fastest['median'] / 1e6)} million, of {fastest['balls']:,} balls at "
@@ -72,7 +72,7 @@ def against(
         y_label="collisions per second (million)",
         layers=tuple(layers),
         caption="Elastic disks in a fixed circle: medians of one thread's rates, bars to the "
-        f"farthest repeat.{best} {machine['processor']}, {machine['platform']}.",
+        f"farthest repeat.{best} {machine(measurement)}.",
         numbers={"cases": records},
         x_log=True,
         y_log=True,

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import os
-import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
-from snooker_cli import __version__
+from snooker_cli.bench.origin import origin
 from snooker_cli.bench.speed import (
     CASES,
     MOST,
@@ -24,11 +21,8 @@ from snooker_cli.bench.speed import (
     measure,
 )
 from snooker_cli.bench.speed_costs import cooling, memory, recording
-from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.engine.engines import FEW
 from snooker_cli.gallery import plain
-
-PROCESSORS = Path("/proc/cpuinfo")
 
 
 @dataclass(frozen=True)
@@ -68,20 +62,11 @@ def measured(plan: Plan, tell: Callable[[str], None]) -> dict[str, Any]:
     stored = recording(report, plan.recorded, plan.effort.repeats)
     tell("cooling")
     cold = cooling(plan.cooled, plan.effort)
+    head = origin("speed", began, "numpy", "numba", "h5py")
     record: dict[str, Any] = plain(
-        {
-            "measurement": "speed",
-            "snooker": __version__,
-            "engine_version": ENGINE_VERSION,
-            "date": began.isoformat(timespec="seconds"),
-            "machine": {
-                "platform": platform.platform(),
-                "processor": _processor(),
-                "processors": os.cpu_count(),
-                "load": load,
-            },
-            "versions": {"python": platform.python_version()}
-            | {name: version(name) for name in ("numpy", "numba", "h5py")},
+        head
+        | {
+            "machine": head["machine"] | {"load": load},
             "cases": [timing.as_json() for timing in timings],
             "crossover": {"few": FEW, "ratios": crossover(timings)},
             "growth": growth(timings),
@@ -113,12 +98,3 @@ def growth(timings: Sequence[Timing]) -> list[dict[str, float]]:
 def _load() -> float | None:
     """Programs that wanted to run in the last minute, where the system tells."""
     return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-
-
-def _processor() -> str:
-    """The processor's name, or at least its kind."""
-    if PROCESSORS.exists():
-        for line in PROCESSORS.read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()

@@ -133,10 +133,12 @@ def _check(out: Path, seconds: float | None, fps: int | None, magnify: float) ->
 
 def _subtitle(run: Run, trace: Trace, point: int, repeat: int) -> str:
     """The setting and the repeat that a film shows."""
+    from snooker_cli.words import counted
+
     setting = [f"{key}={value}" for key, value in run.points[point].parameters]
     if not any(part.startswith("cor=") for part in setting):
         setting.append(f"cor={trace.start.restitution:g}")
-    balls = f"{trace.start.number:,} ball{'' if trace.start.number == 1 else 's'}"
+    balls = counted(trace.start.number, "ball")
     return ", ".join([*setting, balls, f"repeat {repeat}"])
 
 

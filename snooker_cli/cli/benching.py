@@ -14,6 +14,11 @@ if TYPE_CHECKING:
 
     from snooker_cli.gallery import Picture
 
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="Also write tables, JSON and any figures there."),
+]
+
 bench = typer.Typer(help="Measure the engine.", no_args_is_help=True)
 
 
@@ -30,10 +35,7 @@ def speed(
     everything: Annotated[
         bool, typer.Option("--all", help="A million balls too, which takes some minutes more.")
     ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Also write tables, JSON and figures there."),
-    ] = None,
+    out: Out = None,
     as_json: AsJson = False,
 ) -> None:
     """Collisions per second of one thread, for several gases, and what else a run takes.
@@ -54,10 +56,7 @@ def error(
     quick: Annotated[
         bool, typer.Option("--quick", help="Seven balls, in seconds: not to be quoted.")
     ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Also write tables, JSON and figures there."),
-    ] = None,
+    out: Out = None,
     as_json: AsJson = False,
 ) -> None:
     """Errors and costs of snooker, of the report's algorithm and of time stepping, side by side.
@@ -88,10 +87,7 @@ def physics(
     quick: Annotated[
         bool, typer.Option("--quick", help="Few balls, in seconds: not to be quoted.")
     ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Also write tables, JSON and a figure there."),
-    ] = None,
+    out: Out = None,
     as_json: AsJson = False,
 ) -> None:
     """Pressures, collision rates, cooling and speeds beside what is published of them.
@@ -120,9 +116,7 @@ def hard(
     configs: Annotated[
         Path, typer.Option("--configs", metavar="DIR", help="The folder of the cases' configs.")
     ] = Path("configs", "hard"),
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Also write tables and JSON there.")
-    ] = None,
+    out: Out = None,
     as_json: AsJson = False,
 ) -> None:
     """Scenes made to break an engine, and whether they do: each with both engines.

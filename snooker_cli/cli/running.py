@@ -41,6 +41,9 @@ class Engine(StrEnum):
 
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
+Jobs = Annotated[
+    int | None, typer.Option("-j", "--jobs", min=1, max=1024, help="Threads [all cores].")
+]
 
 
 def run(
@@ -50,9 +53,7 @@ def run(
         typer.Option("--out", metavar="DIR", help="The run's folder [runs/CONFIG's name]."),
     ] = None,
     override: Overrides = None,
-    jobs: Annotated[
-        int | None, typer.Option("-j", "--jobs", min=1, max=1024, help="Threads [all cores].")
-    ] = None,
+    jobs: Jobs = None,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Replace what is in the folder, even of another config.")
     ] = False,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from snooker_cli.cli.analysing import RunName
-from snooker_cli.cli.running import AsJson
+from snooker_cli.cli.running import AsJson, Jobs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,9 +24,7 @@ def verify(
         bool,
         typer.Option("--replay", help="Simulate every repeat again, too, and compare all bits."),
     ] = False,
-    jobs: Annotated[
-        int | None, typer.Option("-j", "--jobs", min=1, max=1024, help="Threads [all cores].")
-    ] = None,
+    jobs: Jobs = None,
     as_json: AsJson = False,
 ) -> None:
     """Read every file of RUN again: its content by its hash, and whether it is of this run.

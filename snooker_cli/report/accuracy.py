@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from snooker_cli.bench.figure import against_cost, growing
+from snooker_cli.bench.origin import machine
 from snooker_cli.report.document import Block, Figure, Heading, Paragraph, Table
 from snooker_cli.words import counted, listed, short, with_error
 
@@ -45,17 +46,14 @@ def pictures(measurement: dict[str, Any]) -> dict[str, Picture]:
     }
 
 
-def blocks(measurement: dict[str, Any]) -> list[Block]:
-    """The section: text, figures, tables."""
+def blocks(measurement: Record, shown: Mapping[str, Picture]) -> list[Block]:
+    """The section: text, figures, tables; ``shown`` has its pictures by file."""
     return [
         Heading("Speed against error", after_figures=True),
         Paragraph(finding(measurement)),
         Paragraph(_averages_text(measurement)),
         Paragraph(_horizon_text(measurement)),
-        *(
-            Figure(LABELS[name], f"figures/{name}", picture.caption)
-            for name, picture in pictures(measurement).items()
-        ),
+        *(Figure(label, f"figures/{name}", shown[name].caption) for name, label in LABELS.items()),
         _methods("Table 6", measurement),
         _biases("Table 7", measurement),
     ]
@@ -77,8 +75,7 @@ def finding(measurement: Record) -> str:
         f"{_rate(coarsest)}, and of {short(finest['step'])} s by "
         f"{short(finest['place_errors'][place], 2)} m at {_rate(finest)}. "
         f"{_first_misses(scene, report)} The truth is an exact twin with {scene['digits']} digits, "
-        f"measured on {measurement['date'][:10]} on one processor of "
-        f"{measurement['machine']['platform']}."
+        f"measured on {measurement['date'][:10]} on one processor: {machine(measurement)}."
     )
 
 

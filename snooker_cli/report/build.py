@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
+MEASURED = ("error", "hard", "physics")
+"""The measurements that are kept with the report: of ``snooker bench`` and a name."""
+
+
 def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
     """Write the report; the files a reader opens.
 
@@ -48,8 +52,8 @@ def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
             picture = KINDS[plate.kind].make(opened[plate.run], Selection(where=plate.where))
             drawing.append(other.submit(save, picture, out / "figures" / plate.file))
             pictures[plate.file] = picture
-        measurement = accuracy.saved("error")
-        for file, picture in accuracy.pictures(measurement).items():
+        saved = {name: accuracy.saved(name) for name in MEASURED}
+        for file, picture in accuracy.pictures(saved["error"]).items():
             say(f"{accuracy.LABELS[file]}: {picture.title}")
             drawing.append(other.submit(save, picture, out / "figures" / file))
             pictures[file] = picture
@@ -59,7 +63,7 @@ def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
         for each in drawing:
             each.result()
     write_json(out / "numbers.json", _numbers(pictures, judged, fits))
-    document = content.document(pictures, judged, fits, opened, measurement)
+    document = content.document(pictures, judged, fits, opened, saved)
     say("the pages")
     return [
         write_html(document, _players(opened["decay"]), out),

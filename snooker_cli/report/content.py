@@ -52,9 +52,9 @@ Pictures = Mapping[str, "Picture"]
 
 
 def document(
-    pictures: Pictures, audit: Audit, fits: Fits, runs: Runs, measurement: dict[str, Any]
+    pictures: Pictures, audit: Audit, fits: Fits, runs: Runs, saved: Mapping[str, dict[str, Any]]
 ) -> Document:
-    """The whole report as data; ``measurement`` is that of errors and costs."""
+    """The whole report as data; ``saved`` are the measurements kept with it, by name."""
 
     def figures(plates: Sequence[Plate]) -> list[Block]:
         return [
@@ -95,8 +95,8 @@ def document(
         Paragraph(_beyond_text(pictures, runs)),
         *figures(BEYOND),
         tables.many_coefficients("Table 5", pictures),
-        *accuracy.blocks(measurement),
-        *trials.blocks(accuracy.saved("hard"), accuracy.saved("physics")),
+        *accuracy.blocks(saved["error"], pictures),
+        *trials.blocks(saved["hard"], saved["physics"]),
         Heading("Conclusion", after_figures=True),
         Paragraph(_conclusion_text(audit, pictures)),
     ]

@@ -33,7 +33,8 @@ def _hard_text(hard: Record) -> str:
     return (
         f"{len(cases)} scenes are made to break an engine (Table 8). Both engines simulate them, "
         f"in {runs} runs; what must stay true is measured beside a bound on what rounding alone "
-        f"could do, known facts included. {verdict}"
+        f"could do, known facts included. {verdict} (snooker {hard['snooker']}, "
+        f"{hard['date'][:10]}.)"
     )
 
 
