@@ -6,7 +6,7 @@ MAKEFLAGS += --jobs=2
 BIN := .venv/bin
 READY := .venv/.ready
 
-RUNS := decay temperature area number radius dilute speeds restitution elastic-wall audit
+RUNS := decay temperature area number radius dilute speeds restitution elastic-wall sliding audit
 DONE := $(RUNS:%=runs/%/.done)
 WRITING := $(wildcard snooker_cli/*.py snooker_cli/*/*.py snooker_cli/report/templates/* snooker_cli/report/measured/* snooker_cli/animation/player/*)
 

@@ -6,8 +6,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
-    import numpy as np
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from snooker_cli.scene import Scene
@@ -56,20 +59,51 @@ class Events:
         ball slides: it begins to after infinitely many bounces, or has done so since its last event
     impulse : (*n*,) ``numpy.float64``, kg m/s, not negative, along the line of centres; of all the
         bounces, or what the ball has pressed as it slid
+    residual : (*n*,) ``numpy.float64``, s, what rounding has left out of the time; see
+        ``engine.epochs``. Or ``None``: nothing, as in a run that is not long
     """
 
     time: NDArray[np.float64]
     i: NDArray[np.int32]
     j: NDArray[np.int32]
     impulse: NDArray[np.float64]
+    residual: NDArray[np.float64] | None = None
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def __getitem__(self, rows: slice) -> Events:
+        """Some of them, without copying."""
+        return Events(
+            self.time[rows],
+            self.i[rows],
+            self.j[rows],
+            self.impulse[rows],
+            None if self.residual is None else self.residual[rows],
+        )
 
     @property
     def at_wall(self) -> NDArray[np.bool_]:
         """(*n*,) Which are with the container, not between balls."""
         return self.j < 0
+
+
+def joined(parts: Sequence[Events]) -> Events:
+    """Events one after the other, without copying a single part."""
+    if len(parts) == 1:
+        return parts[0]
+    residual = None
+    if any(part.residual is not None for part in parts):
+        residual = np.concatenate(
+            [np.zeros(len(part)) if part.residual is None else part.residual for part in parts]
+        )
+    return Events(
+        np.concatenate([part.time for part in parts]),
+        np.concatenate([part.i for part in parts]),
+        np.concatenate([part.j for part in parts]),
+        np.concatenate([part.impulse for part in parts]),
+        residual,
+    )
 
 
 @dataclass(frozen=True)

@@ -48,12 +48,13 @@ def counted(number: int, noun: str) -> str:
 
 def size(number: float) -> str:
     """A number of bytes to two digits: ``520 kB``."""
-    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
         if number >= 0.95 * scale:
             return f"{rough(number / scale)} {unit}"
     return f"{number:.0f} bytes"
 
 
 def rough(value: float) -> str:
-    """A number of 1 or more to two digits."""
-    return f"{float(f'{value:.2g}'):g}"
+    """A number of 1 or more to two digits: ``1.2``, ``17``, ``2,700``."""
+    short = float(f"{value:.2g}")
+    return f"{short:,.0f}" if short >= 10 else f"{short:g}"

@@ -6,15 +6,16 @@ import base64
 import json
 import math
 import re
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
-from scenes import EPSILON, gas
+from scenes import EPSILON, gas, report_scene
 
 from snooker_cli.animation import Film, film
 from snooker_cli.engine import simulate
-from snooker_cli.trace import Trace
+from snooker_cli.trace import SLIDE, Trace
 
 SHAPES = ("fixed", "free", "box", "periodic")
 
@@ -38,6 +39,45 @@ def shown() -> dict[str, Trace]:
 def films() -> dict[str, Film]:
     """The whole of each."""
     return {name: film(trace, name) for name, trace in shown().items()}
+
+
+@cache
+def sliding() -> Trace:
+    """Balls that bounce unseen, slide, are hit as they do and slide again."""
+    scene = report_scene(0, radius=0.1, cor=0.8)
+    return simulate(replace(scene, slides=True), collisions=800)
+
+
+@cache
+def sliding_films() -> dict[str, Film]:
+    """The whole of it, and parts whose ends are within a slide and within unseen bounces."""
+    trace = sliding()
+    assert trace.events is not None
+    time, begins = trace.events.time, slide_begins(trace)
+    # The longest unseen bounces, and the middle of the slide that follows.
+    k = max(begins, key=lambda each: time[each] - time[each - 1])
+    bouncing = float(time[k - 1] + 0.6 * (time[k] - time[k - 1]))
+    after = float(time[k] + 0.3 * (time[k + 1] - time[k]))
+    return {
+        "whole": film(trace, "whole"),
+        "from unseen bounces": film(trace, "", since=bouncing, until=time[-1]),
+        "from a slide": film(trace, "", since=after, most=100),
+        "to unseen bounces": film(trace, "", until=bouncing),
+    }
+
+
+def slide_begins(trace: Trace) -> list[int]:
+    """The events with which balls begin to slide: those that follow a hit of theirs on the wall."""
+    assert trace.events is not None
+    last: dict[int, int] = {}
+    found = []
+    for k, (i, j) in enumerate(zip(trace.events.i.tolist(), trace.events.j.tolist(), strict=True)):
+        if j == SLIDE and last[i] != SLIDE:
+            found.append(k)
+        last[i] = j
+        if j >= 0:
+            last[j] = i
+    return found
 
 
 def content(text: str) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from matplotlib import colormaps
 from matplotlib.colors import to_hex
-from moving_pictures import SHAPES, content, slack
+from moving_pictures import SHAPES, content, slack, slide_begins, sliding_films
 from PIL import Image
 from scenes import gas
 
@@ -103,6 +103,50 @@ def test_a_film_shows_the_span_that_is_asked_for(shown: dict[str, Trace]) -> Non
         short = film(trace, name, since=since, most=10)
         assert (short.end, len(short), short.left_out) == (hits[59], 10, 140)
         np.testing.assert_array_equal(short.opening.positions, replay(trace, [since]).positions)
+
+
+def test_a_sliding_ball_is_shown_on_its_circle_and_presses() -> None:
+    """Between its events, in frames; and the pressure is that of the observables at each row."""
+    made = sliding_films()["whole"]
+    events, found = made.trace.events, series(made.trace)
+    assert events is not None
+    k = max(slide_begins(made.trace), key=lambda each: made.time[each])
+    ball, since = int(made.i[k]), float(made.time[k])
+    assert ball not in (*made.i[k + 1 :], *made.j[k + 1 :])  # it slides to the end
+    passing, radius = reel(made, "time"), made.trace.start.container_radius
+    late = [frame for frame in frames(made, passing, 600, 20.0) if frame.time >= since]
+    assert len(late) > 20
+    place, velocity = (
+        getattr(replay(made.trace, [since]), name)[0, ball] for name in ("positions", "velocities")
+    )
+    turning = (place[0] * velocity[1] - place[1] * velocity[0]) / (place @ place)
+    angles = np.arctan2(place[1], place[0]) + turning * np.array([f.time - since for f in late])
+    circle = (radius - 0.1) * np.column_stack([np.cos(angles), np.sin(angles)])
+    assert np.max(np.abs(np.array([f.positions[ball] for f in late]) - circle)) < 1e-11
+    time, pressure = cumulative_pressure(made.trace, found)
+    last = np.append(np.diff(time) > 0, True)  # of an instant
+    np.testing.assert_allclose(made.pressure(time[last]), pressure[last], rtol=1e-12)
+    ends = made.time[-1] + (made.end - made.time[-1]) * np.array([0.0, 0.5, 1.0])
+    assert made.pressure_gain[-1] > 0
+    np.testing.assert_allclose(np.diff(made.pressure(ends) * ends, 2), 0, atol=1e-12)
+
+
+def test_a_part_of_a_film_knows_who_slides_and_who_is_about_to() -> None:
+    parts = sliding_films()
+    whole = parts["whole"]
+    assert (whole.sliding, whole.settling) == ((), None)
+    begun = {int(whole.i[k]) for k in slide_begins(whole.trace)}
+    for name in ("from unseen bounces", "from a slide"):
+        part = parts[name]
+        assert part.sliding
+        assert set(part.sliding) <= begun
+        times = np.linspace(part.start, part.end, 50)
+        np.testing.assert_allclose(part.pressure(times), whole.pressure(times), rtol=1e-12)
+    cut = parts["to unseen bounces"]
+    assert cut.settling == whole.i[len(cut)]
+    passing = list(frames(cut, reel(cut, "time"), 3, 1.0))
+    wanted = replay(whole.trace, [frame.time for frame in passing])
+    np.testing.assert_array_equal([frame.positions for frame in passing], wanted.positions)
 
 
 def test_what_cannot_be_shown_is_said(traces: dict[str, Trace], shown: dict[str, Trace]) -> None:

@@ -11,11 +11,12 @@ import moving_pictures
 import numpy as np
 import pytest
 from browser import CHROMIUM, Browser
-from moving_pictures import SHAPES, apart, slack, times_of
+from moving_pictures import SHAPES, apart, slack, sliding, sliding_films, times_of
 
 from snooker_cli import animation
 from snooker_cli.animation import FLASH, MOST_FLASHES, Film, embedded, page
 from snooker_cli.engine import replay
+from snooker_cli.trace import SLIDE
 
 
 @pytest.fixture(scope="module")
@@ -150,6 +151,38 @@ def test_the_players_places_are_the_traces(
     np.testing.assert_allclose(told["pressure"], made.pressure(np.array(times)), rtol=1e-13)
     rows = np.searchsorted(made.time, times, side="right")
     assert told["energy"] == made.kinetic_energy[rows].tolist()
+
+
+def moments(made: Film) -> list[float]:
+    """Even times, and some in each interval between a slide's collisions and those before."""
+    time = np.concatenate([[made.start], made.time, [made.end]])
+    near = np.flatnonzero(made.j == SLIDE)[:, None] + np.arange(2)
+    parts = np.linspace(0, 0.999, 7)
+    within = time[near][..., None] + (time[near + 1] - time[near])[..., None] * parts
+    return sorted([*np.linspace(made.start, made.end, 400).tolist(), *within.ravel().tolist()])
+
+
+def test_balls_that_slide_are_where_the_trace_has_them(browser: Browser, tmp_path: Path) -> None:
+    """In bounces that no event tells of, as they slide, and after; forth and back in time."""
+    for name, made in sliding_films().items():
+        path = tmp_path / "film.html"
+        path.write_text(page(made), encoding="utf-8")
+        browser.open(path)
+        times = moments(made)
+        told = browser.value(
+            f"(() => {{ const times = {json.dumps(times)}, at = (time) => player.motion"
+            ".places(time); times.forEach(at); return times.reverse().map(at).reverse(); })()"
+        )
+        # The whole is known to go on as the part does.
+        states = replay(sliding(), times)
+        apart = np.abs(np.array(told)[:, :-1] - states.positions)
+        assert np.max(apart) < 1e-9, name
+        pressures = browser.value(
+            f"{json.dumps(times)}.map((time) => player.charts"
+            ".pressure(player.motion.count(time), time))"
+        )
+        np.testing.assert_allclose(pressures, made.pressure(np.array(times)), rtol=1e-12)
+    assert browser.complaints == []
 
 
 @pytest.mark.parametrize("name", SHAPES)

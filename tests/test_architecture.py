@@ -42,6 +42,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     # Showing
     "gallery": (*DATA, "compare", "decay", "fit", "kinetic", "observables", "theory", "words"),
     "animation": ("engine", "observables", "scene", "trace"),
+    "export": ("engine", "store", "trace"),
     "figures": ("animation", "gallery", "words"),
     # Measuring
     "bench": (
@@ -62,6 +63,8 @@ HOMES: dict[str, tuple[str, ...]] = {
     "yaml": ("config",),
     "numba": ("engine",),
     "h5py": ("store",),
+    "pyarrow": ("export",),
+    "distributed": ("runner",),
     "mpmath": ("bench",),
     "scipy": ("fit", "theory"),
     "matplotlib": ("figures",),

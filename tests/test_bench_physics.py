@@ -1,10 +1,11 @@
-"""The gas beside published tables: it agrees, it could fail, and where values are from."""
+"""The gas beside known values: it agrees, it could fail, and where values are from."""
 
 from __future__ import annotations
 
 import copy
 import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from snooker_cli.bench import physics_cooling, physics_fluid, physics_speeds
 from snooker_cli.bench.physics import SIMULATED, full_plan, quick_plan, sentence, verdict
 from snooker_cli.bench.physics_figures import pictures
 from snooker_cli.bench.physics_gas import Gas
-from snooker_cli.bench.physics_rows import ALLOWED, Row
+from snooker_cli.bench.physics_rows import ALLOWED, EXACT, OWN, PUBLISHED, Row
 from snooker_cli.cli import app
 from snooker_cli.gallery import Line, Points
 from snooker_cli.observables import meeting_temperature
@@ -50,7 +51,7 @@ def of(record: Record, group: str) -> list[Record]:
 
 def a_row(**changes: Any) -> Row:
     setting = Gas(100, 0.3, 50, 200, 12).setting()
-    row = Row("a group", "something", setting, 1.03, 0.01, 1.0, 0.0, "somebody")
+    row = Row("a group", "something", setting, 1.03, 0.01, 1.0, 0.0, PUBLISHED, "somebody")
     return replace(row, **changes)
 
 
@@ -58,7 +59,7 @@ def a_row(**changes: Any) -> Row:
 
 
 def test_a_difference_is_told_in_standard_errors_of_both() -> None:
-    row = a_row(error=0.003, published_error=0.004, known=0.01)
+    row = a_row(error=0.003, expected_error=0.004, known=0.01)
     assert row.both_errors == pytest.approx(0.005)
     assert row.in_errors == pytest.approx(6.0)
     assert row.left_in_errors == pytest.approx(4.0)
@@ -70,7 +71,7 @@ def test_a_difference_is_told_in_standard_errors_of_both() -> None:
         ({}, True),
         ({"measured": 1.05}, False),
         ({"measured": 0.95}, False),
-        ({"measured": 1.05, "published_error": 0.01}, True),
+        ({"measured": 1.05, "expected_error": 0.01}, True),
         ({"measured": 1.05, "known": 0.02}, True),
         ({"measured": 1.03, "known": -0.02}, False),
         ({"measured": 1.05, "systematic": 0.02}, True),
@@ -114,8 +115,8 @@ def test_the_command_says_what_does_not_agree_and_fails(monkeypatch: pytest.Monk
 
 def test_every_quick_row_agrees(record: Record) -> None:
     for row in record["rows"]:
-        left = abs(row["measured"] - row["published"] - row["known"])
-        errors = math.hypot(row["error"], row["published_error"])
+        left = abs(row["measured"] - row["expected"] - row["known"])
+        errors = math.hypot(row["error"], row["expected_error"])
         assert left <= 4 * errors + row["systematic"], row
         assert row["agrees"]
     assert verdict(record).startswith(f"all {len(record['rows'])} rows agree")
@@ -152,7 +153,29 @@ def test_the_full_plan_has_all_that_was_asked_for() -> None:
     assert all(gas.settling > 0 for gas in (*plan.fluids, *plan.cooling, *plan.speeds))
 
 
-# Where published values come from
+# Where expected values come from
+
+
+def test_published_is_said_of_nothing_else(record: Record) -> None:
+    """What is published has an author and a year, what is ours says so, and the rest is a law."""
+    by_whom = {
+        whose: {row["source"] for row in record["rows"] if row["whose"] == whose}
+        for whose in (PUBLISHED, EXACT, OWN)
+    }
+    assert sum(row["whose"] in by_whom for row in record["rows"]) == len(record["rows"])
+    for source in by_whom[PUBLISHED] - {physics_fluid.ENSKOG}:  # which names the source above it
+        assert re.search(r"(Erpenbeck|Clisby|Haff|van Noije).* (19|20)\d\d", source), source
+    assert by_whom[EXACT] == {physics_speeds.BETA}
+    assert all(physics_cooling.INDEPENDENT in source for source in by_whom[OWN])
+    kurtoses = of(record, physics_cooling.RELAXATION)
+    a2 = of(record, physics_cooling.SHAPE)
+    assert {row["whose"] for row in kurtoses} == {OWN}
+    assert [row["whose"] for row in a2] == [PUBLISHED, OWN]
+    counts = [sum(row["whose"] == whose for row in record["rows"]) for whose in by_whom]
+    assert (
+        f"{counts[0]} of these values are published, {counts[1]} are exact and {counts[2]} are of "
+        "simulations by independent code of this project."
+    ) in sentence(record)
 
 
 def test_states_and_rates_are_those_of_theory(record: Record) -> None:
@@ -160,17 +183,17 @@ def test_states_and_rates_are_those_of_theory(record: Record) -> None:
     for row in of(record, physics_fluid.STATE):
         packing = row["setting"]["packing"]
         if row["source"] == physics_fluid.VIRIALS:
-            assert row["published"] == theory.compressibility(packing)
+            assert row["expected"] == theory.compressibility(packing)
         else:
             assert row["source"] == simulated[packing].source
-            assert row["published"] == simulated[packing].ratio
+            assert row["expected"] == simulated[packing].ratio
     for row in of(record, physics_fluid.RATE):
         packing, balls = row["setting"]["packing"], row["setting"]["balls"]
         density = packing / math.pi
         rate = theory.ball_ball_rate(
             density, 1.0, 50 * balls / (balls - 1), theory.contact_value(packing)
         )
-        assert row["published"] == pytest.approx(rate, rel=1e-12)
+        assert row["expected"] == pytest.approx(rate, rel=1e-12)
 
 
 def test_cooling_is_that_of_theory(record: Record) -> None:
@@ -182,22 +205,22 @@ def test_cooling_is_that_of_theory(record: Record) -> None:
         gas.packing / math.pi, 1.0, temperature, theory.contact_value(gas.packing)
     )
     row, even, denser = of(record, physics_cooling.HAFF)
-    assert row["published"] == pytest.approx(
+    assert row["expected"] == pytest.approx(
         theory.haff_rate(theory.cooling_rate(gas.cor, rate)), rel=1e-12
     )
-    assert even["published"] == 1.0
+    assert even["expected"] == 1.0
     assert denser["systematic"] > row["systematic"]
     shape, simulated = of(record, physics_cooling.SHAPE)
-    assert shape["published"] == theory.sonine_coefficient(gas.cor)
-    assert shape["systematic"] >= abs(shape["published"] - simulated["published"])
+    assert shape["expected"] == theory.sonine_coefficient(gas.cor)
+    assert shape["systematic"] >= abs(shape["expected"] - simulated["expected"])
 
 
 def test_speeds_are_those_of_theory(record: Record) -> None:
     for gas, first in zip(quick_plan().speeds, (0, 3), strict=True):
         speed, kurtosis, _ = of(record, physics_speeds.SPEEDS)[first : first + 3]
         free = gas.balls - (gas.shape == "periodic")
-        assert speed["published"] == pytest.approx(theory.fixed_energy_mean_speed(free, 50.0))
-        assert kurtosis["published"] == theory.fixed_energy_kurtosis(free)
+        assert speed["expected"] == pytest.approx(theory.fixed_energy_mean_speed(free, 50.0))
+        assert kurtosis["expected"] == theory.fixed_energy_kurtosis(free)
 
 
 # What theory knows of a finite number

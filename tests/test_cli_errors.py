@@ -139,7 +139,7 @@ def test_an_unforeseen_error_in_a_repeat_has_its_traceback_too(
         raise KeyError("lost")
 
     monkeypatch.setenv("SNOOKER_TRACEBACK", wanted)
-    monkeypatch.setattr("snooker_cli.runner.execution.versions", lost)
+    monkeypatch.setattr("snooker_cli.runner.repeat.versions", lost)
     ended = snooker("run", "small.yaml", "--no-progress", "-o", "repeats=8", "-j", "1")
     assert ended.code == 4
     said = [line for line in ended.err.splitlines() if line.startswith("snooker: point ")]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -83,6 +84,7 @@ def test_a_dry_run_tells_the_same_as_json(here: Path, snooker: Snooker) -> None:
         "threads",
         "seconds",
         "bytes",
+        "free_bytes",
     }
     assert [told[name] for name in ("points", "repeats", "cached", "to_do")] == [2, 3, 0, 6]
     assert (told["collisions"], told["threads"]) == (900, 2)
@@ -171,7 +173,9 @@ def test_files_are_about_as_large_as_estimated(
 
 
 def test_estimates_are_rounded_for_people() -> None:
-    assert [_duration(seconds) for seconds in (0.001, 1.04, 17.2, 119.0, 130.0, 9e4, 2e6)] == [
+    assert [
+        _duration(seconds) for seconds in (0.001, 1.04, 17.2, 119.0, 130.0, 9e4, 2e6, 1e12)
+    ] == [
         "a second",
         "1 s",
         "17 s",
@@ -179,13 +183,91 @@ def test_estimates_are_rounded_for_people() -> None:
         "2.2 minutes",
         "25 hours",
         "23 days",
+        "32,000 years",
     ]
     assert [size(number) for number in (10, 999_999, 1.35e9, 2.7e12)] == [
         "10 bytes",
         "1 MB",
         "1.4 GB",
-        "2700 GB",
+        "2.7 TB",
     ]
+
+
+# What is too much
+
+
+def test_a_dry_run_of_very_much_tells_its_cost(here: Path, snooker: Snooker) -> None:
+    told = planned(snooker, "small.yaml", "-o", "repeats=5e5", "-o", "collisions=1e12")
+    assert (told["to_do"], told["cached"], told["collisions"]) == (10**6, 0, 10**18)
+    assert told["bytes"] > 1e19 > told["free_bytes"]
+    ended = snooker("run", "small.yaml", "-j", "2", "-o", "collisions=1e12", "--dry-run")
+    assert re.search(
+        r"\nat most 6,000,000,000,000 collisions: about .* days on 2 threads, "
+        r"and about 81 TB, where \S+ \S+ are free\n$",
+        ended.out,
+    )
+    assert list(here.iterdir()) == [here / "small.yaml"]
+
+
+@pytest.mark.parametrize("more", [["collisions=1e12"], ["collisions=1e13", "record=summary"]])
+def test_a_run_of_very_much_is_not_begun(more: list[str], here: Path, snooker: Snooker) -> None:
+    """Eighty terabytes; and months, which need no disk."""
+    arguments = ["small.yaml", *(f"--override={each}" for each in more), "-j", "2"]
+    last = snooker("run", *arguments, "--dry-run").out.splitlines()[-1]
+    ended = snooker("run", *arguments)
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err == (
+        f"snooker: {last}; give fewer collisions or repeats, or record: summary to take less disk, "
+        "or --yes if it is meant\n"
+    )
+    assert list(here.iterdir()) == [here / "small.yaml"]
+
+
+def test_a_run_is_begun_on_a_full_disk_if_it_is_meant(
+    here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    full = shutil.disk_usage(here)._replace(free=50_000)
+    monkeypatch.setattr("shutil.disk_usage", lambda _: full)
+    arguments = ("run", "small.yaml", "-j", "2", "--no-progress")
+    refused = snooker(*arguments)
+    assert refused.code == 2
+    assert ", and about 130 kB, where 50 kB are free; give fewer " in refused.err
+    assert snooker(*arguments, "--yes").code == 0
+    # What is there asks for nothing more, and two repeats for less than is free.
+    assert snooker(*arguments).code == 0
+    assert snooker(*arguments, "-o", "repeats=4").code == 0
+    assert snooker(*arguments, "-o", "repeats=6").code == 2
+
+
+def test_a_zip_is_planned_run_and_extended(here: Path, snooker: Snooker) -> None:
+    text = (here / "small.yaml").read_text().partition("sweep")[0]
+    Path("zip.yaml").write_text(text + "sweep: {zip: {cor: [0.9, 1.0], collisions: [9, 20]}}\n")
+    kinds = sorted(planned(snooker, "zip.yaml")["kinds"], key=str)
+    assert [kind["points"] for kind in kinds] == [
+        [{"cor": 0.9, "collisions": 9}],
+        [{"cor": 1.0, "collisions": 20}],
+    ]
+    told = json.loads(snooker("run", "zip.yaml", "--json").out)
+    assert [point["collisions"] for point in told["points"]] == [27, 60]
+    longer = snooker("run", "zip.yaml", "--dry-run", "-o", "collisions=9,30")
+    assert longer.err.startswith(
+        "snooker: runs/zip is extended: collisions from [9, 20] to [9, 30]; repeats that"
+    )
+    assert "3 are in runs/zip already, 3 to do" in longer.out
+
+
+@pytest.mark.parametrize("name", ["..yaml", "...yaml"])
+def test_a_config_whose_name_is_no_folder_is_refused(
+    name: str, here: Path, snooker: Snooker
+) -> None:
+    (here / "small.yaml").rename(here / name)
+    for dry in ([], ["--dry-run"]):
+        ended = snooker("run", name, *dry)
+        assert (ended.code, ended.out) == (2, "")
+        assert ended.err == (
+            f"snooker: {name}: its name is none for a folder; give --out, or rename it\n"
+        )
+    assert list(here.iterdir()) == [here / name]
 
 
 # --engine

@@ -18,6 +18,7 @@ from repeating import StopsAfter, done, made
 
 from snooker_cli import results, store
 from snooker_cli.engine import ENGINE_VERSION
+from snooker_cli.engine.epochs import LEAST_EVENTS
 from snooker_cli.runner import execute, verify
 from snooker_cli.store import Stored
 from snooker_cli.trace import StopReason
@@ -168,7 +169,7 @@ def test_an_interrupted_repeat_is_simulated_as_far_as_it_went(
     cancelled = threading.Event()
     execute(run, workers=1, watcher=StopsAfter(1, cancelled), cancelled=cancelled)
     (verdict,) = verify(run, replay=True, workers=1)
-    assert (verdict.state, verdict.collisions) == (StopReason.INTERRUPTED, 65536)
+    assert (verdict.state, verdict.collisions) == (StopReason.INTERRUPTED, LEAST_EVENTS)
 
 
 def test_another_engine_versions_bits_cannot_be_made_again(

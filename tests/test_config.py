@@ -299,7 +299,7 @@ def test_schema_is_strict_json_and_describes_every_key() -> None:
 
 def test_schema_knows_what_can_be_swept() -> None:
     swept = schema()["properties"]["sweep"]["properties"]
-    assert list(swept) == [
+    keys = [
         "container.shape",
         "container.radius",
         "container.width",
@@ -323,6 +323,10 @@ def test_schema_knows_what_can_be_swept() -> None:
         "collisions",
         "time",
     ]
+    assert list(swept) == [*keys, "zip"]
+    group, groups = swept["zip"]["anyOf"]
+    assert list(group["properties"]) == keys
+    assert groups["items"] == group
     assert swept["cor"]["items"] == {"type": "number", "minimum": 0, "maximum": 1}
     assert {"type": "number", "exclusiveMinimum": 0} in swept["balls.radius"]["items"]["anyOf"]
     patterns = schema()["properties"]["sweep"]["patternProperties"]

@@ -1,7 +1,9 @@
 """Configurations that must be refused: what is said, where, and that nothing else is raised."""
 
+import os
 import pickle
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +53,7 @@ def test_sentences_are_plain(name: str) -> None:
 
 
 def test_the_table_is_as_large_as_it_should_be() -> None:
-    assert len(TABLE["cases"]) >= 45
+    assert len(TABLE["cases"]) >= 65
 
 
 def test_error_survives_pickling() -> None:
@@ -69,6 +71,15 @@ def test_missing_file(tmp_path: Path) -> None:
 def test_directory(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="this is a directory; name a YAML file in it"):
         load(tmp_path)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has other pipes")
+def test_pipes_and_devices(tmp_path: Path) -> None:
+    """A pipe into which nobody writes would never end, and a device may have no end."""
+    os.mkfifo(tmp_path / "pipe.yaml")
+    for path in (tmp_path / "pipe.yaml", "/dev/zero", "/dev/null"):
+        with pytest.raises(ConfigError, match="this is a pipe or a device; name a YAML file"):
+            load(path)
 
 
 def test_file_in_a_file(tmp_path: Path) -> None:
@@ -119,6 +130,14 @@ def test_aliases_are_not_expanded() -> None:
     problems = refusal("\n".join(lines)).problems
     assert sum("aliases" in problem.sentence for problem in problems) == 110
     assert sum("anchors" in problem.sentence for problem in problems) == 12
+
+
+def test_very_many_problems_are_not_all_shown() -> None:
+    error = refusal("".join(f"k{n}: 1\n" for n in range(100)))
+    assert len(error.problems) == 104
+    lines = str(error).splitlines()
+    assert [str(problem) for problem in error.problems[:20]] == lines[:20]
+    assert lines[20:] == ["... and 84 more; put these right first"]
 
 
 def test_long_values_are_shortened() -> None:

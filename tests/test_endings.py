@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scenes import EPSILON, digest, is_wall, report_scene, same_events, scene_of, twin_collisions
 
-from snooker_cli.engine import simulate, specialisation
+from snooker_cli.engine import epochs, simulate, specialisation
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, StopReason
 
-CHUNK = importlib.import_module("snooker_cli.engine.simulate").CHUNK
+CHUNK = epochs.LEAST_EVENTS  # of few balls a chunk is an epoch
 
 
 def one_ball(**changes: float) -> Scene:
@@ -217,6 +217,36 @@ def test_a_light_container_carries_the_wall_to_another_ball():
     trace = simulate(scene, collisions=10)
     assert list(zip(trace.events.i.tolist(), trace.events.j.tolist(), strict=True)) == truth
     assert trace.stop.reason is StopReason.COLLISIONS
+
+
+# --- the clock stands still -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("engine", ["allpairs", "cells"])
+@pytest.mark.parametrize("mass", [math.inf, 1e7])
+def test_a_ball_along_an_elastic_wall_is_no_inelastic_collapse(engine, mass):
+    """It touches the wall at every moment, and nothing is lost."""
+    scene = scene_of([(9.0, 0.0, 0.0, 10.0, 1.0, 1.0)], container_mass=mass)
+    trace = simulate(scene, collisions=1000, engine=engine)
+    assert trace.stop.reason is StopReason.COLLAPSE
+    assert trace.stop.message == (
+        "ball 0 moves along the wall and touches it at every moment: the clock stands at 0 s while "
+        f"collisions go on, the last of ball 0 and the wall; {len(trace.events)} collisions are "
+        "kept"
+    )
+    assert math.fsum(trace.events.impulse) == 0.0
+    assert trace.finish.kinetic_energy == scene.kinetic_energy
+
+
+@pytest.mark.parametrize("cor", [1.0, 0.5])
+def test_only_losses_are_called_inelastic(cor):
+    """A ball in a channel as wide as itself hits both of its walls in no time."""
+    ball = [(0.0, 0.0, 3.0, 0.1, 1.0, 1.0)]
+    scene = scene_of(ball, shape="box", width=12.0, height=2.0, restitution=cor)
+    trace = simulate(scene, collisions=1000)
+    assert trace.stop.reason is StopReason.COLLAPSE
+    said = "collisions without end" if cor == 1.0 else "inelastic collapse"
+    assert trace.stop.message.startswith(f"{said}: the clock stands at 0 s while collisions go on")
 
 
 # --- interruption ---------------------------------------------------------------------------

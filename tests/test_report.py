@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import shutil
 import threading
@@ -12,14 +13,15 @@ from pathlib import Path
 import pytest
 
 from snooker_cli.config import load
-from snooker_cli.report import accuracy
+from snooker_cli.report import sliding
 from snooker_cli.report.audit import EXPLAINED, FOLLOWS, REPRODUCED, UNEXPLAINED, VERDICTS
-from snooker_cli.report.build import build
+from snooker_cli.report.build import LABELS, build
 from snooker_cli.report.plates import PLATES, RUNS
 from snooker_cli.report.published import PUBLISHED
 from snooker_cli.report.search import TARGETS
 from snooker_cli.results import RunError, create, open_run
 from snooker_cli.runner import Watcher, execute, kinds
+from snooker_cli.trace import StopReason
 
 ROOT = Path(__file__).parent.parent
 CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
@@ -129,6 +131,43 @@ def test_repeats_that_ended_early_are_counted(runs: Path, report: Path) -> None:
     assert f"{ended.count(False)} of the {len(ended)} repeats ended early" in page
 
 
+def test_figure_17_past_its_wall_traps(runs: Path, report: Path) -> None:
+    """Each start stopped and sliding: when the traps came, from the traces, and what then is so."""
+    run = open_run(runs / "sliding")
+    figures = json.loads((report / "numbers.json").read_text(encoding="utf-8"))["figures"]
+    assert {each.experiment.collapse for each in run.points} == {"stop", "slide"}
+    assert math.isinf(run.points[0].experiment.container.mass)
+    for name, radius in sliding.RADII.items():
+        pairs = figures[name]["pairs"]
+        assert [pair["cor"] for pair in pairs] == [0.8, 0.9]
+        for pair in pairs:
+            stopped, slid = (
+                list(run.traces(point))
+                for collapse in ("stop", "slide")
+                for point in run.points
+                if (point.experiment.cor, point.experiment.balls.radius) == (pair["cor"], radius)
+                and point.experiment.collapse == collapse
+            )
+            traps = [each for each in stopped if each.stop.reason is StopReason.WALL_TRAP]
+            assert pair["trapped"] == len(traps) > 0
+            times = [each.stop.time for each in traps]
+            assert pair["trap_time"] == pytest.approx(sum(times) / len(times))
+            assert pair["alike"] == pair["repeats"] == pair["complete"] == len(slid) == 3
+            assert pair["end_collisions"] == 500
+            assert pair["end_time"] > pair["trap_time"]
+            assert pair["sliding_balls"] >= 1
+            # Cooling goes on, and a mean over more of it is of a gas as ideal as before; single
+            # repeats spread by 0.02.
+            assert pair["slide"]["final_temperature"] < pair["stop"]["final_temperature"]
+            assert pair["slide"]["over_ideal_at_mean"] == pytest.approx(1, abs=0.05)
+    page = Page()
+    page.feed((report / "report.html").read_text(encoding="utf-8"))
+    caption = page.text[page.text.rindex("Figure 25.") :]
+    first = figures["sliding"]["pairs"][0]
+    assert f"CoR 0.8: with stop {first['trapped']} of 3 repeats end in a wall trap" in caption
+    assert f"after {first['trap_time']:.3g} s and" in caption
+
+
 class Page(HTMLParser):
     """Collects what a page loads from elsewhere, and its text."""
 
@@ -161,7 +200,7 @@ def test_page_is_self_contained(report: Path) -> None:
     assert len(page.players) == 3
     for player in page.players:
         assert "default-src 'none'" in player  # it may load nothing
-    assert page.images == len(PLATES) + len(accuracy.LABELS)
+    assert page.images == len(PLATES) + len(LABELS)
     for number in PUBLISHED:
         assert number.what in page.text, number.name
         assert number.printed in page.text, number.name
@@ -177,7 +216,7 @@ def test_pdf_has_pages(report: Path) -> None:
 def test_second_build_gives_the_same_bytes(runs: Path, report: Path, tmp_path: Path) -> None:
     build(runs, tmp_path, lambda message: None)
     files = sorted(path.relative_to(report) for path in report.rglob("*") if path.is_file())
-    assert len(files) == 3 * (len(PLATES) + len(accuracy.LABELS)) + 3
+    assert len(files) == 3 * (len(PLATES) + len(LABELS)) + 3
     for name in files:
         assert (tmp_path / name).read_bytes() == (report / name).read_bytes(), name
 

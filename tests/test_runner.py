@@ -399,7 +399,7 @@ def test_an_unforeseen_error_keeps_its_traceback(
         raise KeyError("lost")
 
     shutil.rmtree(copied.directory / "point-0001")
-    monkeypatch.setattr("snooker_cli.runner.execution.versions", lost)
+    monkeypatch.setattr("snooker_cli.runner.repeat.versions", lost)
     failed = [outcome for outcome in done(copied) if outcome.error]
     assert [(each.point, each.repeat, each.error) for each in failed] == [
         (1, repeat, "KeyError: 'lost'") for repeat in range(3)

@@ -61,7 +61,7 @@ def test_a_longer_end_keeps_what_went_before(small_config: str, tmp_path: Path) 
 def test_an_interrupt_while_extending_loses_no_collision(
     stopped_after: int, replaced: bool, small_config: str, tmp_path: Path
 ) -> None:
-    """What is there is kept unless what is under way has come as far; chunks are of 65,536."""
+    """What is there is kept unless what is under way has come as far; chunks are of 16,384."""
     text = small_config.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
     short = made(tmp_path / "run", text, "collisions=70000", "repeats=1")
     done(short)
@@ -74,7 +74,7 @@ def test_an_interrupt_while_extending_loses_no_collision(
     assert stopped.stop is not None
     assert stopped.stop.reason is StopReason.INTERRUPTED
     assert (bytes_of(longer.directory) != before) == replaced
-    assert store.check(longer.path(0, 0)).collisions == (131_072 if replaced else 70_000)
+    assert store.check(longer.path(0, 0)).collisions == (81_920 if replaced else 70_000)
     assert longer.present(longer.points[0]) == replaced
     assert not list(tmp_path.rglob("*.part"))
     done(longer)

@@ -56,7 +56,8 @@ def said(*arguments, room=None):
     return ended.returncode, ended.stdout, ended.stderr
 
 def simulated(room=None):
-    return said("run", config, "--out", run, "-j", "2", "--no-progress", "--json", room=room)
+    options = ["--yes", "-j", "2", "--no-progress", "--json"]
+    return said("run", config, "--out", run, *options, room=room)
 
 if kind == "tmpfs":
     subprocess.run(["mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", disk], check=True)

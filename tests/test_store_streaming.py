@@ -21,7 +21,7 @@ from snooker_cli.engine import simulate
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance, Recorder
 from snooker_cli.store.recording import ROWS, WAITING
-from snooker_cli.trace import Events, Trace
+from snooker_cli.trace import Events, Trace, joined
 
 LONG = 3 * ROWS + 1000
 
@@ -41,10 +41,6 @@ def events_of(trace: Trace) -> Events:
     return trace.events
 
 
-def cut(events: Events, start: int, stop: int) -> Events:
-    return Events(*(getattr(events, field.name)[start:stop] for field in fields(Events)))
-
-
 def test_what_a_sink_is_given_is_what_a_trace_would_have(scene: Scene, trace: Trace) -> None:
     pieces: list[Events] = []
     streamed = simulate(scene, collisions=LONG, sink=pieces.append)
@@ -52,9 +48,9 @@ def test_what_a_sink_is_given_is_what_a_trace_would_have(scene: Scene, trace: Tr
     assert streamed.summary is None
     assert (streamed.stop, streamed.collisions) == (trace.stop, LONG)
     assert len(pieces) > 3
+    whole = joined(pieces)
     for field in fields(Events):
-        joined = np.concatenate([getattr(piece, field.name) for piece in pieces])
-        assert joined.tobytes() == getattr(trace.events, field.name).tobytes()
+        assert getattr(whole, field.name).tobytes() == getattr(trace.events, field.name).tobytes()
 
 
 def test_a_streamed_repeat_is_read_as_the_same_bits(
@@ -77,10 +73,10 @@ def test_a_streamed_repeat_is_read_as_the_same_bits(
 def test_the_pieces_do_not_matter(
     number: int, piece: int, trace: Trace, tmp_path: Path, provenance: Provenance
 ) -> None:
-    events = cut(events_of(trace), 0, number)
+    events = events_of(trace)[:number]
     with Recorder(tmp_path / "pieces.h5", trace.start) as recorder:
         for start in range(0, max(number, 1), piece):
-            recorder.add(cut(events, start, min(start + piece, number)))
+            recorder.add(events[start : min(start + piece, number)])
         recorder.finish(replace(trace, events=None), provenance)
     found = store.read(tmp_path / "pieces.h5").trace
     assert store.content_hash(found) == store.content_hash(replace(trace, events=events))
@@ -127,8 +123,8 @@ def test_memory_is_bounded_by_chunks(trace: Trace, tmp_path: Path, provenance: P
         with Recorder(tmp_path / "one.h5", trace.start) as recorder:
             for _ in range(times):
                 for start in range(0, 3 * ROWS, ROWS // 2):
-                    piece = cut(events, start, start + ROWS // 2)
-                    recorder.add(Events(*(getattr(piece, f.name).copy() for f in fields(Events))))
+                    piece = events[start : start + ROWS // 2]
+                    recorder.add(joined([piece, piece[:0]]))
             recorder.finish(replace(trace, events=None), provenance)
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()

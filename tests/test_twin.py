@@ -86,8 +86,8 @@ def compared(
     ):
         assert len(twin) == len(trace.events)
     assert np.array_equal(whom[here], np.column_stack([trace.events.i, trace.events.j])[here])
-    assert np.all(abs(trace.events.time - time[: len(trace.events)])[here] <= tolerance[0])
-    assert np.all(abs(trace.events.impulse - impulse[: len(trace.events)])[here] <= tolerance[1])
+    assert np.all(abs(trace.events.time[here] - time[here]) <= tolerance[0])
+    assert np.all(abs(trace.events.impulse[here] - impulse[here]) <= tolerance[1])
     return Comparison(comparable, *tolerance.max(axis=1, initial=0.0))
 
 

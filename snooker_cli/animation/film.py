@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snooker_cli.animation.contacts import contact_points
+from snooker_cli.animation.sliding import Slide, slides, wall_impulse
 from snooker_cli.engine import replay
 from snooker_cli.observables import integrals, series
-from snooker_cli.trace import CONTAINER, Events
+from snooker_cli.trace import CONTAINER
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,7 +43,7 @@ class FilmError(Exception):
 class Film:
     """What is shown of a repeat, from a time to another; SI units with k_B = 1.
 
-    trace : the repeat up to the last collision that is shown
+    trace : the repeat up to the last collision that is shown, and where balls slide the next one
     title, subtitle : what stands above it
     ending : what stands below its last instant; empty if nothing is to be said
     start, end : s
@@ -50,7 +51,9 @@ class Film:
     left_out : collisions of the span that is asked for, after the last that is shown
     opening : the state at ``start``
     time : (*n*,) ``numpy.float64``, s, of the collisions
-    i, j : (*n*,) ``numpy.int32``, who collides; j = -1 for the container
+    i, j : (*n*,) ``numpy.int32``, who collides; j = -1 for the container, -2 as in ``Events``
+    sliding : the balls that slide along the wall at the start
+    settling : the ball, if any, that bounces after the last of the collisions until it slides
     after : (*n*, 4) velocities of i (u, v) and of j or the container after it, m/s
     contacts : (*n*, 2) where they touch, m
     kinetic_energy : (*n* + 1,) of the balls at the start and after each collision, J
@@ -71,6 +74,8 @@ class Film:
     time: Floats
     i: Integers
     j: Integers
+    sliding: tuple[int, ...]
+    settling: int | None
     after: Floats
     contacts: Floats
     kinetic_energy: Floats
@@ -134,12 +139,14 @@ def film(
         end = float(events.time[last - 1])
     shown = slice(first, last)
     time, i, j = events.time[shown], events.i[shown], events.j[shown]
-    # What comes after need not be replayed.
-    trace = replace(trace, events=Events(*(column[:last] for column in vars(events).values())))
+    # What comes after need not be replayed, but that a ball begins to slide says how it bounces.
+    kept = last + 1 if scene.slides else last
+    trace = replace(trace, events=events[:kept])
     opening = replay(trace, [since])
     after, contacts, energy = _at_collisions(trace, time, i, j)
     energy = np.append(_energy(trace, opening), energy)
-    gathered, gain = _pressure(trace, since, time, energy)
+    ways = slides(trace)
+    gathered, gain = _pressure(trace, ways, first, since, time, energy)
     speeds = np.hypot(*np.vstack([opening.velocities[0], after[:, :2]]).T)
     return Film(
         trace=trace,
@@ -154,6 +161,8 @@ def film(
         time=time,
         i=i,
         j=j,
+        sliding=tuple(each.ball for each in ways if each.first < first <= each.last),
+        settling=next((each.ball for each in ways if each.first == last), None),
         after=after,
         contacts=contacts,
         kinetic_energy=energy,
@@ -196,17 +205,20 @@ def _energy(trace: Trace, states: States) -> Floats:
     return np.asarray(0.5 * np.sum(states.velocities**2, axis=2) @ trace.start.masses)
 
 
-def _pressure(trace: Trace, since: float, time: Floats, energy: Floats) -> tuple[Floats, Floats]:
-    """``pressure_sum`` and ``pressure_gain`` of a film of a trace's last events."""
+def _pressure(
+    trace: Trace, ways: list[Slide], first: int, since: float, time: Floats, energy: Floats
+) -> tuple[Floats, Floats]:
+    """``pressure_sum`` and ``pressure_gain`` of a film from event ``first`` on."""
     scene, events = trace.start, trace.events
     assert events is not None
-    before = len(events) - len(time)
+    rows = slice(first, first + len(time) + 1)
     if scene.shape != "periodic":
-        at_wall = events.j <= CONTAINER
-        given = np.cumsum(np.append(0.0, np.where(at_wall, events.impulse, 0.0)))[before:]
-        return given / scene.wall_length, np.zeros(len(given))
+        given, force = (column[rows] / scene.wall_length for column in wall_impulse(trace, ways))
+        begun = float(events.time[first - 1]) if first else 0.0
+        given[0] += force[0] * (since - begun)
+        return given, force
     reach = scene.radii[events.i] + scene.radii[events.j]
-    virial = np.cumsum(np.append(0.0, events.impulse * reach))[before:]
+    virial = np.cumsum(np.append(0.0, events.impulse * reach))[rows]
     begun = float(integrals(trace, series(trace).kinetic_energy, np.array([since]))[0])
     steps = np.diff(time, prepend=since)
     moving = begun + np.cumsum(np.append(0.0, energy[:-1] * steps))

@@ -75,7 +75,10 @@ def _content(film: Film, pace: Pace, seconds: float | None, magnify: float) -> d
         "contacts": _packed(film.contacts, "<f4"),
         "kineticEnergy": _packed(film.kinetic_energy),
         "pressureSum": _packed(film.pressure_sum),
-        "pressureGain": _packed(film.pressure_gain) if scene.shape == "periodic" else "",
+        "pressureGain": _packed(film.pressure_gain) if film.pressure_gain.any() else "",
+        "wallCor": scene.wall_restitution,
+        "sliding": film.sliding,
+        "settling": film.settling,
     }
 
 

@@ -1,9 +1,10 @@
-"""The gas beside published tables: all that is compared, as one record, and in one sentence."""
+"""The gas beside known values: all that is compared, as one record, and in one sentence."""
 
 from __future__ import annotations
 
 import math
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -14,7 +15,7 @@ from snooker_cli.bench.origin import origin
 from snooker_cli.bench.physics_cooling import HAFF, KURTOSES
 from snooker_cli.bench.physics_fluid import STATE
 from snooker_cli.bench.physics_gas import Gas
-from snooker_cli.bench.physics_rows import ALLOWED, Row
+from snooker_cli.bench.physics_rows import ALLOWED, EXACT, OWN, PUBLISHED, Row
 from snooker_cli.gallery import plain
 from snooker_cli.kinetic import DENSEST_FLUID
 from snooker_cli.theory.state import PUBLISHED_RATIOS
@@ -26,11 +27,15 @@ SIMULATED = tuple(one.packing for one in PUBLISHED_RATIOS if one.packing <= DENS
 """Packings at which others have simulated a fluid, the thinnest first."""
 
 NOTES = (
-    "± and errors are standard errors of means over seeds, with the published value's own error "
+    "± and errors are standard errors of means over seeds, with the expected value's own error "
     "where it is known.",
-    "known: what N balls in a periodic box add to the published value of infinitely many, by "
+    "Expected values are published, by simulation or theory, or exact, or own: simulated by "
+    "independent code of this project, which is a check and no authority. Own are one a2 of each "
+    "CoR, as the values that others have simulated are not at hand, and the kurtoses from equal "
+    "speeds, of which we know no table.",
+    "known: what N balls in a periodic box add to the expected value of infinitely many, by "
     "theory: N − 1 free velocities, and a number that does not fluctuate (Lebowitz & Percus "
-    "1961); left is the difference without it, and open what the published value leaves out.",
+    "1961); left is the difference without it, and open what the expected value leaves out.",
     "Temperatures in a periodic box are E/(N − 1). Z and the collision rate of a gas are of the "
     "same repeats and not independent, nor are the kurtoses after 1 to 6 collisions.",
     "Haff's law is for a gas that stays even, and cooling is compared in dilute gases. In a trial "
@@ -146,7 +151,7 @@ def sentence(record: Record) -> str:
     haff = [row for row in rows if row["group"] == HAFF]
     packings = {row["setting"]["packing"] for row in states}
     cors = {row["setting"]["cor"] for row in haff}
-    off = max(abs(row["difference"] - row["known"]) / row["published"] for row in simulated)
+    off = max(abs(row["difference"] - row["known"]) / row["expected"] for row in simulated)
     agreeing = sum(row["agrees"] for row in rows)
     beyond = sum(abs(row["left_in_errors"]) > 2 for row in rows if row["systematic"] == 0)
     plain_rows = sum(row["systematic"] == 0 for row in rows)
@@ -155,12 +160,24 @@ def sentence(record: Record) -> str:
         "The simulator itself was held to known values: pressures and collision rates of "
         f"{balls:,} disks in a periodic box at {len(packings)} packings, Haff's rate and a2 at "
         f"{len(cors)} coefficients, how equal speeds relax, and the law of speeds at fixed energy. "
+        f"{_whose(rows)}. "
         f"{agreeing} of {len(rows)} agree within {record['allowed_errors']:g} standard errors and "
         f"what theory itself leaves open; more than two off are {beyond} of the {plain_rows} where "
         f"it leaves nothing open. PV/NT is within {_percent(off)} of what Erpenbeck & "
         "Luban simulated, once what a finite number lacks is counted "
         f"(snooker {record['snooker']}, {record['date'][:10]})."
     )
+
+
+def _whose(rows: list[Record]) -> str:
+    """How many expected values are somebody else's, exact, or our own."""
+    words = {
+        PUBLISHED: "{} of these values are published",
+        EXACT: "{} are exact",
+        OWN: "{} are of simulations by independent code of this project",
+    }
+    count = Counter(row["whose"] for row in rows)
+    return listed([text.format(count[whose]) for whose, text in words.items()])
 
 
 def _percent(share: float) -> str:

@@ -1,9 +1,15 @@
 """Cooling by Haff's law, the shape of its speeds, and how equal speeds become Maxwell's.
 
 By Haff √(E0/E) grows evenly, by α a second: α is measured as its slope once the shape of the speeds
-has settled. What is published of α holds for infinitely many balls that meet uncorrelated. N balls
+has settled. What theory says of α holds for infinitely many balls that meet uncorrelated. N balls
 in a periodic box meet less often by their pair distribution (see ``physics_fluid``), and N − 1 free
 velocities have a mean cube of relative speed less than Maxwell's.
+
+a2 is set beside what is published of it, a formula: van Noije & Ernst's condition (Granular Matter
+1, 57 (1998)) as Montanero & Santos linearise it (Granular Matter 2, 53 (2000)). Disks' a2 has been
+simulated by others (Huthmann, Orza & Brito, Granular Matter 2, 189 (2000), cond-mat/0004079; Santos
+& Montanero, Granular Matter 11, 157 (2009), arXiv:0812.3022), but their values are not at hand; a
+simulation of ours stands in for them, and for the kurtosis of equal speeds as they relax.
 """
 
 from __future__ import annotations
@@ -17,7 +23,7 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.bench.physics_fluid import missing
 from snooker_cli.bench.physics_gas import Gas, means, over_seeds
-from snooker_cli.bench.physics_rows import Row
+from snooker_cli.bench.physics_rows import OWN, PUBLISHED, Row
 from snooker_cli.observables import meeting_temperature
 from snooker_cli.words import counted
 
@@ -33,7 +39,9 @@ SONINE_RATE = 0.001
 SONINE_ERROR = 0.005
 """Of a2 itself, from the same place, at a CoR of 0.5 and above."""
 
-OWN = "independent code of this project"
+SONINE = "van Noije & Ernst 1998, linearised as by Montanero & Santos 2000"
+
+INDEPENDENT = "independent code of this project"
 
 SIMULATED_A2 = {0.95: -0.0211, 0.9: -0.0298, 0.8: -0.0263, 0.7: -0.0017}
 """a2 by CoR: Boltzmann's equation by direct simulation, with independent code of this project."""
@@ -71,14 +79,14 @@ def haff_rows(gas: Gas, dilute: bool) -> list[Row]:
         f"a3 and beyond, {SONINE_RATE:g} of it, and correlated collisions, which Enskog leaves "
         "out: a part of the order of the packing"
     )
-    row = partial(Row, setting=gas.setting(), published_error=0.0)
+    row = partial(Row, setting=gas.setting(), expected_error=0.0, whose=PUBLISHED)
     found = [
         row(
             group=HAFF,
             quantity="Haff's rate, 1/s",
             measured=slope,
             error=slope_error,
-            published=alpha,
+            expected=alpha,
             source="Haff 1983, Enskog, a2 after van Noije & Ernst 1998",
             known=alpha * (fewer * cube - 1),
             systematic=open_part * alpha,
@@ -95,7 +103,7 @@ def haff_rows(gas: Gas, dilute: bool) -> list[Row]:
             quantity="slope of √(E0/E), later over earlier half",
             measured=even,
             error=even_error,
-            published=1.0,
+            expected=1.0,
             source="Haff 1983",
             systematic=open_part,
             reason=correlated,
@@ -105,8 +113,8 @@ def haff_rows(gas: Gas, dilute: bool) -> list[Row]:
             quantity="a2",
             measured=a2,
             error=a2_error,
-            published=theory.sonine_coefficient(gas.cor),
-            source="van Noije & Ernst 1998, Montanero & Santos 2000",
+            expected=theory.sonine_coefficient(gas.cor),
+            source=SONINE,
             systematic=SONINE_ERROR,
             reason="linear in a2 and without a3",
         ),
@@ -116,9 +124,10 @@ def haff_rows(gas: Gas, dilute: bool) -> list[Row]:
             setting=gas.setting(),
             measured=a2,
             error=a2_error,
-            published=SIMULATED_A2[gas.cor],
-            published_error=SIMULATED_A2_ERROR,
-            source=f"Boltzmann's equation, {OWN}",
+            expected=SIMULATED_A2[gas.cor],
+            expected_error=SIMULATED_A2_ERROR,
+            whose=OWN,
+            source=f"Boltzmann's equation, {INDEPENDENT}",
         ),
     ]
 
@@ -160,14 +169,15 @@ def relaxation_rows(gas: Gas) -> list[Row]:
             setting=gas.setting(),
             measured=kurtosis,
             error=error,
-            published=published,
-            published_error=0.0,
-            source=OWN,
+            expected=expected,
+            expected_error=0.0,
+            whose=OWN,
+            source=INDEPENDENT,
             # Taking off the drift widens equal speeds by 2/N; at the end N − 1 of them are free.
             systematic=KURTOSIS_PRECISION + 2 / gas.balls,
             reason="printed to two digits, and 2/N for finite N",
         )
-        for collisions, ((kurtosis, error), published) in enumerate(
+        for collisions, ((kurtosis, error), expected) in enumerate(
             zip(found, KURTOSES, strict=True)
         )
         if collisions

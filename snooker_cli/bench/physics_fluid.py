@@ -12,7 +12,7 @@ infinite one by parts of 1/N that are known:
 Z is 1 + ΣJd/(2 N T t), with the impulses J of collisions at centres d apart. Pressure and rate come
 from the same repeats and both tell of the pair distribution at contact, so that they are not
 independent; the impulses are what the pressure adds. In equilibrium Enskog's rate is exact if that
-distribution is, so that the error of its published value is the Padé's.
+distribution is, so that the error of its expected value is the Padé's.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.bench.physics_gas import Gas, means, over_seeds
-from snooker_cli.bench.physics_rows import Row
+from snooker_cli.bench.physics_rows import PUBLISHED, Row
 from snooker_cli.observables import meeting_temperature
 
 if TYPE_CHECKING:
@@ -63,12 +63,13 @@ def rows(gas: Gas) -> list[Row]:
             setting=gas.setting(),
             measured=ratio,
             error=ratio_error,
-            published=published,
-            published_error=relative * published,
+            expected=value,
+            expected_error=relative * value,
+            whose=PUBLISHED,
             source=source,
             known=-lacking,
         )
-        for published, relative, source in sources
+        for value, relative, source in sources
     ]
     contact = theory.contact_value(packing)
     radius = float(scene.radii[0])
@@ -81,8 +82,9 @@ def rows(gas: Gas) -> list[Row]:
             setting=gas.setting(),
             measured=rate,
             error=rate_error,
-            published=expected,
-            published_error=precision * expected,
+            expected=expected,
+            expected_error=precision * expected,
+            whose=PUBLISHED,
             source=ENSKOG,
             known=expected * (fewer * theory.fixed_energy_factor(gas.free) - 1),
         )

@@ -1,4 +1,4 @@
-"""A measured mean beside what is published of it, and how many standard errors lie between."""
+"""A measured mean beside what is known of it, and how many standard errors lie between."""
 
 from __future__ import annotations
 
@@ -8,6 +8,11 @@ from typing import Any
 
 ALLOWED = 4.0
 """Standard errors that are let pass: a few dozen rows exceed three by chance, not four."""
+
+
+PUBLISHED, EXACT, OWN = "published", "exact", "own"
+"""Whose a value is: somebody's simulation or theory, by its source; a law without an error; or a
+simulation by independent code of this project, which is a check and no authority."""
 
 
 @dataclass(frozen=True)
@@ -29,12 +34,14 @@ class Setting:
 
 @dataclass(frozen=True)
 class Row:
-    """A quantity's mean over seeds beside a published value.
+    """A quantity's mean over seeds beside an expected value.
 
     error : standard error of the mean over independent seeds
-    published_error : of the published value, as far as it is known
-    known : what finite N adds to the published value, by theory
-    systematic : by how much the published value may be off for another reason, by bound or estimate
+    expected_error : of the expected value, as far as it is known
+    whose : ``PUBLISHED``, ``EXACT`` or ``OWN``, of the expected value
+    source : of the expected value, by author and year
+    known : what finite N adds to the expected value, by theory
+    systematic : by how much the expected value may be off for another reason, by bound or estimate
     reason : for that, in words
     note : what else there is to know
     """
@@ -44,8 +51,9 @@ class Row:
     setting: Setting
     measured: float
     error: float
-    published: float
-    published_error: float
+    expected: float
+    expected_error: float
+    whose: str
     source: str
     known: float = 0.0
     systematic: float = 0.0
@@ -54,13 +62,13 @@ class Row:
 
     @property
     def difference(self) -> float:
-        """Measured less published, as they are."""
-        return self.measured - self.published
+        """Measured less expected, as they are."""
+        return self.measured - self.expected
 
     @property
     def both_errors(self) -> float:
         """Standard error of the difference."""
-        return math.hypot(self.error, self.published_error)
+        return math.hypot(self.error, self.expected_error)
 
     @property
     def in_errors(self) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.bench.physics_gas import Gas, means, over_seeds
-from snooker_cli.bench.physics_rows import Row
+from snooker_cli.bench.physics_rows import EXACT, Row
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
 if TYPE_CHECKING:
@@ -52,27 +52,29 @@ def rows(gas: Gas) -> list[Row]:
     drawn = np.array([chi_square(each, shares) for each in drawn_counts(gas)])
     bins = len(shares)
     times = round(float(counts.sum()) / gas.balls)
-    row = partial(Row, group=SPEEDS, setting=gas.setting(), source=BETA, published_error=0.0)
+    row = partial(
+        Row, group=SPEEDS, setting=gas.setting(), expected_error=0.0, whose=EXACT, source=BETA
+    )
     read = f"read at {times:,} times, {APART:g} collisions of a ball apart or more"
     return [
         row(
             quantity="mean speed, m/s",
             measured=speed,
             error=speed_error,
-            published=theory.fixed_energy_mean_speed(gas.free, temperature),
+            expected=theory.fixed_energy_mean_speed(gas.free, temperature),
             note=read,
         ),
         row(
             quantity="⟨v⁴⟩/⟨v²⟩²",
             measured=kurtosis,
             error=kurtosis_error,
-            published=theory.fixed_energy_kurtosis(gas.free),
+            expected=theory.fixed_energy_kurtosis(gas.free),
         ),
         row(
             quantity=f"χ² of {bins} bins",
             measured=chi_square(counts, shares),
             error=float(np.std(drawn, ddof=1)),
-            published=float(np.mean(drawn)),
+            expected=float(np.mean(drawn)),
             note=f"± is its spread in {DRAWS} draws from that law",
         ),
     ]

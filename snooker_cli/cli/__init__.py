@@ -11,9 +11,12 @@ import typer
 from snooker_cli.cli import (
     analysing,
     animating,
+    beginning,
     benching,
+    exporting,
     inspecting,
     listing,
+    packing,
     plotting,
     running,
     verifying,
@@ -61,6 +64,7 @@ def _patient(command: Callable[..., None]) -> Callable[..., None]:
     return called
 
 
+app.command("init")(beginning.init)
 app.command("run")(_patient(running.run))
 app.command("ls")(listing.ls)
 app.command("show")(listing.show)
@@ -70,7 +74,9 @@ app.command("compare")(_patient(analysing.compare))
 app.command("plot")(_patient(plotting.plot))
 app.command("animate")(_patient(animating.animate))
 app.command("report")(_patient(analysing.report))
-app.command("export")(_patient(inspecting.export))
+app.command("export")(_patient(exporting.export))
+app.command("pack")(packing.pack)
+app.command("unpack")(packing.unpack)
 app.command("validate")(inspecting.validate)
 app.command("schema")(inspecting.schema)
 app.add_typer(benching.bench, name="bench")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from snooker_cli.cli import completion
 from snooker_cli.cli.running import AsJson
 
 if TYPE_CHECKING:
@@ -18,7 +19,14 @@ if TYPE_CHECKING:
     Records = list[dict[str, Any]]
     Analysis = Callable[[Iterator[Trace], dict[str, Any]], tuple[Records, Sequence[str]]]
 
-RunName = Annotated[str, typer.Argument(metavar="RUN", help="A run's folder, or name in runs/.")]
+RunName = Annotated[
+    str,
+    typer.Argument(
+        metavar="RUN",
+        help="A run's folder or packed file, or name in runs/.",
+        autocompletion=completion.runs,
+    ),
+]
 
 
 def fit(run: RunName, as_json: AsJson = False) -> None:
@@ -26,7 +34,7 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
 
     Exponential and Haff's law, 1/(1 + αt)². Shown are the mean over the repeats and its standard
     error, the bootstrap's, and (largest - smallest)/2, which is the report's way. Saved in
-    RUN/fit.json.
+    RUN/fit.json, unless RUN is packed.
     """
     from snooker_cli.cli.tables import Column, point_label, print_table
     from snooker_cli.decay import SAMPLING, decays, notes, record
@@ -78,7 +86,7 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
     """Set what RUN measured beside the ideal gas, the report's formulas and kinetic theory.
 
     Each row: measured mean and standard error, prediction, difference, and the difference in its
-    standard errors. Saved in RUN/compare.json.
+    standard errors. Saved in RUN/compare.json, unless RUN is packed.
     """
     from snooker_cli.cli.tables import Column, point_label, print_table
     from snooker_cli.compare import compare as comparisons
@@ -125,7 +133,7 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
 
 
 def _saved(run: Run, name: str, analysis: Analysis, as_json: bool) -> tuple[Records, Records]:
-    """The rows of an analysis of every point, and notes, also saved beside the run.
+    """The rows of an analysis of every point, and notes, also saved in a run that is a folder.
 
     Points of an unfinished run are analysed as far as they are. Raises ``RunError`` if no repeat is
     there, or the folder cannot be written.
@@ -149,7 +157,8 @@ def _saved(run: Run, name: str, analysis: Analysis, as_json: bool) -> tuple[Reco
             rows += found
             notes += [{"parameters": parameters, "note": sentence} for sentence in sentences]
     try:
-        write_json(run.directory / name, {"rows": rows, "notes": notes})
+        if not run.packed:
+            write_json(run.directory / name, {"rows": rows, "notes": notes})
     except OSError as error:
         raise RunError(
             f"{run.directory / name}: cannot be written ({error.strerror}); make the run's folder "

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from snooker_cli.cli.inspecting import PointNumber, RepeatNumber, RunName
+from snooker_cli.cli.analysing import RunName
+from snooker_cli.cli.inspecting import PointNumber, RepeatNumber
 from snooker_cli.cli.running import AsJson
 
 if TYPE_CHECKING:

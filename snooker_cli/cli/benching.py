@@ -90,7 +90,7 @@ def physics(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Pressures, collision rates, cooling and speeds beside what is published of them.
+    """Pressures, collision rates, cooling and speeds beside what is known of them.
 
     Each with its standard error, and how many of them lie between. It takes two to four minutes,
     and ends with exit code 4 if a row does not agree.

@@ -13,7 +13,7 @@ Record = dict[str, Any]
 
 
 def lines_of_physics(measurement: Record) -> Iterator[str]:
-    """What was measured beside what is published, group by group, and how to read it."""
+    """What was measured beside what is expected, group by group, and how to read it."""
     machine, versions = measurement["machine"], measurement["versions"]
     software = [f"snooker {measurement['snooker']}", f"engine {measurement['engine_version']}"]
     yield ", ".join([*software, *(f"{name} {number}" for name, number in versions.items())])
@@ -40,7 +40,8 @@ COLUMNS = (
     Column("CoR", True),
     Column("seeds × collisions", True),
     Column("measured", True),
-    Column("published", True),
+    Column("expected", True),
+    Column("whose"),
     Column("difference", True),
     Column("in errors", True),
     Column("known", True),
@@ -62,7 +63,8 @@ def _cells(row: Record) -> list[str]:
         f"{setting['cor']:g}",
         f"{setting['seeds']} × {setting['collisions']:,}",
         with_error(row["measured"], row["error"]),
-        short(row["published"], 6),
+        short(row["expected"], 6),
+        row["whose"],
         _signed(row["difference"]),
         f"{row['in_errors']:+.1f}".replace("-", "−"),
         _signed(row["known"]) if row["known"] else "–",

@@ -8,6 +8,7 @@ import typer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+    from pathlib import Path
 
     from snooker_cli.config import Point
     from snooker_cli.results import Run
@@ -20,6 +21,9 @@ SHORT, BYTES_A_SHORT_EVENT = 4096, 32
 BYTES_A_BALL = 80
 BYTES_A_REPEAT = 16_000
 BYTES_A_SUMMARY = 60_000
+
+PATIENCE = 7 * 86400.0
+"""Seconds that a run may take, by its estimate, without being asked for twice."""
 
 
 def show(content: dict[str, Any], *, as_json: bool) -> None:
@@ -54,7 +58,41 @@ def plan(run: Run, kinds: Sequence[Kind], workers: int, fresh: bool = False) -> 
         "threads": threads,
         "seconds": None if seconds is None else seconds / threads,
         "bytes": _total(shown, "bytes"),
+        "free_bytes": _free(run.directory),
     }
+
+
+def refuse_excess(run: Run, kinds: Sequence[Kind], workers: int, fresh: bool = False) -> None:
+    """Raise ``UserError`` for what may take very long or more disk than is free."""
+    from snooker_cli.cli.endings import UserError
+
+    # The files that are there are checked only if all of them anew would be too much.
+    if not _is_excessive(plan(run, kinds, workers, fresh=True)):
+        return
+    content = plan(run, kinds, workers, fresh)
+    if _is_excessive(content):
+        raise UserError(
+            f"{_estimate(content)}; give fewer collisions or repeats, or record: summary to take "
+            "less disk, or --yes if it is meant"
+        )
+
+
+def _is_excessive(content: dict[str, Any]) -> bool:
+    """Whether a plan needs more disk than is free, or very long."""
+    seconds, free = content["seconds"] or 0.0, content["free_bytes"]
+    return seconds > PATIENCE or (free is not None and (content["bytes"] or 0.0) > free)
+
+
+def _free(directory: Path) -> int | None:
+    """Bytes that are free where a folder is or will be; none if the system does not tell."""
+    import shutil
+
+    there = next((each for each in (directory, *directory.parents) if each.exists()), directory)
+    try:
+        disk = shutil.disk_usage(there)
+    except OSError:
+        return None
+    return disk.free if disk.total else None
 
 
 def _to_do(run: Run, *, fresh: bool) -> dict[int, int]:
@@ -62,9 +100,11 @@ def _to_do(run: Run, *, fresh: bool) -> dict[int, int]:
     from snooker_cli.results import State
     from snooker_cli.runner import entry, jobs
 
-    found = {point.index: 0 for point in run.points}
+    found = dict.fromkeys((point.index for point in run.points), run.experiment.repeats)
+    if fresh or not run.directory.is_dir():
+        return found
     for job in jobs(run):
-        found[job.point.index] += fresh or entry(run, job).state is not State.DONE
+        found[job.point.index] -= entry(run, job).state is State.DONE
     return found
 
 
@@ -182,14 +222,18 @@ def _estimate(content: dict[str, Any]) -> str:
 
     if content["to_do"] == 0:
         return "nothing is left to do"
+    disk, free = "", content["free_bytes"]
+    if content["bytes"] is not None:
+        disk = f", and about {size(content['bytes'])}"
+        if free is not None and content["bytes"] > free:
+            disk += f", where {size(free)} are free"
     if content["collisions"] is None:
-        disk = "" if content["bytes"] is None else f", and about {size(content['bytes'])}"
         return (
             "a repeat that ends at a time, not after so many collisions, may take any time" + disk
         )
     return (
         f"at most {content['collisions']:,} collisions: about {_duration(content['seconds'])} on "
-        f"{counted(content['threads'], 'thread')}, and about {size(content['bytes'])}"
+        f"{counted(content['threads'], 'thread')}{disk}"
     )
 
 
@@ -199,7 +243,7 @@ def _duration(seconds: float) -> str:
 
     if seconds < 1.0:
         return "a second"
-    for unit, size in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+    for unit, size in (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
         if seconds >= 2 * size:
             return f"{rough(seconds / size)} {unit}"
     return f"{rough(seconds)} s"

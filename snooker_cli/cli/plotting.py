@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from snooker_cli.cli import completion
 from snooker_cli.cli.running import AsJson
 
 if TYPE_CHECKING:
@@ -18,11 +19,20 @@ if TYPE_CHECKING:
 
 def plot(
     run: Annotated[
-        str | None, typer.Argument(metavar="RUN", help="A run's folder, or name in runs/.")
+        str | None,
+        typer.Argument(
+            metavar="RUN",
+            help="A run's folder or packed file, or name in runs/.",
+            autocompletion=completion.runs,
+        ),
     ] = None,
     figures: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[FIGURE]...", help="Names of figures [all that RUN can give]."),
+        typer.Argument(
+            metavar="[FIGURE]...",
+            help="Names of figures [all that RUN can give].",
+            autocompletion=completion.figures,
+        ),
     ] = None,
     list_kinds: Annotated[
         bool, typer.Option("--list", help="List the figures and what each needs.")
@@ -43,7 +53,8 @@ def plot(
         ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder [RUN/figures].")
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Folder [RUN/figures, or RUN-figures]."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -69,7 +80,7 @@ def plot(
     from snooker_cli.results import open_run
 
     opened = open_run(run)
-    folder = out or opened.directory / "figures"
+    folder = out or opened.figures_folder
     selection = Selection(_conditions(where or ()), repeat)
     drawn: list[dict[str, Any]] = []
     lacking: dict[tuple[str, str], int] = {}

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from snooker_cli.cli import completion
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -18,7 +20,10 @@ if TYPE_CHECKING:
     from snooker_cli.results import Run
     from snooker_cli.runner import Kind, Outcome
 
-ConfigPath = Annotated[Path, typer.Argument(metavar="CONFIG", help="A YAML experiment.")]
+ConfigPath = Annotated[
+    Path,
+    typer.Argument(metavar="CONFIG", help="A YAML experiment.", autocompletion=completion.configs),
+]
 Overrides = Annotated[
     list[str] | None,
     typer.Option(
@@ -27,6 +32,7 @@ Overrides = Annotated[
         metavar="KEY=VALUE",
         help="Set a key; `-o cor=0.8,0.9`, `-o cor=0.5:1.0:11` and `-o balls.rings=range(1,6)` "
         "sweep it. May be given several times.",
+        autocompletion=completion.overrides,
     ),
 ]
 MOST_ROWS = 200
@@ -53,7 +59,27 @@ def run(
         typer.Option("--out", metavar="DIR", help="The run's folder [runs/CONFIG's name]."),
     ] = None,
     override: Overrides = None,
-    jobs: Jobs = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            "-j",
+            "--jobs",
+            min=1,
+            max=1024,
+            help="Threads [all cores]; with dask, the repeats that the scheduler has at a time "
+            "[1024].",
+        ),
+    ] = None,
+    executor: Annotated[
+        str,
+        typer.Option(
+            "--executor",
+            metavar="KIND",
+            help="Who simulates: threads, or dask=tcp://HOST:PORT for the workers of a dask "
+            "scheduler, which must share the run's folder [threads].",
+            show_default=False,
+        ),
+    ] = "threads",
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Replace what is in the folder, even of another config.")
     ] = False,
@@ -67,6 +93,10 @@ def run(
             "--dry-run", help="Only show what would be done, what is modelled, time and disk."
         ),
     ] = False,
+    yes: Annotated[
+        bool,
+        typer.Option("--yes", help="Begin even what may take weeks, or more disk than is free."),
+    ] = False,
     as_json: AsJson = False,
     no_progress: Annotated[bool, typer.Option("--no-progress", help="No progress bar.")] = False,
 ) -> None:
@@ -78,31 +108,47 @@ def run(
     with others: their bits differ.
     """
     import threading
+    from contextlib import ExitStack
 
     from snooker_cli import results
     from snooker_cli.cli.endings import Exit
+    from snooker_cli.cli.executing import reached, scheduler_of
     from snooker_cli.cli.progress import Bar, Lines, awaited, leave, stopping_on_signals
     from snooker_cli.runner import execute
 
+    scheduler = scheduler_of(executor)
     cancelled = threading.Event()
-    with stopping_on_signals(cancelled):
+    with stopping_on_signals(cancelled), ExitStack() as exits:
         loaded, _, kinds = awaited(lambda: checked(config, override or (), engine), cancelled)
-        directory = out or results.RUNS / config.stem
-        workers = jobs or os.cpu_count() or 1
+        directory = out or _folder(config)
+        cores, cluster = os.cpu_count() or 1, None
+        workers = threads = jobs or cores
+        if scheduler is not None:
+            cluster = awaited(lambda: reached(scheduler, jobs, cancelled), cancelled)
+            exits.enter_context(cluster)
+            workers = cores
+            threads = max(1, min(cluster.threads, jobs or cluster.threads))
         if dry_run:
             from snooker_cli.cli.planning import plan, show
 
             target = results.planned(directory, loaded.experiment, fresh=fresh, engine=engine)
             _say_extension(target, fresh)
-            show(awaited(lambda: plan(target, kinds, workers, fresh), cancelled), as_json=as_json)
+            show(awaited(lambda: plan(target, kinds, threads, fresh), cancelled), as_json=as_json)
             return
+        if not yes:
+            from snooker_cli.cli.planning import refuse_excess
+
+            target = results.planned(directory, loaded.experiment, fresh=fresh, engine=engine)
+            awaited(lambda: refuse_excess(target, kinds, threads, fresh), cancelled)
         watching = Lines if no_progress else Bar
         with results.held(directory):
             target = results.planned(directory, loaded.experiment, fresh=fresh, engine=engine)
             _say_extension(target, fresh)
             target = results.create(directory, loaded.experiment, fresh=fresh, engine=engine)
             with watching(len(target.points), target.experiment.repeats) as watcher:
-                outcomes = execute(target, workers=workers, watcher=watcher, cancelled=cancelled)
+                outcomes = execute(
+                    target, workers=workers, watcher=watcher, cancelled=cancelled, cluster=cluster
+                )
     summary = _summary(target, outcomes, watcher)
     if as_json:
         import json
@@ -115,6 +161,16 @@ def run(
         leave(Exit.INTERRUPTED)
     if any(outcome.error for outcome in outcomes):
         raise typer.Exit(Exit.SOME_FAILED)
+
+
+def _folder(config: Path) -> Path:
+    """Where the results of a config go if nothing else is said. Raises ``UserError``."""
+    from snooker_cli import results
+    from snooker_cli.cli.endings import UserError
+
+    if config.stem in (".", ".."):
+        raise UserError(f"{config}: its name is none for a folder; give --out, or rename it")
+    return results.RUNS / config.stem
 
 
 def checked(
@@ -189,6 +245,7 @@ def _work(outcomes: list[Outcome]) -> dict[str, float] | None:
 
 def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:
     """The table of points, what went wrong, and where the results are."""
+    from snooker_cli.cli.going_on import advice
     from snooker_cli.cli.tables import Column, point_label, print_table
     from snooker_cli.trace import StopReason
     from snooker_cli.words import counted
@@ -221,6 +278,8 @@ def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:
         typer.echo(f"point {outcome.point}, repeat {outcome.repeat}: {said}")
     if len(unusual) > 3:
         typer.echo(f"... and {counted(len(unusual) - 3, 'more such repeat')}")
+    for way in advice(run, outcomes):
+        typer.echo(f"in the config, {way}")
     cached = sum(outcome.cached for outcome in outcomes)
     were = "was" if cached == 1 else "were"
     kept = f", {counted(cached, 'repeat')} {were} there already" if cached else ""

@@ -4,11 +4,11 @@ Everything a user can get wrong is raised as ConfigError, all of it at once.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
-from snooker_cli.config.axes import Value
+from snooker_cli.config.axes import Value, unzipped
 from snooker_cli.config.balls import Ball, BallList, Container, Gas, Rings, Species
 from snooker_cli.config.document import document, text_of
 from snooker_cli.config.dump import to_json, to_yaml
@@ -94,5 +94,7 @@ def parse(text: str, name: str = "config", overrides: Iterable[str] = ()) -> Loa
     source = document(text, name)
     for override in overrides:
         source = overridden(source, override)
+    zipped = {unzipped(path): mark for path, mark in source.marks.items()}
+    source = replace(source, marks={**zipped, **source.marks})
     positions = tuple((rendered(path), mark.value) for path, mark in source.marks.items())
     return Loaded(validated(source), name, positions)

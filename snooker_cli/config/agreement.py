@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from snooker_cli.config.balls import BallList, Container, Gas, Rings, Species
 from snooker_cli.config.paths import KeyPath
 from snooker_cli.config.problems import Complaint
+from snooker_cli.config.quantities import MAX_BALLS
 
 AnyBalls = Rings | BallList | Gas | tuple[Species, ...]
 
@@ -57,6 +58,9 @@ def faults_of_balls(container: Container, balls: AnyBalls) -> Iterator[Complaint
     paths: list[KeyPath] = (
         [("balls", k) for k in range(len(balls))] if isinstance(balls, tuple) else [("balls",)]
     )
+    if (number := sum(each.count for each in species)) > MAX_BALLS:
+        sentence = f"the species have {number:,} balls in all, of at most {MAX_BALLS:,}; give fewer"
+        yield Complaint(("balls",), sentence)
     yield from _faults_of_starts(species, paths)
     if container.shape == "periodic" and sum(each.count for each in species) == 1:
         sentence = "one ball in a periodic box meets nothing; give two or more"

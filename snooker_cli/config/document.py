@@ -58,6 +58,8 @@ def text_of(path: Path, name: str) -> str:
         return ConfigError([Problem(Position(source=name), "", sentence)])
 
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise refusal("this is a pipe or a device; name a YAML file")
         with path.open("rb") as file:
             content = file.read(MAX_BYTES + 1)
     except FileNotFoundError:

@@ -12,7 +12,7 @@ from snooker_cli.config.agreement import (
     faults_of_container,
     faults_of_slide,
 )
-from snooker_cli.config.axes import Axes, axes
+from snooker_cli.config.axes import Axes, axes, written
 from snooker_cli.config.balls import Balls, Container, Gas, Model, Species
 from snooker_cli.config.collapse import Collapse, ContactDuration, ElasticBelow
 from snooker_cli.config.problems import refusal
@@ -36,9 +36,10 @@ class Experiment(Model):
     )
     collapse: Collapse = Field(
         default="stop",
-        description="What to do about infinitely many collisions in finite time: stop and say so; "
-        "let a ball slide along a circle's fixed wall after them (slide); or have contacts last "
-        "(tc) or slow collisions elastic (elastic_below), so that there are none.",
+        description="What to do about infinitely many collisions in finite time: stop and say so, "
+        "the default, which is right everywhere; let a ball slide along a circle's fixed wall "
+        "after them (slide); or have contacts last (tc) or slow collisions elastic "
+        "(elastic_below), so that there are none.",
     )
     collisions: q.Count | None = Field(
         default=None,
@@ -58,11 +59,13 @@ class Experiment(Model):
     )
     sweep: Annotated[
         Axes,
-        PlainValidator(axes, json_schema_input_type=dict[str, list[Any]]),
-        PlainSerializer(dict, return_type=dict[str, Any]),
+        PlainValidator(axes, json_schema_input_type=dict[str, Any]),
+        PlainSerializer(written, return_type=dict[str, Any]),
     ] = Field(
         default=(),
-        description="A grid over keys (dotted paths): lists of values; the last key runs fastest.",
+        description="A grid over keys (dotted paths), each with a list of values, range(1, 6) or "
+        "start:stop:count; the last key runs fastest. Keys under zip, or under each item of a list "
+        "there, walk together: one axis of the grid, in the place of zip.",
     )
 
     @field_validator("container")

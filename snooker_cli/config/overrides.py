@@ -1,14 +1,13 @@
 """Command-line overrides: KEY=VALUE, or KEY=several values for a sweep over that key.
 
 Several values are a comma list (``cor=0.8,0.9``), Python's range (``balls.rings=range(1,6)``) or
-start:stop:count, both ends included (``cor=0.5:1.0:11``).
+start:stop:count, both ends included (``cor=0.5:1.0:11``). ``sweep.zip={…}`` has keys walk together.
 """
 
-import re
+from collections.abc import Iterator
 from dataclasses import replace
-from decimal import Context, Decimal
 
-from snooker_cli.config.axes import MAX_POINTS
+from snooker_cli.config.axes import ZIP, unzipped
 from snooker_cli.config.document import Document, Mark, snippet
 from snooker_cli.config.paths import (
     Data,
@@ -20,22 +19,15 @@ from snooker_cli.config.paths import (
     substituted,
 )
 from snooker_cli.config.problems import ConfigError, Position, Problem
-from snooker_cli.config.scalars import resolved
-
-_RANGE = re.compile(r"\s*range\s*\((.*)\)\s*", re.DOTALL)
-_SPACED = re.compile(r"\s*([-+.0-9eE]+)\s*:\s*([-+.0-9eE]+)\s*:\s*([-+.0-9eE]+)\s*")
-_INTEGER = re.compile(r"\s*[-+]?[0-9]{1,18}\s*")
-
-_DECIMAL = Context(prec=60)
-"""Enough digits that rounding to the nearest double is the only rounding that shows."""
+from snooker_cli.config.ranges import values_of
 
 
 def overridden(document: Document, override: str) -> Document:
     """The document with one KEY=VALUE applied.
 
     A single value replaces the value and removes every sweep of that key or of keys inside it;
-    several values replace that key's sweep. A faulty override changes nothing and adds to
-    `Document.problems`.
+    several values replace that key's sweep, where it stands. A faulty override changes nothing and
+    adds to `Document.problems`.
     """
     label = Position(source=f"-o {shown(override)}")
     key, equals, text = override.partition("=")
@@ -44,7 +36,7 @@ def overridden(document: Document, override: str) -> Document:
         if not equals:
             raise PathError("an override is written KEY=VALUE; add = and a value")
         path = key_path(key)
-        if path[0] == "sweep" and len(path) > 1:
+        if path[0] == "sweep" and path[1:] not in ((), (ZIP,)):
             raise PathError(
                 f"a sweep is set by the key itself; write -o {rendered(path[1:])}=VALUE,VALUE"
             )
@@ -64,10 +56,8 @@ def _values(text: str) -> tuple[list[Data], dict[KeyPath, Mark]]:
 
     Raises PathError or ConfigError.
     """
-    if match := _RANGE.fullmatch(text):
-        return _range(match[1]), {}
-    if match := _SPACED.fullmatch(text):
-        return _spaced(match[1], match[2], match[3]), {}
+    if (spaced := values_of(text)) is not None:
+        return [*spaced], {}
     # The line break ends a comment, which would hide the bracket.
     data, marks = snippet(f"[{text}\n]")
     if not isinstance(data, list) or not data:
@@ -75,59 +65,18 @@ def _values(text: str) -> tuple[list[Data], dict[KeyPath, Mark]]:
     return data, marks
 
 
-def _range(arguments: str) -> list[Data]:
-    """The integers of Python's range(arguments)."""
-    numbers = arguments.split(",")
-    if len(numbers) > 3 or not all(_INTEGER.fullmatch(number) for number in numbers):
-        raise PathError("range needs one to three whole numbers: range(start, stop, step)")
-    limits = [int(number) for number in numbers]
-    if len(limits) == 3 and limits[2] == 0:
-        raise PathError("the step of a range cannot be 0; choose another")
-    values = range(*limits)
-    # len() of a range longer than a machine word raises.
-    if not values:
-        raise PathError("this range is empty; it stops before its second limit, as in Python")
-    if (values[-1] - values[0]) // values.step >= MAX_POINTS:
-        raise PathError(f"this range has over {MAX_POINTS:,} values; take fewer")
-    return list(values)
-
-
-def _spaced(start: str, stop: str, count: str) -> list[Data]:
-    """`count` evenly spaced numbers from start to stop, each the double nearest to its decimal."""
-    usage = "start:stop:count needs two numbers and a whole count of 2 or more, such as 0.5:1.0:11"
-    try:
-        ends = [resolved(start), resolved(stop)]
-    except ValueError as error:
-        raise PathError(str(error)) from None
-    if not all(isinstance(end, int | float) for end in ends) or not _INTEGER.fullmatch(count):
-        raise PathError(usage)
-    number = int(count)
-    if number < 2:
-        raise PathError(usage)
-    if number > MAX_POINTS:
-        raise PathError(f"these are over {MAX_POINTS:,} values; take fewer")
-    # repr of a double is the shortest decimal that means it: 0.1 here is exactly one tenth.
-    first, last = (Decimal(repr(float(end))) for end in ends if isinstance(end, int | float))
-    width = _DECIMAL.subtract(last, first)
-    return [
-        float(_DECIMAL.add(first, _DECIMAL.divide(_DECIMAL.multiply(width, step), number - 1)))
-        for step in map(Decimal, range(number))
-    ]
-
-
 def _with_value(
     document: Document, path: KeyPath, value: Data, marks: dict[KeyPath, Mark], label: Position
 ) -> Document:
     data = substituted(document.data, path, value)
     kept = {key: mark for key, mark in document.marks.items() if key[: len(path)] != path}
-    sweep = data.get("sweep")
-    if isinstance(sweep, dict) and path != ("sweep",):
-        ended = {key for key in sweep if _is_inside(key, path)}
-        data = {**data, "sweep": {key: sweep[key] for key in sweep if key not in ended}}
+    if isinstance(sweep := data.get("sweep"), dict) and path[0] != "sweep":
+        ended = {key for _, key in _swept(sweep) if _is_inside(key, path)}
+        data = {**data, "sweep": _without(sweep, ended)}
         kept = {
             key: mark
             for key, mark in kept.items()
-            if key[:1] != ("sweep",) or not ended & {*key[1:2]}
+            if key[:1] != ("sweep",) or not ended & {*unzipped(key)[1:2]}
         }
     return replace(document, data=data, marks=_merged(kept, marks, (0,), path, label))
 
@@ -142,10 +91,37 @@ def _with_axis(
     sweep = document.data.get("sweep") or {}
     if not isinstance(sweep, dict):
         return document
-    axis: KeyPath = ("sweep", rendered(path))
-    data = {**document.data, "sweep": {**sweep, rendered(path): values}}
-    kept = {key: mark for key, mark in document.marks.items() if key[:2] != axis}
+    swept = rendered(path)
+    axis = next((home for home, key in _swept(sweep) if key == swept), ("sweep", swept))
+    data = substituted({**document.data, "sweep": sweep}, axis, values)
+    kept = {key: mark for key, mark in document.marks.items() if key[: len(axis)] != axis}
     return replace(document, data=data, marks=_merged(kept, marks, (), axis, label))
+
+
+def _swept(sweep: dict[str, Data]) -> Iterator[tuple[KeyPath, str]]:
+    """Where each key of a sweep is written, and the key."""
+    for key, values in sweep.items():
+        if key != ZIP:
+            yield ("sweep", key), key
+        elif isinstance(values, dict):
+            yield from ((("sweep", ZIP, inner), inner) for inner in values)
+        elif isinstance(values, list):
+            for number, group in enumerate(values):
+                if isinstance(group, dict):
+                    yield from ((("sweep", ZIP, number, inner), inner) for inner in group)
+
+
+def _without(node: Data, ended: set[str]) -> Data:
+    """A sweep, or the groups of its zip, without some keys."""
+    if isinstance(node, list):
+        return [_without(group, ended) for group in node]
+    if not isinstance(node, dict):
+        return node
+    return {
+        key: _without(values, ended) if key == ZIP else values
+        for key, values in node.items()
+        if key not in ended
+    }
 
 
 def _is_inside(key: str, path: KeyPath) -> bool:

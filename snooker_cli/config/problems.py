@@ -54,6 +54,10 @@ def refusal(complaints: Iterable[Complaint], **context: Any) -> PydanticCustomEr
     )
 
 
+MOST_SHOWN = 20
+"""Problems that are worth a line; a file with more has one cause for many of them."""
+
+
 class ConfigError(Exception):
     """A configuration that cannot be used; `problems` holds everything found, in file order."""
 
@@ -64,4 +68,7 @@ class ConfigError(Exception):
         super().__init__(self.problems)
 
     def __str__(self) -> str:
-        return "\n".join(str(problem) for problem in self.problems)
+        lines = [str(problem) for problem in self.problems[:MOST_SHOWN]]
+        if (more := len(self.problems) - MOST_SHOWN) > 0:
+            lines.append(f"... and {more:,} more; put these right first")
+        return "\n".join(lines)

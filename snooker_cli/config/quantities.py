@@ -19,6 +19,9 @@ MAX_RINGS = 1000
 MAX_COUNT = 1_000_000
 """Balls of one species."""
 
+MAX_BALLS = 10_000_000
+"""Balls of all species; a start of so many takes half a minute and 2 GB."""
+
 MAX_INTEGER = 2**63 - 1
 """What fits a 64-bit integer, and so every file and array."""
 

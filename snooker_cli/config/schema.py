@@ -5,8 +5,15 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from snooker_cli.config.axes import WHOLE_RUN
+from snooker_cli.config.axes import WHOLE_RUN, ZIP
 from snooker_cli.config.models import Experiment
+
+_SEVERAL = {
+    "type": ["array", "string"],
+    "minItems": 1,
+    "pattern": r"^\s*(range\s*\(.*\)|[^:]+:[^:]+:[^:]+)\s*$",
+}
+"""A list of values, or the text of a range."""
 
 
 class _Generator(GenerateJsonSchema):
@@ -36,14 +43,26 @@ def schema() -> dict[str, Any]:
             swept[key] = _axis({**words[0], "description": entry["description"]})
         elif not homes and key not in WHOLE_RUN:
             swept[key] = _axis(entry)
+    patterns = {rf"^{key}\[[0-9]+\]\.": _SEVERAL for key in ("balls", r"balls\.list")}
+    group = {
+        "type": "object",
+        "properties": {
+            key: {**_SEVERAL, "items": {"$ref": f"#/properties/sweep/properties/{key}/items"}}
+            for key in swept
+        },
+        "patternProperties": patterns,
+        "additionalProperties": False,
+    }
+    zipped = {
+        "description": "Keys that walk together: lists of as many values each, or several such "
+        "groups as a list.",
+        "anyOf": [group, {"type": "array", "items": group}],
+    }
     properties["sweep"] = {
         "type": "object",
         "description": properties["sweep"]["description"],
-        "properties": swept,
-        "patternProperties": {
-            rf"^{key}\[[0-9]+\]\.": {"type": "array", "minItems": 1}
-            for key in ("balls", r"balls\.list")
-        },
+        "properties": {**swept, ZIP: zipped},
+        "patternProperties": patterns,
         "additionalProperties": False,
     }
     return {
@@ -64,9 +83,8 @@ def _axis(entry: dict[str, Any]) -> dict[str, Any]:
     """The schema of a list of values of one key."""
     value = {name: part for name, part in entry.items() if name not in ("default", "description")}
     return {
-        "type": "array",
+        **_SEVERAL,
         "description": entry["description"],
         "items": value,
-        "minItems": 1,
         "uniqueItems": True,
     }

@@ -4,13 +4,13 @@ import hashlib
 import itertools
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from pydantic import ValidationError
 
-from snooker_cli.config.axes import Axes, Value
+from snooker_cli.config.axes import Axes, Axis, Value
 from snooker_cli.config.dump import plain
 from snooker_cli.config.models import Experiment
 from snooker_cli.config.paths import KeyPath, PathError, key_path, rendered, substituted, value_at
@@ -28,7 +28,7 @@ class Point:
     """One combination of a sweep's values."""
 
     index: int
-    """Place in the grid, from 0; the last key written runs fastest."""
+    """Place in the grid, from 0; the last axis written runs fastest."""
     parameters: tuple[tuple[str, Value], ...]
     """The swept keys and their values here, in the order written; () without a sweep."""
     experiment: Experiment
@@ -48,12 +48,17 @@ def points(experiment: Experiment) -> tuple[Point, ...]:
     sweep, found = tried(base, experiment.sweep)
     if found:
         raise ConfigError(Problem(Position(), rendered(each.path), each.sentence) for each in found)
-    keys = tuple(key for key, _ in sweep)
-    grid = itertools.product(*(values for _, values in sweep))
+    grid = itertools.product(*(_steps(axis) for axis in sweep))
     return tuple(
-        _point(index, base, tuple(zip(keys, values, strict=True)))
-        for index, values in enumerate(grid)
+        _point(index, base, tuple(itertools.chain(*steps))) for index, steps in enumerate(grid)
     )
+
+
+def _steps(axis: Axis) -> Iterator[tuple[tuple[str, Value], ...]]:
+    """The keys of an axis with their values, step by step."""
+    keys = tuple(key for key, _ in axis)
+    for values in zip(*(values for _, values in axis), strict=True):
+        yield tuple(zip(keys, values, strict=True))
 
 
 def unswept(experiment: Experiment) -> dict[str, Any]:
@@ -85,56 +90,64 @@ def tried(
 ) -> tuple[Axes, tuple[Complaint, ...]]:
     """The axes with every value as the models read it, and what is wrong with them.
 
-    Each value is tried alone, in place of the one in `data`. `base` is what is already wrong with
-    `data`; it is not repeated.
+    Each value is tried alone, in place of the one in `data`; those that walk together are tried
+    together. `base` is what is already wrong with `data`; it is not repeated.
     """
-    axes: list[tuple[str, tuple[Value, ...]]] = []
+    axes: list[Axis] = []
     found: list[Complaint] = []
-    for key, values in sweep:
-        read, wrong = _tried(data, key, values, written, base)
-        axes.append((key, read))
+    for axis in sweep:
+        read, wrong = _tried(data, axis, written, base)
+        axes.append(read)
         found.extend(wrong)
     return tuple(axes), tuple(found)
 
 
 def _tried(
     data: Mapping[str, Any],
-    key: str,
-    values: tuple[Value, ...],
+    axis: Axis,
     written: Callable[[KeyPath], str],
     base: tuple[Complaint, ...],
-) -> tuple[tuple[Value, ...], list[Complaint]]:
-    """One axis: its sound values, without repetition, and what is wrong with the others."""
-    path = key_path(key)
-    read: dict[Value, int] = {}
+) -> tuple[Axis, list[Complaint]]:
+    """One axis as the models read it, and what is wrong with it."""
+    paths = {key: key_path(key) for key, _ in axis}
+    read: dict[tuple[Value, ...], int] = {}
     found: list[Complaint] = []
-    for index, value in enumerate(values):
-        here: KeyPath = ("sweep", key, index)
+    for index, step in enumerate(_steps(axis)):
 
-        def written_here(inner: KeyPath, here: KeyPath = here) -> str:
-            return written(here + inner[len(path) :] if inner[: len(path)] == path else inner)
+        def swept(path: KeyPath, index: int = index) -> KeyPath | None:
+            """The place in the sweep of what a path leads to; none if it is not swept here."""
+            for key, outer in paths.items():
+                if path[: len(outer)] == outer:
+                    return ("sweep", key, index, *path[len(outer) :])
+            return None
 
+        replaced: Any = data
         try:
-            experiment = Experiment.model_validate(substituted(data, path, value))
+            for key, value in step:
+                replaced = substituted(replaced, paths[key], value)
         except PathError as error:
-            return (), [Complaint(here[:2], str(error), about_key=True)]
+            return (), [Complaint(("sweep", key), str(error), about_key=True)]
+        try:
+            experiment = Experiment.model_validate(replaced)
         except ValidationError as error:
-            for each in complaints(error, written_here):
-                inside = each.path[: len(path)] == path
-                if inside and not each.about_key:
-                    found.append(Complaint(here + each.path[len(path) :], each.sentence))
-                elif inside:
+            for each in complaints(error, lambda path: written(swept(path) or path)):
+                here = swept(each.path)
+                if here and not each.about_key:
+                    found.append(Complaint(here, each.sentence))
+                elif here:
                     return (), [Complaint(here[:2], each.sentence, about_key=True)]
                 elif each not in base:
                     sentence = f"{rendered(each.path)} then goes wrong: {each.sentence}"
-                    return (), [Complaint(here[:2], sentence, about_key=True)]
+                    return (), [Complaint(("sweep", axis[0][0]), sentence, about_key=True)]
         else:
-            result = value_at(experiment, path)
-            if result in read:
-                first = rendered((*here[:2], read[result]))
-                found.append(Complaint(here, f"the same value stands at {first}; remove one"))
-            read.setdefault(result, index)
-    return tuple(read), found
+            values = tuple(value_at(experiment, path) for path in paths.values())
+            if values in read:
+                first = rendered(("sweep", axis[0][0], read[values]))
+                every = "" if len(axis) == 1 else " of every key in the zip"
+                sentence = f"the same value{every} stands at {first}; remove one"
+                found.append(Complaint(("sweep", axis[0][0], index), sentence))
+            read.setdefault(values, index)
+    return tuple(zip(paths, zip(*read, strict=True), strict=True)) if read else (), found
 
 
 def digest(experiment: Experiment, *, limits: bool = True) -> str:

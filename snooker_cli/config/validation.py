@@ -1,5 +1,8 @@
 """Document -> Experiment, or everything that is wrong with it at once."""
 
+import math
+from collections.abc import Iterator
+
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
@@ -10,6 +13,12 @@ from snooker_cli.config.paths import Data, rendered
 from snooker_cli.config.problems import Complaint, ConfigError, Problem
 from snooker_cli.config.sweep import tried, unswept
 from snooker_cli.config.translation import complaints
+
+MAX_REPEATS = 1_000_000
+"""Repeats of all points of a run: as many files, in as many steps of whatever reads a run."""
+
+BYTES_A_FILE = 12_000
+"""As large as that of one ball and one collision."""
 
 
 def validated(document: Document) -> Experiment:
@@ -23,7 +32,8 @@ def validated(document: Document) -> Experiment:
         _, unfit = tried(data, _sound_axes(document.data.get("sweep")), document.written, wrong)
         found = (*wrong, *unfit)
     else:
-        sweep, found = tried(unswept(experiment), experiment.sweep, document.written)
+        sweep, unfit = tried(unswept(experiment), experiment.sweep, document.written)
+        found = (*unfit, *_too_many(experiment))
         if not found and not document.problems:
             return experiment.model_copy(update={"sweep": sweep})
     # A key whose YAML is at fault has no value yet that could be judged.
@@ -38,6 +48,19 @@ def validated(document: Document) -> Experiment:
             ),
         )
     )
+
+
+def _too_many(experiment: Experiment) -> Iterator[Complaint]:
+    """What is wrong with the number of repeats of all points."""
+    points = math.prod(len(axis[0][1]) for axis in experiment.sweep)
+    total = points * experiment.repeats
+    if total > MAX_REPEATS:
+        of = f" of {points:,} points are {total:,}" if points > 1 else " are as many"
+        sentence = (
+            f"{experiment.repeats:,} repeats{of} files, {total * BYTES_A_FILE / 1e9:,.0f} GB or "
+            f"more; a run has at most {MAX_REPEATS:,}, so give fewer"
+        )
+        yield Complaint(("repeats",), sentence)
 
 
 def _sound_axes(sweep: Data) -> Axes:

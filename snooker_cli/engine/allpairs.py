@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from snooker_cli.engine.arcs import earliest_on_arc, only_straight
-from snooker_cli.engine.collide import contact_lasts, hit_pair, hit_wall, move, touched
+from snooker_cli.engine.collide import add_up, contact_lasts, hit_pair, hit_wall, move, touched
 from snooker_cli.engine.compiling import compiled, inlined
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.endings import (
@@ -35,8 +35,10 @@ from snooker_cli.engine.layout import (
     BOUNCES,
     CONTACT_LASTS,
     COUNT,
+    EPOCH,
     FIRST,
     LAST,
+    LOOK,
     LOOK_AGAIN,
     NEXT_TIME,
     NOBODY,
@@ -222,16 +224,16 @@ def soonest(times: Floats) -> int:
 def prepare(
     balls: Floats,
     container: Floats | None,
-    slides: Integers | None,
     setup: Setup,
     radii: Floats | None,
     agenda: Floats,
     links: Integers,
 ) -> None:
-    """Fill the agenda at time zero."""
+    """Fill the agenda at time zero: the wall, and to look for contacts first of all."""
     for i in range(balls.shape[1]):
-        delay = predict_wall(i, 0.0, balls, container, setup, radii, agenda)
-        find_contact(i, 0.0, delay, balls, container, slides, setup, radii, agenda, links)
+        predict_wall(i, 0.0, balls, container, setup, radii, agenda)
+        agenda[PAIR_TIME, i] = agenda[NEXT_TIME, i] = 0.0
+        links[PARTNER, i] = LOOK
 
 
 @compiled
@@ -280,12 +282,13 @@ def advance(
             return NOTHING_LEFT
         if now > setup.time_limit:
             return TIME
-        if step[0] * used[0] < now:
+        if step[0] * used[0] - sums[EPOCH] < now:
             if slides is None:
                 sample_until(now, grid, balls, container, setup, masses, sums, counts)
             else:
                 sample_sliding(now, grid, balls, setup, masses, slides, sums, counts)
-        stalls = now - sums[NOW] <= CLOCK_DIGITS * now
+        digit = CLOCK_DIGITS * (sums[EPOCH] + now)
+        stalls = now - sums[NOW] <= digit
         counts[STALLED] = counts[STALLED] + 1 if stalls else 0
         counts[FIRST], counts[SECOND] = i, j
         sums[NOW] = now
@@ -303,14 +306,14 @@ def advance(
                     )
                     counts[PREDICTIONS] += number
                 counts[WALL_EVENTS] += 1
-                sums[WALL_IMPULSE] += size
+                add_up(sums, WALL_IMPULSE, size)
                 if storing:
                     event_time[filled], event_i[filled] = now, k
                     event_j[filled], event_impulse[filled] = SLIDE, size
                 continue
         if setup.contact_path > 0.0 and (counts[WALL_EVENTS] + counts[PAIR_EVENTS]) % number == 0:
             sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, in_order)
-        elastic = touched(i, now, balls, sums[CONTACT_LASTS])
+        elastic = touched(i, now, balls, sums[EPOCH], sums[CONTACT_LASTS])
         move(i, now, balls)
         count[i] += 1
         trapped = False
@@ -323,7 +326,7 @@ def advance(
             find_contact(i, now, delay, balls, container, slides, setup, radii, agenda, links)
             counts[PREDICTIONS] += number
             counts[WALL_EVENTS] += 1
-            sums[WALL_IMPULSE] += size
+            add_up(sums, WALL_IMPULSE, size)
             links[BOUNCES, i] += 1
             if traps and (links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0):
                 patient = container is not None or links[BOUNCES, i] <= PATIENCE
@@ -332,13 +335,13 @@ def advance(
                 trapped = is_trapped(
                     i, now, balls, container, setup, radii, masses, next_time, patient, slides
                 )
-                if slides is not None and (trapped or has_settled(i, now, balls, setup)):
+                if slides is not None and (trapped or has_settled(i, digit, balls, setup)):
                     trapped = False
                     slides[i] = SETTLES
                     wall_time[i] = next_time[i] = slide_time(i, balls, setup, masses)
                     pair_time[i] = NEVER
         else:
-            elastic = elastic or touched(j, now, balls, sums[CONTACT_LASTS])
+            elastic = elastic or touched(j, now, balls, sums[EPOCH], sums[CONTACT_LASTS])
             move(j, now, balls)
             count[j] += 1
             links[LAST, i], links[LAST, j] = j, i
@@ -351,7 +354,7 @@ def advance(
             counts[PREDICTIONS] += 2 * number
             counts[PAIR_EVENTS] += 1
             links[BOUNCES, i] = links[BOUNCES, j] = 0
-            sums[PAIR_VIRIAL] += size * contact_distance(setup, radii, i, j)
+            add_up(sums, PAIR_VIRIAL, size * contact_distance(setup, radii, i, j))
         if storing:
             event_time[filled] = now
             event_i[filled] = i if at_wall else min(i, j)

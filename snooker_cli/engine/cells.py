@@ -16,6 +16,7 @@ The ideas, and where they come from:
 from __future__ import annotations
 
 from snooker_cli.engine.collide import (
+    add_up,
     contact_lasts,
     hit_pair,
     hit_side,
@@ -48,8 +49,10 @@ from snooker_cli.engine.layout import (
     CROSS_X,
     CROSS_Y,
     CROSSINGS,
+    EPOCH,
     FIRST,
     LAST,
+    LOOK,
     LOOK_AGAIN,
     NOBODY,
     NOW,
@@ -165,21 +168,14 @@ def cross(
 def fill(
     now: float,
     balls: Floats,
-    container: Floats | None,
-    margin: Margin | None,
-    box: Floats | None,
     period: Floats | None,
-    setup: Setup,
-    radii: Floats | None,
     links: Indices,
     mesh: Mesh,
     cells: Cells,
-    near: Indices,
     tree: Tree,
-    counts: Integers,
 ) -> bool:
-    """Sort all balls into cells and queue what each does next; false if a cell is too small."""
-    members, occupancy, at_wall = cells.members, cells.occupancy, cells.at_wall
+    """Sort all balls into cells, and have each look what it does next; false if a cell is full."""
+    members, occupancy = cells.members, cells.occupancy
     times, bits = tree.times, tree.bits
     occupancy[:] = 0
     for i in range(balls.shape[1]):
@@ -194,26 +190,7 @@ def fill(
             return False
         put_into(i, cell, links, members, occupancy)
         predict_crossings(i, now, balls, period, links, mesh)
-    for i in range(balls.shape[1]):
-        predict(
-            i,
-            now,
-            False,
-            balls,
-            container,
-            margin,
-            box,
-            period,
-            setup,
-            radii,
-            links,
-            mesh,
-            members,
-            occupancy,
-            at_wall,
-            near,
-            counts,
-        )
+        enter_contact(i, now, LOOK, balls, links)
         enqueue(i, now, balls, times, bits)
     return True
 
@@ -292,16 +269,16 @@ def advance(
         happens = j == NOBODY or (j >= 0 and links[PARTNER_COUNT, i] == links[COUNT, j])
         trapped = False
         if happens:
-            if step[0] * used[0] < now:
+            if step[0] * used[0] - sums[EPOCH] < now:
                 sample_until(now, grid, balls, container, setup, masses, sums, counts)
-            stalls = now - sums[NOW] <= CLOCK_DIGITS * now
+            stalls = now - sums[NOW] <= CLOCK_DIGITS * (sums[EPOCH] + now)
             counts[STALLED] = counts[STALLED] + 1 if stalls else 0
             counts[FIRST], counts[SECOND] = i, j
             sums[NOW] = now
             done = counts[WALL_EVENTS] + counts[PAIR_EVENTS]
             if setup.contact_path > 0.0 and done % number == 0:
                 sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, labels)
-            elastic = touched(i, now, balls, sums[CONTACT_LASTS])
+            elastic = touched(i, now, balls, sums[EPOCH], sums[CONTACT_LASTS])
             move(i, now, balls)
             if period is not None:
                 wrap(i, balls, period)
@@ -323,10 +300,10 @@ def advance(
                         trapped = is_trapped(
                             i, now, balls, container, setup, radii, masses, None, False, None
                         )
-                sums[WALL_IMPULSE] += size
+                add_up(sums, WALL_IMPULSE, size)
             else:
                 counts[PAIR_EVENTS] += 1
-                elastic = elastic or touched(j, now, balls, sums[CONTACT_LASTS])
+                elastic = elastic or touched(j, now, balls, sums[EPOCH], sums[CONTACT_LASTS])
                 move(j, now, balls)
                 if period is not None:
                     wrap(j, balls, period)
@@ -334,7 +311,7 @@ def advance(
                 links[LAST, i], links[LAST, j] = j, i
                 links[BOUNCES, i] = links[BOUNCES, j] = 0
                 size = hit_pair(i, j, balls, setup, masses, period, elastic)
-                sums[PAIR_VIRIAL] += size * contact_distance(setup, radii, i, j)
+                add_up(sums, PAIR_VIRIAL, size * contact_distance(setup, radii, i, j))
             if storing:
                 one, other = i, j
                 if labelled:
@@ -347,7 +324,6 @@ def advance(
             filled += 1
         else:
             counts[STALE] += 1
-        # What is stale is looked at again, and now exactly.
         for turn in range(2 if happens and j != NOBODY else 1):
             k = i if turn == 0 else j
             if happens:
@@ -355,7 +331,7 @@ def advance(
             predict(
                 k,
                 now,
-                not happens,
+                j == LOOK_AGAIN,
                 balls,
                 container,
                 margin,

@@ -9,7 +9,7 @@ import numpy as np
 from snooker_cli.engine.compiling import compiled, inlined
 from snooker_cli.engine.contact import nearest_image
 from snooker_cli.engine.impact import is_slow, rebound, relative_change, shares
-from snooker_cli.engine.layout import CLOCK, Floats, Indices, Setup, U, V, X, Y
+from snooker_cli.engine.layout import CLOCK, REST, Floats, Indices, Setup, U, V, X, Y
 
 
 @inlined
@@ -26,6 +26,16 @@ def radius_of(setup: Setup, radii: Floats | None, i: int) -> float:
     if radii is None:
         return setup.radius
     return float(radii[i])
+
+
+@inlined
+def add_up(sums: Floats, which: int, size: float) -> None:
+    """Add to a sum, and what that rounds off to its rest (Knuth's TwoSum): the two are exact."""
+    before = sums[which]
+    after = before + size
+    added = after - before
+    sums[which] = after
+    sums[which + REST] += (before - (after - added)) + (size - added)
 
 
 @inlined
@@ -66,9 +76,13 @@ def contact_lasts(balls: Floats, container: Floats | None, setup: Setup, labels:
 
 
 @inlined
-def touched(i: int, now: float, balls: Floats, lasts: float) -> bool:
-    """Whether ball i, not yet moved to the present, still has its last contact, if it had one."""
-    return bool(balls[CLOCK, i] > 0.0 and now - balls[CLOCK, i] < lasts)
+def touched(i: int, now: float, balls: Floats, epoch: float, lasts: float) -> bool:
+    """Whether ball i, not yet moved to the present, still has its last contact, if it had one.
+
+    In the first epoch a clock at zero is one that has not been moved.
+    """
+    moved = balls[CLOCK, i] > 0.0 or epoch > 0.0
+    return bool(moved and now - balls[CLOCK, i] < lasts)
 
 
 @inlined

@@ -37,6 +37,8 @@ RENEWAL = 400
 class Engine(Protocol):
     """A simulation under way."""
 
+    setup: layout.Setup
+    state: Floats
     container: Floats | None
     slides: Integers | None
     sums: Floats
@@ -47,6 +49,9 @@ class Engine(Protocol):
 
     def balls(self) -> Floats:
         """The balls' rows as in ``layout``, in the scene's order."""
+
+    def set_back(self, shift: float) -> None:
+        """Set all clocks back by a time, s."""
 
 
 class AllPairs:
@@ -63,7 +68,7 @@ class AllPairs:
         self.links[[layout.COUNT, layout.BOUNCES]] = 0
         self.sums, self.counts = layout.new_sums(), layout.new_counts()
         allpairs.prepare(
-            self.state, self.container, self.slides, self.setup, self.radii, self.agenda, self.links
+            self.state, self.container, self.setup, self.radii, self.agenda, self.links
         )
 
     def advance(self, recorded: Recorded, grid: Grid, room: int) -> int:
@@ -89,6 +94,11 @@ class AllPairs:
         """The balls' rows as in ``layout``, in the scene's order."""
         return self.state
 
+    def set_back(self, shift: float) -> None:
+        """Set all clocks back by a time, s."""
+        _set_back(self, shift)
+        self.agenda -= shift
+
 
 class InCells:
     """Many balls, or a box."""
@@ -99,7 +109,7 @@ class InCells:
         self.state = np.zeros((layout.CELL_BALL_ROWS, number), order="F")
         self.state[: layout.BALL_ROWS] = layout.balls_of(scene)
         self.container = layout.container_of(scene)
-        self.slides = None
+        self.slides: Integers | None = None
         self.box = layout.half_sides_of(scene)
         self.period = layout.period_of(scene)
         self.radii, self.masses = layout.unlike(scene)
@@ -123,12 +133,20 @@ class InCells:
 
     def balls(self) -> Floats:
         """The balls' rows as in ``layout``, in the scene's order."""
-        rows = self.state[: layout.BALL_ROWS]
         if not len(self.labels):
-            return rows
-        ordered = np.empty_like(rows)
-        ordered[:, self.labels] = rows
+            return self.state
+        ordered = np.empty_like(self.state)
+        ordered[:, self.labels] = self.state
         return ordered
+
+    def set_back(self, shift: float) -> None:
+        """Set all clocks back by a time, s."""
+        _set_back(self, shift)
+        self.state[[layout.CONTACT_TIME, layout.CROSS_X, layout.CROSS_Y]] -= shift
+        self.tree.times[:] -= shift  # what is equal stays equal: nodes and children agree
+        self.renewed_at -= shift
+        if self.margin is not None:
+            self.margin.place[outlook.UNTIL] -= shift
 
     def _advance(self, recorded: Recorded, grid: Grid, room: int) -> int:
         """Simulate, and see to the cells on the way."""
@@ -181,7 +199,7 @@ class InCells:
         return endless and not np.ptp(velocities, axis=1).any()
 
     def _fill(self) -> None:
-        """Put the balls into cells and predict everything.
+        """Put the balls into cells and have everything predicted.
 
         As of the last event; or as of when cells were put round a free container's place since:
         before that it was elsewhere.
@@ -191,24 +209,11 @@ class InCells:
             self.margin.brinks[0] = 0
         self.links[layout.BRINK] = 0
         while True:
-            self.near = np.zeros(9 * self.cells.members.shape[1] + 4, dtype=np.uint32)
             filled = cells.fill(
-                now,
-                self.state,
-                self.container,
-                self.margin,
-                self.box,
-                self.period,
-                self.setup,
-                self.radii,
-                self.links,
-                self.mesh,
-                self.cells,
-                self.near,
-                self.tree,
-                self.counts,
+                now, self.state, self.period, self.links, self.mesh, self.cells, self.tree
             )
             if filled:
+                self.near = np.zeros(9 * self.cells.members.shape[1] + 4, dtype=np.uint32)
                 return
             self._widen()
 
@@ -253,6 +258,15 @@ class InCells:
         self.masses = None if self.masses is None else self.masses[order]
         self.ordered_at = self._events
         self._fill()
+
+
+def _set_back(engine: Engine, shift: float) -> None:
+    """Set back the clocks that both engines have, and the time until which they simulate."""
+    engine.setup = engine.setup._replace(time_limit=engine.setup.time_limit - shift)
+    engine.state[layout.CLOCK] -= shift
+    engine.sums[layout.NOW] -= shift
+    if engine.container is not None:
+        engine.container[layout.CLOCK] -= shift
 
 
 def engine_for(scene: Scene, kind: str | None = None) -> type[AllPairs] | type[InCells]:

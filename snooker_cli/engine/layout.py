@@ -21,7 +21,7 @@ Integers: TypeAlias = NDArray[np.int64]
 Indices: TypeAlias = NDArray[np.int32]
 Flags: TypeAlias = NDArray[np.bool_]
 
-NOBODY, LOOK_AGAIN = -1, -2
+NOBODY, LOOK_AGAIN, LOOK = -1, -2, -3
 
 # In an event instead of the wall: all bounces before a ball slides, or its pressing as it slid.
 SLIDE = -2
@@ -38,19 +38,30 @@ CONTACT_TIME, CROSS_X, CROSS_Y, CELL_BALL_ROWS = range(5, 9)
 # earlier of the two.
 PAIR_TIME, WALL_TIME, NEXT_TIME, AGENDA_ROWS = range(4)
 
-# Rows of ``links``: the partner of the earliest contact (``LOOK_AGAIN`` if none was found before
-# PAIR_TIME, up to which was searched), how many events it had had when the contact was predicted,
-# the ball's own number of events, the ball it last collided with, and how often it has hit the wall
-# since.
+# Rows of ``links``: the partner of the earliest contact (``LOOK`` if it has not been searched,
+# ``LOOK_AGAIN`` if none was found before PAIR_TIME, up to which was searched), how many events it
+# had had when the contact was predicted, the ball's own number of events, the ball it last collided
+# with, and how often it has hit the wall since.
 PARTNER, PARTNER_COUNT, COUNT, LAST, BOUNCES, LINK_ROWS = range(6)
 
 # Three rows more among cells: the ball's cell, its place among the members, and whether it is on
 # the brink of a free container's wall.
 CELL, PLACE, BRINK, CELL_LINK_ROWS = range(5, 9)
 
-# Elements of ``sums``: how long a contact lasts (s), the time of the last event (s), the impulse on
-# the wall (kg m/s) and the virial of the ball-ball collisions (kg m^2/s).
-CONTACT_LASTS, NOW, WALL_IMPULSE, PAIR_VIRIAL, SUMS = range(5)
+# Elements of ``sums``: how long a contact lasts (s), when clocks are at zero (s), the clock of the
+# last event (s), the impulse on the wall (kg m/s), the virial of the ball-ball collisions
+# (kg m^2/s), and what rounding has left out of these two.
+(
+    CONTACT_LASTS,
+    EPOCH,
+    NOW,
+    WALL_IMPULSE,
+    PAIR_VIRIAL,
+    WALL_IMPULSE_REST,
+    PAIR_VIRIAL_REST,
+    SUMS,
+) = range(8)
+REST = WALL_IMPULSE_REST - WALL_IMPULSE
 
 # Elements of ``counts``: events at the wall and between balls; pairs that were looked at; events in
 # a row that did not move the clock; the balls of the last event; crossings into another cell; and

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.engine import sampling
+from snooker_cli.engine import epochs, sampling
 from snooker_cli.engine.collide import (
+    add_up,
     contact_lasts,
     hit_pair,
     hit_side,
@@ -22,11 +23,17 @@ from snooker_cli.engine.collide import (
     touched,
     wrap,
 )
-from snooker_cli.engine.compiling import compiled
+from snooker_cli.engine.compiling import compiled, inlined
 from snooker_cli.engine.layout import (
     CLOCK,
+    CONTACT_LASTS,
+    EPOCH,
     NOBODY,
+    PAIR_VIRIAL,
+    PAIR_VIRIAL_REST,
     SLIDE,
+    WALL_IMPULSE,
+    WALL_IMPULSE_REST,
     Floats,
     Integers,
     Setup,
@@ -37,11 +44,13 @@ from snooker_cli.engine.layout import (
     balls_of,
     container_of,
     half_sides_of,
+    new_sums,
     origin_of,
     period_of,
     slides_of,
     unlike,
 )
+from snooker_cli.engine.predict import contact_distance
 from snooker_cli.engine.slide import FLIES, pressing, slide_on, write_states
 from snooker_cli.trace import Series
 
@@ -49,6 +58,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from snooker_cli.trace import Trace
+
+NONE_KEPT = np.zeros(0, dtype=np.int64)
+NO_ROWS = np.zeros((0, sampling.COLUMNS))
 
 
 @dataclass(frozen=True)
@@ -79,27 +91,14 @@ def replay(trace: Trace, times: ArrayLike) -> States:
     inside = np.all((wanted >= 0) & (wanted <= trace.stop.time))  # false for nan
     if not inside or np.any(np.diff(wanted) < 0):
         raise ValueError(f"times must ascend within 0 and {trace.stop.time!r} s")
-    scene = trace.start
-    origin = origin_of(scene)
+    scene, origin = trace.start, origin_of(trace.start)
     out = np.empty((len(wanted), 4, scene.number))
     container_out = np.zeros((len(wanted), 4))
-    radii, masses = unlike(scene)
-    _replay(
-        balls_of(scene),
-        container_of(scene),
-        Setup.of(scene),
-        masses,
-        half_sides_of(scene),
-        period_of(scene),
-        radii,
-        slides_of(scene),
-        trace.events.time,
-        trace.events.i,
-        trace.events.j,
-        wanted,
-        out,
-        container_out,
-    )
+    again = _Again(trace)
+    done = np.searchsorted(trace.events.time, wanted, side="right")
+    for k, instant in enumerate(wanted):
+        again.carry_out(int(done[k]))
+        again.write_state(float(instant), out[k], container_out[k])
     positions = out[:, :2].transpose(0, 2, 1)
     period = period_of(scene)
     if period is not None:
@@ -126,46 +125,120 @@ def series(trace: Trace, most: int | None = None) -> Series:
     scene, events = trace.start, trace.events
     count = len(events) + 1
     kept = np.linspace(0, count - 1, min(count, most or count)).round().astype(np.int64)
-    slides = slides_of(scene)
+    slides = scene.slides
     # What slides presses until the end, though there is no event.
-    rows = np.zeros((len(kept) + (slides is not None), sampling.COLUMNS))
-    balls, (radii, masses) = balls_of(scene), unlike(scene)
-    container, setup = container_of(scene), Setup.of(scene)
-    _replay_observables(
-        balls,
-        container,
-        setup,
-        masses,
-        half_sides_of(scene),
-        period_of(scene),
-        radii,
-        slides,
-        events.time,
-        events.i,
-        events.j,
-        kept,
-        trace.stop.time,
-        rows,
-    )
-    at_wall = events.at_wall
-    reach = scene.radii[events.i] + np.where(at_wall, 0.0, scene.radii[np.maximum(events.j, 0)])
-    for column, increments in (
-        (sampling.WALL_IMPULSE, np.where(at_wall, events.impulse, 0.0)),
-        (sampling.PAIR_VIRIAL, np.where(at_wall, 0.0, events.impulse * reach)),
-        (sampling.WALL_EVENTS, at_wall),
-        (sampling.PAIR_EVENTS, ~at_wall),
+    rows = np.zeros((len(kept) + slides, sampling.COLUMNS))
+    again = _Again(trace)
+    again.measure(rows[0], 0.0)
+    again.carry_out(len(events), kept[1:], rows[1:])
+    if slides:
+        again.measure(rows[-1], trace.stop.time)
+    for column, happened in (
+        (sampling.WALL_EVENTS, events.at_wall),
+        (sampling.PAIR_EVENTS, ~events.at_wall),
     ):
-        sums = np.append(0.0, np.cumsum(increments))[kept]
-        rows[: len(kept), column] += sums
-        rows[len(kept) :, column] += sums[-1]
+        number = np.append(0, np.cumsum(happened))[kept]
+        rows[: len(kept), column] = number
+        rows[len(kept) :, column] = number[-1]
     time = np.concatenate([[0.0], events.time])[kept]
-    if slides is not None:
+    if slides:
         time = np.append(time, trace.stop.time)
     return Series(time, *np.ascontiguousarray(rows.T))
 
 
+class _Again:
+    """A trace whose collisions are being carried out again, and how far that is."""
+
+    def __init__(self, trace: Trace) -> None:
+        assert trace.events is not None
+        scene = trace.start
+        self.events, self.done = trace.events, 0
+        self.parts = epochs.parts(trace.events, scene.number)
+        self.part = next(self.parts)
+        self.balls, self.container = balls_of(scene), container_of(scene)
+        self.setup, self.slides = Setup.of(scene), slides_of(scene)
+        self.radii, self.masses = unlike(scene)
+        self.box, self.period = half_sides_of(scene), period_of(scene)
+        self.sums = new_sums()
+
+    def carry_out(
+        self, end: int, kept: NDArray[np.int64] = NONE_KEPT, rows: Floats = NO_ROWS
+    ) -> None:
+        """Go on to before event ``end``, with a row after each of so many events as ``kept``."""
+        while self.done < end:
+            events, clocks, following, shift = self.part
+            stop = min(end, events.stop)
+            here = slice(self.done, stop)
+            first, last = np.searchsorted(kept, [self.done, stop], side="right")
+            _carry_out(
+                self.balls,
+                self.container,
+                self.setup,
+                self.masses,
+                self.box,
+                self.period,
+                self.radii,
+                self.slides,
+                self.sums,
+                self.done,
+                clocks[self.done - events.start : stop - events.start],
+                self.events.i[here],
+                self.events.j[here],
+                self.events.impulse[here],
+                kept[first:last],
+                rows[first:last],
+            )
+            self.done = stop
+            if stop == events.stop:
+                self.sums[EPOCH] = following
+                self.balls[CLOCK] -= shift
+                if self.container is not None:
+                    self.container[CLOCK] -= shift
+                self.part = next(self.parts, self.part)
+
+    def measure(self, row: Floats, time: float) -> None:
+        """Write into a row what there is at a time (s), but for numbers of events."""
+        clock = time - self.sums[EPOCH]
+        state = self.balls, self.container, self.setup, self.masses
+        _measure(row, clock, *state, self.slides, self.sums)
+
+    def write_state(self, time: float, out: Floats, container_out: Floats) -> None:
+        """Write position and velocity of all balls and of the container at a time, s."""
+        clock = time - self.sums[EPOCH]
+        ages = clock - self.balls[CLOCK]
+        out[:2] = self.balls[[X, Y]] + self.balls[[U, V]] * ages
+        out[2:] = self.balls[[U, V]]
+        if self.slides is not None:
+            begins = self.done < len(self.events) and self.events.j[self.done] == SLIDE
+            who = int(self.events.i[self.done]) if begins else NOBODY
+            write_states(clock, who, self.balls, self.setup, self.masses, self.slides, out)
+        if self.container is not None:
+            velocity = self.container[[U, V]]
+            container_out[:2] = self.container[[X, Y]] + velocity * (clock - self.container[CLOCK])
+            container_out[2:] = velocity
+
+
+@inlined
+def _measure(
+    row: Floats,
+    clock: float,
+    balls: Floats,
+    container: Floats | None,
+    setup: Setup,
+    masses: Floats | None,
+    slides: Integers | None,
+    sums: Floats,
+) -> None:
+    """Write into a row what there is when clocks are at a time (s), but for numbers of events."""
+    sampling.measure(row, balls, container, setup, masses)
+    row[sampling.WALL_IMPULSE] = sums[WALL_IMPULSE] + sums[WALL_IMPULSE_REST]
+    row[sampling.PAIR_VIRIAL] = sums[PAIR_VIRIAL] + sums[PAIR_VIRIAL_REST]
+    if slides is not None:
+        row[sampling.WALL_IMPULSE] += pressing(clock, balls, setup, masses, slides)
+
+
 @compiled
-def _replay_observables(
+def _carry_out(
     balls: Floats,
     container: Floats | None,
     setup: Setup,
@@ -174,52 +247,36 @@ def _replay_observables(
     period: Floats | None,
     radii: Floats | None,
     slides: Integers | None,
-    time: Floats,
+    sums: Floats,
+    done: int,
+    clocks: Floats,
     first: NDArray[np.int32],
     second: NDArray[np.int32],
+    impulse: Floats,
     kept: NDArray[np.int64],
-    end: float,
     rows: Floats,
 ) -> None:
-    """Carry out the collisions again, measuring at the start and after those that are kept."""
-    sampling.measure(rows[0], balls, container, setup, masses)
-    row = 1
-    lasts, in_order = 0.0, np.empty(0, dtype=np.int32)
-    for event in range(len(time)):
-        if setup.contact_path > 0.0 and event % balls.shape[1] == 0:
-            lasts = contact_lasts(balls, container, setup, in_order)
-        _collide(
-            time[event],
-            first[event],
-            second[event],
-            lasts,
-            balls,
-            container,
-            setup,
-            masses,
-            box,
-            period,
-            radii,
-            slides,
-        )
-        if kept[row] == event + 1:
-            sampling.measure(rows[row], balls, container, setup, masses)
-            if slides is not None:
-                rows[row, sampling.WALL_IMPULSE] = pressing(
-                    time[event], balls, setup, masses, slides
-                )
+    """Carry out collisions again when so many are done, measuring after those that are kept."""
+    row, in_order = 0, np.empty(0, dtype=np.int32)
+    for event in range(len(clocks)):
+        now, i, j = clocks[event], first[event], second[event]
+        if setup.contact_path > 0.0 and (done + event) % balls.shape[1] == 0:
+            sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, in_order)
+        _collide(now, i, j, balls, container, setup, masses, box, period, radii, slides, sums)
+        if j < 0:
+            add_up(sums, WALL_IMPULSE, impulse[event])
+        else:
+            add_up(sums, PAIR_VIRIAL, impulse[event] * contact_distance(setup, radii, i, j))
+        if row < len(kept) and kept[row] == done + event + 1:
+            _measure(rows[row], now, balls, container, setup, masses, slides, sums)
             row += 1
-    if slides is not None:
-        sampling.measure(rows[row], balls, container, setup, masses)
-        rows[row, sampling.WALL_IMPULSE] = pressing(end, balls, setup, masses, slides)
 
 
-@compiled
+@inlined
 def _collide(
     now: float,
     i: int,
     j: int,
-    lasts: float,
     balls: Floats,
     container: Floats | None,
     setup: Setup,
@@ -228,8 +285,9 @@ def _collide(
     period: Floats | None,
     radii: Floats | None,
     slides: Integers | None,
+    sums: Floats,
 ) -> None:
-    """Carry out one collision again, where contacts last so long (s)."""
+    """Carry out one collision again."""
     if slides is not None:
         if j == SLIDE:
             slide_on(i, now, balls, setup, radii, masses, slides)
@@ -237,7 +295,7 @@ def _collide(
         slides[i] = FLIES
         if j != NOBODY:
             slides[j] = FLIES
-    elastic = touched(i, now, balls, lasts)
+    elastic = touched(i, now, balls, sums[EPOCH], sums[CONTACT_LASTS])
     move(i, now, balls)
     if period is not None:
         wrap(i, balls, period)
@@ -247,65 +305,8 @@ def _collide(
         else:
             hit_wall(i, now, balls, container, setup, masses, elastic)
     else:
-        elastic = elastic or touched(j, now, balls, lasts)
+        elastic = elastic or touched(j, now, balls, sums[EPOCH], sums[CONTACT_LASTS])
         move(j, now, balls)
         if period is not None:
             wrap(j, balls, period)
         hit_pair(i, j, balls, setup, masses, period, elastic)
-
-
-@compiled
-def _replay(
-    balls: Floats,
-    container: Floats | None,
-    setup: Setup,
-    masses: Floats | None,
-    box: Floats | None,
-    period: Floats | None,
-    radii: Floats | None,
-    slides: Integers | None,
-    time: Floats,
-    first: NDArray[np.int32],
-    second: NDArray[np.int32],
-    wanted: Floats,
-    out: Floats,
-    container_out: Floats,
-) -> None:
-    """Carry out the collisions again, writing the states that are wanted on the way."""
-    k = 0
-    lasts, in_order = 0.0, np.empty(0, dtype=np.int32)
-    for event in range(len(time) + 1):
-        while k < len(wanted) and (event == len(time) or wanted[k] < time[event]):
-            ages = wanted[k] - balls[CLOCK]
-            out[k, 0] = balls[X] + balls[U] * ages
-            out[k, 1] = balls[Y] + balls[V] * ages
-            out[k, 2] = balls[U]
-            out[k, 3] = balls[V]
-            if slides is not None:
-                begins = event < len(time) and second[event] == SLIDE
-                who = first[event] if begins else NOBODY
-                write_states(wanted[k], who, balls, setup, masses, slides, out[k])
-            if container is not None:
-                age = wanted[k] - container[CLOCK]
-                container_out[k, 0] = container[X] + container[U] * age
-                container_out[k, 1] = container[Y] + container[V] * age
-                container_out[k, 2] = container[U]
-                container_out[k, 3] = container[V]
-            k += 1
-        if event < len(time):
-            if setup.contact_path > 0.0 and event % balls.shape[1] == 0:
-                lasts = contact_lasts(balls, container, setup, in_order)
-            _collide(
-                time[event],
-                first[event],
-                second[event],
-                lasts,
-                balls,
-                container,
-                setup,
-                masses,
-                box,
-                period,
-                radii,
-                slides,
-            )

@@ -148,8 +148,8 @@ def sample(
     """Write a whole row, as things are after the last event."""
     measure(row, balls, container, setup, masses)
     count_speeds(histogram, row[KINETIC_ENERGY], balls, setup, masses)
-    row[WALL_IMPULSE] = sums[layout.WALL_IMPULSE]
-    row[PAIR_VIRIAL] = sums[layout.PAIR_VIRIAL]
+    row[WALL_IMPULSE] = sums[layout.WALL_IMPULSE] + sums[layout.WALL_IMPULSE_REST]
+    row[PAIR_VIRIAL] = sums[layout.PAIR_VIRIAL] + sums[layout.PAIR_VIRIAL_REST]
     row[WALL_EVENTS] = counts[layout.WALL_EVENTS]
     row[PAIR_EVENTS] = counts[layout.PAIR_EVENTS]
 
@@ -165,8 +165,8 @@ def sample_until(
     sums: Floats,
     counts: Integers,
 ) -> None:
-    """Fill the rows whose time is before ``now``, during which no velocity has changed."""
-    while grid.used[0] * grid.step[0] < now:
+    """Fill the rows whose time is before clocks are at ``now``: no velocity has changed since."""
+    while grid.used[0] * grid.step[0] - sums[layout.EPOCH] < now:
         if grid.used[0] > ROWS:
             halve(grid)
             continue

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from snooker_cli.engine import endings, engines, layout, sampling, slide
+from snooker_cli.engine import endings, engines, epochs, layout, sampling, slide
 from snooker_cli.scene import Scene
 from snooker_cli.trace import (
     CONTAINER,
@@ -20,6 +20,7 @@ from snooker_cli.trace import (
     Summary,
     Trace,
     Work,
+    joined,
 )
 
 CHUNK = 65536
@@ -110,6 +111,8 @@ class _Run:
             NO_LIMIT if collisions is None else collisions,
         )
         self.engine = engines.engine_for(scene, kind)(scene, self.setup)
+        self.epoch_length = epochs.length(scene.number)
+        self.now = 0.0
         self.grid = sampling.new_grid(scene) if summary else sampling.no_grid()
         self.summary = summary
         self.chunks: list[Events] = []
@@ -125,18 +128,19 @@ class _Run:
         before = self.events
         size = CHUNK if self.scene.number < engines.REORDERED else SMALL_CHUNK
         room = min(size, max(1, self.setup.collision_limit))
+        room = min(room, self.epoch_length - before % self.epoch_length)
         recorded = layout.room_for(0 if self.summary else room)
         answer = self.engine.advance(recorded, self.grid, room)
+        sums, filled = self.engine.sums, slice(self.events - before)
+        self.now = float(sums[layout.EPOCH] + sums[layout.NOW])
         if not self.summary:
-            filled = slice(self.events - before)
-            self.sink(
-                Events(
-                    recorded.time[filled],
-                    recorded.i[filled],
-                    recorded.j[filled],
-                    recorded.impulse[filled],
-                )
-            )
+            time, residual = epochs.times(float(sums[layout.EPOCH]), recorded.time[filled])
+            columns = recorded.i[filled], recorded.j[filled], recorded.impulse[filled]
+            self.sink(Events(time, *columns, residual))
+        if self.events > before and self.events % self.epoch_length == 0:
+            epoch, shift = epochs.following(float(sums[layout.EPOCH]), float(sums[layout.NOW]))
+            self.engine.set_back(shift)
+            sums[layout.EPOCH] = epoch
         return answer
 
     def trace(self, reason: StopReason) -> Trace:
@@ -144,12 +148,12 @@ class _Run:
         stop = self._stop(reason)
         return Trace(
             start=self.scene,
-            finish=self._finish(stop.time),
+            finish=self._finish(self._clock(stop)),
             stop=stop,
             wall_events=int(self.engine.counts[layout.WALL_EVENTS]),
             pair_events=int(self.engine.counts[layout.PAIR_EVENTS]),
-            events=_joined(self.chunks) if self.chunks else None,
-            summary=self._summary(stop.time) if self.summary else None,
+            events=joined(self.chunks) if self.chunks else None,
+            summary=self._summary(stop) if self.summary else None,
             work=self._work(),
         )
 
@@ -164,8 +168,12 @@ class _Run:
             queue_updates=int(collided + crossings + counts[layout.STALE]),
         )
 
+    def _clock(self, stop: Stop) -> float:
+        """What clocks show at the end, s."""
+        return stop.time - float(self.engine.sums[layout.EPOCH])
+
     def _finish(self, time: float) -> Scene:
-        """The scene at ``time``, at or after the last event."""
+        """The scene when clocks are at ``time``, at or after the last event."""
         balls, container = self.engine.balls(), self.engine.container
         if self.engine.slides is not None:
             balls = balls.copy()
@@ -191,7 +199,7 @@ class _Run:
 
     def _stop(self, reason: StopReason) -> Stop:
         """The ending in words."""
-        now = float(self.engine.sums[layout.NOW])
+        now = self.now
         first, second = (int(ball) for ball in self.engine.counts[[layout.FIRST, layout.SECOND]])
         whom = (
             f"ball {first} and the wall" if second == CONTAINER else f"balls {first} and {second}"
@@ -222,14 +230,31 @@ class _Run:
                 reason,
                 now,
                 balls,
-                f"inelastic collapse: the clock stands at {now:.17g} s while collisions go on, "
-                f"the last of {whom}; {kept}",
+                f"{self._endless(first, second)}: the clock stands at {now:.17g} s while "
+                f"collisions go on, the last of {whom}; {kept}",
             )
         return Stop(reason, now, (), f"interrupted after {events} collisions at {now:.9g} s")
 
-    def _summary(self, end: float) -> Summary:
-        """The grid's rows before ``end`` and one more at it."""
-        engine, grid = self.engine, self.grid
+    def _endless(self, ball: int, other: int) -> str:
+        """What it is that has collisions without end, the last of these two."""
+        scene, digit = self.scene, endings.CLOCK_DIGITS * self.now
+        if other == CONTAINER and scene.shape == "circle":
+            here = self._finish(float(self.engine.sums[layout.NOW]))
+            x, y = here.positions[ball] - here.container_position
+            u, v = here.velocities[ball] - here.container_velocity
+            square = u * u + v * v
+            # A chord lasts 2 a v_n/v^2, which here does not move the clock.
+            if square > 0.0 and 2.0 * abs(x * u + y * v) <= digit * square:
+                return f"ball {ball} moves along the wall and touches it at every moment"
+        if scene.restitution == 1.0 and (
+            scene.wall_restitution == 1.0 or scene.shape == "periodic"
+        ):
+            return "collisions without end"
+        return "inelastic collapse"
+
+    def _summary(self, stop: Stop) -> Summary:
+        """The grid's rows before the end and one more at it."""
+        engine, grid, end = self.engine, self.grid, self._clock(stop)
         balls = engine.balls()
         state = (balls, engine.container, self.setup, self.masses, engine.sums, engine.counts)
         row, histogram = np.zeros(sampling.COLUMNS), np.zeros(SPEED_BINS, dtype=np.int64)
@@ -242,21 +267,9 @@ class _Run:
         if engine.slides is not None:
             row[sampling.WALL_IMPULSE] += slide.pressing(end, *sliding)
         used = int(grid.used[0])
-        time = np.append(np.arange(used, dtype=np.float64) * grid.step[0], end)
+        time = np.append(np.arange(used, dtype=np.float64) * grid.step[0], stop.time)
         columns = np.ascontiguousarray(np.vstack([grid.rows[:used], row]).T)
         return Summary(
             series=Series(time, *columns),
             speed_histogram=np.vstack([grid.histogram[:used], histogram]),
         )
-
-
-def _joined(chunks: list[Events]) -> Events:
-    """The chunks as one."""
-    if len(chunks) == 1:
-        return chunks[0]
-    return Events(
-        np.concatenate([chunk.time for chunk in chunks]),
-        np.concatenate([chunk.i for chunk in chunks]),
-        np.concatenate([chunk.j for chunk in chunks]),
-        np.concatenate([chunk.impulse for chunk in chunks]),
-    )

@@ -16,7 +16,6 @@ from snooker_cli.engine import layout
 from snooker_cli.engine.collide import mass_of, radius_of
 from snooker_cli.engine.compiling import compiled, inlined
 from snooker_cli.engine.contact import NEVER
-from snooker_cli.engine.endings import CLOCK_DIGITS
 from snooker_cli.engine.layout import (
     CLOCK,
     NOBODY,
@@ -207,8 +206,8 @@ def sample_sliding(
 ) -> None:
     """``sample_until``, with the impulse of what presses and bounces meanwhile."""
     kept = np.empty((CLOCK + 1, balls.shape[1]))
-    while grid.used[0] * grid.step[0] < now:
-        due = grid.used[0] * grid.step[0]
+    while grid.used[0] * grid.step[0] - sums[layout.EPOCH] < now:
+        due = grid.used[0] * grid.step[0] - sums[layout.EPOCH]
         impulse = sums[layout.WALL_IMPULSE]
         kept[:] = balls
         sums[layout.WALL_IMPULSE] += pressing(due, balls, setup, masses, slides)
@@ -237,15 +236,15 @@ def leave_wall(i: int, now: float, balls: Floats, agenda: Floats) -> float:
 
 
 @inlined
-def has_settled(i: int, now: float, balls: Floats, setup: Setup) -> bool:
+def has_settled(i: int, digit: float, balls: Floats, setup: Setup) -> bool:
     """Whether the infinitely many bounces of ball i, just off the wall, are over but for rounding.
 
-    They last at most 2 a v_n/((1 - e) v_t^2), and nothing else happens in no time.
+    They last at most 2 a v_n/((1 - e) v_t^2), and nothing else happens within some digits (s).
     """
     x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
     square = (1.0 - setup.wall_restitution) * cross * cross
-    return bool(cross != 0.0 and 2.0 * inward * (x * x + y * y) <= CLOCK_DIGITS * now * square)
+    return bool(cross != 0.0 and 2.0 * inward * (x * x + y * y) <= digit * square)
 
 
 @inlined

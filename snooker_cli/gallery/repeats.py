@@ -52,15 +52,21 @@ def facts(run: Run, point: Point, selection: Selection, *, single: bool) -> list
     """What a caption needs of the repeats; of the first alone if ``single``."""
     numbers = there(run, point, selection)[: 1 if single else None]
     paths = [run.path(point.index, number) for number in numbers]
-    return [_facts(path, path.stat().st_mtime_ns) for path in paths]
+    return [_facts(path, _modified(path)) for path in paths]
 
 
 def _read(path: Path) -> Trace:
     """A repeat from its file, or from memory if the file is small and unchanged."""
-    status = path.stat()
-    if status.st_size > REMEMBERED_SIZE:
+    about = store.about(path)
+    if about is None or about.bytes > REMEMBERED_SIZE:
         return store.read(path).trace
-    return _remembered(path, status.st_mtime_ns)
+    return _remembered(path, about.modified)
+
+
+def _modified(path: Path) -> int:
+    """When a repeat's file was put in its place, ns since 1970; 0 if it is gone."""
+    about = store.about(path)
+    return 0 if about is None else about.modified
 
 
 @lru_cache(maxsize=8192)

@@ -36,6 +36,7 @@ _WORDS = {
     "container.mass": "M = {} kg",
     "cor": "CoR {}",
     "wall_cor": "wall CoR {}",
+    "collapse": "collapse: {}",
     "collisions": "{} collisions",
     "time": "{} s",
 }
@@ -89,7 +90,7 @@ def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
 def there(run: Run, point: Point, selection: Selection) -> list[int]:
     """The selected repeats of a point that have a file; all of them if none is chosen."""
     numbers = range(run.experiment.repeats) if selection.repeat is None else [selection.repeat]
-    return [number for number in numbers if run.path(point.index, number).exists()]
+    return [number for number in numbers if run.holds(point, number)]
 
 
 def value_at(point: Point, key: str) -> Any:

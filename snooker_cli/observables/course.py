@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snooker_cli import engine
-from snooker_cli.trace import SERIES_UNITS, Events, Series, StopReason, Summary
+from snooker_cli.trace import SERIES_UNITS, Series, StopReason, Summary
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -68,7 +68,7 @@ def before_collapse(trace: Trace) -> Trace:
         if events is None:
             raise ValueError("this repeat has neither events nor a summary")
         kept = int(np.count_nonzero(events.time < (1 - INSTANT) * end))
-        events = Events(*(column[:kept] for column in vars(events).values()))
+        events = events[:kept]
         at_wall = int(np.count_nonzero(events.at_wall))
         counts = at_wall, kept - at_wall
     else:

@@ -13,7 +13,7 @@ from snooker_cli.animation import embedded, film, page
 from snooker_cli.decay import decays, record
 from snooker_cli.figures import save
 from snooker_cli.gallery import KINDS, Picture, Selection
-from snooker_cli.report import accuracy, content
+from snooker_cli.report import accuracy, content, sliding
 from snooker_cli.report.audit import Audit, Row, audit
 from snooker_cli.report.plates import PLATES, RUNS
 from snooker_cli.report.published import Ours, published
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 MEASURED = ("error", "hard", "physics")
 """The measurements that are kept with the report: of ``snooker bench`` and a name."""
+
+LABELS = accuracy.LABELS | sliding.LABELS
+"""The figures that are no plates, by file."""
 
 
 def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
@@ -53,8 +56,9 @@ def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
             drawing.append(other.submit(save, picture, out / "figures" / plate.file))
             pictures[plate.file] = picture
         saved = {name: accuracy.saved(name) for name in MEASURED}
-        for file, picture in accuracy.pictures(saved["error"]).items():
-            say(f"{accuracy.LABELS[file]}: {picture.title}")
+        ours = accuracy.pictures(saved["error"]) | sliding.pictures(opened["sliding"])
+        for file, picture in ours.items():
+            say(f"{LABELS[file]}: {picture.title}")
             drawing.append(other.submit(save, picture, out / "figures" / file))
             pictures[file] = picture
         fits = _fits(opened["decay"])

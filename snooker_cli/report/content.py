@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from snooker_cli.arrange import arrange
 from snooker_cli.gallery.selection import distinct
-from snooker_cli.report import accuracy, tables, trials
+from snooker_cli.report import accuracy, sliding, tables, trials
 from snooker_cli.report.audit import ALONE, EXPLAINED, FOLLOWS, REPRODUCED, UNEXPLAINED, Audit
 from snooker_cli.report.document import Block, Document, Figure, Heading, Paragraph
 from snooker_cli.report.plates import BEYOND, ENERGY, IDEAL, MOTION, PRESSURE, SPEEDS, Plate
@@ -96,6 +96,7 @@ def document(
         *figures(BEYOND),
         tables.many_coefficients("Table 5", pictures),
         *accuracy.blocks(saved["error"], pictures),
+        *sliding.blocks(pictures),
         *trials.blocks(saved["hard"], saved["physics"]),
         Heading("Conclusion", after_figures=True),
         Paragraph(_conclusion_text(audit, pictures)),
@@ -223,7 +224,7 @@ def _ideal_text(pictures: Pictures) -> str:
         "another thing comes in: such balls hardly meet each other and lose their energy at the "
         "wall. A ball whose hits on the wall follow each other ever faster ends in a wall trap, "
         f"infinitely many hits in finite time, and the repeat ends there: {early} of {repeats} "
-        "do so in both versions of figure 17."
+        "do so in both versions of figure 17; figures 25 and 26 have them go on."
     )
 
 

@@ -77,6 +77,7 @@ RUNS = (
     "speeds",
     "restitution",
     "elastic-wall",
+    "sliding",
     "audit",
 )
 """The runs the report is made from: those of the configs of the same names."""

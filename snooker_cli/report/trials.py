@@ -77,10 +77,10 @@ def _known(label: str, physics: Record) -> Table:
     """A row for each known value."""
     return Table(
         label,
-        "What was measured beside known values. Known is what the number of balls alone changes; "
-        "what is left of the difference is in standard errors; open is what the known value leaves "
-        f"open itself. {' '.join(physics['notes'])}",
-        ("quantity", "N", "packing", "CoR", "measured", "known value", "left", "open", "source"),
+        "What was measured beside expected values. Known is what the number of balls alone "
+        "changes; what is left of the difference is in standard errors; open is what the expected "
+        f"value leaves open itself. {' '.join(physics['notes'])}",
+        ("quantity", "N", "packing", "CoR", "measured", "expected", "left", "open", "source"),
         tuple(
             (
                 row["quantity"],
@@ -88,7 +88,7 @@ def _known(label: str, physics: Record) -> Table:
                 f"{row['setting']['packing']:.4g}",
                 f"{row['setting']['cor']:g}",
                 with_error(row["measured"], row["error"]),
-                short(row["published"], 6),
+                short(row["expected"], 6),
                 f"{row['left_in_errors']:+.1f}".replace("-", "−"),
                 short(row["systematic"], 2) if row["systematic"] else "–",
                 row["source"],

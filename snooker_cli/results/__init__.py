@@ -1,8 +1,9 @@
-"""A run's folder: its manifest, the files of its repeats, and what they are to the run."""
+"""A run's folder or packed file: its manifest, its repeats, and what they are to the run."""
 
 from snooker_cli.results.extension import extension
 from snooker_cli.results.failures import FAILURES, failures, forget_failures, note_failure
 from snooker_cli.results.folder import RUNS, create, held, is_held, open_run, planned, runs_in
+from snooker_cli.results.packing import pack, unpack
 from snooker_cli.results.run import (
     ANALYSES,
     FIGURE_KEYS,
@@ -30,7 +31,9 @@ __all__ = [
     "is_held",
     "note_failure",
     "open_run",
+    "pack",
     "planned",
     "runs_in",
+    "unpack",
     "write_json",
 ]

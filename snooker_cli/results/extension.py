@@ -124,10 +124,20 @@ def _changes(run: Run, present: dict[str, Any], names: Sequence[str]) -> str:
     old, new = present["experiment"], json.loads(to_json(run.experiment))
     found = []
     for name in names:
-        was, is_now = ((each.get("sweep") or {}).get(name, each.get(name)) for each in (old, new))
+        was, is_now = (_given(each, name) for each in (old, new))
         if was != is_now:
             found.append(f"{name} from {json.dumps(was)} to {json.dumps(is_now)}")
     return ", ".join(found)
+
+
+def _given(experiment: dict[str, Any], name: str) -> Any:
+    """The values of a key in its sweep, by itself or in a zip, or the one it has."""
+    sweep = experiment.get("sweep") or {}
+    zipped = sweep.get("zip") or ()
+    for group in (sweep, *([zipped] if isinstance(zipped, dict) else zipped)):
+        if name in group:
+            return group[name]
+    return experiment.get(name)
 
 
 def _differences(run: Run, present: dict[str, Any]) -> str:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from snooker_cli import store
 from snooker_cli.config import ConfigError, Experiment, parse, points
+from snooker_cli.results import files
 from snooker_cli.results.extension import as_json, read_manifest, refusal
 from snooker_cli.results.failures import forget_failures
 from snooker_cli.results.run import MANIFEST, Run, RunError, write_json
@@ -33,6 +34,7 @@ def held(directory: Path) -> Iterator[None]:
     machines two runs may still meet: their files are whole, as each is written under a name of
     its own, and the last one stays.
     """
+    _refuse_file(directory)
     with _said(directory):
         directory.mkdir(parents=True, exist_ok=True)
     if sys.platform == "win32":  # where a folder cannot be locked
@@ -117,6 +119,7 @@ def planned(
     directory: Path, experiment: Experiment, *, fresh: bool = False, engine: str | None = None
 ) -> Run:
     """The run that ``create`` makes, and its errors, but nothing is written."""
+    _refuse_file(directory)
     run = Run(directory, experiment, points(experiment), engine)
     manifest = directory / MANIFEST
     if manifest.exists() and not fresh:
@@ -132,17 +135,15 @@ def planned(
 
 
 def open_run(name: str | Path) -> Run:
-    """A run by its folder, or by its name under ``runs/``. Raises ``RunError``."""
-    directory = Path(name)
-    if not (directory / MANIFEST).is_file() and (RUNS / name / MANIFEST).is_file():
-        directory = RUNS / name
-    manifest = directory / MANIFEST
-    if not manifest.is_file():
+    """A run by its folder or packed file, or by its name under ``runs/``. Raises ``RunError``."""
+    directory = next(filter(_is_run, _meant(name)), None)
+    if directory is None:
         raise RunError(
             f"{name}: there is no run here (no {MANIFEST}); make one with `snooker run CONFIG`"
         )
+    manifest = directory / MANIFEST
     try:
-        content = json.loads(manifest.read_text(encoding="utf-8"))
+        content = json.loads(files.text(directory, MANIFEST))
         experiment = parse(json.dumps(content["experiment"]), str(manifest)).experiment
         version = int(content["engine_version"])
     except (OSError, ValueError, KeyError, TypeError, ConfigError) as error:
@@ -152,15 +153,31 @@ def open_run(name: str | Path) -> Run:
 
 
 def runs_in(directory: Path) -> list[Path]:
-    """The folders of runs in a folder, or the folder itself if it is one. Raises ``RunError``."""
+    """The folders of runs and the packed ones in a folder, or itself if it is a run.
+
+    Raises ``RunError``.
+    """
+    if _is_run(directory):
+        return [directory]
     if not directory.is_dir():
         raise RunError(
             f"{directory}: there is no such folder; `snooker run CONFIG` makes {RUNS}, or name a "
             "folder that has runs in it"
         )
-    if (directory / MANIFEST).is_file():
-        return [directory]
-    return sorted(path.parent for path in directory.glob(f"*/{MANIFEST}"))
+    folders = [path.parent for path in directory.glob(f"*/{MANIFEST}")]
+    return sorted([*folders, *filter(_is_run, directory.glob(f"*{files.SUFFIX}"))])
+
+
+def _meant(name: str | Path) -> Iterator[Path]:
+    """What a run's name can mean, the likeliest first."""
+    for path in (Path(name), RUNS / name):
+        yield path
+        yield path.with_name(path.name + files.SUFFIX) if path.name else path
+
+
+def _is_run(path: Path) -> bool:
+    """Whether a path is a run's folder or a packed run."""
+    return store.is_packed_run(path) if path.is_file() else (path / MANIFEST).is_file()
 
 
 @contextmanager
@@ -172,6 +189,17 @@ def _said(directory: Path) -> Iterator[None]:
         raise RunError(
             f"{directory}: cannot be written ({error.strerror}); give --out for another folder"
         ) from None
+
+
+def _refuse_file(directory: Path) -> None:
+    """Raise ``RunError`` for a file: a packed run, in which nothing is written, or any other."""
+    if store.is_packed_run(directory):
+        raise RunError(
+            f"{directory}: is a packed run, which is never changed; `snooker unpack {directory}` "
+            "and run in its folder, or give --out for another one"
+        )
+    if directory.is_file():
+        raise RunError(f"{directory}: cannot be written (is a file); give --out for another folder")
 
 
 def _holds_files(directory: Path) -> bool:

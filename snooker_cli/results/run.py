@@ -16,6 +16,7 @@ from typing import Any
 from snooker_cli import store
 from snooker_cli.config import ConfigError, Experiment, Point, digest, extends, parse, to_json
 from snooker_cli.engine import ENGINE_VERSION
+from snooker_cli.results import files
 from snooker_cli.store import Told
 from snooker_cli.trace import StopReason, Trace
 
@@ -55,11 +56,16 @@ class Run:
 
     @property
     def name(self) -> str:
-        """The folder's name."""
-        return self.directory.name
+        """The folder's name; of a packed run, the one that its folder had."""
+        return self.directory.stem if self.packed else self.directory.name
+
+    @property
+    def packed(self) -> bool:
+        """Whether all of it is in one file, which is read like the folder and never changed."""
+        return self.directory.is_file()
 
     def path(self, point: int, repeat: int) -> Path:
-        """Where a repeat's file is, or will be."""
+        """Where a repeat's file is, or will be; of a packed run, what ``store`` takes for it."""
         return self.directory / f"point-{point:04d}" / f"repeat-{repeat:04d}.h5"
 
     def present(self, point: Point) -> int:
@@ -68,9 +74,17 @@ class Run:
         Those of before the run was extended are not counted until they are made anew.
         """
         return sum(
-            path.exists() and not self._shorter(point, repeat)
-            for repeat, path in enumerate(self._paths(point))
+            self.holds(point, repeat) and not self._shorter(point, repeat)
+            for repeat in range(self.experiment.repeats)
         )
+
+    def holds(self, point: Point, repeat: int) -> bool:
+        """Whether a repeat has a file, whatever is in it."""
+        return store.about(self.path(point.index, repeat)) is not None
+
+    def repeats_there(self) -> list[Path]:
+        """The files of all repeats that are there, of the config or not."""
+        return files.repeats(self.directory)
 
     def traces(self, point: Point) -> Iterator[Trace]:
         """The repeats of a point that are there, in order; none of before it was extended.
@@ -79,10 +93,10 @@ class Run:
         not of this run.
         """
         found = False
-        for repeat, path in enumerate(self._paths(point)):
-            if not path.exists():
+        for repeat in range(self.experiment.repeats):
+            if not self.holds(point, repeat):
                 continue
-            stored = store.read(path)
+            stored = store.read(self.path(point.index, repeat))
             trace = stored.trace
             told = store.Told(trace.stop, trace.collisions, stored.provenance)
             state, said = self.state(point, repeat, told)
@@ -140,10 +154,6 @@ class Run:
             return False
         return self.state(point, repeat, told)[0] is State.SHORTER
 
-    def _paths(self, point: Point) -> Iterator[Path]:
-        """Where a point's repeats are, or will be."""
-        return (self.path(point.index, repeat) for repeat in range(self.experiment.repeats))
-
     def manifest(self) -> dict[str, Any]:
         """What ``run.json`` says: the experiment and what identifies its points."""
         forced = {} if self.engine is None else {"engine": self.engine}
@@ -160,17 +170,28 @@ class Run:
 
     def analyses(self) -> list[Path]:
         """What ``fit`` and ``compare`` have saved here."""
-        return [path for name in ANALYSES if (path := self.directory / name).is_file()]
+        return [
+            self.directory / each for name in ANALYSES for each in files.names(self.directory, name)
+        ]
+
+    @property
+    def figures_folder(self) -> Path:
+        """Where ``plot`` draws: in the run's folder, or beside its packed file."""
+        if self.packed:
+            return self.directory.with_name(f"{self.name}-figures")
+        return self.directory / "figures"
 
     def figures(self) -> list[Path]:
         """What ``plot`` has drawn in the run's folder, known by the numbers beside each figure."""
+        there = files.names(self.directory, "figures/*")
         found = []
-        for data in sorted((self.directory / "figures").glob("*.json")):
+        for name in (name for name in there if name.endswith(".json")):
             with suppress(OSError, ValueError):
-                content = json.loads(data.read_text(encoding="utf-8"))
+                content = json.loads(files.text(self.directory, name))
                 if isinstance(content, dict) and content.keys() >= FIGURE_KEYS:
-                    found += [data, *(data.with_suffix(ending) for ending in (".svg", ".png"))]
-        return [path for path in found if path.is_file()]
+                    stem = name.removesuffix(".json")
+                    found += [name, *(stem + ending for ending in (".svg", ".png"))]
+        return [self.directory / name for name in found if name in there]
 
 
 def write_json(path: Path, content: Any) -> None:

@@ -1,10 +1,11 @@
-"""Points x repeats -> threads over the engine -> files; resumes, and tells how it goes."""
+"""Points x repeats -> an executor over the engine -> files; resumes, and tells how it goes."""
 
-from snooker_cli.runner.execution import Outcome, Watcher, execute, versions
+from snooker_cli.runner.execution import Watcher, execute
 from snooker_cli.runner.kinds import Kind, kinds
 from snooker_cli.runner.ledger import Entry, Job, Ledger, PointLedger, entry, jobs, ledger
-from snooker_cli.runner.threads import LOOK
+from snooker_cli.runner.repeat import Outcome, versions
 from snooker_cli.runner.verification import Verdict, verify
+from snooker_cli.runner.workers import LOOK
 
 __all__ = [
     "LOOK",

@@ -1,52 +1,24 @@
-"""Doing what is missing of a run: checked, compiled for, simulated and stored, in threads."""
+"""Doing what is missing of a run: checked, compiled for, simulated and stored by workers."""
 
 from __future__ import annotations
 
-import json
-import platform
 import sys
 import threading
 import time
-import traceback
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from datetime import UTC, datetime
-from functools import cache
-from importlib.metadata import version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from snooker_cli import store
-from snooker_cli.config import to_json
-from snooker_cli.engine import ENGINE_VERSION, simulate, specialisation
 from snooker_cli.results import Run, State, forget_failures, note_failure
+from snooker_cli.runner.compiling import compile_for
 from snooker_cli.runner.kinds import alike, arranged
 from snooker_cli.runner.ledger import Job, entry, jobs
+from snooker_cli.runner.repeat import LeftError, Outcome, do
 from snooker_cli.runner.threads import Threads
-from snooker_cli.scene import Scene, SceneError
 from snooker_cli.store import Told
-from snooker_cli.trace import Stop, StopReason, Trace, Work
 
-MANY = 8192
-"""Balls that are enough to compile for any number of them."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What became of a repeat: how it ended, or the error that kept it from ending.
-
-    cached : it was there already, and has been checked instead of simulated
-    traceback : where an error arose that no user can have made
-    work : what simulating it took
-    """
-
-    point: int
-    repeat: int
-    stop: Stop | None
-    collisions: int
-    cached: bool = False
-    error: str | None = None
-    traceback: str = ""
-    work: Work | None = None
+if TYPE_CHECKING:
+    from snooker_cli.runner.cluster import Cluster
 
 
 class Watcher:
@@ -69,12 +41,19 @@ class Watcher:
 
 
 def execute(
-    run: Run, *, workers: int, watcher: Watcher, cancelled: threading.Event
+    run: Run,
+    *,
+    workers: int,
+    watcher: Watcher,
+    cancelled: threading.Event,
+    cluster: Cluster | None = None,
 ) -> list[Outcome]:
     """Do what is missing of a run; every outcome, in order of point and repeat.
 
     workers : threads; the results' bits do not depend on it
     cancelled : once set, what is simulated is saved as interrupted; nothing else is waited for
+    cluster : simulates instead of the threads, which then only check what is there; it tells of
+        collisions when their repeat has ended
 
     An error in one repeat does not stop the others. Raises ``KeyboardInterrupt`` never: the
     caller turns signals into ``cancelled``.
@@ -82,6 +61,7 @@ def execute(
     outcomes: list[Outcome] = []
     there: list[Job] = []
     missing: list[Job] = []
+    command = " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])
     for job in jobs(run):
         exists = run.path(job.point.index, job.repeat).exists()
         (there if exists else missing).append(job)
@@ -102,18 +82,29 @@ def execute(
             missing.sort(key=lambda job: (job.point.index, job.repeat))
             _discard_analyses(run, watcher)
             clock = time.perf_counter()
-            for _ in threads.each(lambda what, _: _warm_up(what, run.engine), [missing]):
+            to_compile = [missing] if cluster is None else []
+            for _ in threads.each(lambda what, _: _warm_up(what, run.engine), to_compile):
+                pass
+            if not cancelled.is_set():
                 watcher.simulating(time.perf_counter() - clock)
 
-        def do(job: Job, keep: Callable[[], bool]) -> Outcome | None:
-            return _do(run, job, watcher, cancelled, keep)
+        def here(job: Job, keep: Callable[[], bool]) -> Outcome | None:
+            return _do_here(run, job, watcher, cancelled, keep, command)
 
-        for outcome in threads.each(do, missing):
-            if outcome is not None:
-                if outcome.error:
-                    note_failure(run, outcome.point, outcome.repeat, outcome.error)
-                outcomes.append(outcome)
-                watcher.finished(outcome)
+        doing = (
+            threads.each(here, missing)
+            if cluster is None
+            else cluster.repeats(run, missing, command)
+        )
+        for outcome in doing:
+            if outcome is None:
+                continue
+            if outcome.error:
+                note_failure(run, outcome.point, outcome.repeat, outcome.error)
+            if cluster is not None:
+                watcher.events(outcome.collisions)
+            outcomes.append(outcome)
+            watcher.finished(outcome)
     return sorted(outcomes, key=lambda outcome: (outcome.point, outcome.repeat))
 
 
@@ -134,37 +125,19 @@ def _discard_analyses(run: Run, watcher: Watcher) -> None:
 
 def _warm_up(missing: list[Job], engine: str | None) -> None:
     """Compile, before any repeat starts, what the jobs' scenes need."""
-    seen = []
     for same in alike(job.point for job in missing).values():
-        scene = arranged(same[0].experiment, 0)
-        models = specialisation(scene, engine=engine)
-        if models in seen:
-            continue
-        seen.append(models)
-        few = _first(MANY, scene)
-        if specialisation(few, engine=engine) == models:
-            scene = few
-        simulate(scene, collisions=1, summary=True, engine=engine)
+        compile_for(arranged(same[0].experiment, 0), engine)
 
 
-def _first(number: int, scene: Scene) -> Scene:
-    """A scene of the first balls of another."""
-    columns = ("positions", "velocities", "radii", "masses")
-    return replace(scene, **{name: getattr(scene, name)[:number].copy() for name in columns})
-
-
-class _LeftError(Exception):
-    """Nobody waits for a repeat any more."""
-
-
-def _do(
+def _do_here(
     run: Run,
     job: Job,
     watcher: Watcher,
     cancelled: threading.Event,
     keep: Callable[[], bool],
+    command: str,
 ) -> Outcome | None:
-    """Simulate and store one repeat; None if the run was cancelled before it began.
+    """Do one repeat in a thread; None if the run was cancelled before it began.
 
     keep : tells that there is something to save; false if nobody waits for it any more
     """
@@ -173,62 +146,8 @@ def _do(
 
     def watch(events: int) -> bool:
         if not keep():
-            raise _LeftError
+            raise LeftError
         watcher.events(events)
         return cancelled.is_set()
 
-    started, clock = datetime.now(UTC), time.perf_counter()
-    experiment = job.point.experiment
-    try:
-        scene = arranged(experiment, job.repeat)
-        path = run.path(job.point.index, job.repeat)
-        with store.Recorder(path, scene) as recorder:
-            trace = simulate(
-                scene,
-                collisions=experiment.collisions,
-                time=experiment.time,
-                summary=experiment.record == "summary",
-                watch=watch,
-                sink=recorder.add,
-                engine=run.engine,
-            )
-            provenance = store.Provenance(
-                config=to_json(experiment),
-                digest=job.digest,
-                parameters=json.dumps(job.point.as_json()),
-                point=job.point.index,
-                repeat=job.repeat,
-                engine_version=ENGINE_VERSION,
-                versions=versions(),
-                machine=f"{platform.machine()} {platform.processor()}".strip(),
-                command=" ".join([Path(sys.argv[0]).name, *sys.argv[1:]]),
-                started=started.isoformat(timespec="milliseconds"),
-                seconds=time.perf_counter() - clock,
-                engine=run.engine,
-            )
-            if not _keeps_what_is_there(run, job, trace):
-                recorder.finish(trace, provenance)
-    except _LeftError:
-        return None
-    except (store.StoreError, SceneError) as error:
-        return Outcome(job.point.index, job.repeat, None, 0, error=str(error))
-    except Exception as error:  # one repeat's failure must not end the others
-        said, where = f"{type(error).__name__}: {error}", traceback.format_exc()
-        return Outcome(job.point.index, job.repeat, None, 0, error=said, traceback=where)
-    return Outcome(job.point.index, job.repeat, trace.stop, trace.collisions, work=trace.work)
-
-
-def _keeps_what_is_there(run: Run, job: Job, trace: Trace) -> bool:
-    """Whether a repeat that was interrupted is in its place already, and as far or further."""
-    if trace.stop.reason is not StopReason.INTERRUPTED:
-        return False
-    there = entry(run, job, store.glance)
-    longer = there.told is not None and there.told.collisions >= trace.collisions
-    return longer and there.state in (State.SHORTER, State.INTERRUPTED)
-
-
-@cache
-def versions() -> str:
-    """The versions of what made the numbers, as JSON."""
-    names = ("snooker", "numpy", "numba", "h5py")
-    return json.dumps({"python": platform.python_version(), **{n: version(n) for n in names}})
+    return do(run, job, watch, command)

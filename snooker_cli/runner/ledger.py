@@ -99,7 +99,7 @@ def entry(run: Run, job: Job, look: Callable[[Path], Told] = store.check) -> Ent
     look : ``store.check``, or ``store.glance`` where it is enough what the file says of itself
     """
     path = run.path(job.point.index, job.repeat)
-    if not path.exists():
+    if store.about(path) is None:
         return Entry(job, path, State.MISSING)
     try:
         told = look(path)
@@ -120,12 +120,12 @@ def ledger(run: Run) -> Ledger:
     for job in jobs(run):
         found = entry(run, job, store.glance)
         _count(points[job.point.index], found, found.path in begun, failed)
-        if found.state is State.MISSING:
+        about = store.about(found.path)
+        if about is None:
             continue
-        about = found.path.stat()
-        files, size = files + 1, size + about.st_size
-        if newest is None or about.st_mtime > newest[0]:
-            newest = about.st_mtime, found.told.provenance.command if found.told else ""
+        files, size = files + 1, size + about.bytes
+        if newest is None or about.modified / 1e9 > newest[0]:
+            newest = about.modified / 1e9, found.told.provenance.command if found.told else ""
     finished, command = newest or (None, "")
     return Ledger(run, held, points, finished, command, files, size)
 

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
-from typing import Self, TypeVar
+from typing import Any, Self
 
-LOOK = 0.02
-"""Seconds after which whoever waits for threads looks whether the run is cancelled."""
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
+from snooker_cli.runner.workers import Result, Workers
 
 
-class Threads:
+class Threads(Workers):
     """Threads for all that takes long, so that an interrupt is answered meanwhile.
 
-    After it, only those are waited for that have something to keep. The others, which compile or
-    arrange a million balls, are left behind; they write nothing.
+    What they do is given an item, and what to call when it has something to keep: false means that
+    nobody waits for it any more. After an interrupt, only threads are waited for that have
+    something to keep. The others, which compile or arrange a million balls, are left behind; they
+    write nothing.
     """
 
     def __init__(self, workers: int, cancelled: threading.Event) -> None:
-        self._workers, self._cancelled = workers, cancelled
-        self._pool = ThreadPoolExecutor(workers)
+        super().__init__(ThreadPoolExecutor(workers), 2 * workers, cancelled)
+        self._keeps: dict[Future[Any], threading.Event] = {}
         self._lock = threading.Lock()
         self._left = False
 
@@ -32,31 +30,13 @@ class Threads:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        self._pool.shutdown(wait=not self._cancelled.is_set(), cancel_futures=True)
+        self._executor.shutdown(wait=not self._cancelled.is_set(), cancel_futures=True)
 
-    def each(
-        self, function: Callable[[Item, Callable[[], bool]], Result], items: Iterable[Item]
-    ) -> Iterator[Result]:
-        """Results for items as they come; the first ones only, once the run is cancelled.
-
-        function : is given an item, and what to call when it has something to keep: false means
-            that nobody waits for it any more
-        """
-        under_way: dict[Future[Result], threading.Event] = {}
-        todo = iter(items)
-        while not self._leaves(under_way.values()):
-            while len(under_way) < 2 * self._workers and not self._cancelled.is_set():
-                item = next(todo, None)
-                if item is None:
-                    break
-                keeps = threading.Event()
-                future = self._pool.submit(function, item, partial(self._keep, keeps))
-                under_way[future] = keeps
-            if not under_way:
-                return
-            for future in wait(under_way, LOOK, FIRST_COMPLETED).done:
-                del under_way[future]
-                yield future.result()
+    def _submit(self, function: Callable[..., Result], item: Any) -> Future[Result]:
+        keeps = threading.Event()
+        future = self._executor.submit(function, item, partial(self._keep, keeps))
+        self._keeps[future] = keeps
+        return future
 
     def _keep(self, keeps: threading.Event) -> bool:
         """Note that a thread has something to keep, unless nobody waits any more."""
@@ -65,8 +45,11 @@ class Threads:
                 keeps.set()
             return not self._left
 
-    def _leaves(self, under_way: Iterable[threading.Event]) -> bool:
-        """Whether the run is cancelled, and no thread has anything to keep."""
+    def _leaves(self, under_way: Mapping[Future[Any], Any]) -> bool:
         with self._lock:
-            self._left = self._cancelled.is_set() and not any(one.is_set() for one in under_way)
+            self._left = not any(self._keeps[future].is_set() for future in under_way)
             return self._left
+
+    def _result(self, future: Future[Result], _item: Any) -> Result:
+        del self._keeps[future]
+        return future.result()

@@ -72,7 +72,7 @@ def _targets(run: Run) -> Iterator[Job | Path]:
     for job in jobs(run):
         wanted.add(run.path(job.point.index, job.repeat))
         yield job
-    for path in sorted(run.directory.glob("point-*/repeat-*.h5")):
+    for path in run.repeats_there():
         place = _place(path)
         if place is None or path in wanted:
             continue

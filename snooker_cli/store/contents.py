@@ -25,6 +25,10 @@ COLUMNS: dict[bytes, tuple[tuple[int, ...], Any, bytes | None]] = {
 }
 """The columns of events: shape of a row, type, unit."""
 
+RESIDUAL = b"observables/residual/value"
+LONG = {RESIDUAL: ((), hdf5.DOUBLE, b"s")}
+"""One more, of long repeats only."""
+
 KINDS = {"f": hdf5.DOUBLE, "i": hdf5.INTEGER}
 """The types of a summary's columns, by NumPy's letter."""
 
@@ -44,15 +48,23 @@ def create_events(root: Any, rows: int, *, chunked: bool = True) -> dict[bytes, 
         else hdf5.create(root, path, (rows, *shape), kind, unit)
         for path, (shape, kind, unit) in COLUMNS.items()
     }
-    for name in (b"step", b"time"):
-        hdf5.link(root, b"observables/impulse/" + name, b"connectivity/collisions/" + name)
+    _link_time(root, b"observables/impulse/")
     collisions = h5g.open(root, b"connectivity/collisions")
     hdf5.write_reference(collisions, b"particles_group", root, b"particles/balls")
     return columns
 
 
-def append_events(columns: dict[bytes, Any], events: Events, before: int, rows: int) -> None:
-    """Add a chunk of events after so many others."""
+def append_events(
+    root: Any, columns: dict[bytes, Any], events: Events, before: int, rows: int
+) -> None:
+    """Add a chunk of events after so many others.
+
+    The residual's column is made when there is one; the rows before, which are zero, take no room.
+    """
+    if events.residual is not None and RESIDUAL not in columns:
+        hdf5.create_group(root, b"observables/residual")
+        columns[RESIDUAL] = hdf5.create_chunked(root, RESIDUAL, rows, *LONG[RESIDUAL])
+        _link_time(root, b"observables/residual/")
     for path, values in _event_columns(events, before).items():
         hdf5.append_chunk(columns[path], before, values, hdf5.packed(values, rows))
 
@@ -61,18 +73,31 @@ def write_events(root: Any, events: Events) -> None:
     """All events at once."""
     number = len(events)
     if number >= COMPRESS_FROM:
-        append_events(create_events(root, number), events, 0, number)
+        append_events(root, create_events(root, number), events, 0, number)
         return
     columns = create_events(root, number, chunked=False)
+    if events.residual is not None:
+        hdf5.create_group(root, b"observables/residual")
+        columns[RESIDUAL] = hdf5.create(root, RESIDUAL, (number,), *LONG[RESIDUAL][1:])
+        _link_time(root, b"observables/residual/")
     for path, values in _event_columns(events, 0).items():
-        hdf5.put(columns[path], values, COLUMNS[path][1])
+        hdf5.put(columns[path], values, (COLUMNS | LONG)[path][1])
 
 
 def _event_columns(events: Events, before: int) -> dict[bytes, NDArray[Any]]:
     """Events as they stand in a file."""
     steps = np.arange(before + 1, before + 1 + len(events))
     pairs = np.stack([events.i, events.j], axis=1)[:, None, :]
-    return dict(zip(COLUMNS, (pairs, steps, events.time, events.impulse), strict=True))
+    columns: dict[bytes, NDArray[Any]] = dict(
+        zip(COLUMNS, (pairs, steps, events.time, events.impulse), strict=True)
+    )
+    return columns if events.residual is None else columns | {RESIDUAL: events.residual}
+
+
+def _link_time(root: Any, group: bytes) -> None:
+    """Give a quantity of events their numbers and times."""
+    for name in (b"step", b"time"):
+        hdf5.link(root, group + name, b"connectivity/collisions/" + name)
 
 
 def write_summary(root: Any, summary: Summary) -> None:

@@ -19,12 +19,16 @@ class Fingerprint:
     """SHA-256 over all that a repeat's file holds; the events can be given in pieces."""
 
     def __init__(self) -> None:
-        self._columns = {field.name: hashlib.sha256() for field in fields(Events)}
+        self._columns = {name: hashlib.sha256() for name in ("time", "i", "j", "impulse")}
+        self._number = 0
 
     def add(self, events: Events) -> None:
-        """Take the next events."""
+        """Take the next events. A residual counts from where there is one; before it is zero."""
+        if events.residual is not None and "residual" not in self._columns:
+            self._columns["residual"] = hashlib.sha256(bytes(8 * self._number))
         for name, column in self._columns.items():
             column.update(_bytes(getattr(events, name)))
+        self._number += len(events)
 
     def content(self, trace: Trace, provenance: str) -> str:
         """The hash over the events given, the rest of a trace, and the provenance's JSON."""

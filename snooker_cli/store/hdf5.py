@@ -208,6 +208,11 @@ def length(place: Any, path: bytes) -> int:
     return int(h5d.open(place, path).shape[0])
 
 
+def exists(place: Any, name: bytes) -> bool:
+    """Whether there is something of that name, in groups that are there."""
+    return bool(place.links.exists(name))
+
+
 def link(place: Any, path: bytes, target: bytes) -> None:
     """Another name for what is at ``target``."""
     place.links.create_hard(path, place, target)

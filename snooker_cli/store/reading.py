@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from snooker_cli.scene import Scene
 from snooker_cli.store import hdf5
+from snooker_cli.store.contents import RESIDUAL
 from snooker_cli.store.fingerprint import Fingerprint
+from snooker_cli.store.places import is_packed, place
 from snooker_cli.store.records import (
     SCHEMA_VERSION,
     Checked,
@@ -52,6 +54,16 @@ def glance(path: Path) -> Told:
         return Told(_stop(ending), ending["wall_events"] + ending["pair_events"], provenance)
 
 
+def events(path: Path) -> Iterator[Events]:
+    """A repeat's events, some at a time, in bounded memory; ``check`` is who checks them.
+
+    Raises ``StoreError``.
+    """
+    with _opened(path) as root:
+        _own(root, path)
+        yield from _events(root, AT_ONCE)
+
+
 def _verified(path: Path, *, keep: bool) -> tuple[Trace, Provenance, Fingerprint]:
     """A repeat whose content is as it was written; its events only if they are to be kept."""
     fingerprint = Fingerprint()
@@ -66,7 +78,8 @@ def _verified(path: Path, *, keep: bool) -> tuple[Trace, Provenance, Fingerprint
         expected, said = hdf5.read_text(own, b"content"), hdf5.read_text(own, b"provenance")
         provenance = Provenance(**json.loads(said))
     if fingerprint.content(trace, said) != expected:
-        raise StoreError(f"{path}: its content has changed since it was written; run it again")
+        remedy = _remedy(path, "run it again")
+        raise StoreError(f"{path}: its content has changed since it was written; {remedy}")
     return trace, provenance, fingerprint
 
 
@@ -84,13 +97,10 @@ def _own(root: Any, path: Path) -> Any:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """The root of a file; what HDF5 or the schema does not take is raised as ``StoreError``."""
+    """A repeat's group; what HDF5 or the schema does not take is raised as ``StoreError``."""
     try:
-        file = hdf5.to_read(path)
-        try:
-            yield h5g.open(file, b"/")
-        finally:
-            file.close()
+        with place(path) as root:
+            yield root
     except FileNotFoundError:
         raise StoreError(
             f"{path}: there is no such result; run the config, which does what is missing"
@@ -100,10 +110,15 @@ def _opened(path: Path) -> Iterator[Any]:
             raise StoreError(
                 f"{path}: is a folder where a result's file should be; delete it and run again"
             ) from None
+        remedy = _remedy(path, "delete it and run again")
         raise StoreError(
-            f"{path}: not a readable result of snooker ({hdf5.said(error)}); delete it and run "
-            "again"
+            f"{path}: not a readable result of snooker ({hdf5.said(error)}); {remedy}"
         ) from None
+
+
+def _remedy(path: Path, otherwise: str) -> str:
+    """What to do about a bad repeat: one that is packed cannot be made again where it is."""
+    return "take another copy of the packed run" if is_packed(path) else otherwise
 
 
 def _trace(root: Any) -> Trace:
@@ -166,6 +181,7 @@ def _events(root: Any, at_once: int | None) -> Iterator[Events]:
     """The events, so many at a time, or all; at least once."""
     number = hdf5.length(root, b"connectivity/collisions/time")
     size = at_once or max(number, 1)
+    long = hdf5.exists(root, b"observables/residual")
     for start in range(0, max(number, 1), size):
         rows = slice(start, min(start + size, number))
         pairs = hdf5.get(root, b"connectivity/collisions/value", np.int32, rows)
@@ -174,6 +190,7 @@ def _events(root: Any, at_once: int | None) -> Iterator[Events]:
             i=np.ascontiguousarray(pairs[:, 0, 0]),
             j=np.ascontiguousarray(pairs[:, 0, 1]),
             impulse=hdf5.get(root, b"observables/impulse/value", rows=rows),
+            residual=hdf5.get(root, RESIDUAL, rows=rows) if long else None,
         )
 
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 import os
 import threading
 from contextlib import suppress
-from dataclasses import fields
 from pathlib import Path
 from queue import Queue
 from typing import Self
 
-import numpy as np
 from h5py import h5f, h5g
 
 from snooker_cli.scene import Scene
@@ -26,7 +24,7 @@ from snooker_cli.store.fingerprint import Fingerprint
 from snooker_cli.store.parts import part_beside
 from snooker_cli.store.records import Provenance, StoreError
 from snooker_cli.store.skeleton import skeleton
-from snooker_cli.trace import Events, Trace
+from snooker_cli.trace import Events, Trace, joined
 
 ROWS = 65536
 """Events in a chunk of a file, 24 to 32 bytes each; longer repeats are written as they come."""
@@ -104,10 +102,10 @@ class Recorder:
 
     def _next(self, rows: int) -> Events:
         """So many of the events that wait, which then do so no more."""
-        waiting = _joined(self._pending)
-        self._pending = [_cut(waiting, slice(rows, None))]
+        waiting = joined(self._pending)
+        self._pending = [waiting[rows:]]
         self._waiting -= rows
-        return _cut(waiting, slice(rows))
+        return waiting[:rows]
 
     def _image(self, trace: Trace, provenance: Provenance) -> bytes:
         """The bytes of a short repeat's file."""
@@ -183,24 +181,7 @@ class _Stream:
             try:
                 if self._error is None and len(events):
                     self._fingerprint.add(events)
-                    append_events(self._columns, events, written, ROWS)
+                    append_events(self._root, self._columns, events, written, ROWS)
                     written += len(events)
             except Exception as error:  # raised where events are put
                 self._error = error
-
-
-def _joined(events: list[Events]) -> Events:
-    """Events one after the other, without copying a single piece."""
-    if len(events) == 1:
-        return events[0]
-    return Events(
-        *(
-            np.concatenate([getattr(each, field.name) for each in events])
-            for field in fields(Events)
-        )
-    )
-
-
-def _cut(events: Events, rows: slice) -> Events:
-    """Some of the events, without copying."""
-    return Events(*(getattr(events, field.name)[rows] for field in fields(events)))

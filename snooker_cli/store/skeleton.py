@@ -21,7 +21,7 @@ def skeleton(balls: int, shape: Shape) -> bytes:
     """
     name = f"skeleton-{threading.get_ident()}"
     with h5py.File(name, "w", driver="core", backing_store=False, libver=("v110", "v110")) as file:
-        _write_header(file)
+        write_header(file)
         file.create_group("parameters/snooker").attrs["schema_version"] = SCHEMA_VERSION
         for group, number in (("balls", balls), ("container", 1)):
             _write_particles(file.create_group(f"particles/{group}"), number, shape)
@@ -29,7 +29,7 @@ def skeleton(balls: int, shape: Shape) -> bytes:
         return bytes(file.id.get_file_image())
 
 
-def _write_header(file: h5py.File) -> None:
+def write_header(file: h5py.File) -> None:
     """The ``h5md`` group; its names are fixed-length strings, as the standard wants them."""
     from snooker_cli import __version__
 

@@ -1,0 +1,85 @@
+"""docs/cli.md is what the commands say of themselves: ``python tests/test_cli_reference.py``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+from typer.main import get_command
+
+from snooker_cli.cli import app
+from snooker_cli.cli.endings import Exit
+
+REFERENCE = Path(__file__).parents[1] / "docs" / "cli.md"
+
+HEAD = """\
+# The commands
+
+What `--help` prints for each; made by `python tests/test_cli_reference.py`. The
+[tutorial](tutorial.md) shows them at work.
+
+`snooker --install-completion` makes the shell that it is called from (bash, zsh, fish or
+PowerShell) complete commands and options, configs, names of runs, figures and templates, and after
+`-o` the keys of a config.
+"""
+
+MEANINGS = {
+    "DONE": "done",
+    "UNEXPECTED": "a fault of snooker's, or a bad file that `verify` found",
+    "USAGE": "a wrong command, or something that is not there",
+    "CONFIG": "a config that cannot be used",
+    "SOME_FAILED": "some repeats failed, or a measurement does not agree",
+    "INTERRUPTED": "interrupted",
+}
+
+
+def reference() -> str:
+    """The whole file."""
+    blocks = [f"## {path}\n\n```text\n{text}```\n" for path, text in helps("snooker", command())]
+    codes = [f"| {int(code)} | {MEANINGS[code.name]} |" for code in Exit]
+    table = "\n".join(["## Exit codes", "", "| code | meaning |", "|---|---|", *codes])
+    return "\n".join([HEAD, *blocks, table]) + "\n"
+
+
+def command() -> Any:
+    """The application with all its commands."""
+    return get_command(app)
+
+
+def helps(path: str, group: Any) -> Iterator[tuple[str, str]]:
+    """What ``--help`` prints of a command and of those in it."""
+    yield path, printed(path, group)
+    for name, inner in getattr(group, "commands", {}).items():
+        yield from helps(f"{path} {name}", inner)
+
+
+def printed(path: str, one: Any) -> str:
+    """What ``--help`` of a command prints on a terminal of 80 columns."""
+    with (
+        mock.patch.dict(os.environ, COLUMNS="80"),
+        redirect_stdout(StringIO()) as out,
+    ):
+        one.main(["--help"], prog_name=path, standalone_mode=False)
+    return "\n".join(line.rstrip() for line in out.getvalue().splitlines()) + "\n"
+
+
+def test_the_reference_is_what_help_prints() -> None:
+    assert REFERENCE.read_text(encoding="utf-8") == reference(), (
+        "a command has changed: run python tests/test_cli_reference.py"
+    )
+
+
+def test_the_reference_has_every_command() -> None:
+    paths = [path for path, _ in helps("snooker", command())]
+    assert {"snooker", "snooker run", "snooker init", "snooker bench speed"} <= set(paths)
+    for path, text in helps("snooker", command()):
+        assert text.startswith(f"Usage: {path} ")
+
+
+if __name__ == "__main__":
+    REFERENCE.write_text(reference(), encoding="utf-8")

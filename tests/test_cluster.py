@@ -1,0 +1,394 @@
+"""A run on a real scheduler with worker processes, through the real command line."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from conftest import Ended
+from repeating import bytes_of, contents, done, made
+
+from snooker_cli import results, store
+from snooker_cli.arrange import arrange
+from snooker_cli.engine import simulate
+from snooker_cli.results import Run
+from snooker_cli.runner import cluster
+from snooker_cli.runner.remote import Order, fulfil, software, stop
+from snooker_cli.trace import StopReason
+
+distributed = pytest.importorskip("distributed")
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="processes are stopped by signals")
+
+LONG = """\
+container: {radius: 10.0}
+balls: {rings: 1, radius: 1.0, speed: 10.0}
+cor: 1
+collisions: 120000
+repeats: 5
+"""
+"""Repeats that are written as they come, so that a worker that has begun one can be seen."""
+
+Command = Callable[..., Ended]
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[distributed.LocalCluster]:
+    """A scheduler with two workers, processes of one thread each; a killed one is replaced."""
+    with distributed.LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        dashboard_address=":0",
+        silence_logs=logging.CRITICAL,
+        local_directory=str(tmp_path_factory.mktemp("workers")),
+    ) as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def client(scheduler: distributed.LocalCluster) -> Iterator[distributed.Client]:
+    """For looking at the workers and changing them."""
+    with distributed.Client(scheduler.scheduler_address, set_as_default=False) as connected:
+        yield connected
+
+
+@pytest.fixture
+def executor(scheduler: distributed.LocalCluster, client: distributed.Client) -> str:
+    """What ``--executor`` is given; both workers are there, and equally quick to begin."""
+
+    def compile_first() -> None:
+        from snooker_cli.arrange import arrange
+        from snooker_cli.config import parse
+        from snooker_cli.runner.compiling import compile_for
+
+        compile_for(arrange(parse(LONG).experiment, 0), None, alone=True)
+
+    client.wait_for_workers(2, timeout=60)
+    client.run(compile_first)
+    return f"dask={scheduler.scheduler_address}"
+
+
+# The same bits
+
+
+@pytest.mark.parametrize(
+    "overrides", [(), ("record=summary", "container.mass=.inf,1e7", "cor=1.0")]
+)
+def test_a_cluster_gives_the_bits_of_threads(
+    overrides: tuple[str, ...], snooker: Command, here: Path, executor: str, small_config: str
+) -> None:
+    """And files that differ in the moment alone; that they are there is seen the next time."""
+    local = made(here / "local", small_config, *overrides)
+    done(local)
+    options = [word for override in overrides for word in ("-o", override)]
+    command = ["run", "small.yaml", "--out", "far", "--no-progress", "--executor", executor]
+    ended = snooker(*command, *options)
+    assert (ended.code, ended.err) == (0, "")
+    far = results.open_run(here / "far")
+    assert contents(far) == contents(local)
+    for path in far.directory.glob("point-*/*.h5"):
+        there = store.read(path).provenance
+        mine = store.read(local.directory / path.relative_to(far.directory)).provenance
+        moment = {"started": there.started, "seconds": there.seconds, "command": there.command}
+        assert replace(mine, **moment) == there
+        assert there.command == " ".join(["snooker", *command, *options])
+    before = bytes_of(far.directory)
+    again = snooker(*command, *options)
+    assert again.code == 0
+    assert f"{len(before)} repeats were there already" in again.out
+    assert bytes_of(far.directory) == before
+
+
+def test_a_dry_run_counts_the_workers_threads(snooker: Command, here: Path, executor: str) -> None:
+    ended = snooker("run", "small.yaml", "--executor", executor, "--dry-run", "--json")
+    assert (ended.code, ended.err) == (0, "")
+    assert '"threads": 2' in ended.out
+    assert not (here / "runs").exists()
+
+
+def test_a_local_run_needs_nothing_of_dask(here: Path, finished: Path) -> None:
+    script = (
+        "import sys\n"
+        "from snooker_cli.cli import main\n"
+        "try:\n"
+        "    main()\n"
+        "finally:\n"
+        "    assert not {'dask', 'distributed', 'snooker_cli.runner.cluster'} & sys.modules.keys()"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", script, "run", "small.yaml", "--no-progress", "-o", "repeats=4"],
+        cwd=here,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stderr
+
+
+# Interrupts
+
+
+@pytest.fixture
+def long_config(here: Path) -> list[str]:
+    """Arguments of a run whose repeats take a while."""
+    (here / "long.yaml").write_text(LONG)
+    return ["run", "long.yaml", "--out", "long", "--no-progress"]
+
+
+def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
+    here: Path, executor: str, long_config: list[str]
+) -> None:
+    command = [sys.executable, "-m", "snooker_cli", *long_config, "-o", "repeats=10000", "--yes"]
+    process = subprocess.Popen(
+        [*command, "--executor", executor],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    point = here / "long" / "point-0000"
+    while not (list(point.glob("*.h5")) and list(point.glob("*.part"))):
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.002)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate()
+    assert process.returncode == 130
+    assert said.startswith(
+        "snooker: stopping; saving what is under way\nsnooker: interrupted with "
+    )
+    there = {path: store.check(path).stop.reason for path in point.glob("*.h5")}
+    assert set(there.values()) <= {StopReason.COLLISIONS, StopReason.INTERRUPTED}
+    whole = [reason for reason in there.values() if reason is StopReason.COLLISIONS]
+    assert f"interrupted with {len(whole)} of 10,000 repeats done" in said
+    assert len(there) - len(whole) <= 2
+    before = bytes_of(here / "long")
+    assert not [name for name in before if name.endswith(".part")]
+
+
+# What cannot be
+
+
+@pytest.mark.parametrize(
+    ("executor", "sentence"),
+    [
+        ("ray=tcp://host:1", "--executor ray=tcp://host:1: there is no such executor; say threads"),
+        ("dask", "--executor dask=: no address of a scheduler; it looks like dask=tcp://HOST:8786"),
+        ("dask=host:8786", "--executor dask=host:8786: no address of a scheduler"),
+        ("dask=tcp://host", "--executor dask=tcp://host: no address of a scheduler"),
+        ("dask=tcp://host:65536", "--executor dask=tcp://host:65536: no address of a scheduler"),
+        ("dask=tcp://127.0.0.1:9", "no dask scheduler answers at tcp://127.0.0.1:9 ("),
+    ],
+)
+def test_what_is_no_scheduler_is_a_usage_error(
+    executor: str, sentence: str, snooker: Command, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cluster, "ANSWERS", 0.2)
+    ended = snooker("run", "small.yaml", "--executor", executor)
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err.startswith(f"snooker: {sentence}")
+    assert ended.err.count("\n") == 1
+    assert not (here / "runs").exists()
+
+
+def test_without_dask_its_extra_is_named(
+    snooker: Command, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    ended = snooker("run", "small.yaml", "--executor", "dask=tcp://127.0.0.1:8786")
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err == (
+        "snooker: --executor dask needs dask: install it with `pip install 'snooker[cluster]'`\n"
+    )
+
+
+def test_workers_with_another_engine_are_refused(
+    snooker: Command, here: Path, executor: str, client: distributed.Client
+) -> None:
+    def version(number: int | None) -> int:
+        from snooker_cli.runner import remote
+
+        before, remote.ENGINE_VERSION = remote.ENGINE_VERSION, number or remote.ENGINE_VERSION
+        return before
+
+    worker, *_ = client.run(version, None)
+    (mine,) = client.run(version, 99, workers=[worker]).values()
+    try:
+        ended = snooker("run", "small.yaml", "--executor", executor)
+    finally:
+        client.run(version, mine, workers=[worker])
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err.startswith(f"snooker: the worker at {worker} has snooker ")
+    assert "with engine version 99 and files of schema" in ended.err
+    assert not (here / "runs").exists()
+
+
+# What a worker does, in this process
+
+
+@pytest.fixture
+def order(finished: Path) -> Order:
+    """For the first repeat of the finished run."""
+    run = results.open_run(finished)
+    return Order(
+        under_way=str(finished),
+        software=software(),
+        directory=finished.absolute(),
+        identity=run.identity,
+        engine=None,
+        command="snooker",
+        point=0,
+        repeat=0,
+    )
+
+
+def test_a_repeat_that_is_there_is_not_done_again(order: Order, finished: Path) -> None:
+    """Of a worker that died before it could say so."""
+    before = bytes_of(finished)
+    outcome = fulfil(order)
+    assert outcome is not None
+    assert (outcome.error, outcome.work) == (None, None)
+    assert outcome.stop == store.read(finished / "point-0000" / "repeat-0000.h5").trace.stop
+    assert bytes_of(finished) == before
+
+
+def test_a_worker_that_does_not_share_the_folder_says_so(order: Order, tmp_path: Path) -> None:
+    outcome = fulfil(replace(order, directory=tmp_path / "elsewhere"))
+    assert outcome is not None
+    assert outcome.error is not None
+    assert outcome.error.startswith(f"{tmp_path}/elsewhere: there is no run here")
+    assert "--out must name a folder on a file system that all workers share" in outcome.error
+    other = fulfil(replace(order, identity="0" * 8))
+    assert other is not None
+    assert other.error is not None
+    assert "holds another run as the worker on " in other.error
+
+
+def test_a_worker_that_came_later_with_another_engine_says_so(order: Order) -> None:
+    outcome = fulfil(replace(order, software=software()._replace(engine=99)))
+    assert outcome is not None
+    assert outcome.error is not None
+    assert "with engine version 99" in outcome.error
+
+
+def test_a_stopped_run_begins_nothing(order: Order, finished: Path) -> None:
+    path = finished / "point-0000" / "repeat-0000.h5"
+    path.unlink()
+    assert stop(order.under_way) == []
+    assert fulfil(order) is None
+    assert not path.exists()
+
+
+# Workers that die
+
+
+def whole_files(directory: Path) -> dict[str, bytes]:
+    """The files of repeats, but those that are being written."""
+    return {name: each for name, each in bytes_of(directory).items() if name.endswith(".h5")}
+
+
+class Killer(threading.Thread):
+    """Kills one of two workers as soon as both are writing a repeat.
+
+    Both are halted first, so that none can end its repeat between a look and the kill.
+    """
+
+    def __init__(self, directory: Path, pids: list[int]) -> None:
+        super().__init__()
+        self.directory, self.pids = directory, pids
+        self.under_way: set[int] = set()
+        self.whole: dict[str, bytes] = {}
+        self.moment = ""
+        self.over = threading.Event()
+
+    def run(self) -> None:
+        while not (self.moment or self.over.wait(0.001)):
+            if len(self._begun()) < 2:
+                continue
+            try:
+                for pid in self.pids:
+                    os.kill(pid, signal.SIGSTOP)
+                    os.waitpid(pid, os.WUNTRACED)
+                self.under_way = self._begun()
+                if len(self.under_way) == 2:
+                    self.moment = datetime.now(UTC).isoformat(timespec="milliseconds")
+                    self.whole = whole_files(self.directory)
+                    os.kill(self.pids[0], signal.SIGKILL)
+            finally:
+                for pid in self.pids:
+                    with suppress(ProcessLookupError):
+                        os.kill(pid, signal.SIGCONT)
+
+    def _begun(self) -> set[int]:
+        """The repeats whose files are being written."""
+        found = self.directory.glob("point-0000/*.part")
+        return {int(path.name[len("repeat-") :].partition(".")[0]) for path in found}
+
+
+@contextmanager
+def killing(directory: Path, client: distributed.Client) -> Iterator[Killer]:
+    """Inside, a worker is killed as soon as it may be."""
+    killer = Killer(directory, list(client.run(os.getpid).values()))
+    killer.start()
+    try:
+        yield killer
+    finally:
+        killer.over.set()
+        killer.join()
+
+
+def started(run: Run, repeat: int) -> str:
+    return store.glance(run.path(0, repeat)).provenance.started
+
+
+def test_a_killed_worker_costs_the_repeat_that_it_was_at(
+    snooker: Command, here: Path, executor: str, client: distributed.Client, long_config: list[str]
+) -> None:
+    with killing(here / "long", client) as killer:
+        ended = snooker(*long_config, "--executor", executor)
+    assert (ended.code, ended.err) == (0, "")
+    run = results.open_run(here / "long")
+    again = [repeat for repeat in killer.under_way if started(run, repeat) > killer.moment]
+    assert len(again) == 1
+    assert killer.whole.items() <= bytes_of(run.directory).items()
+    assert not list(run.directory.rglob("*.part"))
+    assert len(whole_files(run.directory)) == 5
+    for repeat in killer.under_way:
+        alone = simulate(arrange(run.experiment, repeat), collisions=run.experiment.collisions)
+        there = store.check(run.path(0, repeat))
+        assert there.bits == store.content_hash(alone)
+
+
+def test_a_repeat_whose_workers_all_die_fails_alone(
+    snooker: Command,
+    here: Path,
+    executor: str,
+    scheduler: distributed.LocalCluster,
+    client: distributed.Client,
+    long_config: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """At once, where the scheduler tries each task with one worker only."""
+    monkeypatch.setattr(scheduler.scheduler, "allowed_failures", 0)
+    with killing(here / "long", client) as killer:
+        # One repeat for each worker, so that none is given to it that it has not begun.
+        ended = snooker(*long_config, "--executor", executor, "-j", "2")
+    assert ended.code == 4
+    run = results.open_run(here / "long")
+    (failed,) = (repeat for repeat in range(5) if not run.path(0, repeat).exists())
+    assert failed in killer.under_way
+    said = (
+        f"point 0, repeat {failed} failed: the scheduler gave it up after 1 of its workers had died"
+    )
+    assert ended.err.startswith(f"snooker: {said}"), ended.err
+    assert "1 failed, 4 collisions" in ended.out or "4 collisions, 1 failed" in ended.out
+    assert list(results.failures(run)) == [(0, failed)]

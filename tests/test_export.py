@@ -1,0 +1,305 @@
+"""``snooker export --out``: Parquet and H5MD files that other programs read as what they are."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pyh5md import File, element
+from scenes import gas
+
+from snooker_cli import results, store
+from snooker_cli.engine import replay, simulate
+from snooker_cli.export import (
+    EVENTS,
+    STATES,
+    ExportError,
+    csv_lines,
+    events_table,
+    frames,
+    states_table,
+    write_csv,
+    write_parquet,
+)
+from snooker_cli.scene import Scene
+from snooker_cli.store import Provenance, reading
+from snooker_cli.trace import Trace
+
+Snooker = Callable[..., Any]
+
+POINT = ("small", "--point", "1", "--repeat", "2")
+
+
+@pytest.fixture
+def trace(finished: Path) -> Trace:
+    """Point 1, repeat 2, of the finished run."""
+    return store.read(finished / "point-0001" / "repeat-0002.h5").trace
+
+
+def exported(snooker: Snooker, out: str, *options: str) -> Path:
+    """The written file, whose name alone is printed."""
+    ended = snooker("export", *POINT, "--out", out, *options)
+    assert (ended.code, ended.out, ended.err) == (0, f"{out}\n", "")
+    assert list(Path().glob(f"{out}*")) == [Path(out)]
+    return Path(out)
+
+
+# CSV
+
+
+@pytest.mark.parametrize("options", [(), ("--states", "--frames", "5")])
+def test_a_csv_file_is_what_would_be_printed(
+    options: tuple[str, ...], trace: Trace, snooker: Snooker
+) -> None:
+    out = exported(snooker, "a.csv", *options)
+    assert out.read_text() == snooker("export", *POINT, *options).out
+    assert exported(snooker, "table", "--format", "csv", *options).read_text() == out.read_text()
+
+
+def test_frames_are_even_and_every_ends_in_time(trace: Trace, snooker: Snooker) -> None:
+    end = trace.stop.time
+    for options, expected in (
+        (("--frames", "4"), np.linspace(0, end, 4)),
+        (("--every", "0.25"), np.arange(0, end, 0.25)),
+        (("--every", repr(end / 2)), [0, end / 2, end]),
+        (("--every", repr(end)), [0, end]),
+        (("--every", "1e9"), [0]),
+    ):
+        rows = csv.DictReader(snooker("export", *POINT, "--states", *options).out.splitlines())
+        times = [float(row["time"]) for row in rows if row["ball"] == "-1"]
+        assert times == list(expected)
+
+
+def test_batches_make_the_same_table_as_all_at_once(traces: dict[str, Trace]) -> None:
+    trace = traces["events"]
+    times = np.linspace(0, trace.stop.time, 23)
+    (whole,) = frames(trace, times)
+    few = list(frames(trace, times, most=3 * trace.start.number))
+    assert [len(batch.time) for batch in few] == [3] * 7 + [2]
+    (single,) = zip(*(batch.time for batch in frames(trace, times, most=1)), strict=True)
+    assert list(single) == times.tolist()
+    lines = "".join(csv_lines(STATES, [states_table(whole)]))
+    assert "".join(csv_lines(STATES, map(states_table, few))) == lines
+    assert lines.count("\n") == 1 + 23 * (trace.start.number + 1)
+
+
+@pytest.mark.parametrize("times", [[0.1, 0.0], [-0.1], [1e9], [np.nan], [0.0, np.nan]])
+def test_times_that_are_none_are_refused_before_anything_is_replayed(
+    times: list[float], traces: dict[str, Trace]
+) -> None:
+    with pytest.raises(ValueError, match="times must ascend within 0 and"):
+        frames(traces["events"], np.array(times), most=1)
+
+
+# Parquet
+
+
+def read_parquet(path: Path) -> Any:
+    return pytest.importorskip("pyarrow.parquet").ParquetFile(path)
+
+
+def test_events_are_read_from_parquet_as_the_same_numbers(trace: Trace, snooker: Snooker) -> None:
+    file = read_parquet(exported(snooker, "events.parquet"))
+    table, events = file.read(), trace.events
+    assert events is not None
+    assert table.column_names == list(EVENTS)
+    for name, unit in EVENTS.items():
+        values = getattr(events, name)
+        column = table[name].to_numpy()
+        assert (column.dtype, column.tobytes()) == (values.dtype, values.tobytes())
+        assert table.schema.field(name).metadata == {b"unit": unit.encode()}
+
+
+def test_parquet_tells_where_it_comes_from(finished: Path, snooker: Snooker) -> None:
+    checked = store.check(finished / "point-0001" / "repeat-0002.h5")
+    for options, size in (((), {"events": 150}), (("--states", "--frames", "3"), {"frames": 3})):
+        schema = read_parquet(exported(snooker, "a.parquet", *options)).schema_arrow
+        about = json.loads(schema.metadata[b"snooker"])
+        assert about.items() >= size.items()
+        assert about["bits"] == checked.bits
+        assert about["provenance"] == vars(checked.provenance)
+        assert about["ending"] == {**vars(checked.stop), "balls": list(checked.stop.balls)}
+
+
+def test_states_are_read_from_parquet_as_the_same_numbers(trace: Trace, snooker: Snooker) -> None:
+    out = exported(snooker, "states.parquet", "--states", "--times", "0,0.5")
+    table = read_parquet(out).read()
+    expected = states_table(replay(trace, [0.0, 0.5]))
+    assert table.column_names == list(STATES)
+    for name, unit in STATES.items():
+        column = table[name].to_numpy()
+        assert (column.dtype, column.tobytes()) == (expected[name].dtype, expected[name].tobytes())
+        assert table.schema.field(name).metadata == {b"unit": unit.encode()}
+
+
+def test_long_repeats_are_streamed_in_row_groups(
+    trace: Trace, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No more than a batch is in memory: each is written before the next is read."""
+    monkeypatch.setattr(reading, "AT_ONCE", 40)
+    file = read_parquet(exported(snooker, "events.parquet"))
+    assert [file.metadata.row_group(k).num_rows for k in range(4)] == [40, 40, 40, 30]
+    assert trace.events is not None
+    assert file.read()["time"].to_numpy().tobytes() == trace.events.time.tobytes()
+
+
+def test_a_source_that_breaks_off_leaves_no_file(traces: dict[str, Trace], tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    events = traces["events"].events
+    assert events is not None
+
+    def breaking_off() -> Any:
+        yield events_table(events)
+        raise KeyboardInterrupt
+
+    for write in (
+        lambda: write_parquet(tmp_path / "a.parquet", EVENTS, breaking_off(), {}),
+        lambda: write_csv(tmp_path / "a.csv", EVENTS, breaking_off()),
+    ):
+        with pytest.raises(KeyboardInterrupt):
+            write()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_pyarrow_it_is_told_how_to_get_it(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    ended = snooker("export", *POINT, "--out", "a.parquet")
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err == (
+        "snooker: a Parquet file needs pyarrow; install it with `pip install 'snooker[parquet]'`, "
+        "or export as CSV\n"
+    )
+    assert not list(Path().glob("a.parquet*"))
+
+
+def test_a_file_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    (tmp_path / "a").mkdir()
+    with pytest.raises(ExportError, match="a: cannot be written"):
+        write_parquet(tmp_path / "a", EVENTS, [], {})
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+
+
+# H5MD
+
+SCENES: dict[str, Callable[[], Scene]] = {
+    "fixed": lambda: gas("circle", 20, 0.3),
+    "free": lambda: gas("circle", 20, 0.3, container_mass=20.0),
+    "box": lambda: gas("box", 60, 0.3, aspect=1.5),
+    "periodic": lambda: gas("periodic", 60, 0.3),
+    "mixed": lambda: gas("circle", 20, 0.3, mixed=True),
+}
+
+
+@pytest.fixture(params=SCENES)
+def written(
+    request: pytest.FixtureRequest, tmp_path: Path, provenance: Provenance
+) -> tuple[Path, Trace, Any]:
+    """States of a scene in a file, its trace and the states."""
+    trace = simulate(SCENES[request.param](), collisions=60)
+    times = np.linspace(0, trace.stop.time, 7)
+    batches = frames(trace, times, most=2 * trace.start.number)
+    path = tmp_path / "states.h5md"
+    store.write_states(path, trace.start, times, batches, provenance, "bits")
+    return path, trace, replay(trace, times)
+
+
+def test_an_independent_reader_reads_the_states(written: tuple[Path, Trace, Any]) -> None:
+    path, trace, states = written
+    with File(path, "r") as file:
+        group = file.particles_group("trajectory")
+        for name, values in (("position", states.positions), ("velocity", states.velocities)):
+            found = element(group, name)
+            assert found.element_type == "TimeElement"
+            assert np.array_equal(found.time[:], states.time)
+            assert np.array_equal(found.value[:, :, :2], values)
+            assert not np.any(found.value[:, :, 2])
+        assert np.array_equal(element(group, "mass").value[:], trace.start.masses)
+        assert np.array_equal(element(group, "radius").value[:], trace.start.radii)
+        for name, values in (
+            ("container_position", states.container_positions),
+            ("container_velocity", states.container_velocities),
+        ):
+            assert np.array_equal(element(file["observables"], name).value[:, :2], values)
+
+
+def test_mdanalysis_reads_the_states(written: tuple[Path, Trace, Any]) -> None:
+    """Without a topology, in m and m/s; it keeps single precision."""
+    analysis = pytest.importorskip("MDAnalysis")
+    path, trace, states = written
+    options = {"n_atoms": trace.start.number, "convert_units": False, "to_guess": ()}
+    universe = analysis.Universe(str(path), **options)
+    assert len(universe.atoms) == trace.start.number
+    assert len(universe.trajectory) == 7
+    for k, step in enumerate(universe.trajectory):
+        assert step.time == states.time[k]
+        assert np.array_equal(step.positions[:, :2], states.positions[k].astype(np.float32))
+        assert np.array_equal(step.velocities[:, :2], states.velocities[k].astype(np.float32))
+        assert not np.any(step.positions[:, 2])
+        assert np.allclose(step.dimensions[:2], trace.start.size, rtol=1e-6)
+        assert step.dimensions[2] > 0
+        assert step.dimensions[3:].tolist() == [90, 90, 90]
+        centre = step.data["container_position"]
+        assert np.array_equal(centre[:2], states.container_positions[k])
+    assert universe.trajectory.units["time"] == "s"
+    assert universe.trajectory.units["velocity"] == "m/s"
+
+
+def test_h5md_is_states_at_the_times_asked_for(trace: Trace, snooker: Snooker) -> None:
+    for name, options, times in (
+        ("a.h5md", (), [0.0, trace.stop.time]),
+        ("b.h5", ("--frames", "9"), np.linspace(0, trace.stop.time, 9)),
+        ("c", ("--format", "h5md", "--times", "0:1:5"), np.linspace(0, 1, 5)),
+    ):
+        with File(exported(snooker, name, *options), "r") as file:
+            found = element(file.particles_group("trajectory"), "position")
+            assert found.time[:].tolist() == list(times)
+            assert found.step[:].tolist() == list(range(len(times)))
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--out", "a.xyz"], "--out a.xyz: give a name in .csv, .parquet, .h5md or .h5"),
+        (["--format", "parquet"], "--format parquet: give --out FILE, too"),
+        (["--format", "h5md"], "--format h5md: give --out FILE, too"),
+        (["--every", "1"], "--every goes with --states"),
+        (["--frames", "3", "--out", "a.parquet"], "--frames goes with --states"),
+        (["--out", "a.h5md", "--frames", "3", "--every", "1"], "--every and --frames both say"),
+        (["--states", "--every", "0"], "--every 0: give a number of seconds above 0"),
+        (["--states", "--every", "nan"], "--every nan: give a number of seconds above 0"),
+        (["--states", "--every", "1e-9"], "--every 1e-09: would be "),
+        (["--states", "--times", "1,0", "--out", "a.h5md"], "--times 1,0: times must ascend"),
+    ],
+)
+def test_what_does_not_go_together_is_said(
+    options: list[str], said: str, finished: Path, snooker: Snooker
+) -> None:
+    ended = snooker("export", "small", *options)
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err.startswith(f"snooker: {said}"), ended.err
+    assert not list(Path().glob("a*"))
+
+
+def test_a_damaged_repeat_is_not_exported(finished: Path, snooker: Snooker) -> None:
+    run = results.open_run("small")
+    path = run.path(1, 2)
+    image = bytearray(path.read_bytes())
+    image[image.index(store.read(path).trace.finish.velocities.tobytes()) + 2] ^= 16
+    path.write_bytes(image)
+    for options in ((), ("--out", "a.csv"), ("--out", "a.parquet"), ("--out", "a.h5md")):
+        ended = snooker("export", *POINT, *options)
+        assert (ended.code, ended.out) == (4, "")
+        assert "its content has changed" in ended.err
+    assert not list(Path().glob("a.*"))

@@ -1,0 +1,309 @@
+"""docs/file-format.md names all that is in the files, and the files have all that it names."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from scenes import gas
+
+from snooker_cli import results, store
+from snooker_cli.engine import simulate
+from snooker_cli.engine.epochs import LEAST_EVENTS
+from snooker_cli.export import frames
+from snooker_cli.results import Run
+from snooker_cli.scene import Scene
+from snooker_cli.store import SCHEMA_VERSION, Provenance
+from snooker_cli.trace import StopReason, Trace
+
+PAGE = (Path(__file__).parents[1] / "docs" / "file-format.md").read_text(encoding="utf-8")
+
+Row = dict[str, str]
+Snooker = Callable[..., Any]
+
+SCENES: dict[str, Callable[[], Scene]] = {
+    "fixed": lambda: gas("circle", 20, 0.3),
+    "free": lambda: gas("circle", 20, 0.3, container_mass=20.0),
+    "box": lambda: gas("box", 60, 0.3, aspect=1.5),
+    "periodic": lambda: gas("periodic", 60, 0.3),
+    "mixed": lambda: gas("circle", 20, 0.3, mixed=True, cor=0.9),
+}
+
+
+def tables(heading: str) -> list[list[Row]]:
+    """The tables under a heading, up to the next one of its level; without its backticks."""
+    level = heading.partition(" ")[0]
+    body = PAGE.split(f"\n{heading}\n")[1]
+    body = re.split(rf"\n#{{1,{len(level)}}} ", body)[0]
+    found = []
+    for block in re.findall(r"(?:^\|.*\n)+", body, flags=re.MULTILINE):
+        head, _, *rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines(block)]
+        found.append([dict(zip(head, row, strict=True)) for row in rows])
+    return found
+
+
+def lines(block: str) -> list[str]:
+    return block.replace("`", "").splitlines()
+
+
+def datasets(rows: list[Row], kinds: set[str]) -> dict[str, tuple[str, str, str]]:
+    """Name -> type, shape and unit of what the rows promise to files of some kinds."""
+    found = {}
+    for row in rows:
+        if row["in"] not in kinds:
+            continue
+        name, first = row["name"], re.split(r"[\[,\]]", row["shape"])[1]
+        if row["kind"] == "element":
+            found[f"{name}/value"] = row["type"], row["shape"], row["unit"]
+            found[f"{name}/step"] = "int64", f"[{first}]", ""
+            found[f"{name}/time"] = "float64", f"[{first}]", "s"
+        else:
+            found[name] = row["type"], row["shape"], row["unit"]
+    return found
+
+
+def attributes(rows: list[Row], kinds: set[str]) -> dict[tuple[str, str], tuple[str, str]]:
+    return {
+        (row["object"], row["attribute"]): (row["type"], row["shape"])
+        for row in rows
+        if row["in"] in kinds
+    }
+
+
+def objects(group: h5py.Group) -> Iterator[tuple[str, Any]]:
+    """Everything below a group by every name that it has, hard links too."""
+    for name in group:
+        yield name, group[name]
+        if isinstance(group[name], h5py.Group):
+            yield from ((f"{name}/{below}", item) for below, item in objects(group[name]))
+
+
+def kind_of(holder: h5py.AttributeManager, name: str) -> tuple[str, tuple[int, ...]]:
+    """Type, as the page has it, and shape of an attribute."""
+    attribute = holder.get_id(name)
+    text = h5py.check_string_dtype(attribute.dtype)
+    if text is not None:
+        return ("string" if text.length is None else "fixed string"), attribute.shape
+    if h5py.check_ref_dtype(attribute.dtype):
+        return "reference", attribute.shape
+    return str(attribute.dtype), attribute.shape
+
+
+def shape_of(text: str, letters: dict[str, int]) -> tuple[int, ...]:
+    """``[2, N, 2]`` with the numbers that a file has for its letters."""
+    sizes = [size.strip() for size in text.strip("[]").split(",")]
+    return tuple(letters[size] if size in letters else int(size) for size in sizes if size)
+
+
+def compare(
+    file: h5py.File,
+    data: list[Row],
+    attrs: list[Row],
+    kinds: set[str],
+    letters: dict[str, int],
+    text: str = "fixed string",
+) -> None:
+    """Assert that a file has what the page's rows say, and nothing else."""
+    there = dict(objects(file))
+    promised = datasets(data, kinds)
+    found = {name for name, item in there.items() if isinstance(item, h5py.Dataset)}
+    assert found == set(promised)
+    units = {}
+    for name, (kind, shape, unit) in promised.items():
+        assert str(there[name].dtype) == kind, name
+        assert there[name].shape == shape_of(shape, letters), name
+        if unit:
+            bracketed = re.fullmatch(r"\((.*)\)", unit)
+            holder = name.removesuffix("/value") if bracketed else name
+            units[holder, "unit"] = bracketed[1] if bracketed else unit
+    expected = attributes(attrs, kinds)
+    for name, item in [("", file), *there.items()]:
+        for attribute in item.attrs:
+            kind, shape = kind_of(item.attrs, attribute)
+            if attribute == "unit":
+                assert (kind, shape) == (text, ())
+                unit = item.attrs["unit"]
+                said = unit if isinstance(unit, str) else unit.decode()
+                assert said == units.pop((name, "unit")), name
+                continue
+            described, size = expected.pop((name, attribute))
+            assert (kind, shape) == (described, shape_of(size, letters)), (name, attribute)
+    assert (units, expected) == ({}, {})
+    named = {*promised, *(f"{holder}/" for holder, _ in attributes(attrs, kinds))}
+    for name in there:
+        assert any(f"{each}/".startswith(f"{name}/") for each in named), name
+
+
+def trace_of(scene: str, record: str) -> Trace:
+    number = LEAST_EVENTS + 1 if record == "long" else 40
+    return simulate(SCENES[scene](), collisions=number, summary=record == "summary")
+
+
+@pytest.mark.parametrize(
+    ("scene", "record"),
+    [*itertools.product(SCENES, ["events", "summary"]), ("fixed", "long")],
+)
+def test_a_repeats_file_has_what_the_page_says(
+    scene: str, record: str, tmp_path: Path, provenance: Provenance
+) -> None:
+    trace = trace_of(scene, record)
+    store.write(tmp_path / "repeat.h5", trace, provenance)
+    kinds = {"all", record} | ({"events"} if record == "long" else set())
+    kinds |= {"box"} if trace.start.shape != "circle" else set()
+    letters = {"N": trace.start.number, "n": trace.collisions}
+    if trace.summary is not None:
+        letters["g"] = len(trace.summary.series.time)
+    (data,), (attrs,) = tables("### Datasets"), tables("### Attributes")
+    with h5py.File(tmp_path / "repeat.h5") as file:
+        compare(file, data, attrs, kinds, letters)
+
+
+JSON = {
+    str: "string",
+    bool: "boolean",
+    int: "integer",
+    float: "number",
+    list: "list",
+    dict: "object",
+}
+
+
+def compare_keys(content: dict[str, Any], rows: list[Row]) -> None:
+    """Assert that JSON has the page's keys, in its order, with its types."""
+    assert list(content) == [row["key"] for row in rows]
+    for row in rows:
+        value = content[row["key"]]
+        kind = "null" if value is None else JSON[type(value)]
+        assert kind in row["type"].split(" or "), row["key"]
+
+
+@pytest.mark.parametrize("engine", [None, "cells"])
+def test_the_jsons_of_a_repeat_have_the_keys_of_the_page(
+    engine: str | None, traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
+) -> None:
+    store.write(tmp_path / "repeat.h5", traces["events"], replace(provenance, engine=engine))
+    with h5py.File(tmp_path / "repeat.h5") as file:
+        own = dict(file["parameters/snooker"].attrs)
+    compare_keys(json.loads(own["ending"]), *tables("### The ending"))
+    compare_keys(json.loads(own["provenance"]), *tables("### The provenance"))
+    assert re.fullmatch("[0-9a-f]{64}", own["content"])
+
+
+def test_a_key_with_a_default_may_be_missing(
+    traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
+) -> None:
+    path = tmp_path / "repeat.h5"
+    store.write(path, traces["events"], provenance)
+    defaults = {
+        key: {row["key"]: json.loads(row["default"]) for row in rows if row["default"] != "–"}
+        for key, (rows,) in (
+            ("ending", tables("### The ending")),
+            ("provenance", tables("### The provenance")),
+        )
+    }
+    assert all(defaults.values())
+    with h5py.File(path, "r+") as file:
+        own = file["parameters/snooker"].attrs
+        for key, missing in defaults.items():
+            content = json.loads(own[key])
+            assert {name: content.pop(name) for name in missing} == missing
+            own[key] = json.dumps(content)
+    told = store.glance(path)
+    assert told.stop == traces["events"].stop
+    assert told.provenance == provenance
+
+
+def test_every_ending_is_named() -> None:
+    (rows,) = tables("### The ending")
+    named = re.findall(r"[a-z_]+", rows[0]["what"].replace(" or ", " "))
+    assert set(named) == set(StopReason)
+
+
+def test_the_page_is_of_this_schema() -> None:
+    assert f"1.1, schema version {SCHEMA_VERSION}." in PAGE
+    rows = [
+        row
+        for block in re.findall(r"^#{2,3} .*$", PAGE, flags=re.MULTILINE)
+        for table in tables(block)
+        for row in table
+        if "since" in row
+    ]
+    assert len(rows) > 50
+    assert {int(row["since"]) for row in rows} == set(range(1, SCHEMA_VERSION + 1))
+
+
+def test_a_runs_folder_has_what_the_page_says(finished: Path, snooker: Snooker) -> None:
+    run = results.open_run(finished)
+    for command in (["fit", "small"], ["compare", "small"]):
+        assert snooker(*command).code == 0
+    results.note_failure(run, 0, 1, "it failed")
+    folder, manifest = tables("## A run's folder")
+    names = {name for row in folder for name in row["name"].split(", ")}
+    there = {re.sub(r"\d{4}", "0000", str(path.relative_to(finished))) for path in walk(finished)}
+    there |= {f"{run.figures_folder.relative_to(finished)}/"}
+    assert there == names - {"*.part"}
+    (failure,) = (finished / results.FAILURES).read_text().splitlines()
+    assert [f"`{key}`" in PAGE for key in json.loads(failure)] == [True] * 3
+    content = json.loads((finished / results.MANIFEST).read_text())
+    compare_keys(content, [row for row in manifest if row["default"] == "–"])
+    (points,) = (row["what"] for row in manifest if row["key"] == "points")
+    assert all(key in points for key in content["points"][0])
+    forced = replace(run, engine="cells").manifest()
+    compare_keys(forced, manifest)
+
+
+def walk(directory: Path) -> Iterator[Path]:
+    return (path for path in directory.rglob("*") if path.is_file())
+
+
+def test_a_packed_run_has_what_the_page_says(finished_run: Run, tmp_path: Path) -> None:
+    results.pack(finished_run, tmp_path / "packed.h5")
+    (rows,) = tables("## A packed run")
+    kinds = {row["object"]: (row["kind"], row["type"]) for row in rows}
+    with h5py.File(tmp_path / "packed.h5") as file:
+        found = {name: ("attribute", kind_of(file.attrs, name)[0]) for name in file.attrs}
+        for name, item in objects(file["files"]):
+            assert (name, item.ndim) == ("run.json", 1)
+            found["files/NAME"] = "dataset", str(item.dtype)
+        repeats = {
+            f"{point}/{repeat}": file[point][repeat]
+            for point in file
+            if point != "files"
+            for repeat in file[point]
+        }
+        for name, group in repeats.items():
+            for attribute in group.attrs:
+                found[attribute] = "attribute", kind_of(group.attrs, attribute)[0]
+            found[re.sub(r"\d{4}", "0000", name)] = "group", ""
+            with h5py.File(finished_run.directory / f"{name}.h5") as alone:
+                assert described(group) == described(alone)
+        assert len(repeats) == 6
+    assert found == kinds
+
+
+def described(group: h5py.Group) -> dict[str, Any]:
+    """What is in a group, to the bits of its datasets."""
+    return {
+        name: (item.dtype, item[()].tobytes()) if isinstance(item, h5py.Dataset) else len(item)
+        for name, item in objects(group)
+    }
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_exported_states_are_what_the_page_says(
+    scene: str, tmp_path: Path, provenance: Provenance
+) -> None:
+    trace, times = trace_of(scene, "events"), np.array([0.0, 0.1, 0.1])
+    out = tmp_path / "states.h5md"
+    store.write_states(out, trace.start, times, frames(trace, times), provenance, "bits")
+    data, attrs = tables("### States: `.h5md`")
+    with h5py.File(out) as file:
+        compare(file, data, attrs, {"all"}, {"N": trace.start.number, "t": 3}, "string")
