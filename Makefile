@@ -20,10 +20,10 @@ setup: $(READY)  ## Make .venv with everything in it.
 
 report: runs/report/report.pdf  ## Simulate what has changed in configs/ and write runs/report/.
 
-test: $(READY)  ## Run the tests.
-	$(BIN)/pytest -n 2
+test: $(READY)  ## Run the tests but the long ones.
+	$(BIN)/pytest -n 2 -m "not long"
 
-check: $(READY)  ## Lint, types and tests.
+check: $(READY)  ## Lint, types and all tests.
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy

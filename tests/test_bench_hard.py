@@ -40,6 +40,7 @@ def test_every_config_is_in_the_catalogue_and_the_other_way_round() -> None:
     assert len(BY_NAME) == len(CASES)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_case_says_why_it_is_hard_and_holds(case: Hard) -> None:
     """By both engines where both know the container; shortened where it takes long."""

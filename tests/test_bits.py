@@ -108,6 +108,7 @@ def test_the_same_bits_twice():
     assert long_runs() == long_runs()
 
 
+@pytest.mark.long
 def test_the_same_bits_on_the_most_generic_processor(tmp_path):
     """Compiled anew for a CPU without wide vectors and without fused multiplication."""
     program = "import test_bits; print(*test_bits.long_runs())"

@@ -29,7 +29,10 @@ from snooker_cli.trace import StopReason
 
 distributed = pytest.importorskip("distributed")
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="processes are stopped by signals")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(sys.platform == "win32", reason="processes are stopped by signals"),
+]
 
 LONG = """\
 container: {radius: 10.0}

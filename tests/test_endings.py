@@ -6,7 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import EPSILON, digest, is_wall, report_scene, same_events, scene_of, twin_collisions
+from scenes import (
+    EPSILON,
+    digest,
+    gas,
+    is_wall,
+    report_scene,
+    same_events,
+    scene_of,
+    twin_collisions,
+)
 
 from snooker_cli.engine import epochs, simulate, specialisation
 from snooker_cli.scene import Scene
@@ -247,6 +256,15 @@ def test_only_losses_are_called_inelastic(cor):
     assert trace.stop.reason is StopReason.COLLAPSE
     said = "collisions without end" if cor == 1.0 else "inelastic collapse"
     assert trace.stop.message.startswith(f"{said}: the clock stands at 0 s while collisions go on")
+
+
+def test_a_container_of_next_to_no_mass_does_not_hang():
+    """Its ratio to a ball's mass is no double: 1e300 kg over 5e-324 kg."""
+    light = gas("circle", 7, 0.07, cor=0.85, wall_cor=1e-20, container_mass=5e-324)
+    trace = simulate(replace(light, masses=np.full(7, 1e300)), collisions=40)
+    assert trace.stop.reason in (StopReason.WALL_TRAP, StopReason.COLLAPSE)
+    assert trace.collisions > 0
+    assert np.all(np.isfinite(trace.finish.velocities))
 
 
 # --- interruption ---------------------------------------------------------------------------

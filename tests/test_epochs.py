@@ -100,6 +100,22 @@ def test_times_never_decrease(long_trace):
     assert np.all(abs(long_trace.events.residual) <= np.spacing(long_trace.events.time))
 
 
+def test_energies_and_speeds_are_sums_with_a_rounding_a_ball(long_trace):
+    """The last row of a series beside the sums of what is stored of the finish, added exactly."""
+    finish, last = long_trace.finish, series(long_trace, 2)
+    squares = np.sum(finish.velocities**2, axis=1)
+    energies = 0.5 * finish.masses * squares
+    for found, exact in (
+        (last.kinetic_energy[-1], math.fsum(energies)),
+        (last.mean_speed[-1], math.fsum(np.sqrt(squares)) / finish.number),
+        (
+            last.energy_moment[-1],
+            math.fsum(energies**2) * finish.number / math.fsum(energies) ** 2,
+        ),
+    ):
+        assert abs(found - exact) <= 3 * finish.number * EPSILON * exact
+
+
 def test_sums_are_exact_to_a_rounding(long_trace):
     """Of a quarter of a million terms: to a unit in the last place, as their exact sum is."""
     events = long_trace.events

@@ -8,7 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scenes import EPSILON
 
-from snooker_cli.engine.impact import relative_change, shares
+from snooker_cli.engine.compiling import fused
+from snooker_cli.engine.impact import normal_part, relative_change, shares
 
 STEADY = settings(derandomize=True, deadline=None, max_examples=200)
 PLACE = st.floats(-20.0, 20.0).filter(lambda x: x == 0 or abs(x) > 1e-6)
@@ -29,6 +30,29 @@ def test_normal_velocity_is_reversed_and_multiplied_by_the_restitution(x, y, u, 
     # Of the scalar product, whose terms may cancel, and of the six operations after it.
     rounding = (1 + e) * EPSILON * (abs(x * u) + abs(y * v)) + 6 * EPSILON * abs(float(normal))
     assert abs(uu * xx + vv * yy + Fraction(e) * normal) <= rounding
+
+
+@STEADY
+@given(x=PLACE, y=PLACE, u=SPEED, v=SPEED)
+def test_the_normal_part_is_rounded_once(x, y, u, v):
+    """The quotient of the scalar product and of the exact square, to half a unit in the last place.
+
+    The correction is itself rounded, to an epsilon of what it corrects: an epsilon or two.
+    """
+    assume(x or y)
+    along = u * x + v * y
+    exact = Fraction(along) / (Fraction(x) ** 2 + Fraction(y) ** 2)
+    found = normal_part(x, y, u, v)
+    assert abs(Fraction(found) - exact) <= Fraction(math.ulp(found)) * (
+        Fraction(1, 2) + 8 * Fraction(EPSILON)
+    )
+
+
+@given(a=SPEED, b=PLACE, c=st.floats(-400.0, 400.0))
+@settings(derandomize=True, deadline=None)
+def test_fused_is_rounded_once(a, b, c):
+    assert fused(a, b, c) == float(Fraction(a) * Fraction(b) + Fraction(c))
+    assert fused(math.inf, b, c) == math.inf * b + c or b == 0
 
 
 @STEADY

@@ -95,6 +95,7 @@ def test_schema_beside_the_configs_is_the_commands(folder: Path) -> None:
     assert committed == shell("snooker schema", folder)
 
 
+@pytest.mark.long
 def test_finding(folder: Path) -> None:
     """The README's sentences on the audit, from a full search."""
     run, elastic = (done(name, folder) for name in ("audit", "temperature"))

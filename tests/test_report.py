@@ -213,6 +213,7 @@ def test_pdf_has_pages(report: Path) -> None:
     assert len(content) > 100_000
 
 
+@pytest.mark.long
 def test_second_build_gives_the_same_bytes(runs: Path, report: Path, tmp_path: Path) -> None:
     build(runs, tmp_path, lambda message: None)
     files = sorted(path.relative_to(report) for path in report.rglob("*") if path.is_file())

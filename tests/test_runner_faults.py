@@ -19,6 +19,8 @@ from snooker_cli import results, store
 from snooker_cli.results import Run
 from snooker_cli.runner import verify
 
+pytestmark = pytest.mark.long
+
 SNOOKER = [sys.executable, "-m", "snooker_cli"]
 
 

@@ -19,6 +19,8 @@ from snooker_cli import results, runner, store
 from snooker_cli.results import State
 from snooker_cli.trace import StopReason
 
+pytestmark = pytest.mark.long
+
 KILLS = int(os.environ.get("SNOOKER_KILLS", "5"))
 """How often a run is killed in the test of kills."""
 

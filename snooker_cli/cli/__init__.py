@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from functools import wraps
 from typing import Annotated, Any
@@ -84,6 +85,9 @@ app.add_typer(benching.bench, name="bench")
 
 def main() -> None:
     """Run the command line; the console script's entry."""
+    # Sums of products are short here: a second thread would only wait for them, at full speed, and
+    # how many there are would decide how they are rounded.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from snooker_cli.cli.endings import guarded
 
     guarded(app)

@@ -87,6 +87,9 @@ from snooker_cli.engine.slide import (
     who_slides,
 )
 
+# A number that times zero is zero.
+LARGE = 1e100
+
 
 @inlined
 def search_time(wall_delay: float, number: int, container: Floats | None, setup: Setup) -> float:
@@ -97,7 +100,7 @@ def search_time(wall_delay: float, number: int, container: Floats | None, setup:
     """
     if container is None:
         return wall_delay
-    pushes = 4.0 * number * setup.mass / setup.container_mass
+    pushes = min(4.0 * number * setup.mass / setup.container_mass, LARGE)
     return wall_delay * (1.0 + pushes)
 
 

@@ -30,12 +30,14 @@ def radius_of(setup: Setup, radii: Floats | None, i: int) -> float:
 
 @inlined
 def add_up(sums: Floats, which: int, size: float) -> None:
-    """Add to a sum, and what that rounds off to its rest (Knuth's TwoSum): the two are exact."""
+    """Add what is not negative to a sum, and what that rounds off to its rest.
+
+    What is rounded off is exact if the sum was no less than what is added (Dekker's Fast2Sum).
+    """
     before = sums[which]
     after = before + size
-    added = after - before
     sums[which] = after
-    sums[which + REST] += (before - (after - added)) + (size - added)
+    sums[which + REST] += size - (after - before)
 
 
 @inlined
