@@ -35,6 +35,11 @@ class StopReason(StrEnum):
     INTERRUPTED = "interrupted"  # the user asked to stop
 
     @property
+    def collapsed(self) -> bool:
+        """Whether collisions became infinitely many in finite time."""
+        return self in (StopReason.WALL_TRAP, StopReason.COLLAPSE)
+
+    @property
     def complete(self) -> bool:
         """Whether everything that was asked for, or all that can happen, is there."""
         return self in (StopReason.COLLISIONS, StopReason.TIME, StopReason.NOTHING_LEFT)

@@ -15,23 +15,39 @@ from snooker_cli.engine.compiling import COMPILED
 RARELY = 100_000
 """Objects after which to look for garbage: a compiler and a test framework make many that stay."""
 
-# By process: container and engine. What they have in common is compiled first by one of them.
+FREE, FIXED = 20.0, None
+ALIKE, MIXED = False, True
+
+# By process: container, engine, balls. What they have in common is compiled first by one of them.
 SHARES = (
-    [("circle", 20.0, "allpairs"), ("circle", 20.0, "cells"), ("box", None, "cells")],
-    [("circle", None, "allpairs"), ("circle", None, "cells"), ("periodic", None, "cells")],
+    [
+        ("circle", FREE, "allpairs", ALIKE),
+        ("circle", FREE, "allpairs", MIXED),
+        ("circle", FREE, "cells", ALIKE),
+        ("circle", FREE, "cells", MIXED),
+        ("box", FIXED, "cells", ALIKE),
+        ("box", FIXED, "cells", MIXED),
+        ("periodic", FIXED, "cells", MIXED),
+    ],
+    [
+        ("circle", FIXED, "allpairs", ALIKE),
+        ("circle", FIXED, "allpairs", MIXED),
+        ("circle", FIXED, "cells", ALIKE),
+        ("circle", FIXED, "cells", MIXED),
+        ("periodic", FIXED, "cells", ALIKE),
+    ],
 )
 
 
 def compile_share(share: int) -> None:
     """Run each kind of scene of a share for a moment."""
-    for shape, mass, engine in SHARES[share]:
-        for mixed in (False, True):
-            free = {} if mass is None else {"container_mass": mass}
-            scene = gas(shape, 60, 0.3, mixed=mixed, **free)
-            simulate(scene, collisions=2, summary=True, engine=engine)
-            trace = simulate(scene, collisions=2, engine=engine)
-            series(trace)
-            replay(trace, [0.0])
+    for shape, mass, engine, mixed in SHARES[share]:
+        free = {} if mass is None else {"container_mass": mass}
+        scene = gas(shape, 60, 0.3, mixed=mixed, **free)
+        simulate(scene, collisions=2, summary=True, engine=engine)
+        trace = simulate(scene, collisions=2, engine=engine)
+        series(trace)
+        replay(trace, [0.0])
 
 
 def compile_ahead() -> None:

@@ -190,7 +190,9 @@ def gases() -> Iterator[pytest.param]:
                 if name == "periodic" and number < 16:
                     continue
                 changes = {**container, "mixed": mixed, "number": number, "packing": packing}
-                yield pytest.param(changes, id=f"{name}-{mixed}-{number}")
+                # The arrays of one ball are of a kind of their own, which has to be compiled.
+                marks = [pytest.mark.long] if number == 1 else []
+                yield pytest.param(changes, id=f"{name}-{mixed}-{number}", marks=marks)
 
 
 @pytest.mark.parametrize("changes", list(gases()))

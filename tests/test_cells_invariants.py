@@ -114,7 +114,9 @@ def slack(trace: Trace, velocities: np.ndarray) -> float:
 @pytest.mark.parametrize(
     ("shape", "mixed"), [("circle", False), ("box", True), ("periodic", False)]
 )
-@pytest.mark.parametrize("number", [1, 2, 3, 10, 100, 1000, 3000])
+@pytest.mark.parametrize(
+    "number", [pytest.param(1, marks=pytest.mark.long), 2, 3, 10, 100, 1000, 3000]
+)
 def test_from_one_ball_to_thousands(shape, mixed, number):
     """A fifth of the container is covered, or so little that four balls fit side by side."""
     packing = 0.2 if number >= 10 else 0.02 * number

@@ -89,7 +89,9 @@ def test_run_tells_its_points_in_a_table(here: Path, snooker: Snooker) -> None:
         )
     total = sum(trace.collisions for each in traces.values() for trace in each)
     assert re.fullmatch(
-        rf"{total:,} events in [\d.]+ s \([\d,]+ events/s\); results in runs.small", last
+        rf"{total:,} events in [\d.]+ s \([\d,]+ events/s\)( after \d+ s of compiling)?; "
+        "results in runs.small",
+        last,
     )
 
 
@@ -103,6 +105,9 @@ def test_run_tells_of_wall_traps(finished: Path, snooker: Snooker) -> None:
     ]
     assert trapped
     assert [line for line in ended.out.splitlines() if "wall trap:" in line] == trapped
+    assert ended.code == 0
+    assert snooker("run", "small.yaml", "--no-collapse").code == 5
+    assert snooker("run", "small.yaml", "-o", "cor=1", "--out", "one", "--no-collapse").code == 0
     assert "0 events in" in ended.out
     assert "6 repeats were there already" in ended.out
 

@@ -34,6 +34,7 @@ MEANINGS = {
     "USAGE": "a wrong command, or something that is not there",
     "CONFIG": "a config that cannot be used",
     "SOME_FAILED": "some repeats failed, or a measurement does not agree",
+    "COLLAPSED": "some repeats ended in a wall trap or collapse, and `run --no-collapse` was given",
     "INTERRUPTED": "interrupted",
 }
 

@@ -20,6 +20,7 @@ class Exit(IntEnum):
     USAGE = 2
     CONFIG = 3
     SOME_FAILED = 4
+    COLLAPSED = 5
     INTERRUPTED = 130
 
 

@@ -97,6 +97,13 @@ def run(
         bool,
         typer.Option("--yes", help="Begin even what may take weeks, or more disk than is free."),
     ] = False,
+    no_collapse: Annotated[
+        bool,
+        typer.Option(
+            "--no-collapse",
+            help="End with exit code 5 if a repeat ends in a wall trap or collapse.",
+        ),
+    ] = False,
     as_json: AsJson = False,
     no_progress: Annotated[bool, typer.Option("--no-progress", help="No progress bar.")] = False,
 ) -> None:
@@ -161,6 +168,8 @@ def run(
         leave(Exit.INTERRUPTED)
     if any(outcome.error for outcome in outcomes):
         raise typer.Exit(Exit.SOME_FAILED)
+    if no_collapse and any(each.stop and each.stop.reason.collapsed for each in outcomes):
+        raise typer.Exit(Exit.COLLAPSED)
 
 
 def _folder(config: Path) -> Path:
@@ -247,7 +256,6 @@ def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:
     """The table of points, what went wrong, and where the results are."""
     from snooker_cli.cli.going_on import advice
     from snooker_cli.cli.tables import Column, point_label, print_table
-    from snooker_cli.trace import StopReason
     from snooker_cli.words import counted
 
     points = summary["points"]
@@ -270,8 +278,7 @@ def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:
     unusual = [
         outcome
         for outcome in outcomes
-        if outcome.error
-        or (outcome.stop and outcome.stop.reason in (StopReason.WALL_TRAP, StopReason.COLLAPSE))
+        if outcome.error or (outcome.stop and outcome.stop.reason.collapsed)
     ]
     for outcome in unusual[:3]:
         said = outcome.error or (outcome.stop.message if outcome.stop else "")
