@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from snooker_cli.results import Run
     from snooker_cli.runner import Kind
 
-BYTES_AN_EVENT = 13.5
+BYTES_AN_EVENT = 14.5
 SHORT, BYTES_A_SHORT_EVENT = 4096, 32
 """Shorter repeats are not compressed."""
 
