@@ -203,7 +203,7 @@ def test_a_dry_run_of_very_much_tells_its_cost(here: Path, snooker: Snooker) -> 
     ended = snooker("run", "small.yaml", "-j", "2", "-o", "collisions=1e12", "--dry-run")
     assert re.search(
         r"\nat most 6,000,000,000,000 collisions: about .* days on 2 threads, "
-        r"and about 81 TB, where \S+ \S+ are free\n$",
+        r"and about 87 TB, where \S+ \S+ are free\n$",
         ended.out,
     )
     assert list(here.iterdir()) == [here / "small.yaml"]
