@@ -169,7 +169,7 @@ def test_a_truncated_one_is_refused(part: float, packed: Path, snooker: Snooker)
     packed.write_bytes(packed.read_bytes()[: int(part * packed.stat().st_size)])
     ended = snooker("show", packed)
     assert (ended.code, ended.out) == (2, "")
-    assert "there is no run here" in ended.err
+    assert "no packed run of snooker, or damaged or cut off" in ended.err
 
 
 def test_threads_read_it_at_once(packed: Path) -> None:

@@ -140,7 +140,6 @@ def test_another_experiment_is_refused(override: str, copied_run: Path, small_co
         (("collisions=151",), "collisions from 150 to 151"),
         (("repeats=4",), "repeats from 3 to 4"),
         (("collisions=200", "repeats=5"), "collisions from 150 to 200, repeats from 3 to 5"),
-        (("repeats=2",), ""),
         (("title=other",), ""),
     ],
 )
@@ -155,6 +154,16 @@ def test_more_of_the_same_extends_a_run(
     assert sentence.partition(";")[0] == (f"{copied_run} is extended: {said}" if said else "")
     assert results.create(copied_run, more) == run == results.open_run(copied_run)
     assert results.extension(run) == ""
+
+
+def test_fewer_repeats_are_said_and_lose_no_file(copied_run: Path, small_config: str) -> None:
+    fewer = parse(small_config, overrides=("repeats=2",)).experiment
+    sentence = results.extension(results.planned(copied_run, fewer))
+    assert sentence.startswith(f"{copied_run} has 3 repeats, of which this config takes 2; ")
+    repeats = set(copied_run.glob("*/*.h5"))
+    results.create(copied_run, fewer)
+    assert set(copied_run.glob("*/*.h5")) == repeats
+    assert results.extension(results.planned(copied_run, fewer)) == ""
 
 
 @pytest.mark.parametrize(

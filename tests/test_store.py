@@ -367,3 +367,37 @@ def test_a_place_that_is_taken_by_a_folder_is_said(
     with pytest.raises(StoreError, match=r"one\.h5: cannot write the result"):
         store.write(path, traces["events"], provenance)
     assert [entry.name for entry in tmp_path.iterdir()] == ["one.h5"]
+
+
+def everything(path: Path) -> dict[str, Any]:
+    """All values and attributes of a file, by name."""
+    held: dict[str, Any] = {}
+
+    def keep(name: str, item: h5py.Group | h5py.Dataset) -> None:
+        values = item[()].tobytes() if isinstance(item, h5py.Dataset) else None
+        held[name] = values, sorted((key, str(value)) for key, value in item.attrs.items())
+
+    with h5py.File(path) as file:
+        file.visititems(keep)
+    return held
+
+
+def test_no_flipped_byte_is_overlooked_by_any_reader(
+    traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
+) -> None:
+    """What ``check`` lets pass is the same for h5py: those bytes hold nothing."""
+    path = tmp_path / "repeat.h5"
+    store.write(path, traces["events"], provenance)
+    sound, whole = path.read_bytes(), everything(path)
+    found = 0
+    for place in range(5, len(sound), 97):
+        damaged = bytearray(sound)
+        damaged[place] ^= 0xFF
+        path.write_bytes(damaged)
+        try:
+            store.check(path)
+        except StoreError:
+            found += 1
+        else:
+            assert everything(path) == whole, place
+    assert found > len(sound) / 97 / 2

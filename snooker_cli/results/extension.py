@@ -60,7 +60,10 @@ def refusal(run: Run, present: dict[str, Any] | None) -> str:
 
 
 def extension(run: Run) -> str:
-    """How a run extends what its folder's manifest says, in a sentence; nothing if it does not."""
+    """How a run extends what its folder's manifest says, or takes less of it, in a sentence.
+
+    Nothing if it is the same run.
+    """
     present = read_manifest(run.directory / MANIFEST)
     if present is None or refusal(run, present):
         return ""
@@ -71,6 +74,11 @@ def extension(run: Run) -> str:
         if repeats < run.experiment.repeats
         else ""
     )
+    if repeats > run.experiment.repeats and not longer:
+        return (
+            f"{run.directory} has {repeats} repeats, of which this config takes "
+            f"{run.experiment.repeats}; the others' files stay, for a run with more"
+        )
     if not longer and not more:
         return ""
     how = (

@@ -138,6 +138,10 @@ def open_run(name: str | Path) -> Run:
     """A run by its folder or packed file, or by its name under ``runs/``. Raises ``RunError``."""
     directory = next(filter(_is_run, _meant(name)), None)
     if directory is None:
+        if Path(name).is_file() and Path(name).suffix == files.SUFFIX:
+            raise RunError(
+                f"{name}: no packed run of snooker, or damaged or cut off; take another copy of it"
+            )
         raise RunError(
             f"{name}: there is no run here (no {MANIFEST}); make one with `snooker run CONFIG`"
         )

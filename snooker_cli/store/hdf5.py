@@ -11,7 +11,7 @@ from typing import Any
 
 import h5py
 import numpy as np
-from h5py import h5a, h5d, h5f, h5g, h5p, h5r, h5s, h5t
+from h5py import h5a, h5d, h5f, h5g, h5o, h5p, h5r, h5s, h5t
 from numpy.typing import NDArray
 
 DOUBLE, INTEGER, BALL = h5t.NATIVE_DOUBLE, h5t.NATIVE_INT64, h5t.NATIVE_INT32
@@ -181,6 +181,16 @@ def get(
     space.select_hyperslab((rows.start, *(0 for _ in shape[1:])), values.shape)
     data.read(h5s.create_simple(values.shape), space, values, h5t.py_create(values.dtype))
     return values
+
+
+def open_all(group: Any) -> None:
+    """Open everything below a group, and all attributes; raises what HDF5 finds to be damaged."""
+    for name in list(group):
+        item = h5o.open(group, name)
+        for index in range(h5a.get_num_attrs(item)):
+            h5a.open(item, index=index)
+        if isinstance(item, h5g.GroupID):
+            open_all(item)
 
 
 def in_memory(image: bytes, name: str) -> Any:

@@ -39,8 +39,17 @@ def read(path: Path) -> Stored:
 
 
 def check(path: Path) -> Checked:
-    """Check a repeat's file, in bounded memory. Raises ``StoreError``."""
+    """Check a repeat's file, in bounded memory. Raises ``StoreError``.
+
+    Its content, by the hash; that HDF5 can open all there is; and what is only there for other
+    readers: the numbers of collisions, and the steps and times of start and finish.
+    """
     trace, provenance, fingerprint = _verified(path, keep=False)
+    with _opened(path) as root:
+        hdf5.open_all(root)
+        agrees = _is_numbered(root, trace)
+    if not agrees:
+        raise _changed(path)
     bits = fingerprint.content(trace, "")
     return Checked(trace.stop, trace.collisions, provenance, trace.start, bits)
 
@@ -78,9 +87,34 @@ def _verified(path: Path, *, keep: bool) -> tuple[Trace, Provenance, Fingerprint
         expected, said = hdf5.read_text(own, b"content"), hdf5.read_text(own, b"provenance")
         provenance = Provenance(**json.loads(said))
     if fingerprint.content(trace, said) != expected:
-        remedy = _remedy(path, "run it again")
-        raise StoreError(f"{path}: its content has changed since it was written; {remedy}")
+        raise _changed(path)
     return trace, provenance, fingerprint
+
+
+def _changed(path: Path) -> StoreError:
+    """What is said of a file with other values than were written."""
+    remedy = _remedy(path, "run it again")
+    return StoreError(f"{path}: its content has changed since it was written; {remedy}")
+
+
+def _is_numbered(root: Any, trace: Trace) -> bool:
+    """Whether collisions or rows are counted one by one, and start and finish stand at theirs."""
+    for group in (b"particles/balls/position/", b"particles/container/position/"):
+        steps = hdf5.get(root, group + b"step", np.int64)
+        times = hdf5.get(root, group + b"time")
+        if [*steps, *times] != [0, trace.collisions, 0.0, trace.stop.time]:
+            return False
+    summary = trace.summary is not None
+    path = (
+        b"observables/summary/kinetic_energy/step" if summary else b"connectivity/collisions/step"
+    )
+    number, first = hdf5.length(root, path), 0 if summary else 1
+    for start in range(0, number, AT_ONCE):
+        rows = slice(start, min(start + AT_ONCE, number))
+        counted = np.arange(first + rows.start, first + rows.stop)
+        if not np.array_equal(hdf5.get(root, path, np.int64, rows), counted):
+            return False
+    return True
 
 
 def _own(root: Any, path: Path) -> Any:
