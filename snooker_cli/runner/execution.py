@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 import threading
 import time
@@ -61,7 +62,7 @@ def execute(
     outcomes: list[Outcome] = []
     there: list[Job] = []
     missing: list[Job] = []
-    command = " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    command = shlex.join([_program(), *sys.argv[1:]])
     for job in jobs(run):
         exists = run.path(job.point.index, job.repeat).exists()
         (there if exists else missing).append(job)
@@ -151,3 +152,9 @@ def _do_here(
         return cancelled.is_set()
 
     return do(run, job, watch, command)
+
+
+def _program() -> str:
+    """What this process was begun with: a script's name, or a package's after ``python -m``."""
+    started = Path(sys.argv[0])
+    return started.parent.name if started.name == "__main__.py" else started.name
