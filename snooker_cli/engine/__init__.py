@@ -1,7 +1,7 @@
 """The simulator: arrays and floats in, a trace out; it knows no config, no files, no plots."""
 
 from snooker_cli.engine.patience import when_compiling
-from snooker_cli.engine.replay import States, replay, series
+from snooker_cli.engine.replay import States, replay, series, times_within
 from snooker_cli.engine.simulate import simulate, specialisation
 
 ENGINE_VERSION = 3
@@ -14,5 +14,6 @@ __all__ = [
     "series",
     "simulate",
     "specialisation",
+    "times_within",
     "when_compiling",
 ]

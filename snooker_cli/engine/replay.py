@@ -87,10 +87,7 @@ def replay(trace: Trace, times: ArrayLike) -> States:
     """
     if trace.events is None:
         raise ValueError("this repeat was recorded as a summary: it has no events to replay")
-    wanted = np.asarray(times, dtype=np.float64)
-    inside = np.all((wanted >= 0) & (wanted <= trace.stop.time))  # false for nan
-    if not inside or np.any(np.diff(wanted) < 0):
-        raise ValueError(f"times must ascend within 0 and {trace.stop.time!r} s")
+    wanted = times_within(trace, times)
     scene, origin = trace.start, origin_of(trace.start)
     out = np.empty((len(wanted), 4, scene.number))
     container_out = np.zeros((len(wanted), 4))
@@ -110,6 +107,15 @@ def replay(trace: Trace, times: ArrayLike) -> States:
         container_positions=container_out[:, :2] + origin,
         container_velocities=container_out[:, 2:],
     )
+
+
+def times_within(trace: Trace, times: ArrayLike) -> NDArray[np.float64]:
+    """The times (s) as an array. Raises ``ValueError`` unless they ascend within 0 and the end."""
+    wanted = np.asarray(times, dtype=np.float64)
+    inside = np.all((wanted >= 0) & (wanted <= trace.stop.time))  # false for nan
+    if not inside or np.any(np.diff(wanted) < 0):
+        raise ValueError(f"times must ascend within 0 and {trace.stop.time!r} s")
+    return wanted
 
 
 def series(trace: Trace, most: int | None = None) -> Series:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli.engine import replay
+from snooker_cli.engine import replay, times_within
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,9 +26,7 @@ def frames(trace: Trace, times: NDArray[np.float64], most: int = MOST) -> Iterat
 
     Raises ``ValueError`` for times that are not ascending within 0 and the trace's end.
     """
-    inside = np.all((times >= 0) & (times <= trace.stop.time))  # false for nan
-    if not inside or np.any(np.diff(times) < 0):
-        raise ValueError(f"times must ascend within 0 and {trace.stop.time!r} s")
+    times = times_within(trace, times)  # now, and not when the first of them are asked for
     at_once = max(1, most // trace.start.number)
     firsts = range(0, len(times), at_once)
     return (replay(trace, times[first : first + at_once]) for first in firsts)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from snooker_cli.store import part_beside
+from snooker_cli.store import whole
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -50,18 +49,13 @@ def write_parquet(
         "use_dictionary": [name for name in units if name in WHOLE_NUMBERS],
         "use_byte_stream_split": [name for name in units if name not in WHOLE_NUMBERS],
     }
-    part = part_beside(path)
     try:
-        with parquet.ParquetWriter(part, schema, **packing) as writer:
+        with whole(path) as part, parquet.ParquetWriter(part, schema, **packing) as writer:
             for table in tables:
                 columns = [pa.array(table[name]) for name in units]
                 writer.write_batch(pa.record_batch(columns, schema=schema))
-        part.replace(path)
     except OSError as error:
         raise ExportError(
             f"{path}: cannot be written ({error.strerror or error}); make room or choose another "
             "file"
         ) from None
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from snooker_cli.store import part_beside
+from snooker_cli.store import whole
 from snooker_cli.trace import CONTAINER
 
 if TYPE_CHECKING:
@@ -74,10 +74,5 @@ def _columns(container: NDArray[np.float64], balls: NDArray[np.float64]) -> NDAr
 
 def write_csv(path: Path, units: Mapping[str, str], tables: Iterable[Table]) -> None:
     """Write the CSV of tables, whole or not at all. Raises ``OSError``."""
-    part = part_beside(path)
-    try:
-        with part.open("x", encoding="ascii", newline="") as file:
-            file.writelines(csv_lines(units, tables))
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    with whole(path) as part, part.open("x", encoding="ascii", newline="") as file:
+        file.writelines(csv_lines(units, tables))

@@ -14,7 +14,7 @@ from snooker_cli.store.packing import (
     packed_repeats,
     unpack,
 )
-from snooker_cli.store.parts import part_beside, parts_of_this_machine
+from snooker_cli.store.parts import part_beside, parts_of_this_machine, whole
 from snooker_cli.store.places import About, about
 from snooker_cli.store.reading import check, events, glance, read
 from snooker_cli.store.recording import Recorder, write
@@ -52,6 +52,7 @@ __all__ = [
     "parts_of_this_machine",
     "read",
     "unpack",
+    "whole",
     "write",
     "write_states",
 ]

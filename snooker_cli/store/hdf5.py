@@ -19,6 +19,9 @@ TEXT = h5t.py_create(h5py.string_dtype(), logical=True)
 TEXT_HERE = h5t.py_create(h5py.string_dtype())
 """A text of any length in a file, and as NumPy has it."""
 
+FORMAT = ("v110", "v110")
+"""The version of HDF5's format that has checksums in its metadata; see ``access``."""
+
 ZLIB_HEADER, LAST_BLOCK = b"\x78\x01", b"\x03\x00"
 """How a stream of zlib's begins (RFC 1950), and the empty block that ends one of deflate's."""
 

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from snooker_cli.store import hdf5
-from snooker_cli.store.parts import part_beside
+from snooker_cli.store.parts import whole
 from snooker_cli.store.places import BYTES, MODIFIED, about, group_name, place
 from snooker_cli.store.reading import check
 from snooker_cli.store.records import StoreError
@@ -26,9 +26,6 @@ PACKED_VERSION = 1
 VERSION, FILES = "packed_version", "files"
 """The root's attribute that marks a packed run, and its group of what are no repeats."""
 
-FORMAT = ("v110", "v110")
-"""The version of HDF5's format that has checksums in its metadata; see ``hdf5.access``."""
-
 
 def pack(out: Path, repeats: Sequence[Path], files: Mapping[str, Path]) -> None:
     """Write a packed run, whole or not at all.
@@ -38,25 +35,19 @@ def pack(out: Path, repeats: Sequence[Path], files: Mapping[str, Path]) -> None:
 
     Every copy's content is checked before the packed run has its name. Raises ``StoreError``.
     """
-    part = part_beside(out)
-    try:
-        with _written(out):
-            out.parent.mkdir(parents=True, exist_ok=True)
-            with h5py.File(part, "x", libver=FORMAT, locking=False) as packed:
+    with _written(out):
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with whole(out) as part:
+            with h5py.File(part, "x", libver=hdf5.FORMAT, locking=False) as packed:
                 packed.attrs[VERSION] = PACKED_VERSION
                 packed.create_group(FILES)
                 for name, path in files.items():
                     packed[f"{FILES}/{name}"] = np.frombuffer(path.read_bytes(), np.uint8)
                 for path in repeats:
                     _copy_in(packed, path)
-        for path in repeats:
-            check(part / path.parent.name / path.name)
-        with _written(out):
+            for path in repeats:
+                check(part / path.parent.name / path.name)
             _to_disk(part)
-            part.replace(out)
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
 
 
 def unpack(packed: Path, directory: Path) -> None:
@@ -135,16 +126,11 @@ def _copy_out(group: h5py.Group, path: Path) -> None:
 
     The group is copied at once, as links between its parts would not stay links otherwise.
     """
-    part = part_beside(path)
-    try:
-        with h5py.File(part, "x", libver=FORMAT, locking=False) as file:
-            file.copy(group, file, "repeat", expand_refs=True)
-            for name in list(file["repeat"]):
-                file.move(f"repeat/{name}", name)
-            del file["repeat"]
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    with whole(path) as part, h5py.File(part, "x", libver=hdf5.FORMAT, locking=False) as file:
+        file.copy(group, file, "repeat", expand_refs=True)
+        for name in list(file["repeat"]):
+            file.move(f"repeat/{name}", name)
+        del file["repeat"]
 
 
 @contextmanager

@@ -6,6 +6,7 @@ import platform
 import re
 import secrets
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
@@ -13,6 +14,18 @@ from pathlib import Path
 def part_beside(path: Path) -> Path:
     """A new name beside ``path``, for writing what then replaces it."""
     return path.with_name(f"{path.name}.{_machine()}-{secrets.token_hex(8)}.part")
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """A name beside ``path`` for what replaces it at the end, or is gone if anything goes wrong."""
+    part = part_beside(path)
+    try:
+        yield part
+        part.replace(path)
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
 
 
 def parts_of_this_machine(directory: Path) -> Iterator[Path]:

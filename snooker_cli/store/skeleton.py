@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 
 from snooker_cli.scene import Shape
+from snooker_cli.store import hdf5
 from snooker_cli.store.hdf5 import DOUBLE, INTEGER, create
 from snooker_cli.store.records import SCHEMA_VERSION
 
@@ -20,7 +21,7 @@ def skeleton(balls: int, shape: Shape) -> bytes:
     It lacks only values, events and attributes.
     """
     name = f"skeleton-{threading.get_ident()}"
-    with h5py.File(name, "w", driver="core", backing_store=False, libver=("v110", "v110")) as file:
+    with h5py.File(name, "w", driver="core", backing_store=False, libver=hdf5.FORMAT) as file:
         write_header(file)
         file.create_group("parameters/snooker").attrs["schema_version"] = SCHEMA_VERSION
         for group, number in (("balls", balls), ("container", 1)):

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Protocol
@@ -21,7 +20,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.scene import Scene
 from snooker_cli.store import hdf5
-from snooker_cli.store.parts import part_beside
+from snooker_cli.store.parts import whole
 from snooker_cli.store.records import Provenance, StoreError
 from snooker_cli.store.skeleton import write_header
 
@@ -57,22 +56,20 @@ def write_states(
     times : (*t*,) s, of all frames; batches : the frames, some at a time, in order
     content : what identifies the collisions that the states are replayed from
     """
-    part = part_beside(path)
     try:
-        with h5py.File(part, "x", libver=("v110", "v110"), locking=False) as file:
+        with (
+            whole(path) as part,
+            h5py.File(part, "x", libver=hdf5.FORMAT, locking=False) as file,
+        ):
             write_header(file)
             own = file.create_group("parameters/snooker")
             own.attrs["bits"] = content
             own.attrs["provenance"] = json.dumps(asdict(provenance))
             _fill(_elements(file, start, times), batches)
-        part.replace(path)
     except hdf5.UNWRITABLE as error:
         raise StoreError(
             f"{path}: cannot be written ({hdf5.said(error)}); make room or choose another file"
         ) from None
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
 
 
 def _elements(file: h5py.File, start: Scene, times: NDArray[np.float64]) -> dict[str, h5py.Dataset]:
