@@ -70,13 +70,16 @@ def test_all_that_is_asked_for_is_among_them() -> None:
 
 
 def test_both_engines_are_timed_around_the_number_that_chooses() -> None:
-    for packing in (0.4, 0.004):
+    for packing, free in dict.fromkeys((case.packing, case.free) for case in BOTH):
+        kind = (packing, free)
         numbers = [
-            {case.balls for case in BOTH if (case.packing, case.engine) == (packing, engine)}
-            for engine in ("allpairs", "cells")
+            {case.balls for case in BOTH if (case.packing, case.free, case.engine) == (*kind, one)}
+            for one in ("allpairs", "cells")
         ]
         assert numbers[0] == numbers[1]
-        assert min(numbers[0]) < engines.FEW < max(numbers[0])
+        few = engines.few_at(packing, free=free)
+        assert min(numbers[0]) < few
+        assert few < max(numbers[0]) or few == engines.MOST
 
 
 def test_losses_change_nothing_but_speeds_and_coefficients() -> None:
@@ -152,7 +155,10 @@ def test_the_crossover_compares_what_was_timed_with_both() -> None:
         timing(replace(one, balls=37), 5e6, "allpairs"),
         timing(Case(37, 0.4), 1e6),
     ]
-    assert crossover(timings) == [{"packing": 0.4, "balls": 19, "ratio": 2.0}]
+    few = engines.few_at(0.4, free=False)
+    assert crossover(timings) == [
+        {"packing": 0.4, "free": False, "balls": 19, "ratio": 2.0, "few": few}
+    ]
 
 
 def test_growth_is_told_against_a_thousand_balls() -> None:
@@ -215,8 +221,7 @@ def test_bench_speed_gives_tables_json_and_figures(tmp_path: Path, snooker: Snoo
     assert {"processor", "platform", "processors", "load"} == set(record["machine"])
     assert {"python", "numpy", "numba", "h5py"} == set(record["versions"])
     assert len(record["cases"]) == len(SMALL.cases)
-    assert record["crossover"]["few"] == engines.FEW
-    assert [one["balls"] for one in record["crossover"]["ratios"]] == [19, 37, 61]
+    assert [one["balls"] for one in record["crossover"]] == [19, 37, 61]
     assert {"recording", "cooling", "memory", "growth"} < set(record)
     files = {path.name for path in (tmp_path / "speed").iterdir()}
     assert files == {
@@ -226,7 +231,9 @@ def test_bench_speed_gives_tables_json_and_figures(tmp_path: Path, snooker: Snoo
     }
     tables = (tmp_path / "speed" / "speed.txt").read_text()
     assert "collisions/s" in tables
-    assert "up to 80 all pairs are used" in tables
+    few = engines.few_at(0.4, free=False)
+    assert "packing 0.4, fixed container: speed of all pairs over that of cells: " in tables
+    assert f"balls; up to {few} all pairs are used" in tables
 
 
 def record_of(timings: list[Timing]) -> dict[str, Any]:

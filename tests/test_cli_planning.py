@@ -52,7 +52,7 @@ def test_a_dry_run_writes_and_simulates_nothing(here: Path, snooker: Snooker) ->
         "2 points, 3 repeats each: 0 are in runs/small already, 6 to do\n"
         "\n"
         "cor=0.85: 7 balls, 3 to do\n"
-        "  engine    allpairs: at most 80 balls in a circle\n"
+        "  engine    allpairs: few balls in a circle\n"
         "  records   events\n"
         "  modelled  moving container, losses between balls, losses at the wall, wall traps and "
         "collapse\n"
@@ -60,7 +60,7 @@ def test_a_dry_run_writes_and_simulates_nothing(here: Path, snooker: Snooker) ->
         "unequal balls, sliding along the wall, lasting contacts and slow collisions elastic\n"
         "\n"
         "cor=1.0: 7 balls, 3 to do\n"
-        "  engine    allpairs: at most 80 balls in a circle\n"
+        "  engine    allpairs: few balls in a circle\n"
         "  records   events\n"
         "  modelled  moving container and collapse\n"
         "  left out  cells, balls sorted by cells, straight walls, periodic images, unequal "
@@ -134,8 +134,10 @@ def test_a_dry_run_tells_why_an_engine_is_chosen(here: Path, snooker: Snooker) -
     Path("gas.yaml").write_text(GAS)
     box, periodic = (f"container={{shape: {shape}, width: 20}}" for shape in ("box", "periodic"))
     for arguments, engine, because in (
-        ([], "cells", "more than 80 balls in a circle"),
-        (["-o", "balls.count=80"], "allpairs", "at most 80 balls in a circle"),
+        ([], "cells", "many balls in a circle"),
+        (["-o", "balls.count=20"], "allpairs", "few balls in a circle"),
+        (["-o", "container.mass=1", "-o", "balls.count=150"], "allpairs", "few balls in a circle"),
+        (["-o", "collapse=slide"], "allpairs", "balls slide"),
         (["-o", box], "cells", "a box"),
         (["-o", periodic], "cells", "a periodic container"),
         (["--engine", "allpairs"], "allpairs", "as --engine allpairs says"),

@@ -91,9 +91,10 @@ MANY = [
 ]
 MOST = [Case(1_000_000, 0.4)]
 BOTH = [
-    Case(balls, packing, engine=engine)
+    Case(balls, packing, free, engine=engine)
     for packing in (0.4, 0.004)
-    for balls in (19, 37, 61, 91, 127, 217)
+    for free in (False, True)
+    for balls in (19, 37, 61, 127, 217, 397)
     for engine in ("allpairs", "cells")
 ]
 CASES = [*LIKE_THE_REPORT, *MANY, *BOTH]
@@ -223,15 +224,25 @@ class Kernel:
         return replace(self.scene, positions=positions.copy(), container_position=np.array(centre))
 
 
-def crossover(timings: Sequence[Timing]) -> list[dict[str, float]]:
-    """How many times as fast all pairs are as cells, where both were timed."""
-    found: dict[tuple[float, int], dict[str, float]] = {}
+def crossover(timings: Sequence[Timing]) -> list[dict[str, Any]]:
+    """How many times as fast all pairs are as cells where both were timed, all in one container.
+
+    few : balls up to which the engine would be all pairs
+    """
+    found: dict[tuple[float, bool, int], dict[str, float]] = {}
     for timing in timings:
         case = timing.case
         if case.engine is not None:
-            found.setdefault((case.packing, case.balls), {})[timing.engine] = timing.median
+            rates = found.setdefault((case.packing, case.free, case.balls), {})
+            rates[timing.engine] = timing.median
     return [
-        {"packing": packing, "balls": balls, "ratio": rates["allpairs"] / rates["cells"]}
-        for (packing, balls), rates in found.items()
+        {
+            "packing": packing,
+            "free": free,
+            "balls": balls,
+            "ratio": rates["allpairs"] / rates["cells"],
+            "few": engines.few_at(packing, free=free),
+        }
+        for (packing, free, balls), rates in found.items()
         if len(rates) == 2
     ]

@@ -21,7 +21,6 @@ from snooker_cli.bench.speed import (
     measure,
 )
 from snooker_cli.bench.speed_costs import cooling, memory, recording
-from snooker_cli.engine.engines import FEW
 from snooker_cli.gallery import plain
 
 
@@ -68,7 +67,7 @@ def measured(plan: Plan, tell: Callable[[str], None]) -> dict[str, Any]:
         | {
             "machine": head["machine"] | {"load": load},
             "cases": [timing.as_json() for timing in timings],
-            "crossover": {"few": FEW, "ratios": crossover(timings)},
+            "crossover": crossover(timings),
             "growth": growth(timings),
             "recording": vars(stored),
             "cooling": vars(cold),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import typer
+from snooker_cli.cli.tables import tell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -31,10 +31,10 @@ def show(content: dict[str, Any], *, as_json: bool) -> None:
     import json
 
     if as_json:
-        typer.echo(json.dumps(content, allow_nan=False))
+        tell(json.dumps(content, allow_nan=False))
         return
     for line in _lines(content):
-        typer.echo(line)
+        tell(line)
 
 
 def plan(run: Run, kinds: Sequence[Kind], workers: int, fresh: bool = False) -> dict[str, Any]:
@@ -133,13 +133,13 @@ def _kind(kind: Kind, to_do: dict[int, int], engine: str | None) -> dict[str, An
 
 def _because(kind: Kind, engine: str | None) -> str:
     """Why the kind's engine is what it is."""
-    from snooker_cli.engine.engines import FEW
-
     if engine is not None:
         return f"as --engine {engine} says"
     if kind.shape != "circle":
         return f"a {kind.shape} container" if kind.shape == "periodic" else "a box"
-    return f"{'more than' if kind.models['cells'] else 'at most'} {FEW} balls in a circle"
+    if kind.models["sliding along the wall"]:
+        return "balls slide"
+    return f"{'many' if kind.models['cells'] else 'few'} balls in a circle"
 
 
 def _seconds(kind: Kind, point: Point, numbers: dict[int, int]) -> float | None:

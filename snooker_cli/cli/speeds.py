@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from snooker_cli.cli.tables import Column, table_lines
@@ -59,17 +59,18 @@ def lines_of_speed(measurement: Record) -> Iterator[str]:
     yield from _costs(measurement)
 
 
-def _crossover(crossover: Record) -> Iterator[str]:
+def _crossover(crossover: Sequence[Record]) -> Iterator[str]:
     """Where one engine becomes faster than the other."""
-    for packing in dict.fromkeys(one["packing"] for one in crossover["ratios"]):
+    cases = dict.fromkeys((one["packing"], one["free"], one["few"]) for one in crossover)
+    for packing, free, few in cases:
         ratios = [
             f"{short(one['ratio'])} for {one['balls']}"
-            for one in crossover["ratios"]
-            if one["packing"] == packing
+            for one in crossover
+            if (one["packing"], one["free"]) == (packing, free)
         ]
         yield (
-            f"packing {packing:g}: speed of all pairs over that of cells: {', '.join(ratios)} "
-            f"balls; up to {crossover['few']} all pairs are used"
+            f"packing {packing:g}, {'free' if free else 'fixed'} container: speed of all pairs "
+            f"over that of cells: {', '.join(ratios)} balls; up to {few} all pairs are used"
         )
 
 

@@ -14,11 +14,9 @@ The ideas, and where they come from:
 
 from __future__ import annotations
 
-import numpy as np
-
 from snooker_cli.engine.arcs import earliest_on_arc, only_straight
 from snooker_cli.engine.collide import add_up, contact_lasts, hit_pair, hit_wall, move, touched
-from snooker_cli.engine.compiling import compiled, inlined
+from snooker_cli.engine.compiling import inlined, kernel
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.endings import (
     CLOCK_DIGITS,
@@ -223,7 +221,7 @@ def soonest(times: Floats) -> int:
     return i
 
 
-@compiled
+@kernel
 def prepare(
     balls: Floats,
     container: Floats | None,
@@ -239,7 +237,7 @@ def prepare(
         links[PARTNER, i] = LOOK
 
 
-@compiled
+@kernel
 def advance(
     balls: Floats,
     container: Floats | None,
@@ -259,11 +257,9 @@ def advance(
     number = balls.shape[1]
     next_time, pair_time, wall_time = agenda[NEXT_TIME], agenda[PAIR_TIME], agenda[WALL_TIME]
     partner, partner_count, count = links[PARTNER], links[PARTNER_COUNT], links[COUNT]
-    # Once, for to reach into a tuple of arrays counts references.
     event_time, event_i, event_j = recorded.time, recorded.i, recorded.j
     event_impulse, step, used = recorded.impulse, grid.step, grid.used
     storing = len(event_time) > 0
-    in_order = np.empty(0, dtype=np.int32)
     traps = setup.wall_restitution < 1.0 and never_elastic(setup)
     for filled in range(room):
         if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
@@ -315,7 +311,7 @@ def advance(
                     event_j[filled], event_impulse[filled] = SLIDE, size
                 continue
         if setup.contact_path > 0.0 and (counts[WALL_EVENTS] + counts[PAIR_EVENTS]) % number == 0:
-            sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, in_order)
+            sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, None)
         elastic = touched(i, now, balls, sums[EPOCH], sums[CONTACT_LASTS])
         move(i, now, balls)
         count[i] += 1

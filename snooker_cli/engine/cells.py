@@ -25,7 +25,7 @@ from snooker_cli.engine.collide import (
     touched,
     wrap,
 )
-from snooker_cli.engine.compiling import compiled, inlined
+from snooker_cli.engine.compiling import inlined, kernel
 from snooker_cli.engine.contact import NEVER, nearest_image
 from snooker_cli.engine.endings import (
     CELL_FULL,
@@ -76,6 +76,7 @@ from snooker_cli.engine.layout import (
     V,
     X,
     Y,
+    ahead,
 )
 from snooker_cli.engine.mesh import Cells, Mesh, cell_at, column_of, put_into, put_out, row_of
 from snooker_cli.engine.outlook import (
@@ -83,6 +84,7 @@ from snooker_cli.engine.outlook import (
     Margin,
     enqueue,
     enter_contact,
+    parted_from,
     predict,
     predict_crossings,
     push,
@@ -157,14 +159,15 @@ def cross(
             occupancy,
             period,
         )
-    sooner, partner = nearest(i, now, near, found, delay, whom, NOBODY, balls, setup, radii, period)
+    apart = parted_from(i, now, balls, period, links)
+    sooner, partner = nearest(i, now, near, found, delay, whom, apart, balls, setup, radii, period)
     counts[PREDICTIONS] += found
     if better or sooner < delay:
         enter_contact(i, now + sooner, partner, balls, links)
     return True
 
 
-@compiled
+@kernel
 def fill(
     now: float,
     balls: Floats,
@@ -195,7 +198,7 @@ def fill(
     return True
 
 
-@compiled
+@kernel
 def advance(
     balls: Floats,
     container: Floats | None,
@@ -222,7 +225,6 @@ def advance(
     members, occupancy, at_wall = cells.members, cells.occupancy, cells.at_wall
     times, bits = tree.times, tree.bits
     crossings = filled = 0
-    # Once, for to reach into a tuple of arrays counts references.
     event_time, event_i, event_j = recorded.time, recorded.i, recorded.j
     event_impulse, step, used = recorded.impulse, grid.step, grid.used
     storing, labelled = len(event_time) > 0, len(labels) > 0
@@ -325,7 +327,7 @@ def advance(
         else:
             counts[STALE] += 1
         for turn in range(2 if happens and j != NOBODY else 1):
-            k = i if turn == 0 else j
+            k = ahead(i if turn == 0 else j)
             if happens:
                 predict_crossings(k, now, balls, period, links, mesh)
             predict(

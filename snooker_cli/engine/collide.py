@@ -56,7 +56,9 @@ def wrap(i: int, balls: Floats, period: Floats) -> None:
 
 
 @compiled
-def contact_lasts(balls: Floats, container: Floats | None, setup: Setup, labels: Indices) -> float:
+def contact_lasts(
+    balls: Floats, container: Floats | None, setup: Setup, labels: Indices | None
+) -> float:
     """How long a contact lasts in the TC model at the balls' present speeds, s.
 
     That is a part of the mean free time, the mean free path over the root of the mean square of
@@ -70,7 +72,10 @@ def contact_lasts(balls: Floats, container: Floats | None, setup: Setup, labels:
         u, v = balls[U, k], balls[V, k]
         if container is not None:
             u, v = u - container[U], v - container[V]
-        squares[labels[k] if len(labels) > 0 else k] = u * u + v * v
+        place = k
+        if labels is not None and len(labels) > 0:
+            place = labels[k]
+        squares[place] = u * u + v * v
     total = 0.0
     for k in range(number):
         total += squares[k]

@@ -46,7 +46,7 @@ if COMPILED:
         "no_cfunc_wrapper": True,
     }
 
-    INLINED = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True}
+    INLINED = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True, "_nrt": False}
 
     def compiled(function: Function) -> Function:
         """Compile with exactly rounded arithmetic.
@@ -54,7 +54,14 @@ if COMPILED:
         + - * / and sqrt are exactly rounded by IEEE 754 and, without fast-math, neither
         re-ordered nor fused: the same source gives the same bits on every CPU.
         """
-        return cast("Function", njit(**OPTIONS)(function))
+        return cast("Function", njit(**OPTIONS | {"_nrt": True})(function))
+
+    def kernel(function: Function) -> Function:
+        """Compile what owns no array, and so need not count who refers to which.
+
+        To count took a fourteenth of the time and, with a free container among cells, a third.
+        """
+        return cast("Function", njit(**OPTIONS | {"_nrt": False})(function))
 
     def inlined(function: Function) -> Function:
         """Compile into whoever calls it: a call costs as much as looking at ten pairs.
@@ -102,6 +109,8 @@ else:
         As when compiled, nothing is said of 0 * inf and the like: of these no comparison is true.
         """
         return np.errstate(all="ignore")(function)
+
+    kernel = compiled
 
     def inlined(function: Function) -> Function:
         """Leave the function as it is."""

@@ -21,8 +21,8 @@ REORDERED = 4096
 REORDER_AFTER = 20
 """Events a ball after which balls are put into the order of their cells again."""
 
-FEW = 80
-"""Balls in a circle up to which to look at all pairs is faster than to keep cells."""
+FEW, FEW_IN_FREE, MOST = 50, 150, 400
+"""Balls up to which all pairs are faster than cells, times the packing's fourth root; at most."""
 
 BALLS_A_CELL, DILUTE = 1.0, 0.4
 """Balls to a cell in a packed gas, and in a dilute one, there over the cube root of the packing."""
@@ -283,8 +283,20 @@ def engine_for(scene: Scene, kind: str | None = None) -> type[AllPairs] | type[I
         raise ValueError("the engine cells lets no ball slide: use allpairs")
     if kind == "allpairs" and scene.shape != "circle":
         raise ValueError(f"the engine allpairs knows no {scene.shape}: use cells")
-    few = scene.shape == "circle" and (scene.number <= FEW or scene.slides)
-    return AllPairs if (few if kind is None else kind == "allpairs") else InCells
+    if kind is None:
+        few = scene.number <= few_at(scene.packing_fraction, free=scene.free)
+        kind = "allpairs" if scene.slides or (few and scene.shape == "circle") else "cells"
+    return AllPairs if kind == "allpairs" else InCells
+
+
+def few_at(packing_fraction: float, *, free: bool) -> int:
+    """How many balls in a circle all pairs are faster for than cells, by measurement.
+
+    A dilute gas has more crossings of cells, and a free container moves all walls at each hit.
+    """
+    # Of square roots, which are exactly rounded: a scene gets the same engine on every machine.
+    root = math.sqrt(math.sqrt(packing_fraction))
+    return int(min((FEW_IN_FREE if free else FEW) / root, MOST))
 
 
 def side_of(scene: Scene) -> float:

@@ -4,7 +4,7 @@ Only the normal relative velocity g changes, to -e g; the impulse is J = (1 + e)
 reduced mass. The line of centres is the offset (x, y) as it is, never an angle and never the
 nominal distance.
 
-Roundings that err to one side would, over a million events, drain or feed a ball's energy by 5e-12
+Roundings that err to one side would, over a million events, drain or feed a ball's energy by 2e-12
 of itself or more. A contact's |x|^2 is always one of a few doubles round d^2, and so would be the
 error of what is done with it. Therefore
 - the normal is not normalised, nor is it taken to be as long as d;

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli.engine.compiling import inlined
+
 if TYPE_CHECKING:
     from snooker_cli.scene import Scene
 
@@ -77,6 +79,12 @@ REST = WALL_IMPULSE_REST - WALL_IMPULSE
     STALE,
     COUNTS,
 ) = range(9)
+
+
+@inlined
+def ahead(index: int) -> int:
+    """The same index, which the compiler then knows not to count from the end."""
+    return int(index) & ((1 << 62) - 1)
 
 
 class Setup(NamedTuple):

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.engine.compiling import inlined
-from snooker_cli.engine.layout import CELL, PLACE, Indices
+from snooker_cli.engine.layout import CELL, PLACE, Indices, ahead
 
 if TYPE_CHECKING:
     from snooker_cli.scene import Scene
@@ -66,13 +66,13 @@ def row_of(mesh: Mesh, cell: int) -> int:
 @inlined
 def cell_at(mesh: Mesh, column: int, row: int) -> int:
     """The cell in a column and a row."""
-    return (row << mesh.shift) + column
+    return ahead((row << mesh.shift) + column)
 
 
 @inlined
 def put_into(i: int, cell: int, links: Indices, members: Indices, occupancy: Indices) -> None:
     """Make ball i a member of a cell."""
-    place = occupancy[cell]
+    place = ahead(occupancy[cell])
     members[cell, place] = i
     occupancy[cell] = place + 1
     links[CELL, i] = cell
@@ -82,10 +82,10 @@ def put_into(i: int, cell: int, links: Indices, members: Indices, occupancy: Ind
 @inlined
 def put_out(i: int, links: Indices, members: Indices, occupancy: Indices) -> None:
     """Take ball i out of its cell; the last member takes its place."""
-    cell, place = links[CELL, i], links[PLACE, i]
-    last = occupancy[cell] - 1
+    cell, place = ahead(links[CELL, i]), ahead(links[PLACE, i])
+    last = ahead(occupancy[cell] - 1)
     occupancy[cell] = last
-    moved = members[cell, last]
+    moved = ahead(members[cell, last])
     members[cell, place] = moved
     links[PLACE, moved] = place
 

@@ -45,6 +45,7 @@ from snooker_cli.engine.layout import (
     V,
     X,
     Y,
+    ahead,
 )
 from snooker_cli.engine.mesh import Mesh, column_of, row_of
 from snooker_cli.engine.predict import wall_reach
@@ -92,7 +93,7 @@ def predict_crossings(
     i: int, now: float, balls: Floats, period: Floats | None, links: Indices, mesh: Mesh
 ) -> None:
     """Enter when ball i leaves its cell across and up or down."""
-    cell = links[CELL, i]
+    cell = ahead(links[CELL, i])
     age = now - balls[CLOCK, i]
     u, v = balls[U, i], balls[V, i]
     x = balls[X, i] + u * age - (mesh.left + mesh.width * (column_of(mesh, cell) + 0.5))
@@ -156,6 +157,25 @@ def time_at_wall(
 
 
 @inlined
+def parted_from(i: int, now: float, balls: Floats, period: Floats | None, links: Indices) -> int:
+    """The ball that ball i has parted from in the last event of both, and cannot meet; or nobody.
+
+    They may meet again through a side of a periodic box: when other images of them are the nearest.
+    """
+    k = links[LAST, i]
+    if k < 0 or links[LAST, k] != i:
+        return NOBODY
+    if period is not None:
+        x, y = balls[X, k] - balls[X, i], balls[Y, k] - balls[Y, i]
+        age = now - balls[CLOCK, i]  # and of ball k: they had their last event together
+        xn, yn = x + (balls[U, k] - balls[U, i]) * age, y + (balls[V, k] - balls[V, i]) * age
+        across = np.rint(x / period[0]) != np.rint(xn / period[0])
+        if across or np.rint(y / period[1]) != np.rint(yn / period[1]):
+            return NOBODY
+    return int(k)
+
+
+@inlined
 def predict(
     i: int,
     now: float,
@@ -176,7 +196,7 @@ def predict(
     counts: Integers,
 ) -> None:
     """Enter ball i's earliest contact, with a ball or with the wall."""
-    cell = links[CELL, i]
+    cell = ahead(links[CELL, i])
     delay, whom = NEVER, LOOK_AGAIN
     if at_wall[cell]:
         delay, known = time_at_wall(
@@ -185,10 +205,7 @@ def predict(
         whom = NOBODY if known else LOOK_AGAIN
     column, row = column_of(mesh, cell), row_of(mesh, cell)
     found = collect_around(near, column, row, mesh, members, occupancy, period)
-    last = links[LAST, i]
-    apart = NOBODY
-    if last >= 0 and links[LAST, last] == i:
-        apart = last  # they parted in the last event of both
+    apart = parted_from(i, now, balls, period, links)
     delay, whom = nearest(i, now, near, found, delay, whom, apart, balls, setup, radii, period)
     counts[PREDICTIONS] += found
     enter_contact(i, now + delay, whom, balls, links)

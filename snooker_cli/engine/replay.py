@@ -23,7 +23,7 @@ from snooker_cli.engine.collide import (
     touched,
     wrap,
 )
-from snooker_cli.engine.compiling import compiled, inlined
+from snooker_cli.engine.compiling import inlined, kernel
 from snooker_cli.engine.layout import (
     CLOCK,
     CONTACT_LASTS,
@@ -243,7 +243,7 @@ def _measure(
         row[sampling.WALL_IMPULSE] += pressing(clock, balls, setup, masses, slides)
 
 
-@compiled
+@kernel
 def _carry_out(
     balls: Floats,
     container: Floats | None,
@@ -263,11 +263,11 @@ def _carry_out(
     rows: Floats,
 ) -> None:
     """Carry out collisions again when so many are done, measuring after those that are kept."""
-    row, in_order = 0, np.empty(0, dtype=np.int32)
+    row = 0
     for event in range(len(clocks)):
         now, i, j = clocks[event], first[event], second[event]
         if setup.contact_path > 0.0 and (done + event) % balls.shape[1] == 0:
-            sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, in_order)
+            sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, None)
         _collide(now, i, j, balls, container, setup, masses, box, period, radii, slides, sums)
         if j < 0:
             add_up(sums, WALL_IMPULSE, impulse[event])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from snooker_cli.engine.compiling import inlined, lowest_bit
 from snooker_cli.engine.contact import may_touch, nearest_image, pair_delay
-from snooker_cli.engine.layout import CLOCK, Floats, Indices, Setup, U, V, X, Y
+from snooker_cli.engine.layout import CLOCK, Floats, Indices, Setup, U, V, X, Y, ahead
 from snooker_cli.engine.mesh import Mesh, cell_at
 from snooker_cli.engine.predict import BLOCK, contact_distance
 
@@ -35,6 +35,7 @@ def collect(
         row -= mesh.rows if row >= mesh.rows else 0
     cell = cell_at(mesh, column, row)
     number = int(occupancy[cell])
+    found = ahead(found)
     for place in range(4):
         near[found + place] = members[cell, place]
     for place in range(4, number):
@@ -81,6 +82,11 @@ def nearest(
     age = now - balls[CLOCK, i]
     u, v = balls[U, i], balls[V, i]
     x, y = balls[X, i] + u * age, balls[Y, i] + v * age
+    # As many as fill vectors: ball i, which never meets itself, makes up for what is missing.
+    found = ahead(found)
+    for place in range(3):
+        near[found + place] = i
+    found = (found + 3) & ~3
     for start in range(0, found, BLOCK):
         twice = 2.0 * horizon
         mask = 0

@@ -17,15 +17,12 @@ import numpy as np
 
 from snooker_cli.engine.compiling import inlined, lowest_bit
 from snooker_cli.engine.contact import NEVER
-from snooker_cli.engine.layout import Floats, Integers
+from snooker_cli.engine.layout import Floats, Integers, ahead
 
 STEP = 2
 """Binary digits of a place that a level decides."""
 
 CHILDREN = 1 << STEP
-
-POSITIVE = (1 << 62) - 1
-"""A mask that tells the compiler that an index does not count from the end."""
 
 
 class Tree(NamedTuple):
@@ -54,7 +51,7 @@ def lesser(a: int, b: int) -> int:
 @inlined
 def update(times: Floats, bits: Integers, i: int, time: float) -> None:
     """Give ball i another time."""
-    k = (len(times) // 2 + int(i)) & POSITIVE
+    k = ahead(len(times) // 2 + int(i))
     times[k] = time
     while k > 1:
         k >>= STEP
@@ -74,9 +71,9 @@ def first(bits: Integers) -> int:
     least = bits[1]
     k = 1
     while k < leaves:
-        k = (k << STEP) & POSITIVE
+        k = ahead(k << STEP)
         mask = 0
         for place in range(CHILDREN):
             mask |= int(bits[k + place] == least) << place
         k += lowest_bit(mask)
-    return k - leaves
+    return ahead(k - leaves)
