@@ -100,7 +100,7 @@ def joined(parts: Sequence[Events]) -> Events:
     residual = None
     if any(part.residual is not None for part in parts):
         residual = np.concatenate(
-            [np.zeros(len(part)) if part.residual is None else part.residual for part in parts]
+            [np.zeros_like(part.time) if part.residual is None else part.residual for part in parts]
         )
     return Events(
         np.concatenate([part.time for part in parts]),

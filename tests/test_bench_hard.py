@@ -239,6 +239,35 @@ def test_the_longest_run_of_hits(trace: Trace) -> None:
     assert longest_run(pairs) == 1
 
 
+def test_the_longest_run_of_a_summary_is_what_chance_would_give(trace: Trace) -> None:
+    """One hit in ten is with the wall: of 2,000 runs one of 13 has a chance of 2e-10."""
+    summary = replace(trace, events=None, wall_events=2000, pair_events=9000)
+    assert longest_run(summary) == 13
+    assert longest_run(replace(summary, wall_events=3, pair_events=1)) == 3
+    assert longest_run(replace(summary, pair_events=0)) == 2000
+    assert longest_run(replace(summary, wall_events=0)) == 0
+
+
+def test_the_billion_is_held_to_a_random_walk() -> None:
+    """An energy that is off to one side by an epsilon of itself a collision is found."""
+    case = BY_NAME["billion"]
+    scene = arrange(load(FOLDER / "billion.yaml").experiment, 0)
+    found = simulate(scene, collisions=100_000, summary=True)
+    done, faults = judged(case, found)
+    assert faults == []
+    assert len(done) == len({check.name for check in done})
+    assert found.summary is not None
+    grid = found.summary.series
+    drift = grid.kinetic_energy * (1 + EPSILON * (grid.wall_events + grid.pair_events))
+    summary = replace(found.summary, series=replace(grid, kinetic_energy=drift))
+    assert failing(replace(found, summary=summary)) == set()
+    (fault,) = judged(case, replace(found, summary=summary))[1]
+    assert fault.startswith("drift of energy, of a ball's: ")
+    finish = replace(found.finish, velocities=found.finish.velocities * (1 + 1e-11))
+    (fault,) = judged(case, replace(found, finish=finish))[1]
+    assert fault.startswith("drift of angular momentum, of a ball's: ")
+
+
 # --- the command ----------------------------------------------------------------------------
 
 

@@ -20,7 +20,7 @@ from snooker_cli.bench.physics import SIMULATED, full_plan, quick_plan, sentence
 from snooker_cli.bench.physics_figures import pictures
 from snooker_cli.bench.physics_gas import Gas
 from snooker_cli.bench.physics_rows import ALLOWED, EXACT, OWN, PUBLISHED, Row
-from snooker_cli.cli import app
+from snooker_cli.cli.commands import app
 from snooker_cli.gallery import Line, Points
 from snooker_cli.observables import meeting_temperature
 from snooker_cli.theory.state import PUBLISHED_RATIOS

@@ -214,6 +214,11 @@ def test_sonine_coefficient_from_the_collision_integral(restitution):
     # μ4/(1 + a2) = 4 μ2 to first order in a2.
     derived = (4 * mu2 - mu4) / (mu4_slope - mu4 - 4 * mu2_slope)
     assert theory.sonine_coefficient(restitution) == pytest.approx(derived, rel=1e-9, abs=1e-12)
+    # μ4 = 4 (1 + a2) μ2 to first order, as van Noije and Ernst have it, has another denominator.
+    e = restitution
+    theirs = 16 * (1 - e) * (1 - 2 * e**2) / (57 - 25 * e + 30 * (1 - e) * e**2)
+    derived = (4 * mu2 - mu4) / (mu4_slope - 4 * mu2 - 4 * mu2_slope)
+    assert theirs == pytest.approx(derived, rel=1e-9, abs=1e-12)
     # The cooling rate's correction factor 1 + 3a2/16.
     assert mu2_slope / mu2 == pytest.approx(3 / 16, rel=1e-12)
 

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from snooker_cli.scene import Scene
 
 
-OVERLAP = 1e-9
-"""An overlap that rounding does not make, m: a collision came late or not at all."""
+OVERLAP = 1e-5
+"""An overlap that rounding to 32 bits does not make, m: a collision came late or not at all."""
 
 
 @dataclass(frozen=True)

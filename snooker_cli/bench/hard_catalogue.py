@@ -71,5 +71,5 @@ CASES = (
     Hard("clock-far", (TIME,), facts.late_row),
     Hard("at-rest", (NOTHING_LEFT,), facts.nothing_happens),
     Hard("at-rest-periodic", (NOTHING_LEFT,), facts.nothing_happens),
-    Hard("billion", (COLLISIONS,), lengthy=True, by_name_only=True),
+    Hard("billion", (COLLISIONS,), facts.random_walk, lengthy=True, by_name_only=True),
 )

@@ -157,10 +157,19 @@ def _ends(trace: Trace) -> States:
 
 
 def longest_run(trace: Trace) -> int:
-    """The most hits of the wall in a row of one ball; of a summary, all that there were."""
+    """The most hits of the wall in a row of one ball.
+
+    Of a summary, which does not say: more than there would be, but in one of a billion such gases,
+    if chance had each ball hit the wall as often; all that there were if balls hit nothing else.
+    """
     events = trace.events
     if events is None:
-        return trace.wall_events
+        if not trace.wall_events or not trace.pair_events:
+            return trace.wall_events
+        # n p^m = 1e-9, p the part of a ball's collisions that are with the wall
+        part = trace.wall_events / (trace.wall_events + 2 * trace.pair_events)
+        likely = math.log(1e-9 / trace.wall_events) / math.log(part)
+        return min(trace.wall_events, math.ceil(likely))
     at_wall = events.at_wall
     ball = np.concatenate([events.i, events.j[~at_wall]])
     of_wall = np.concatenate([at_wall, np.zeros(int(np.sum(~at_wall)), dtype=bool)])

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snooker_cli.bench.hard_checks import PLACE, Check
-from snooker_cli.engine import replay
+from snooker_cli.bench.ledger import total_angular_momentum, total_energy
+from snooker_cli.engine import replay, series
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import CONTAINER, StopReason
 
@@ -266,6 +267,23 @@ def corner(trace: Trace) -> Iterator[Check]:
     momentum = 2 * float(start.masses[0] * start.velocities[0, 0])
     impulse = _events(trace).impulse[own][:2]
     yield _difference("impulse, kg m/s", impulse, momentum, PLACE * EPSILON * momentum)
+
+
+def random_walk(trace: Trace) -> Iterator[Check]:
+    """Roundings of elastic collisions in a fixed circle to either side, not all of them to one.
+
+    Those of n collisions then add up to the root of n times one's, four epsilons of a ball's: six
+    standard deviations of it never happen. All to one side would be 5,000 times that for a billion.
+    """
+    start = trace.start
+    walk = 6 * math.sqrt(trace.collisions) * 4 * EPSILON
+    energy = total_energy(start)
+    drift = float(np.max(abs(series(trace).kinetic_energy - energy)))
+    yield Check("drift of energy, of a ball's", drift * start.number / energy, walk)
+    turned = abs(total_angular_momentum(trace.finish) - total_angular_momentum(start))
+    largest = float(np.max(start.masses * np.hypot(*trace.finish.velocities.T)))
+    part = turned / (largest * start.container_radius)
+    yield Check("drift of angular momentum, of a ball's", part, walk)
 
 
 def nothing_happens(trace: Trace) -> Iterator[Check]:

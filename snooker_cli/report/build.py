@@ -25,8 +25,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-MEASURED = ("error", "hard", "physics")
-"""The measurements that are kept with the report: of ``snooker bench`` and a name."""
+MEASURED = ("error", "hard", "billion", "physics")
+"""The measurements that are kept with the report: of ``snooker bench`` and a name.
+
+And once of ``snooker bench hard billion``, which writes its JSON as hard.json.
+"""
 
 LABELS = accuracy.LABELS | sliding.LABELS
 """The figures that are no plates, by file."""

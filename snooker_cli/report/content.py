@@ -97,7 +97,7 @@ def document(
         tables.many_coefficients("Table 5", pictures),
         *accuracy.blocks(saved["error"], pictures),
         *sliding.blocks(pictures),
-        *trials.blocks(saved["hard"], saved["physics"]),
+        *trials.blocks(saved["hard"], saved["billion"], saved["physics"]),
         Heading("Conclusion", after_figures=True),
         Paragraph(_conclusion_text(audit, pictures)),
     ]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from snooker_cli.bench.hard import INVARIANTS
+from snooker_cli.bench.origin import machine
 from snooker_cli.bench.physics import sentence
 from snooker_cli.report.document import Block, Heading, Paragraph, Table
 from snooker_cli.words import short, with_error
@@ -13,12 +14,12 @@ from snooker_cli.words import short, with_error
 Record = Mapping[str, Any]
 
 
-def blocks(hard: dict[str, Any], physics: dict[str, Any]) -> list[Block]:
-    """The section: a sentence and a table for each."""
+def blocks(hard: dict[str, Any], billion: dict[str, Any], physics: dict[str, Any]) -> list[Block]:
+    """The section: a sentence and a table for each; ``billion`` is the hard case of that name."""
     return [
         Heading("Hard cases and known physics", after_figures=True),
-        Paragraph(_hard_text(hard)),
-        _cases("Table 8", hard),
+        Paragraph(f"{_hard_text(hard)} {_billion_text(billion)}"),
+        _cases("Table 8", [*hard["cases"], *billion["cases"]]),
         Paragraph(f"{sentence(physics)} Table 9 has them all."),
         _known("Table 9", physics),
     ]
@@ -38,7 +39,20 @@ def _hard_text(hard: Record) -> str:
     )
 
 
-def _cases(label: str, hard: Record) -> Table:
+def _billion_text(billion: Record) -> str:
+    """What is left of the books after very many collisions."""
+    (case,) = billion["cases"]
+    energy, walk = case["worst"]["energy"], case["worst"]["drift of energy, of a ball's"]
+    return (
+        f"One more, {case['name']}, takes minutes and was run once, on {billion['date'][:10]} "
+        f"({machine(billion)}): after {case['runs'][0]['events']:,} collisions by each engine the "
+        f"energy is off by {short(energy['error'], 2)} of it at most. Of one ball's energy that is "
+        f"{short(walk['error'], 2)}, where roundings to either side may add up to "
+        f"{short(walk['bound'], 2)}."
+    )
+
+
+def _cases(label: str, cases: Sequence[Record]) -> Table:
     """A row a case."""
     return Table(
         label,
@@ -57,7 +71,7 @@ def _cases(label: str, hard: Record) -> Table:
                 *(_worst(case, name) for name in INVARIANTS if name in SHOWN),
                 "holds" if case["holds"] else "fails",
             )
-            for case in hard["cases"]
+            for case in cases
         ),
         (False, False, True, False, True, True, True, False),
         (1.3, 3.2, 0.9, 1.6, 1.0, 1.0, 1.0, 0.7),
