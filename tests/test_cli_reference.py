@@ -12,7 +12,7 @@ from unittest import mock
 
 from typer.main import get_command
 
-from snooker_cli.cli import app
+from snooker_cli.cli.commands import app
 from snooker_cli.cli.endings import Exit
 
 REFERENCE = Path(__file__).parents[1] / "docs" / "cli.md"
@@ -25,7 +25,7 @@ What `--help` prints for each; made by `python tests/test_cli_reference.py`. The
 
 `snooker --install-completion` makes the shell that it is called from (bash, zsh, fish or
 PowerShell) complete commands and options, configs, names of runs, figures and templates, and after
-`-o` the keys of a config.
+`-o` the keys of a config and their values.
 """
 
 MEANINGS = {

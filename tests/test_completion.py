@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import os
+import pty
+import re
+import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +76,70 @@ def test_the_console_script_tells_zsh_and_fish_what_a_key_means(here: Path) -> N
     assert offer.split("\t") == ["balls.list[0].position=", meaning]
     zsh = ask(here, line | {"_SNOOKER_COMPLETE": "complete_zsh"})
     assert f'"balls.list[0].position=":"{meaning}"' in zsh
+
+
+@contextmanager
+def typing(folder: Path, script: str) -> Iterator[Callable[[str], str]]:
+    """What becomes of a line in a real bash that is typed there and then completed by a Tab."""
+    tell = """bind -x '"\\C-g": echo "<<$READLINE_LINE>>"'"""
+    (folder / "rc").write_text(f"{script}\n{tell}\nPS1=ready\n")
+    bash, terminal = pty.openpty()
+    path = os.pathsep.join([str(SNOOKER.parent), os.environ["PATH"]])
+    process = subprocess.Popen(
+        ["bash", "--rcfile", "rc", "-i"],
+        cwd=folder,
+        env={**os.environ, "PATH": path, "TERM": "dumb", "COLUMNS": "200"},
+        stdin=terminal,
+        stdout=terminal,
+        stderr=terminal,
+        start_new_session=True,
+    )
+    os.close(terminal)
+
+    def until(pattern: bytes) -> str:
+        said = b""
+        while not (found := re.search(pattern, said)):
+            said += os.read(bash, 1000)
+        return found[1].decode()
+
+    def completed(line: str) -> str:
+        os.write(bash, f"{line}\t\a\x15".encode())
+        return until(rb"<<(.*)>>")
+
+    try:
+        until(rb"(ready)")
+        yield completed
+    finally:
+        process.kill()
+        process.wait()
+        os.close(bash)
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash here")
+def test_bash_completes_what_is_behind_an_equals_sign(
+    here: Path, snooker: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where it takes `cor=0.5` for three words, and would replace the last one only."""
+    monkeypatch.setenv("_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION", "1")
+    with typing(here, snooker("--show-completion", "bash").out) as completed:
+        for typed, whole in (
+            ("run small.yaml -o cor", "run small.yaml -o cor="),
+            ("run --executor dask=tcp://h:1 sm", "run --executor dask=tcp://h:1 small.yaml "),
+            ("run small.yaml -o seed=2 -o cor=", "run small.yaml -o seed=2 -o cor=0.85 "),
+            ("run small.yaml --engine=ce", "run small.yaml --engine=cells "),
+        ):
+            assert completed(f"snooker {typed}") == f"snooker {whole}"
+
+
+def test_words_that_bash_has_split(here: Path, offered: Offered) -> None:
+    """Only what it will put behind the last `=` or `:` is offered."""
+    run = ["run", "small.yaml", "-o"]
+    assert offered(*run, "cor", "=") == ["0.85"]
+    assert offered(*run, "seed", "=", "2", "-o", "record", "=", "s") == ["summary"]
+    assert offered("run", "small.yaml", "--override", "=", "cor", "=", "0") == ["0.85"]
+    assert offered("run", "--executor", "dask", "=") == ["tcp://", "tls://"]
+    assert offered("run", "--executor", "dask", "=", "tcp", ":") == ["//"]
+    assert offered("run", "--executor", "t") == ["threads"]
 
 
 def test_commands_and_options(here: Path, offered: Offered) -> None:
@@ -163,6 +231,22 @@ def test_the_script_to_install_asks_snooker(
     (path,) = (path for path in tmp_path.rglob("*snooker*") if path.is_file())
     assert str(path) in ended.out
     assert path.read_text().strip() == script.strip()
+
+
+def test_a_script_asked_for_by_python_m_is_that_of_the_command(tmp_path: Path) -> None:
+    environment = {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1", "HOME": str(tmp_path)}
+    scripts = [
+        subprocess.run(
+            [*command, "--show-completion", "bash"],
+            env={**os.environ, **environment},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for command in ([SNOOKER], [sys.executable, "-m", "snooker_cli"])
+    ]
+    assert scripts[0] == scripts[1]
+    assert "_snooker_completion snooker" in scripts[0]
 
 
 def test_where_runs_are_is_what_results_say() -> None:

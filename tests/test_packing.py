@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
+import signal
+import subprocess
+import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -195,6 +199,62 @@ def test_missing_repeats_stay_missing(finished: Path) -> None:
         store.read(packed.path(0, 1))
 
 
+# Kills
+
+SIGNALLED = """
+import os, signal, sys
+from snooker_cli.cli import main
+
+number, *sys.argv = sys.argv[1:]
+os.fsync = lambda _: os.kill(os.getpid(), int(number))
+main()
+"""
+
+
+def signalled(number: signal.Signals, *command: str) -> subprocess.Popen[bytes]:
+    """A command that gets a signal when its first file is written, before that has its name."""
+    script = [sys.executable, "-c", SIGNALLED, str(int(number)), "snooker", *command]
+    return subprocess.Popen(script, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def names(directory: Path) -> list[str]:
+    return sorted(path.name for path in directory.iterdir())
+
+
+def test_what_a_kill_leaves_is_cleared_away_by_the_next(finished: Path, snooker: Snooker) -> None:
+    runs, others = finished.parent, ["small.h5.host-00.part", "small.h5.packing.host-00.part"]
+    for name in others:  # what another command, or another machine, may be writing
+        (runs / name).touch()
+    assert signalled(signal.SIGKILL, "pack", "small").wait() == -signal.SIGKILL
+    assert len(names(runs)) == 4
+    assert snooker("pack", "small").code == 0
+    assert names(runs) == ["small", "small.h5", *others]
+    shutil.rmtree(finished)
+    assert signalled(signal.SIGKILL, "unpack", "small").wait() == -signal.SIGKILL
+    assert len(names(runs)) == 4
+    assert snooker("unpack", "small").code == 0
+    assert names(runs) == ["small", "small.h5", *others]
+
+
+def test_what_a_living_process_writes_is_left(finished: Path, snooker: Snooker) -> None:
+    process = signalled(signal.SIGSTOP, "pack", "small")
+    _, status = os.waitpid(process.pid, os.WUNTRACED)
+    assert os.WIFSTOPPED(status)
+    (part,) = finished.parent.glob("*.part")
+    assert snooker("pack", "small").code == 0
+    assert part.exists()
+    process.send_signal(signal.SIGCONT)
+    assert process.wait() == 0
+    assert names(finished.parent) == ["small", "small.h5"]
+
+
+def test_nothing_is_packed_into_a_run_under_way(finished: Path) -> None:
+    run = results.open_run(finished)
+    other = Path(shutil.copytree(finished, finished.with_name("other")))
+    with results.held(other), pytest.raises(RunError, match="other: a `snooker run` is writing"):
+        results.pack(run, other / "small.h5")
+
+
 # What is refused
 
 
@@ -248,6 +308,16 @@ def test_nothing_is_replaced(packed: Path, folder: Path, snooker: Snooker) -> No
         assert (ended.code, ended.out) == (2, "")
         assert ended.err.startswith(f"snooker: {said}"), ended.err
     assert packed.read_bytes() == before
+
+
+def test_a_packed_run_is_not_taken_for_its_folder(packed: Path, snooker: Snooker) -> None:
+    """For the advice would be to remove it."""
+    named = packed.rename(packed.with_suffix(""))
+    ended = snooker("unpack", named)
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err == (
+        f"snooker: {named}: its name has no ending to leave out; give --out for a folder\n"
+    )
 
 
 def test_one_of_another_version_is_refused(packed: Path, snooker: Snooker) -> None:

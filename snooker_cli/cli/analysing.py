@@ -9,6 +9,7 @@ import typer
 
 from snooker_cli.cli import completion
 from snooker_cli.cli.running import AsJson
+from snooker_cli.cli.tables import tell
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -78,7 +79,7 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
             for one in rows
         ],
     )
-    typer.echo(SAMPLING)
+    tell(SAMPLING)
     _print_notes(said, len(opened.points))
 
 
@@ -165,7 +166,7 @@ def _saved(run: Run, name: str, analysis: Analysis, as_json: bool) -> tuple[Reco
             "writable, or copy it"
         ) from None
     if as_json:
-        typer.echo(json.dumps(rows))
+        tell(json.dumps(rows))
     return rows, notes
 
 
@@ -177,7 +178,7 @@ def _print_notes(notes: Records, points: int) -> None:
     for one in notes:
         labels.setdefault(one["note"], []).append(point_label(one["parameters"]))
     for note, about in labels.items():
-        typer.echo(note if len(about) == points else f"{'; '.join(about)}: {note}")
+        tell(note if len(about) == points else f"{'; '.join(about)}: {note}")
 
 
 def report(
@@ -196,4 +197,4 @@ def report(
     from snooker_cli.report.build import build
 
     for path in build(runs, out, say):
-        typer.echo(str(path))
+        tell(str(path))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,6 +27,38 @@ class Key(NamedTuple):
     path: str
     description: str
     words: tuple[str, ...]
+
+
+def rejoined() -> str:
+    """Undo that bash takes ``cor=0.5`` for three words, as it does at each ``=`` and ``:``.
+
+    Changes the words in the environment, by which bash asks. It will replace only what is behind
+    the ``=``, so that this alone is left there as the last word; what is before it is returned.
+    """
+    if os.environ.get("_SNOOKER_COMPLETE") != "complete_bash":
+        return ""
+    words = os.environ.get("COMP_WORDS", "").split("\n")[: int(os.environ.get("COMP_CWORD", 0)) + 1]
+    whole = words[:1]
+    for before, word in pairwise(words):
+        if _breaks(before) or _breaks(word):
+            whole[-1] += word
+        else:
+            whole.append(word)
+    if len(whole) == len(words):
+        return ""
+    last = "" if _breaks(words[-1]) else words[-1]
+    typed = whole.pop().removesuffix(last)
+    if typed.startswith("--"):
+        option, _, typed = typed.partition("=")
+        whole.append(option)
+    os.environ["COMP_WORDS"] = "\n".join([*whole, last])
+    os.environ["COMP_CWORD"] = str(len(whole))
+    return typed
+
+
+def _breaks(word: str) -> bool:
+    """Whether a word is none but what bash has between two that were one."""
+    return word != "" and not word.strip("=:")
 
 
 def configs(incomplete: str) -> list[str]:
@@ -57,9 +91,35 @@ def templates() -> list[Offer]:
     return [(name, _plain(purpose(name))) for name in found()]
 
 
+def executors(context: typer.Context) -> list[Offer]:
+    """Who can simulate."""
+    meant = "Workers of the dask scheduler at HOST:PORT."
+    offers = [
+        ("threads", "Threads of this machine."),
+        ("dask=tcp://", meant),
+        ("dask=tls://", meant),
+    ]
+    return _behind(context, offers)
+
+
 def overrides(context: typer.Context, incomplete: str) -> list[Offer]:
     """Keys for -o; when only one is left, its values: the words it can be, or the config's own."""
-    typed, equals, _ = incomplete.partition("=")
+    return _behind(context, _overrides(context, f"{context.obj or ''}{incomplete}"))
+
+
+def _behind(context: typer.Context, offers: list[Offer]) -> list[Offer]:
+    """Of offers what bash will put behind what ``rejoined`` has returned."""
+    before = context.obj or ""
+    return [
+        (offer.removeprefix(before), meaning)
+        for offer, meaning in offers
+        if offer.startswith(before) and offer != before
+    ]
+
+
+def _overrides(context: typer.Context, wanted: str) -> list[Offer]:
+    """What an override can be that begins with what is wanted."""
+    typed, equals, _ = wanted.partition("=")
     keys = [key for key in _keys(typed) if key.path.startswith(typed)]
     keys = [key for key in keys if key.path == typed] if equals else keys
     offers = [(f"{key.path}=", _plain(key.description)) for key in keys]

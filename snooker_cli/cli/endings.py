@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from enum import IntEnum
 from typing import Any, NoReturn
 
+from snooker_cli.cli.interrupts import raising
+
 
 class Exit(IntEnum):
     """Exit codes of ``snooker``."""
@@ -58,14 +60,37 @@ def fail(message: str, code: Exit) -> NoReturn:
     raise SystemExit(int(code))
 
 
+def leave(code: int) -> NoReturn:
+    """End the process now: Python would wait for threads that have nothing to save."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:  # nobody reads any more
+            continue
+    os._exit(code)
+
+
 def guarded(app: Callable[..., Any]) -> None:
     """Run the application and turn its errors into sentences and exit codes."""
     try:
-        app()
+        with raising() as interrupts:
+            app()
     except KeyboardInterrupt:
-        fail("interrupted", Exit.INTERRUPTED)
+        _interrupted()
+    except SystemExit as end:
+        if interrupts and end.code:  # Typer makes one of a KeyboardInterrupt
+            _interrupted()
+        raise
     except Exception as error:
+        if interrupts:
+            _interrupted()
         _explain(error)
+
+
+def _interrupted() -> NoReturn:
+    """What was under way is cleared away; threads that still read are not waited for."""
+    print("snooker: interrupted", file=sys.stderr)
+    leave(Exit.INTERRUPTED)
 
 
 @contextmanager

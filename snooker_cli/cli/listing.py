@@ -10,6 +10,7 @@ import typer
 
 from snooker_cli.cli.analysing import RunName
 from snooker_cli.cli.running import MOST_ROWS, AsJson
+from snooker_cli.cli.tables import tell
 
 if TYPE_CHECKING:
     from snooker_cli.runner import Ledger
@@ -47,7 +48,7 @@ def ls(
             say(str(error))
             found.append({"run": str(path), "error": str(error)})
     if as_json:
-        typer.echo(json.dumps(found))
+        tell(json.dumps(found))
         return
     if not found:
         say(f"{directory}: there are no runs in it")
@@ -95,7 +96,7 @@ def show(run: RunName, as_json: AsJson = False) -> None:
         ],
     }
     if as_json:
-        typer.echo(json.dumps(content))
+        tell(json.dumps(content))
     else:
         _print(content)
 
@@ -146,7 +147,7 @@ def _print(content: dict[str, Any]) -> None:
     from snooker_cli.words import counted, listed, size
 
     title = f" ({content['title']})" if content["title"] else ""
-    typer.echo(
+    tell(
         f"{content['run']}: {content['state']}{title}; engine {_engine(content)}, config "
         f"{content['config']}"
     )
@@ -169,23 +170,23 @@ def _print(content: dict[str, Any]) -> None:
         ],
     )
     if len(ledger) > MOST_ROWS:
-        typer.echo(f"... and {len(ledger) - MOST_ROWS:,} more points; --json tells of all")
+        tell(f"... and {len(ledger) - MOST_ROWS:,} more points; --json tells of all")
     remarks = [
         f"point {k}, repeat {one['repeat']}: {one['remark']}"
         for k, point in enumerate(ledger)
         for one in point["remarks"]
     ]
     for remark in remarks[:MOST_REMARKS]:
-        typer.echo(remark)
+        tell(remark)
     if len(remarks) > MOST_REMARKS:
-        typer.echo(f"... and {len(remarks) - MOST_REMARKS:,} more; --json tells of all")
+        tell(f"... and {len(remarks) - MOST_REMARKS:,} more; --json tells of all")
     there = [f"{counted(content['files'], 'file')} of {size(content['bytes'])}"]
     there += content["analyses"]
     if content["figures"]:
         there.append(counted(len(content["figures"]), "figure file"))
-    typer.echo(listed(there))
+    tell(listed(there))
     if content["command"]:
-        typer.echo(f"last file {_moment(content['last_file'])}, by: {content['command']}")
+        tell(f"last file {_moment(content['last_file'])}, by: {content['command']}")
 
 
 def _engine(one: dict[str, Any]) -> str:

@@ -45,8 +45,11 @@ def unpack(
     Each repeat is checked. The folder is printed; the packed file is left as it is.
     """
     from snooker_cli import results
+    from snooker_cli.cli.endings import UserError
 
     opened = results.open_run(run)
     folder = out or opened.directory.with_suffix("")
+    if opened.packed and folder == opened.directory:
+        raise UserError(f"{folder}: its name has no ending to leave out; give --out for a folder")
     results.unpack(opened, folder)
     typer.echo(folder)

@@ -9,6 +9,7 @@ import typer
 
 from snooker_cli.cli import completion
 from snooker_cli.cli.running import AsJson
+from snooker_cli.cli.tables import tell
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -101,14 +102,14 @@ def plot(
         shown = {name: getattr(picture, name) for name in ("kind", "title", "caption", "numbers")}
         drawn.append({**shown, "files": paths})
         if not as_json:
-            typer.echo("\n".join(paths))
+            tell("\n".join(paths))
     given = {each["kind"] for each in drawn}
     for (name, why), number in lacking.items():
         where_not = f" at {number} of {len(opened.points)} points" if name in given else ""
         say(f"{name} left out{where_not}: {why}")
     if as_json:
         skipped = [{"kind": name, "why": why, "times": n} for (name, why), n in lacking.items()]
-        typer.echo(json.dumps({"figures": drawn, "skipped": skipped}, allow_nan=False))
+        tell(json.dumps({"figures": drawn, "skipped": skipped}, allow_nan=False))
     refused = [kind.name for kind in kinds if kind.name not in given]
     if refused and (figures or not drawn):
         raise UserError(f"{opened.name} cannot give {', '.join(refused)}; what it lacks is above")
@@ -124,7 +125,7 @@ def _show_kinds(as_json: bool) -> None:
 
         names = ("name", "title", "needs", "report_figures")
         records = [{name: getattr(kind, name) for name in names} for kind in KINDS.values()]
-        typer.echo(json.dumps(records))
+        tell(json.dumps(records))
         return
     print_table(
         [Column("figure"), Column("report's"), Column("shows"), Column("needs")],

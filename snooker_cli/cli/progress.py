@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import threading
@@ -11,9 +10,9 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NoReturn, Self, TypeVar
+from typing import Self, TypeVar
 
-from snooker_cli.cli.endings import Exit, fault, wants_traceback
+from snooker_cli.cli.endings import Exit, fault, leave, wants_traceback
 from snooker_cli.runner import LOOK, Outcome, Watcher
 from snooker_cli.words import listed
 
@@ -43,13 +42,6 @@ def stopping_on_signals(cancelled: threading.Event) -> Iterator[None]:
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
-
-
-def leave(code: int) -> NoReturn:
-    """End the process now: Python would wait for threads that have nothing to save."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)
 
 
 def awaited(function: Callable[[], Result], cancelled: threading.Event) -> Result:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from snooker_cli.cli import completion
+from snooker_cli.cli.tables import tell
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -78,6 +79,7 @@ def run(
             help="Who simulates: threads, or dask=tcp://HOST:PORT for the workers of a dask "
             "scheduler, which must share the run's folder [threads].",
             show_default=False,
+            autocompletion=completion.executors,
         ),
     ] = "threads",
     fresh: Annotated[
@@ -118,9 +120,9 @@ def run(
     from contextlib import ExitStack
 
     from snooker_cli import results
-    from snooker_cli.cli.endings import Exit
+    from snooker_cli.cli.endings import Exit, leave
     from snooker_cli.cli.executing import reached, scheduler_of
-    from snooker_cli.cli.progress import Bar, Lines, awaited, leave, stopping_on_signals
+    from snooker_cli.cli.progress import Bar, Lines, awaited, stopping_on_signals
     from snooker_cli.runner import execute
 
     scheduler = scheduler_of(executor)
@@ -160,7 +162,7 @@ def run(
     if as_json:
         import json
 
-        typer.echo(json.dumps(summary))
+        tell(json.dumps(summary))
     else:
         _show(target, outcomes, summary)
     if cancelled.is_set():
@@ -274,7 +276,7 @@ def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:
         rows,
     )
     if len(points) > MOST_ROWS:
-        typer.echo(f"... and {len(points) - MOST_ROWS:,} more points; --json tells of all")
+        tell(f"... and {len(points) - MOST_ROWS:,} more points; --json tells of all")
     unusual = [
         outcome
         for outcome in outcomes
@@ -282,17 +284,17 @@ def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:
     ]
     for outcome in unusual[:3]:
         said = outcome.error or (outcome.stop.message if outcome.stop else "")
-        typer.echo(f"point {outcome.point}, repeat {outcome.repeat}: {said}")
+        tell(f"point {outcome.point}, repeat {outcome.repeat}: {said}")
     if len(unusual) > 3:
-        typer.echo(f"... and {counted(len(unusual) - 3, 'more such repeat')}")
+        tell(f"... and {counted(len(unusual) - 3, 'more such repeat')}")
     for way in advice(run, outcomes):
-        typer.echo(f"in the config, {way}")
+        tell(f"in the config, {way}")
     cached = sum(outcome.cached for outcome in outcomes)
     were = "was" if cached == 1 else "were"
     kept = f", {counted(cached, 'repeat')} {were} there already" if cached else ""
     compiling = summary["compiling_seconds"]
     after = f" after {compiling:.0f} s of compiling" if compiling >= 1 else ""
-    typer.echo(
+    tell(
         f"{counted(summary['events'], 'event')} in {summary['seconds']:.2f} s"
         f" ({summary['events_per_second']:,} events/s){after}{kept}; results in {run.directory}"
     )

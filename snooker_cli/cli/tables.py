@@ -1,4 +1,4 @@
-"""Plain tables for a terminal, the same on every one of them."""
+"""Lines and plain tables on stdout, the same on every terminal and behind every pipe."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import typer
+
+from snooker_cli.cli.endings import until_nobody_reads
 
 
 class Column(NamedTuple):
@@ -15,10 +17,16 @@ class Column(NamedTuple):
     right: bool = False
 
 
+def tell(line: str) -> None:
+    """Print a line; once nobody reads any more, as behind `| head`, the rest is done in silence."""
+    with until_nobody_reads():
+        typer.echo(line)
+
+
 def print_table(columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> None:
     """Print rows under headings."""
     for line in table_lines(columns, rows):
-        typer.echo(line)
+        tell(line)
 
 
 def table_lines(columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> list[str]:

@@ -10,6 +10,7 @@ import typer
 
 from snooker_cli.cli.analysing import RunName
 from snooker_cli.cli.running import AsJson, Jobs
+from snooker_cli.cli.tables import tell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -63,10 +64,10 @@ def verify(
         ],
     }
     if as_json:
-        typer.echo(json.dumps(content))
+        tell(json.dumps(content))
     else:
         for line in _lines(content):
-            typer.echo(line)
+            tell(line)
     if bad:
         raise typer.Exit(Exit.UNSOUND)
 

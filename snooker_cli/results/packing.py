@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 from snooker_cli import store
 from snooker_cli.results import files
 from snooker_cli.results.folder import is_held
-from snooker_cli.results.run import Run, RunError, State
+from snooker_cli.results.run import MANIFEST, Run, RunError, State
 
 
 def pack(run: Run, out: Path) -> int:
@@ -20,6 +21,7 @@ def pack(run: Run, out: Path) -> int:
         raise RunError(f"{run.directory}: is packed already")
     if is_held(run.directory):
         raise RunError(f"{run.directory}: a `snooker run` is writing here; let it end, then pack")
+    _refuse_run(out.parent)
     if out.exists():
         raise RunError(f"{out}: is there already; remove it, or give --out for another file")
     repeats = files.repeats(run.directory)
@@ -40,17 +42,20 @@ def unpack(run: Run, directory: Path) -> int:
         raise RunError(f"{run.directory}: is a folder, not a packed run")
     if directory.exists():
         raise RunError(f"{directory}: is there already; remove it, or give --out for another one")
-    part = store.part_beside(directory)
+    _refuse_run(directory.parent)
+    part = store.part_beside(directory, store.PACKING)
     try:
-        part.mkdir(parents=True)
-        store.unpack(run.directory, part)
-        part.rename(directory)
+        directory.parent.mkdir(parents=True, exist_ok=True)
+        with store.packing_beside(directory):
+            part.mkdir()
+            store.unpack(run.directory, part)
+            part.rename(directory)
     except OSError as error:
         raise RunError(
             f"{directory}: cannot be written ({error.strerror}); give --out for another folder"
         ) from None
     finally:
-        _remove(part)
+        shutil.rmtree(part, ignore_errors=True)
     return len(files.repeats(directory))
 
 
@@ -65,9 +70,7 @@ def _check(run: Run, path: Path) -> None:
         raise store.StoreError(sentence)
 
 
-def _remove(part: Path) -> None:
-    """Delete a folder that was begun and could not be finished."""
-    if part.is_dir():
-        for path in sorted(part.rglob("*"), reverse=True):
-            path.rmdir() if path.is_dir() else path.unlink()
-        part.rmdir()
+def _refuse_run(folder: Path) -> None:
+    """Raise ``RunError`` for a folder with a run under way: the next run would clear it."""
+    if (folder / MANIFEST).is_file() and is_held(folder):
+        raise RunError(f"{folder}: a `snooker run` is writing here; give --out for another place")

@@ -14,7 +14,13 @@ from snooker_cli.store.packing import (
     packed_repeats,
     unpack,
 )
-from snooker_cli.store.parts import part_beside, parts_of_this_machine, whole
+from snooker_cli.store.parts import (
+    PACKING,
+    packing_beside,
+    part_beside,
+    parts_of_this_machine,
+    whole,
+)
 from snooker_cli.store.places import About, about
 from snooker_cli.store.reading import check, events, glance, read
 from snooker_cli.store.recording import Recorder, write
@@ -29,6 +35,7 @@ from snooker_cli.store.records import (
 from snooker_cli.store.states import write_states
 
 __all__ = [
+    "PACKING",
     "SCHEMA_VERSION",
     "About",
     "Checked",
@@ -48,6 +55,7 @@ __all__ = [
     "packed_file",
     "packed_files",
     "packed_repeats",
+    "packing_beside",
     "part_beside",
     "parts_of_this_machine",
     "read",

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from snooker_cli.store import hdf5
-from snooker_cli.store.parts import whole
+from snooker_cli.store.parts import PACKING, packing_beside, whole
 from snooker_cli.store.places import BYTES, MODIFIED, about, group_name, place
 from snooker_cli.store.reading import check
 from snooker_cli.store.records import StoreError
@@ -37,7 +37,7 @@ def pack(out: Path, repeats: Sequence[Path], files: Mapping[str, Path]) -> None:
     """
     with _written(out):
         out.parent.mkdir(parents=True, exist_ok=True)
-        with whole(out) as part:
+        with packing_beside(out), whole(out, PACKING) as part:
             with h5py.File(part, "x", libver=hdf5.FORMAT, locking=False) as packed:
                 packed.attrs[VERSION] = PACKED_VERSION
                 packed.create_group(FILES)
