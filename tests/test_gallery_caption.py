@@ -107,7 +107,8 @@ def test_pictures_of_an_unfinished_run(broken: Run, decaying: Run) -> None:
     picture = shown(broken, "energy")
     assert picture.caption.endswith(missing)
     assert [line.label for line in layers(picture, Line)] == ["CoR 0.8", "CoR 0.9"]
-    assert "the first repeat there is of 3" in picture.caption  # 0 of one, 2 of the other
+    # 0 of one, 2 of the other
+    assert "Lines: the first repeat there is, bands: mean" in picture.caption
     means = shown(broken, "decay-against-cor")
     assert [record["repeats"] for record in means.numbers["points"]] == [3, 1]
     k = layers(means, Points)[0]

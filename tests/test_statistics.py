@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 from scenes import is_wall, report_scene, twin_collisions
 from scipy import stats
 
+from snooker_cli.decay import curve, fit_curve
 from snooker_cli.engine import replay, simulate
+from snooker_cli.fit import fit
+from snooker_cli.observables import energy_ratio, series
 from snooker_cli.trace import CONTAINER, StopReason, Trace
 
 N, R, SPEED = 37, 10.0, 10.0
@@ -123,24 +126,49 @@ def cooled(radius: float, cor: float, wall_cor: float) -> list[Trace]:
     ]
 
 
+def decay_constants(traces: list[Trace]) -> NDArray[np.float64]:
+    """k of each seed: E0 exp(-kt) fitted to a point an event, from the start to the last."""
+    curves = (curve(trace, "kinetic_energy") for trace in traces)
+    return np.array([fit_curve(each, "exponential").value for each in curves])
+
+
+def haff_constant(traces: list[Trace]) -> float:
+    """Alpha of their mean: E0/(1 + alpha t)^2 fitted to the means of t and E after each event."""
+    found = [series(trace) for trace in traces]
+    times = np.mean([each.time for each in found], axis=0)
+    ratios = np.mean([energy_ratio(each) for each in found], axis=0)
+    return fit(times, ratios, "haff", amplitude=1.0, start=0.0).value
+
+
 @pytest.mark.parametrize(
-    ("cor", "wall_cor", "mean", "spread", "printed"),
+    ("cor", "wall_cor", "time", "k", "alpha"),
     [
-        (0.9, 0.9, 3.38, 0.17, 0.01),
-        (0.9, 1.0, 2.93, 0.15, 0.01),
-        (0.8, 0.8, 6.6, 0.8, 0.1),
-        (0.8, 1.0, 5.11, 0.43, 0.01),
+        (0.9, 0.9, (3.38, 0.17, 0.01), (1.06, 0.09, 0.01), 0.717),
+        (0.9, 1.0, (2.93, 0.15, 0.01), (0.878, 0.074, 0.001), 0.582),
+        (0.8, 0.8, (6.6, 0.8, 0.1), (1.93, 0.23, 0.01), 1.300),
+        (0.8, 1.0, (5.11, 0.43, 0.01), (1.58, 0.19, 0.01), 1.067),
     ],
 )
-def test_time_of_event_500_in_a_cooling_gas(cor, wall_cor, mean, spread, printed):
+def test_cooling_gas_up_to_event_500(cor, wall_cor, time, k, alpha):
+    """When event 500 comes, and both constants; of time and k the mean, spread and last digit."""
     traces = cooled(1.0, cor, wall_cor)
     reached = [trace for trace in traces if trace.stop.reason is StopReason.COLLISIONS]
     trapped = [trace for trace in traces if trace.stop.reason is StopReason.WALL_TRAP]
     assert len(reached) + len(trapped) == SEEDS
     times = np.array([trace.stop.time for trace in reached])
-    # Two means of 400 seeds are compared, and one is printed in a few digits.
-    error = math.hypot(standard_error(times), spread / math.sqrt(SEEDS))
-    assert abs(times.mean() - mean) < SIGMAS * error + printed / 2
+    for values, (mean, spread, digit) in (
+        (times, time),
+        (decay_constants(reached[::4]), k),  # a quarter has the mean to 1.2 %
+    ):
+        # Two means over seeds are compared, and one is printed in a few digits.
+        error = math.hypot(standard_error(values), spread / math.sqrt(SEEDS))
+        assert abs(values.mean() - mean) < SIGMAS * error + digit / 2
+        assert error < 0.015 * mean
+    # The error of the mean curve's alpha is that over twenty parts; the table's is as large.
+    parts = np.array([haff_constant(reached[part::20]) for part in range(20)])
+    error = math.sqrt(2) * standard_error(parts)
+    assert abs(haff_constant(reached) - alpha) < SIGMAS * error + 0.001 / 2
+    assert error < 0.01 * alpha
     if (cor, wall_cor) == (0.8, 0.8):
         assert_traps(trapped)
     else:
@@ -189,7 +217,7 @@ def duration_of_bounces(trace: Trace) -> float:
 
 
 def test_dilute_gas_with_a_lossy_wall_ends_in_wall_traps():
-    """396 of 400 do; the other 4 got to event 500."""
+    """396 of 400 do; the other 4 got to event 500, on average after 37 s."""
     traces = cooled(0.1, 0.8, 0.8)
     trapped = [trace for trace in traces if trace.stop.reason is StopReason.WALL_TRAP]
     reached = [trace for trace in traces if trace.stop.reason is StopReason.COLLISIONS]
@@ -197,3 +225,13 @@ def test_dilute_gas_with_a_lossy_wall_ends_in_wall_traps():
     assert abs(len(reached) - 4) < SIGMAS * math.sqrt(len(reached) + 4)
     for trace in trapped[:20]:
         assert_nothing_comes_between(trace)
+    # So few have no spread of their own. That of all seeds up to their traps, as a share of the
+    # mean, is taken for all three, which are times or their inverses.
+    every = decay_constants(traces[::10])
+    share = np.std(every, ddof=1) / every.mean() * math.sqrt(1 / len(reached) + 1 / 4)
+    for found, printed, digit in (
+        (np.mean([trace.stop.time for trace in reached]), 37.0, 1.0),
+        (decay_constants(reached).mean(), 0.21, 0.01),
+        (haff_constant(reached), 0.148, 0.001),
+    ):
+        assert abs(found - printed) < SIGMAS * share * printed + digit / 2

@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterator, Mapping
 from itertools import chain
 from typing import Any, TypeAlias
 
+from snooker_cli.config.naming import given
 from snooker_cli.config.paths import KeyPath, PathError, key_path, rendered, shown
 from snooker_cli.config.problems import Complaint, refusal
 from snooker_cli.config.ranges import MAX_POINTS, values_of
@@ -45,7 +46,8 @@ def axes(sweep: object) -> Axes:
     if isinstance(sweep, tuple):
         sweep = written(sweep)
     if not isinstance(sweep, Mapping):
-        sentence = "a mapping of keys to lists is needed, such as {cor: [0.8, 0.9]}"
+        needs = "a mapping of keys to lists is needed, such as {cor: [0.8, 0.9]}"
+        sentence = f"{given(sweep)} is given where {needs}"
         raise refusal([Complaint(("sweep",), sentence)], axes=())
     complaints: list[Complaint] = []
     homes: dict[KeyPath, KeyPath] = {}
@@ -121,7 +123,8 @@ def _group(
     Raises PathError for what is wrong with the axis as a whole.
     """
     if not isinstance(group, Mapping):
-        raise PathError(f"{_GROUP}{', or a list of such' if len(where) == 2 else ''}")
+        such = ", or a list of such" if len(where) == 2 else ""
+        raise PathError(f"{given(group)} is given where {_GROUP}{such}")
     found: dict[KeyPath, tuple[Value, ...]] = {}
     for key, values in group.items():
         here = (*where, key)
@@ -162,14 +165,19 @@ def _swept_path(key: object) -> KeyPath:
 def _values(values: object) -> tuple[Value, ...]:
     """The values of one axis; raises PathError."""
     if isinstance(values, str):
-        if (spaced := values_of(values)) is not None:
+        try:
+            spaced = values_of(values)
+        except PathError as error:
+            raise PathError(f"{given(values)} is given, but {error}") from None
+        if spaced is not None:
             return tuple(spaced)
         if values.startswith("range("):
             raise PathError(f"'{shown(values)}' is no range; between braces put it in quotes")
     if not isinstance(values, list | tuple):
-        raise PathError("a list of values is needed, such as [0.8, 0.9] or 0.5:1.0:11")
+        needs = "a list of values is needed, such as [0.8, 0.9] or 0.5:1.0:11"
+        raise PathError(f"{given(values)} is given where {needs}")
     if not values:
-        raise PathError("the list is empty; give at least one value or remove the key")
+        raise PathError("an empty list is given; give at least one value or remove the key")
     return tuple(_value(value) for value in values)
 
 
@@ -184,5 +192,6 @@ def _scalar(value: object) -> Scalar:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise PathError(
-        "a sweep replaces single values and pairs, nothing larger; sweep the keys inside one by one"
+        f"{given(value)} is given where single values or pairs are needed; sweep the keys inside "
+        "one by one"
     )

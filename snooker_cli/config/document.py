@@ -10,6 +10,7 @@ from pathlib import Path
 
 import yaml
 
+from snooker_cli.config.naming import given
 from snooker_cli.config.paths import Data, KeyPath, rendered, shown
 from snooker_cli.config.problems import ConfigError, Position, Problem
 from snooker_cli.config.scalars import resolved
@@ -93,14 +94,14 @@ def document(text: str, name: str) -> Document:
     reader = _Reader(text, name)
     data = reader.document()
     if not isinstance(data, dict):
-        found = "a list" if isinstance(data, list) else "a single value"
+        found = given(data, reader.marks[()].written)
         raise ConfigError(
             [
                 *reader.problems,
                 Problem(
                     reader.marks[()].value,
                     "",
-                    f"the file holds {found} where keys and values are needed; "
+                    f"{found} is given where keys and values are needed; "
                     "start with a line such as cor: 0.8",
                 ),
             ]

@@ -3,6 +3,8 @@
 import math
 import re
 
+from snooker_cli.config.paths import shown
+
 _NULL = frozenset({"", "~", "null", "Null", "NULL"})
 _TRUE = frozenset({"true", "True", "TRUE"})
 _FALSE = frozenset({"false", "False", "FALSE"})
@@ -15,8 +17,6 @@ _NAN = frozenset({".nan", ".NaN", ".NAN"})
 
 MAX_DIGITS = 400
 """Longest integer read: the largest double has 309 digits."""
-
-_TOO_LARGE = "the number is too large; give one below 1.8e308, or .inf where infinity is allowed"
 
 
 def resolved(text: str) -> bool | int | float | str | None:
@@ -37,7 +37,7 @@ def resolved(text: str) -> bool | int | float | str | None:
         if pattern.fullmatch(text):
             return _integer(text, base)
     if _FLOAT.fullmatch(text):
-        return _finite(float(text))
+        return _finite(text)
     return text
 
 
@@ -52,16 +52,24 @@ def is_number(text: str) -> bool:
 
 def _integer(text: str, base: int) -> int:
     if len(text) > MAX_DIGITS:
-        raise ValueError(_TOO_LARGE)
+        raise _too_large(text)
     value = int(text, base)
     try:
         float(value)
     except OverflowError:
-        raise ValueError(_TOO_LARGE) from None
+        raise _too_large(text) from None
     return value
 
 
-def _finite(value: float) -> float:
+def _finite(text: str) -> float:
+    value = float(text)
     if math.isinf(value):
-        raise ValueError(_TOO_LARGE)
+        raise _too_large(text)
     return value
+
+
+def _too_large(text: str) -> ValueError:
+    return ValueError(
+        f"the number {shown(text)} is too large; give one below 1.8e308, or .inf where infinity is "
+        "allowed"
+    )

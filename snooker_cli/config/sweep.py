@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from snooker_cli.config.axes import Axes, Axis, Value
 from snooker_cli.config.dump import plain
 from snooker_cli.config.models import Experiment
+from snooker_cli.config.naming import given
 from snooker_cli.config.paths import KeyPath, PathError, key_path, rendered, substituted, value_at
 from snooker_cli.config.problems import Complaint, ConfigError, Position, Problem
 from snooker_cli.config.translation import complaints
@@ -143,8 +144,9 @@ def _tried(
             values = tuple(value_at(experiment, path) for path in paths.values())
             if values in read:
                 first = rendered(("sweep", axis[0][0], read[values]))
-                every = "" if len(axis) == 1 else " of every key in the zip"
-                sentence = f"the same value{every} stands at {first}; remove one"
+                named = [given(value, written(("sweep", key, index))) for key, value in step]
+                stand = "stands" if len(named) == 1 else "stand together"
+                sentence = f"{', '.join(named)} {stand} at {first} already; remove one of the two"
                 found.append(Complaint(("sweep", axis[0][0], index), sentence))
             read.setdefault(values, index)
     return tuple(zip(paths, zip(*read, strict=True), strict=True)) if read else (), found

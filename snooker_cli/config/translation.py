@@ -11,7 +11,8 @@ from pydantic import BaseModel, ValidationError
 from snooker_cli.config.balls import BALLS, Ball, Container, Species
 from snooker_cli.config.collapse import REGULARISED
 from snooker_cli.config.models import Experiment
-from snooker_cli.config.paths import KeyPath, rendered, shown
+from snooker_cli.config.naming import given
+from snooker_cli.config.paths import KeyPath, rendered
 from snooker_cli.config.problems import Complaint
 from snooker_cli.config.scalars import is_number
 
@@ -109,8 +110,10 @@ def _unknown(key: str, model: type[BaseModel]) -> tuple[str, str | None]:
 
 def _no_variant(value: Any, written: str) -> str:
     if not isinstance(value, Mapping):
-        given = _given(value, written)
-        return f"{given} is given where a mapping is needed; write count, rings or list in it"
+        return (
+            f"{given(value, written)} is given where a mapping is needed; write count, rings or "
+            "list in it"
+        )
     if several := [key for key in BALLS if key in value]:
         both = " and ".join(several)
         return f"both {both} are given; keep one of them, or replace balls as a whole"
@@ -130,23 +133,7 @@ def _structure(kind: str, path: KeyPath) -> str:
 def _misfit(value: Any, needs: str, written: str, path: KeyPath) -> str:
     """The sentence about a value that is not what is needed."""
     advice = _advice(value, needs, path)
-    return f"{_given(value, written)} is given where {needs} is needed; {advice}"
-
-
-def _given(value: Any, written: str) -> str:
-    """A value, named so that its author recognises it."""
-    if value is None:
-        return "nothing (null)"
-    if isinstance(value, bool):
-        return f"the truth value {str(value).lower()}"
-    if isinstance(value, str):
-        quoted = written if written[:1] in ("'", '"') else value
-        return f"the text {shown(quoted)}" if quoted else "an empty text"
-    if isinstance(value, Mapping):
-        return "a mapping" if value else "an empty mapping"
-    if isinstance(value, tuple | list):
-        return "a list" if value else "an empty list"
-    return shown(written or str(value))
+    return f"{given(value, written)} is given where {needs} is needed; {advice}"
 
 
 def _advice(value: Any, needs: str, path: KeyPath) -> str:

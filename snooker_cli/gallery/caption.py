@@ -17,10 +17,12 @@ from snooker_cli.gallery.selection import (
     value_at,
     varying,
 )
+from snooker_cli.gallery.spread import SPREAD
 from snooker_cli.words import listed
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
+    from snooker_cli.gallery.picture import Band
     from snooker_cli.gallery.repeats import Facts
     from snooker_cli.gallery.selection import Selection
     from snooker_cli.results import Run
@@ -74,6 +76,14 @@ def which_repeat(run: Run, points: Sequence[Point], selection: Selection) -> str
     """The repeat that is shown where one of each point is."""
     numbers = {there(run, point, selection)[0] for point in points}
     return f"repeat {numbers.pop()}" if len(numbers) == 1 else "the first repeat there is"
+
+
+def lines_and_bands(
+    run: Run, points: Sequence[Point], selection: Selection, bands: Sequence[Band]
+) -> str:
+    """The sentence about lines of single repeats with bands over all of them, with a space."""
+    which = which_repeat(run, points, selection)
+    return f"Lines: {which}, bands: {SPREAD}. " if bands else ""
 
 
 def early(shown: Sequence[Facts]) -> str:

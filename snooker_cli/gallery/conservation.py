@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from snooker_cli.gallery.caption import setting
-from snooker_cli.gallery.picture import Array, Layer, Line, Picture, PictureError, Reference
-from snooker_cli.gallery.repeats import one_repeat
+from snooker_cli.gallery.caption import lines_and_bands, setting
+from snooker_cli.gallery.picture import Array, Band, Layer, Line, Picture, PictureError, Reference
+from snooker_cli.gallery.repeats import repeats
 from snooker_cli.gallery.rows import thinned
 from snooker_cli.gallery.selection import (
     Selection,
@@ -18,6 +18,7 @@ from snooker_cli.gallery.selection import (
     require_motion,
     series_of_points,
 )
+from snooker_cli.gallery.spread import at_common_times, bands
 from snooker_cli.observables import at_collisions, energy_ratio, momentum, series
 from snooker_cli.scene import EPSILON
 from snooker_cli.words import short
@@ -25,32 +26,34 @@ from snooker_cli.words import short
 if TYPE_CHECKING:
     from snooker_cli.config import Point
     from snooker_cli.results import Run
+    from snooker_cli.trace import Trace
 
 ROUNDINGS = 1e-15
 """The unit of the momentum's deviation: about four roundings of a number near one."""
 
 
 def energy(run: Run, selection: Selection) -> Picture:
-    """Kinetic energy of balls and container over that at the start, one repeat a point."""
+    """Kinetic energy of balls and container over that at the start: one repeat, and all around."""
     points = series_of_points(run, selection)
-    layers: list[Layer] = []
+    lines: list[Layer] = []
+    spread: list[Band] = []
     records: list[dict[str, Any]] = []
     who = _bodies(points)
     for index, point in enumerate(points):
-        trace = one_repeat(run, point, selection)
-        found = series(trace)
-        require_motion(trace.start)
-        ratio = energy_ratio(found)
-        kept = thinned(found.time)
-        name = label(point, points)
-        layers.append(Line(found.time[kept], ratio[kept], name, index, steps=True))
+        curves = [_ratio(trace) for trace in repeats(run, point, selection)]
+        time, ratio = curves[0]
+        kept = thinned(time)
+        lines.append(Line(time[kept], ratio[kept], label(point, points), index, steps=True))
+        spread += bands(*at_common_times(curves, steps=True), index)
+        rises = [float(np.max(np.diff(each), initial=0.0)) for _, each in curves]
         records.append(
             {
                 "parameters": point.as_json(),
                 "elastic": elastic(point),
                 "final_ratio": float(ratio[-1]),
-                "largest_rise": max(0.0, float(np.max(np.diff(ratio), initial=0.0))),
-                "largest_deviation": float(np.max(np.abs(ratio - 1))),
+                "largest_rise": max(rises),
+                "largest_deviation": max(float(np.max(np.abs(each - 1))) for _, each in curves),
+                "repeats": len(curves),
             }
         )
     said = []
@@ -70,8 +73,10 @@ def energy(run: Run, selection: Selection) -> Picture:
         title=f"Kinetic energy of {who}",
         x_label="time (s)",
         y_label="kinetic energy, E(t)/E(0)",
-        layers=tuple(layers),
-        caption=f"{'. '.join(said)}. " + setting(run, points, selection, single=True),
+        layers=(*spread, *lines),
+        caption=f"{'. '.join(said)}. "
+        + lines_and_bands(run, points, selection, spread)
+        + setting(run, points, selection),
         numbers={"points": records},
         x_limits=(0.0, None),
         y_limits=(0.0, 1.05),
@@ -92,22 +97,28 @@ def _momentum(run: Run, selection: Selection, component: int, name: str) -> Pict
     if run.experiment.record == "summary":
         raise PictureError("it needs velocities; run the config with `record: events`")
     points = series_of_points(run, selection)
-    layers: list[Layer] = [Reference("y", 0.0)]
+    lines: list[Layer] = []
+    spread: list[Band] = []
     records: list[dict[str, Any]] = []
     who = _bodies(points)
     for index, point in enumerate(points):
-        time, total = _total(run, point, selection, component, name)
-        deviation = total / total[0] - 1
+        totals = [_total(trace, component, name) for trace in repeats(run, point, selection)]
+        deviations = [(time, total / total[0] - 1) for time, total in totals]
+        curves = [(time, each / ROUNDINGS) for time, each in deviations]
+        time, scaled = curves[0]
         kept = thinned(time)
-        scaled = deviation[kept] / ROUNDINGS
         # Dashes would be lost in the noise.
-        layers.append(Line(time[kept], scaled, label(point, points), index, "solid", steps=True))
+        lines.append(
+            Line(time[kept], scaled[kept], label(point, points), index, "solid", steps=True)
+        )
+        spread += bands(*at_common_times(curves, steps=True), index)
         records.append(
             {
                 "parameters": point.as_json(),
-                "momentum_at_start": float(total[0]),
-                "largest_deviation": float(np.max(np.abs(deviation))),
-                "states": len(time),
+                "momentum_at_start": float(totals[0][1][0]),
+                "largest_deviation": max(float(np.max(np.abs(each))) for _, each in deviations),
+                "states": max(len(time) for time, _ in totals),
+                "repeats": len(totals),
             }
         )
     worst = max(each["largest_deviation"] for each in records)
@@ -116,21 +127,26 @@ def _momentum(run: Run, selection: Selection, component: int, name: str) -> Pict
         title=f"Total momentum in {name}, {who}",
         x_label="time (s)",
         y_label=f"(p{name}/p{name}(0) − 1) · 10¹⁵",
-        layers=tuple(layers),
+        layers=(*spread, Reference("y", 0.0), *lines),
         caption=f"The ratio p{name}(t)/p{name}(0), summed from the velocities of {who} "
         f"at {max(each['states'] for each in records)} moments, stays 1 to within "
         f"{short(worst, 2)}, {short(worst / EPSILON, 2)} roundings of a number near 1. "
-        + setting(run, points, selection, single=True),
+        + lines_and_bands(run, points, selection, spread)
+        + setting(run, points, selection),
         numbers={"largest_deviation": worst, "points": records},
         x_limits=(0.0, None),
     )
 
 
-def _total(
-    run: Run, point: Point, selection: Selection, component: int, name: str
-) -> tuple[Array, Array]:
+def _ratio(trace: Trace) -> tuple[Array, Array]:
+    """Times (s) and the energy over that at the start. Raises ``PictureError``."""
+    require_motion(trace.start)
+    found = series(trace)
+    return found.time, energy_ratio(found)
+
+
+def _total(trace: Trace, component: int, name: str) -> tuple[Array, Array]:
     """Times and one component of the total momentum, s and kg m/s. Raises ``PictureError``."""
-    trace = one_repeat(run, point, selection)
     scene = trace.start
     if scene.shape == "box":
         raise PictureError("the walls of a box are fixed and take momentum")

@@ -21,6 +21,7 @@ from snooker_cli.gallery.selection import (
     there,
     varying,
 )
+from snooker_cli.gallery.spread import SPREAD, at_common_times, bands
 from snooker_cli.words import short, with_error
 
 if TYPE_CHECKING:
@@ -61,7 +62,10 @@ def _fit(run: Run, selection: Selection, quantity: Quantity, kind: str, title: s
     curves = [curve(trace, quantity) for trace in traces]
     means = {law: ensemble(fit_curve(each, law) for each in curves) for law in LAWS}
     symbols: dict[Law, str] = {"exponential": "κ" if quantity == "pressure" else "k", "haff": "α"}
-    layers = _curves(shown, fits, symbols, which, steps=quantity != "pressure")
+    steps = quantity != "pressure"
+    begun = [(each.time, each.value) for each in curves if len(each.time) > 1]
+    spread = bands(*at_common_times(begun, steps=steps), 0, f"{len(begun)} repeats, {SPREAD}")
+    layers = [*spread, *_curves(shown, fits, symbols, which, steps=steps)]
     layers += [
         Note(
             f"mean of {means[law].count} repeats: {symbols[law]} = "
@@ -82,6 +86,7 @@ def _fit(run: Run, selection: Selection, quantity: Quantity, kind: str, title: s
         }.get(quantity, f"pressure, P(t)/P({SKIPPED_COLLISIONS} collisions)"),
         layers=tuple(layers),
         caption=f"{_caption(fits, means, symbols, early(facts(run, point, whole, single=False)))} "
+        + (f"Band: {SPREAD}. " if spread else "")
         + setting(run, [point], selection, single=True),
         numbers=_numbers(point, fits, means, which),
         x_limits=(0.0, None),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snooker_cli import kinetic
-from snooker_cli.gallery.caption import setting, which_repeat
+from snooker_cli.gallery.caption import lines_and_bands, setting
 from snooker_cli.gallery.picture import Array, Band, Layer, Line, Picture, PictureError, Reference
 from snooker_cli.gallery.repeats import repeats
 from snooker_cli.gallery.rows import thinned
@@ -17,6 +17,7 @@ from snooker_cli.gallery.selection import (
     label,
     series_of_points,
 )
+from snooker_cli.gallery.spread import at_common_times, bands
 from snooker_cli.observables import (
     cumulative_pressure,
     mean_and_error,
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     from snooker_cli.scene import Scene
     from snooker_cli.trace import Trace
 
-GRID = 300
-
 TITLE_WITHOUT_WALLS = "Mean pressure since the start, by the virial"
 
 
@@ -39,7 +38,7 @@ def pressure(run: Run, selection: Selection) -> Picture:
     """The mean pressure since the start: one repeat, and the spread of all around their mean."""
     points = series_of_points(run, selection)
     lines: list[Layer] = []
-    bands: list[Layer] = []
+    spread: list[Band] = []
     records, said = [], []
     expected: dict[float, None] = {}
     for index, point in enumerate(points):
@@ -48,17 +47,13 @@ def pressure(run: Run, selection: Selection) -> Picture:
         time, first = curves[0]
         kept = thinned(time)
         lines.append(Line(time[kept], first[kept], label(point, points), index))
-        shortest = min(float(time[-1]) for time, _ in curves)
-        grid = np.linspace(0.0, shortest, GRID)
-        table = np.array([np.interp(grid, time, values) for time, values in curves])
-        if len(table) > 1:
-            mean, spread = table.mean(axis=0), table.std(axis=0, ddof=1)
-            bands.append(Band(grid, mean - spread, mean + spread, series=index))
+        grid, table = at_common_times(curves)
+        spread += bands(grid, table, index)
         final, error = mean_and_error(table[:, -1])
         records.append(
             {
                 "parameters": point.as_json(),
-                "time": shortest,
+                "time": float(grid[-1]),
                 "pressure": final,
                 "pressure_error": error,
                 "repeats": len(table),
@@ -74,15 +69,15 @@ def pressure(run: Run, selection: Selection) -> Picture:
     references: list[Layer] = [
         Reference("y", value, "hard-disk theory, CoR 1") for value in expected
     ]
-    band = ", bands: mean ± standard deviation of a repeat" if bands else ""
     return Picture(
         kind="pressure",
         title="Mean pressure on the wall since the start" if walls else TITLE_WITHOUT_WALLS,
         x_label="time (s)",
         y_label="pressure since the start (Pa·m)",
-        layers=tuple(bands + references + lines),
-        caption=f"Lines: {which_repeat(run, points, selection)}{band}. When the shortest repeat "
-        f"ends the mean is {'; '.join(said)}. " + setting(run, points, selection),
+        layers=(*spread, *references, *lines),
+        caption=lines_and_bands(run, points, selection, spread)
+        + f"When the shortest repeat ends the mean is {'; '.join(said)}. "
+        + setting(run, points, selection),
         numbers={"points": records, "theory": list(expected)},
         x_limits=(0.0, None),
         y_limits=(0.0, None),
