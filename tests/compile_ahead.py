@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import gc
-import subprocess
-import sys
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 from scenes import gas
@@ -16,42 +17,38 @@ RARELY = 100_000
 """Objects after which to look for garbage: a compiler and a test framework make many that stay."""
 
 FREE, FIXED = 20.0, None
-ALIKE, MIXED = False, True
+ALIKE, MIXED, SLIDING = "alike", "mixed", "sliding"
 
-# By process: container, engine, balls. What they have in common is compiled first by one of them.
-SHARES = (
-    [
-        ("circle", FREE, "allpairs", ALIKE),
-        ("circle", FREE, "allpairs", MIXED),
-        ("circle", FREE, "cells", ALIKE),
-        ("circle", FREE, "cells", MIXED),
-        ("box", FIXED, "cells", ALIKE),
-        ("box", FIXED, "cells", MIXED),
-        ("periodic", FIXED, "cells", MIXED),
-    ],
-    [
-        ("circle", FIXED, "allpairs", ALIKE),
-        ("circle", FIXED, "allpairs", MIXED),
-        ("circle", FIXED, "cells", ALIKE),
-        ("circle", FIXED, "cells", MIXED),
-        ("periodic", FIXED, "cells", ALIKE),
-    ],
+# Container, its mass, engine, balls. Cells in a free circle are compiled for balls that differ
+# only: what takes those that are all alike is marked ``long``, as is a lone ball in cells.
+KINDS = (
+    ("circle", FREE, "allpairs", ALIKE),
+    ("circle", FIXED, "allpairs", ALIKE),
+    ("circle", FREE, "allpairs", MIXED),
+    ("circle", FIXED, "allpairs", MIXED),
+    ("circle", FREE, "cells", MIXED),
+    ("circle", FIXED, "cells", ALIKE),
+    ("circle", FIXED, "allpairs", SLIDING),
+    ("circle", FIXED, "cells", MIXED),
+    ("box", FIXED, "cells", ALIKE),
+    ("periodic", FIXED, "cells", ALIKE),
+    ("box", FIXED, "cells", MIXED),
+    ("periodic", FIXED, "cells", MIXED),
 )
 
 
-def compile_share(share: int) -> None:
-    """Run each kind of scene of a share for a moment."""
-    for shape, mass, engine, mixed in SHARES[share]:
-        free = {} if mass is None else {"container_mass": mass}
-        scene = gas(shape, 60, 0.3, mixed=mixed, **free)
-        simulate(scene, collisions=2, summary=True, engine=engine)
-        trace = simulate(scene, collisions=2, engine=engine)
-        series(trace)
-        replay(trace, [0.0])
+def compile_kind(shape: str, mass: float | None, engine: str, balls: str) -> None:
+    """Run a kind of scene for a moment, and all that reads its trace."""
+    free = {} if mass is None else {"container_mass": mass}
+    scene = replace(gas(shape, 60, 0.3, mixed=balls == MIXED, **free), slides=balls == SLIDING)
+    simulate(scene, collisions=2, summary=True, engine=engine)
+    trace = simulate(scene, collisions=2, engine=engine)
+    series(trace)
+    replay(trace, [0.0])
 
 
 def compile_ahead() -> None:
-    """Compile all shares, each in a process of its own, unless this engine's are in the cache."""
+    """Compile all kinds, each process the next one, unless this engine's are in the cache."""
     if not COMPILED:
         return
     from numba import config
@@ -59,13 +56,9 @@ def compile_ahead() -> None:
     done = Path(str(config.CACHE_DIR)) / "compiled-ahead"
     if done.exists():
         return
-    processes = [
-        subprocess.Popen([sys.executable, __file__, str(share)]) for share in range(len(SHARES))
-    ]
-    if {process.wait() for process in processes} == {0}:
-        done.touch()
-
-
-if __name__ == "__main__":
-    gc.set_threshold(RARELY)
-    compile_share(int(sys.argv[1]))
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(
+        2, mp_context=context, initializer=gc.set_threshold, initargs=(RARELY,)
+    ) as pool:
+        list(pool.map(compile_kind, *zip(*KINDS, strict=True)))
+    done.touch()

@@ -10,11 +10,13 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it; before NumPy
 
 import pytest
 from compile_ahead import RARELY, compile_ahead
+from xdist.scheduler import WorkStealingScheduling
 
 from snooker_cli import results
 from snooker_cli.arrange import arrange
@@ -42,6 +44,11 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     works = hasattr(session.config, "workerinput")
     if session.config.getoption("numprocesses", None) and not works:
         compile_ahead()
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> WorkStealingScheduling:
+    """Neighbours stay together, so that hardly a module's runs are made by two processes."""
+    return WorkStealingScheduling(config, log)
 
 
 @dataclass(frozen=True)

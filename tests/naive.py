@@ -48,13 +48,12 @@ class Box(Body):
     periodic: bool
 
 
-def offsets(a: Body, b: Body, container: Body) -> list[tuple[float, float]]:
-    """From a to b, and to those of b's images that can be the nearest."""
-    x, y = b.x - a.x, b.y - a.y
+def shifts(container: Body) -> list[tuple[float, float]]:
+    """From a ball to itself, and to those of its images that can be the nearest to another."""
     if isinstance(container, Box) and container.periodic:
-        shifts = -1, 0, 1
-        return [(x + p * container.width, y + q * container.height) for p in shifts for q in shifts]
-    return [(x, y)]
+        sides = -1, 0, 1
+        return [(p * container.width, q * container.height) for p in sides for q in sides]
+    return [(0.0, 0.0)]
 
 
 def pair_time(a: Body, b: Body, x: float, y: float) -> float:
@@ -64,7 +63,8 @@ def pair_time(a: Body, b: Body, x: float, y: float) -> float:
     if approach >= 0:
         return NEVER
     speed_squared = u * u + v * v
-    discriminant = approach**2 - speed_squared * (x * x + y * y - (a.radius + b.radius) ** 2)
+    reach = a.radius + b.radius
+    discriminant = approach * approach - speed_squared * (x * x + y * y - reach * reach)
     if discriminant < 0:
         return NEVER
     # Balls in touch have their root at 0; rounding may put it just before.
@@ -101,7 +101,8 @@ def side_times(ball: Body, box: Box) -> list[tuple[float, int, int]]:
 def line_of_centres(ball: Body, other: Body, container: Body) -> tuple[float, float]:
     """From a ball to what it touches: the nearest image of another, or the wall."""
     if other is not container:
-        return min(offsets(ball, other, container), key=lambda offset: math.hypot(*offset))
+        x, y = other.x - ball.x, other.y - ball.y
+        return min(((x + p, y + q) for p, q in shifts(container)), key=lambda way: math.hypot(*way))
     if isinstance(container, Box):
         return min(side_times(ball, container))[1:]
     return ball.x - container.x, ball.y - container.y
@@ -123,17 +124,24 @@ def collide(a: Body, b: Body, x: float, y: float, restitution: float) -> float:
 
 def next_contact(balls: list[Body], container: Body) -> tuple[float, int, int]:
     """Time until the next collision, and whose it is."""
-    best = (NEVER, WALL, WALL)
+    best, whom = NEVER, (WALL, WALL)
+    images = shifts(container)
     for i, ball in enumerate(balls):
-        best = min(best, (wall_time(ball, container), i, WALL))
+        time = wall_time(ball, container)
+        if time < best:
+            best, whom = time, (i, WALL)
         for j in range(i + 1, len(balls)):
-            for x, y in offsets(ball, balls[j], container):
-                best = min(best, (pair_time(ball, balls[j], x, y), i, j))
-    return best
+            other = balls[j]
+            x, y = other.x - ball.x, other.y - ball.y
+            for p, q in images:
+                time = pair_time(ball, other, x + p, y + q)
+                if time < best:
+                    best, whom = time, (i, j)
+    return best, *whom
 
 
 def foresight(balls: list[Body], container: Body) -> float:
-    """How long nothing meets an image that is not among ``offsets``.
+    """How long nothing meets an image that is not among ``shifts``.
 
     Those include all within a box's side. Two balls that each move by a quarter of it, and are no
     wider than that, meet none from farther away.

@@ -235,7 +235,8 @@ def test_a_light_container_carries_the_wall_to_another_ball():
 @pytest.mark.parametrize("mass", [math.inf, 1e7])
 def test_a_ball_along_an_elastic_wall_is_no_inelastic_collapse(engine, mass):
     """It touches the wall at every moment, and nothing is lost."""
-    scene = scene_of([(9.0, 0.0, 0.0, 10.0, 1.0, 1.0)], container_mass=mass)
+    balls = [(9.0, 0.0, 0.0, 10.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0, 0.5, 1.0)]
+    scene = scene_of(balls, container_mass=mass)
     trace = simulate(scene, collisions=1000, engine=engine)
     assert trace.stop.reason is StopReason.COLLAPSE
     assert trace.stop.message == (
@@ -250,8 +251,8 @@ def test_a_ball_along_an_elastic_wall_is_no_inelastic_collapse(engine, mass):
 @pytest.mark.parametrize("cor", [1.0, 0.5])
 def test_only_losses_are_called_inelastic(cor):
     """A ball in a channel as wide as itself hits both of its walls in no time."""
-    ball = [(0.0, 0.0, 3.0, 0.1, 1.0, 1.0)]
-    scene = scene_of(ball, shape="box", width=12.0, height=2.0, restitution=cor)
+    balls = [(0.0, 0.0, 3.0, 0.1, 1.0, 1.0), (-5.0, 0.0, 0.0, 0.0, 0.5, 1.0)]
+    scene = scene_of(balls, shape="box", width=12.0, height=2.0, restitution=cor)
     trace = simulate(scene, collisions=1000)
     assert trace.stop.reason is StopReason.COLLAPSE
     said = "collisions without end" if cor == 1.0 else "inelastic collapse"

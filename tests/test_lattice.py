@@ -40,7 +40,7 @@ def packed(shape: str, size: tuple[float, float], number: int, part: float = 1.0
     st.floats(-6, 6),
     st.floats(-1.5, 1.5),
 )
-@settings(derandomize=True, deadline=None, max_examples=300)
+@settings(derandomize=True, deadline=None, max_examples=150)
 def test_balls_fit_up_to_the_diameter_stated(shape, number, scale, aspect):
     """Touching each other and the wall, to the rounding that ``check`` lets pass."""
     width = 10.0**scale

@@ -124,7 +124,7 @@ def any_traces(draw: st.DrawFn) -> Trace:
     return Trace(start, finish, stop, draw(count), draw(count), events, summary)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(trace=any_traces())
 def test_any_trace_comes_back_bit_for_bit(
     trace: Trace, tmp_path_factory: pytest.TempPathFactory, provenance: Provenance

@@ -126,11 +126,12 @@ def test_different_radii_and_masses_in_a_light_and_a_fixed_container(container_m
 
 
 @st.composite
-def scenes(draw: st.DrawFn) -> Scene:
-    """1 to 8 balls that do not touch. What is continuous is thrown, so that ties and grazing
+def scenes(draw: st.DrawFn, least: int = 1, alike_in_free: bool = True) -> Scene:
+    """Up to 8 balls that do not touch. What is continuous is thrown, so that ties and grazing
     contacts, where rounding decides who collides, have no probability."""
     dice = random.Random(draw(st.integers(0, 2**32)))
-    number, alike, free = 8 - draw(st.integers(0, 7)), draw(st.booleans()), draw(st.booleans())
+    number, free = 8 - draw(st.integers(0, 8 - least)), draw(st.booleans())
+    alike = draw(st.booleans()) and (alike_in_free or not free)
     radius, mass = dice.uniform(0.05, 1.5), 10 ** dice.uniform(-1, 1)
     balls: list[Ball] = []
     for _ in range(number):
