@@ -29,7 +29,6 @@ KINDS = (
     ("circle", FREE, "cells", MIXED),
     ("circle", FIXED, "cells", ALIKE),
     ("circle", FIXED, "allpairs", SLIDING),
-    ("circle", FIXED, "cells", MIXED),
     ("box", FIXED, "cells", ALIKE),
     ("periodic", FIXED, "cells", ALIKE),
     ("box", FIXED, "cells", MIXED),

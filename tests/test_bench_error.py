@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import make_reference
 import numpy as np
@@ -203,6 +204,15 @@ def test_single_precision_is_the_same_source():
     course = by_single(seven(), np.array([0.2, 1.0]))
     assert course.events.time.tolist() == time.tolist()
     assert course.positions.tolist() == positions.tolist()
+
+
+@pytest.mark.long
+@pytest.mark.skipif(compiling.CACHE is None, reason="nothing is compiled here")
+def test_single_precision_leaves_nothing_among_what_the_engine_has_compiled():
+    by_single(seven(), np.array([0.2]))
+    files = list(Path(str(compiling.CACHE)).glob("*/*.nbi"))
+    assert files
+    assert not [path for path in files if SINGLE.encode() in path.read_bytes()]
 
 
 @pytest.mark.long

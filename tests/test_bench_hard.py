@@ -303,16 +303,18 @@ def test_the_command_prints_and_writes(
     snooker: Snooker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(FOLDER.parents[1])
-    ended = snooker("bench", "hard", "touching", "at-rest", "--out", tmp_path)
+    ended = snooker("bench", "hard", "touching", "at-rest-periodic", "--out", tmp_path)
     assert ended.code == 0
-    assert "touching  pairs that touch at the start" in ended.out
-    assert ended.out.splitlines()[-2] == "2 cases, 10 runs: all hold"
+    assert "touching          pairs that touch at the start" in ended.out
+    assert ended.out.splitlines()[-2] == "2 cases, 7 runs: all hold"
     assert ended.out.splitlines()[-1].endswith("snooker bench hard billion")
-    (heading,) = [line for line in ended.out.splitlines() if line.startswith("case      events")]
+    (heading,) = [
+        line for line in ended.out.splitlines() if line.startswith("case              events")
+    ]
     assert all(name.split()[0] in heading for name in INVARIANTS)
     assert (tmp_path / "hard.txt").read_text(encoding="utf-8") == ended.out
     saved = json.loads((tmp_path / "hard.json").read_text(encoding="utf-8"))
-    ended = snooker("bench", "hard", "touching", "at-rest", "--json")
+    ended = snooker("bench", "hard", "touching", "at-rest-periodic", "--json")
     printed = json.loads(ended.out)
     del saved["date"], printed["date"]
     for each in (*saved["cases"], *printed["cases"]):

@@ -210,9 +210,15 @@ def test_bad_configs_are_told_with_their_position(
 
 # Readers that go away
 
+LOUD = ("export", "show", "verify")
+
 
 @pytest.mark.parametrize(
-    "arguments", [["schema"], ["export", "small"], ["show", "small"], ["verify", "small"]]
+    "arguments",
+    [
+        ["schema"],
+        *(pytest.param([name, "small"], marks=pytest.mark.long) for name in LOUD),
+    ],
 )
 def test_a_reader_that_has_gone_ends_a_command_quietly(
     arguments: list[str], finished: Path

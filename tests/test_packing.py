@@ -221,6 +221,7 @@ def names(directory: Path) -> list[str]:
     return sorted(path.name for path in directory.iterdir())
 
 
+@pytest.mark.long
 def test_what_a_kill_leaves_is_cleared_away_by_the_next(finished: Path, snooker: Snooker) -> None:
     runs, others = finished.parent, ["small.h5.host-00.part", "small.h5.packing.host-00.part"]
     for name in others:  # what another command, or another machine, may be writing
@@ -236,6 +237,7 @@ def test_what_a_kill_leaves_is_cleared_away_by_the_next(finished: Path, snooker:
     assert names(runs) == ["small", "small.h5", *others]
 
 
+@pytest.mark.long
 def test_what_a_living_process_writes_is_left(finished: Path, snooker: Snooker) -> None:
     process = signalled(signal.SIGSTOP, "pack", "small")
     _, status = os.waitpid(process.pid, os.WUNTRACED)

@@ -81,6 +81,12 @@ class _Loader(SourceFileLoader):
         return code
 
 
+    def exec_module(self, module: types.ModuleType) -> None:
+        """Numba would keep what is inlined where it is when it is first used: with the other's."""
+        super().exec_module(module)
+        vars(module).get("INLINED", {})["cache"] = False
+
+
 class _Singly(ast.NodeTransformer):
     """Source in double precision -> the same in single precision."""
 
