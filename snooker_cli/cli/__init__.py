@@ -1,9 +1,13 @@
 """The command line, whose commands are loaded where an interrupt is answered already."""
 
+import gc
 import os
 from functools import partial
 
 from snooker_cli.cli.interrupts import at_once
+
+RARELY = 100_000
+"""New objects after which to look for garbage: modules make many, and all of them stay."""
 
 
 def main() -> None:
@@ -11,6 +15,7 @@ def main() -> None:
     # Sums of products are short here: a second thread would only wait for them, at full speed, and
     # how many there are would decide how they are rounded.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(RARELY)
     with at_once():
         from snooker_cli.cli.commands import app
         from snooker_cli.cli.completion import rejoined

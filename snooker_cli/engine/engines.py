@@ -21,7 +21,7 @@ REORDERED = 4096
 REORDER_AFTER = 20
 """Events a ball after which balls are put into the order of their cells again."""
 
-FEW, FEW_IN_FREE, MOST = 50, 150, 400
+FEW, FEW_IN_FREE, MOST = 45, 150, 400
 """Balls up to which all pairs are faster than cells, times the packing's fourth root; at most."""
 
 BALLS_A_CELL, DILUTE = 1.0, 0.4
