@@ -50,6 +50,11 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
     "no run": (["export", "absent"], 2, r"absent: there is no run here"),
     "config as run": (["export", "small.yaml"], 2, r"small\.yaml: there is no run here"),
     "no point": (["export", "small", "--point", "2"], 2, r"--point 2: small has points 0 to 1"),
+    "no folder": (
+        ["export", "small", "--out", "small.yaml/events.csv"],
+        2,
+        r"small\.yaml/events\.csv: cannot be written \(.*\); make room or choose another file",
+    ),
     "no repeat": (["export", "small", "--repeat", "3"], 2, r"--repeat 3: .* repeats 0 to 2"),
     "damaged": (["export", "small", "--repeat", "1"], 4, r".*repeat-0001\.h5: not a readable"),
     "events at times": (["export", "small", "--times", "0"], 2, r"--times goes with --states"),

@@ -371,7 +371,7 @@ def test_a_damaged_manifest_is_said(content: str, copied_run: Path, experiment: 
     (copied_run / MANIFEST).write_bytes(
         content.encode("utf-16" if content == "\ufffe" else "utf-8")
     )
-    with pytest.raises(RunError, match=r"run\.json: cannot be read .*; run the config again"):
+    with pytest.raises(RunError, match=r"run\.json: cannot be read .*; put a copy of it back, or"):
         results.open_run(copied_run)
     with pytest.raises(RunError, match="--fresh"):
         results.create(copied_run, experiment)

@@ -80,7 +80,6 @@ class _Loader(SourceFileLoader):
         code: types.CodeType = compile(tree, path, "exec", dont_inherit=True)
         return code
 
-
     def exec_module(self, module: types.ModuleType) -> None:
         """Numba would keep what is inlined where it is when it is first used: with the other's."""
         super().exec_module(module)

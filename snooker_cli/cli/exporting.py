@@ -187,14 +187,19 @@ def _write_tables(
         with until_nobody_reads():
             sys.stdout.writelines(csv_lines(units, tables))
         return
-    out.parent.mkdir(parents=True, exist_ok=True)
     try:
+        out.parent.mkdir(parents=True, exist_ok=True)
         if form is Format.CSV:
             write_csv(out, units, tables)
         else:
             write_parquet(out, units, tables, about)
     except ExportError as error:
         raise UserError(str(error)) from None
+    except OSError as error:
+        said = error.strerror or error
+        raise UserError(
+            f"{out}: cannot be written ({said}); make room or choose another file"
+        ) from None
 
 
 def _source(checked: Checked) -> dict[str, Any]:

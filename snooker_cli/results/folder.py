@@ -151,8 +151,11 @@ def open_run(name: str | Path) -> Run:
         experiment = parse(json.dumps(content["experiment"]), str(manifest)).experiment
         version = int(content["engine_version"])
     except (OSError, ValueError, KeyError, TypeError, ConfigError) as error:
-        said = str(error).splitlines()[0]
-        raise RunError(f"{manifest}: cannot be read ({said}); run the config again") from None
+        said = f"no {error}" if isinstance(error, KeyError) else str(error).splitlines()[0]
+        raise RunError(
+            f"{manifest}: cannot be read ({said}); put a copy of it back, or run the config with "
+            "--fresh, which replaces the results"
+        ) from None
     return Run(directory, experiment, points(experiment), content.get("engine"), version)
 
 
