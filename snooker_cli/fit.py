@@ -274,7 +274,7 @@ def _problem(
     held = amplitude is not None
     least = 2 if held else 3
     if times.size < least:
-        return f"{times.size} points are too few for this fit; it needs {least} or more."
+        return f"too few points for this fit: {times.size}; it needs {least} or more."
     for name, array in (("times", times), ("values", values), ("standard deviations", sigmas)):
         bad = np.flatnonzero(~np.isfinite(array))
         if bad.size:

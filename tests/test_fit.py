@@ -258,8 +258,8 @@ def changed(index: int, value: float, which: int) -> tuple[np.ndarray, np.ndarra
 @pytest.mark.parametrize(
     ("t", "y", "options", "says"),
     [
-        ([], [], {}, "0 points are too few"),
-        ([0.0, 1.0], [1.0, 0.5], {}, "2 points are too few for this fit; it needs 3"),
+        ([], [], {}, "too few points for this fit: 0"),
+        ([0.0, 1.0], [1.0, 0.5], {}, "too few points for this fit: 2; it needs 3"),
         ([0.0], [1.0], {"amplitude": 1.0}, "it needs 2"),
         (*changed(4, math.nan, 1), {}, "1 of the values are not finite, the first at index 4"),
         (*changed(5, math.inf, 1), {}, "index 5"),
