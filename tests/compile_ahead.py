@@ -10,11 +10,9 @@ from pathlib import Path
 
 from scenes import gas
 
+from snooker_cli.cli import RARELY
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.engine.compiling import COMPILED
-
-RARELY = 100_000
-"""Objects after which to look for garbage: a compiler and a test framework make many that stay."""
 
 FREE, FIXED = 20.0, None
 ALIKE, MIXED, SLIDING = "alike", "mixed", "sliding"

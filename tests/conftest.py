@@ -15,12 +15,12 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it; before NumPy
 
 import pytest
-from compile_ahead import RARELY, compile_ahead
+from compile_ahead import compile_ahead
 from xdist.scheduler import WorkStealingScheduling
 
 from snooker_cli import results
 from snooker_cli.arrange import arrange
-from snooker_cli.cli import main
+from snooker_cli.cli import RARELY, main
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 from snooker_cli.results import Run

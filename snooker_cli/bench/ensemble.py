@@ -14,10 +14,6 @@ if TYPE_CHECKING:
     from snooker_cli.scene import Scene
 
 
-OVERLAP = 1e-5
-"""An overlap that rounding to 32 bits does not make, m: a collision came late or not at all."""
-
-
 @dataclass(frozen=True)
 class Ensemble:
     """Starts, a repeat each, that are followed for the same time, s."""
@@ -71,7 +67,7 @@ def averages(ensemble: Ensemble, methods: Sequence[Method], repeats: int) -> lis
             Bias(name, *_mean(value), *_mean(value - columns[name]))
             for name, value in values.items()
         )
-        overlapping = sum(overlap > OVERLAP for overlap in overlaps)
+        overlapping = sum(overlap > method.rounding for overlap in overlaps)
         found.append(Averages(method.name, method.step, biases, max(overlaps), overlapping))
     return found
 

@@ -162,7 +162,6 @@ def _export_states(
         raise UserError(f"--times {times}: {error}") from None
     bits = store.content_hash(trace)
     if form is Format.H5MD and out is not None:
-        out.parent.mkdir(parents=True, exist_ok=True)
         store.write_states(out, trace.start, wanted, batches, stored.provenance, bits)
         return
     told = store.Checked(trace.stop, trace.collisions, stored.provenance, trace.start, bits)
@@ -188,18 +187,12 @@ def _write_tables(
             sys.stdout.writelines(csv_lines(units, tables))
         return
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
         if form is Format.CSV:
             write_csv(out, units, tables)
         else:
             write_parquet(out, units, tables, about)
     except ExportError as error:
         raise UserError(str(error)) from None
-    except OSError as error:
-        said = error.strerror or error
-        raise UserError(
-            f"{out}: cannot be written ({said}); make room or choose another file"
-        ) from None
 
 
 def _source(checked: Checked) -> dict[str, Any]:

@@ -5,26 +5,31 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+
+STOPPING = (signal.SIGINT, signal.SIGTERM)
+"""What asks a command to end: Ctrl-C, and what `kill` and batch systems send."""
 
 AGAIN = 0.02
 """Seconds until an interrupt that was lost is raised again."""
 
 
 @contextmanager
-def handled(handler: Callable[[int, object], None], *more: int) -> Iterator[None]:
-    """Inside, a function answers Ctrl-C, SIGTERM and more; not what our starter has us ignore."""
-    previous = {
-        number: signal.signal(number, handler)
-        for number in (signal.SIGINT, signal.SIGTERM, *more)
-        if signal.getsignal(number) is not signal.SIG_IGN
-    }
+def answered(handler: Callable[[int, object], None], numbers: Iterable[int]) -> Iterator[None]:
+    """Inside, a function answers these signals."""
+    previous = {number: signal.signal(number, handler) for number in numbers}
     try:
         yield
     finally:
         for number, before in previous.items():
             signal.signal(number, before)
+
+
+def not_ignored(*more: int) -> list[int]:
+    """Ctrl-C, SIGTERM and more signals; not those that our starter has us ignore."""
+    numbers = (*STOPPING, *more)
+    return [each for each in numbers if signal.getsignal(each) is not signal.SIG_IGN]
 
 
 @contextmanager
@@ -38,7 +43,7 @@ def at_once() -> Iterator[None]:
         os.write(2, b"snooker: interrupted\n")
         os._exit(130)
 
-    with handled(end):
+    with answered(end, not_ignored()):
         yield
 
 
@@ -65,7 +70,7 @@ def raising() -> Iterator[list[int]]:
     alarm = () if sys.platform == "win32" else (signal.SIGALRM,)
     sys.unraisablehook = lost
     try:
-        with handled(interrupt, *alarm):
+        with answered(interrupt, not_ignored(*alarm)):
             yield came
     finally:
         sys.unraisablehook = before

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import threading
 import time
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import Self, TypeVar
 
 from snooker_cli.cli.endings import Exit, fault, leave, wants_traceback
+from snooker_cli.cli.interrupts import STOPPING, answered
 from snooker_cli.runner import LOOK, Outcome, Watcher
 from snooker_cli.words import listed
 
@@ -36,12 +36,8 @@ def stopping_on_signals(cancelled: threading.Event) -> Iterator[None]:
             say("stopping; saving what is under way")
         cancelled.set()
 
-    previous = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
+    with answered(stop, STOPPING):
         yield
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
 
 
 def awaited(function: Callable[[], Result], cancelled: threading.Event) -> Result:

@@ -1,7 +1,7 @@
 """A repeat -> tables and frames for other programs: CSV, Parquet, H5MD."""
 
 from snooker_cli.export.frames import frames
-from snooker_cli.export.parquet import ExportError, write_parquet
+from snooker_cli.export.parquet import write_parquet
 from snooker_cli.export.tables import (
     EVENTS,
     STATES,
@@ -11,6 +11,7 @@ from snooker_cli.export.tables import (
     states_table,
     write_csv,
 )
+from snooker_cli.export.writing import ExportError
 
 __all__ = [
     "EVENTS",

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from snooker_cli.store import whole
+from snooker_cli.export.writing import ExportError, written
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -14,10 +14,6 @@ if TYPE_CHECKING:
     from snooker_cli.export.tables import Table
 
 WHOLE_NUMBERS = ("i", "j", "ball")
-
-
-class ExportError(Exception):
-    """A file that cannot be made; one sentence."""
 
 
 def write_parquet(
@@ -49,13 +45,7 @@ def write_parquet(
         "use_dictionary": [name for name in units if name in WHOLE_NUMBERS],
         "use_byte_stream_split": [name for name in units if name not in WHOLE_NUMBERS],
     }
-    try:
-        with whole(path) as part, parquet.ParquetWriter(part, schema, **packing) as writer:
-            for table in tables:
-                columns = [pa.array(table[name]) for name in units]
-                writer.write_batch(pa.record_batch(columns, schema=schema))
-    except OSError as error:
-        raise ExportError(
-            f"{path}: cannot be written ({error.strerror or error}); make room or choose another "
-            "file"
-        ) from None
+    with written(path) as part, parquet.ParquetWriter(part, schema, **packing) as writer:
+        for table in tables:
+            columns = [pa.array(table[name]) for name in units]
+            writer.write_batch(pa.record_batch(columns, schema=schema))

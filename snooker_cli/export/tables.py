@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from snooker_cli.store import whole
+from snooker_cli.export.writing import written
 from snooker_cli.trace import CONTAINER
 
 if TYPE_CHECKING:
@@ -73,6 +73,6 @@ def _columns(container: NDArray[np.float64], balls: NDArray[np.float64]) -> NDAr
 
 
 def write_csv(path: Path, units: Mapping[str, str], tables: Iterable[Table]) -> None:
-    """Write the CSV of tables, whole or not at all. Raises ``OSError``."""
-    with whole(path) as part, part.open("x", encoding="ascii", newline="") as file:
+    """Write the CSV of tables, whole or not at all. Raises ``ExportError``."""
+    with written(path) as part, part.open("x", encoding="ascii", newline="") as file:
         file.writelines(csv_lines(units, tables))

@@ -34,7 +34,8 @@ AT_ONCE = 1 << 20
 
 def read(path: Path) -> Stored:
     """Read a repeat's file and check its content. Raises ``StoreError``."""
-    trace, provenance, _ = _verified(path, keep=True)
+    with _opened(path) as root:
+        trace, provenance, _ = _verified(root, path, keep=True)
     return Stored(trace, provenance)
 
 
@@ -44,12 +45,11 @@ def check(path: Path) -> Checked:
     Its content, by the hash; that HDF5 can open all there is; and what is only there for other
     readers: the numbers of collisions, and the steps and times of start and finish.
     """
-    trace, provenance, fingerprint = _verified(path, keep=False)
     with _opened(path) as root:
+        trace, provenance, fingerprint = _verified(root, path, keep=False)
         hdf5.open_all(root)
-        agrees = _is_numbered(root, trace)
-    if not agrees:
-        raise _changed(path)
+        if not _is_numbered(root, trace):
+            raise _changed(path)
     bits = fingerprint.content(trace, "")
     return Checked(trace.stop, trace.collisions, provenance, trace.start, bits)
 
@@ -73,19 +73,18 @@ def events(path: Path) -> Iterator[Events]:
         yield from _events(root, AT_ONCE)
 
 
-def _verified(path: Path, *, keep: bool) -> tuple[Trace, Provenance, Fingerprint]:
+def _verified(root: Any, path: Path, *, keep: bool) -> tuple[Trace, Provenance, Fingerprint]:
     """A repeat whose content is as it was written; its events only if they are to be kept."""
     fingerprint = Fingerprint()
-    with _opened(path) as root:
-        own = _own(root, path)
-        trace = _trace(root)
-        if trace.summary is None:
-            for events in _events(root, None if keep else AT_ONCE):
-                fingerprint.add(events)
-                if keep:
-                    trace = replace(trace, events=events)
-        expected, said = hdf5.read_text(own, b"content"), hdf5.read_text(own, b"provenance")
-        provenance = Provenance(**json.loads(said))
+    own = _own(root, path)
+    trace = _trace(root)
+    if trace.summary is None:
+        for events in _events(root, None if keep else AT_ONCE):
+            fingerprint.add(events)
+            if keep:
+                trace = replace(trace, events=events)
+    expected, said = hdf5.read_text(own, b"content"), hdf5.read_text(own, b"provenance")
+    provenance = Provenance(**json.loads(said))
     if fingerprint.content(trace, said) != expected:
         raise _changed(path)
     return trace, provenance, fingerprint

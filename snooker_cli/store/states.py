@@ -57,6 +57,7 @@ def write_states(
     content : what identifies the collisions that the states are replayed from
     """
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         with (
             whole(path) as part,
             h5py.File(part, "x", libver=hdf5.FORMAT, locking=False) as file,
