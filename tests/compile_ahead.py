@@ -17,20 +17,21 @@ from snooker_cli.engine.compiling import COMPILED
 FREE, FIXED = 20.0, None
 ALIKE, MIXED, SLIDING = "alike", "mixed", "sliding"
 
-# Container, its mass, engine, balls. Cells in a free circle are compiled for balls that differ
-# only: what takes those that are all alike is marked ``long``, as is a lone ball in cells.
+# Container, its mass, engine, balls. Of cells there is one kind for each container and one more
+# for boxes: balls differ in a free circle, are all alike in a fixed one and in a periodic box.
+# What takes the others is marked ``long``, as is a lone ball in cells.
+# What takes longest is first, so that both processes end at about the same time.
 KINDS = (
-    ("circle", FREE, "allpairs", ALIKE),
-    ("circle", FIXED, "allpairs", ALIKE),
-    ("circle", FREE, "allpairs", MIXED),
-    ("circle", FIXED, "allpairs", MIXED),
-    ("circle", FREE, "cells", MIXED),
-    ("circle", FIXED, "cells", ALIKE),
     ("circle", FIXED, "allpairs", SLIDING),
-    ("box", FIXED, "cells", ALIKE),
+    ("circle", FREE, "cells", MIXED),
+    ("circle", FREE, "allpairs", ALIKE),
+    ("circle", FREE, "allpairs", MIXED),
+    ("circle", FIXED, "cells", ALIKE),
     ("periodic", FIXED, "cells", ALIKE),
     ("box", FIXED, "cells", MIXED),
-    ("periodic", FIXED, "cells", MIXED),
+    ("circle", FIXED, "allpairs", MIXED),
+    ("circle", FIXED, "allpairs", ALIKE),
+    ("box", FIXED, "cells", ALIKE),
 )
 
 

@@ -9,12 +9,14 @@ import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it; before NumPy
 
 import pytest
+import typer.main
 from compile_ahead import compile_ahead
 from xdist.scheduler import WorkStealingScheduling
 
@@ -27,6 +29,9 @@ from snooker_cli.results import Run
 from snooker_cli.runner import Watcher, execute
 from snooker_cli.store import Provenance
 from snooker_cli.trace import Trace
+
+# A command line's parser is made once, not at each of a thousand calls: that takes 30 ms.
+typer.main.get_command = cache(typer.main.get_command)
 
 SMALL = """\
 container: {radius: 10.0, mass: 1.0e7}

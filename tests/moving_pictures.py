@@ -22,12 +22,12 @@ SHAPES = ("fixed", "free", "box", "periodic")
 
 @cache
 def shown() -> dict[str, Trace]:
-    """Two hundred collisions in each kind of container; balls are mixed where there are sides."""
+    """Two hundred collisions in each kind of container; balls are mixed in the box."""
     scenes = {
         "fixed": gas("circle", 37, 0.3, cor=0.9),
         "free": gas("circle", 37, 0.3, cor=0.9, container_mass=200.0),
         "box": gas("box", 60, 0.3, mixed=True, aspect=2.0),
-        "periodic": gas("periodic", 60, 0.3, mixed=True, cor=0.9),
+        "periodic": gas("periodic", 60, 0.3, cor=0.9),
     }
     return {
         name: simulate(scene, collisions=200, engine="allpairs" if "f" in name else "cells")

@@ -62,6 +62,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     "pydantic_core": ("config",),
     "yaml": ("config",),
     "numba": ("engine",),
+    "llvmlite": ("engine",),
     "h5py": ("store",),
     "pyarrow": ("export",),
     "distributed": ("runner",),

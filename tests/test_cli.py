@@ -202,6 +202,7 @@ def test_a_failing_repeat_is_told_and_gives_its_own_code(finished: Path, snooker
     table = snooker("run", "small.yaml", "--no-progress")
     assert table.code == 4
     assert "1 failed" in table.out
+    assert (table.out + table.err).count("cannot write") == 1
     path.rmdir()
     assert snooker("run", "small.yaml", "--no-progress").code == 0
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from conftest import Ended
+from repeating import made
 
 from snooker_cli.decay import LAWS, QUANTITIES, SAMPLING
 from snooker_cli.fit import NOTHING_DECAYS
@@ -114,7 +115,24 @@ def test_an_unfinished_run_is_analysed_as_far_as_it_is(finished: Path, snooker: 
         assert ended.err.count("\n") == 1
 
 
-def test_a_folder_that_cannot_be_written_is_said(
+def test_an_extension_that_is_not_finished_is_analysed_and_said(
+    finished: Path, snooker: Snooker, small_config: str
+) -> None:
+    assert not made(finished, small_config, "collisions=151").analyses()
+    said = "3 of 3 repeats end where the run did before it was extended; run the config again for"
+    for command in ("fit", "compare"):
+        ended = snooker(command, "small")
+        assert ended.code == 0
+        assert f"\n{said} the rest\n" in ended.out
+        assert "cor=0.85" in ended.out
+    ended = snooker("plot", "small", "energy")
+    assert ended.code == 0
+    assert f"snooker: {said.replace('3 of 3', '6 of 6')} the rest\n" in ended.err
+    for command in ("export", "show", "verify"):
+        assert snooker(command, "small").code == 0
+
+
+def test_what_cannot_be_saved_is_printed(
     finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from snooker_cli import results
@@ -122,12 +140,15 @@ def test_a_folder_that_cannot_be_written_is_said(
     def refused(path: Path, content: object) -> None:
         raise PermissionError(13, "Permission denied")
 
+    printed = {command: snooker(command, "small").out for command in ("fit", "compare")}
     monkeypatch.setattr(results, "write_json", refused)
     for command in ("fit", "compare"):
-        ended = snooker(command, "small", "--json")
-        assert (ended.code, ended.out) == (2, "")
-        # On a new machine the engine is compiled, and says so, before.
-        assert ended.err.endswith(
-            f"snooker: runs/small/{command}.json: cannot be written (Permission denied); make the "
-            "run's folder writable, or copy it\n"
+        ended = snooker(command, "small")
+        assert (ended.code, ended.out) == (2, printed[command])
+        assert ended.err == (
+            f"snooker: runs/small/{command}.json: cannot be written (Permission denied), so that "
+            "the result is only printed; make the run's folder writable, or copy it\n"
         )
+        ended = snooker(command, "small", "--json")
+        assert (ended.code, len(ended.err.splitlines())) == (2, 1)
+        assert isinstance(json.loads(ended.out), list)

@@ -55,8 +55,13 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
         2,
         r"small\.yaml/events\.csv: cannot be written \(.*\); make room or choose another file",
     ),
+    "no folder for figures": (
+        ["plot", "small", "energy", "--where", "cor=1.0", "--out", "small.yaml"],
+        2,
+        r"small\.yaml: cannot be written \(.*\); give --out for another folder",
+    ),
     "no repeat": (["export", "small", "--repeat", "3"], 2, r"--repeat 3: .* repeats 0 to 2"),
-    "damaged": (["export", "small", "--repeat", "1"], 4, r".*repeat-0001\.h5: not a readable"),
+    "damaged": (["export", "small", "--repeat", "1"], 1, r".*repeat-0001\.h5: not a readable"),
     "events at times": (["export", "small", "--times", "0"], 2, r"--times goes with --states"),
     **{
         f"times {times}": (

@@ -170,9 +170,6 @@ def test_an_extended_run_has_its_shorter_repeats_to_do(
     assert {sentence for point in book.points for _, sentence in point.remarks} == {
         "it is shorter, of before the run was extended"
     }
-    ended = snooker("fit", "small")
-    assert ended.code == 2
-    assert "no repeat of the point cor=0.85 is there yet" in ended.err
 
 
 def test_a_folder_that_is_no_run_is_not_listed(finished: Path, snooker: Snooker) -> None:
@@ -186,6 +183,27 @@ def test_a_folder_that_is_no_run_is_not_listed(finished: Path, snooker: Snooker)
     told = json.loads(snooker("ls", "--json").out)
     assert [one["run"] for one in told] == ["runs/broken", "runs/small"]
     assert "cannot be read" in told[0]["error"]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "near"),
+    [
+        ("smal", "small"),
+        ("runs/smal", "runs/small"),
+        ("coled", "cooled.h5"),
+        ("runs/coled.h5", "runs/cooled.h5"),
+        ("elastic", ""),
+        ("other/small", ""),
+    ],
+)
+def test_the_nearest_run_is_told(wanted: str, near: str, finished: Path, snooker: Snooker) -> None:
+    (finished.parent / wanted).mkdir(parents=True)  # no run
+    results.pack(results.open_run("small"), finished.parent / "cooled.h5")
+    ended = snooker("show", wanted)
+    meant = f"the nearest is {near}, and `snooker ls` lists all" if near else "make one with"
+    assert ended.code == 2
+    assert ended.err.startswith(f"snooker: {wanted}: there is no run here (no run.json); {meant}")
+    assert not near or snooker("show", near).code == 0
 
 
 def test_nothing_to_list_is_said(here: Path, snooker: Snooker) -> None:

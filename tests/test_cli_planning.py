@@ -83,6 +83,7 @@ def test_a_dry_run_tells_the_same_as_json(here: Path, snooker: Snooker) -> None:
         "collisions",
         "threads",
         "seconds",
+        "cools_out",
         "bytes",
         "free_bytes",
     }
@@ -158,6 +159,27 @@ def test_what_ends_at_a_time_cannot_be_estimated(here: Path, snooker: Snooker) -
     assert said.endswith(
         "a repeat that ends at a time, not after so many collisions, may take any time\n"
     )
+
+
+def test_a_gas_that_cools_until_it_drifts_as_a_whole_may_take_longer(
+    here: Path, snooker: Snooker
+) -> None:
+    """Speeds are 10⁻¹⁶ of what they were after 36 · 2N / (1 − CoR²) collisions."""
+    Path("gas.yaml").write_text(
+        "container: {shape: periodic}\ncor: 0.999\n"
+        "balls: {count: 217, packing: 0.1, radius: 1.0, speed: 10.0}\n"
+    )
+    for more, longer in (
+        (["collisions=7.8e6"], False),
+        (["collisions=7.9e6"], True),
+        (["collisions=7.9e6", "cor=1"], False),
+        (["collisions=7.9e6", "collapse={elastic_below: 0.01}"], False),
+        (["collisions=7.9e6", "container.shape=circle"], False),
+    ):
+        arguments = ["gas.yaml", *(f"--override={each}" for each in more)]
+        assert planned(snooker, *arguments)["cools_out"] == longer, more
+        said = snooker("run", *arguments, "--dry-run").out.splitlines()[-1]
+        assert ("thread, or far longer if balls cool until they hardly meet, and" in said) == longer
 
 
 @pytest.mark.parametrize("record", ["events", "summary"])
@@ -275,7 +297,16 @@ def test_a_config_whose_name_is_no_folder_is_refused(
 # --engine
 
 
-def test_a_forced_engine_has_results_of_its_own(here: Path, snooker: Snooker) -> None:
+@pytest.fixture
+def fixed(here: Path) -> Path:
+    """The small config with a fixed wall: cells in a free circle are a kind more to compile."""
+    config = here / "small.yaml"
+    config.write_text(config.read_text().replace("mass: 1.0e7", "mass: .inf"))
+    return here
+
+
+@pytest.mark.usefixtures("fixed")
+def test_a_forced_engine_has_results_of_its_own(snooker: Snooker) -> None:
     assert snooker("run", "small.yaml", "--engine", "cells", "--no-progress").code == 0
     assert json.loads(Path("runs/small/run.json").read_text())["engine"] == "cells"
     run = results.open_run("small")
@@ -303,7 +334,8 @@ def test_results_without_a_forced_engine_are_as_before(finished: Path, snooker: 
     assert snooker("run", "small.yaml", "--engine", "allpairs").code == 2
 
 
-def test_files_of_a_forced_engine_are_not_taken_for_others(here: Path, snooker: Snooker) -> None:
+@pytest.mark.usefixtures("fixed")
+def test_files_of_a_forced_engine_are_not_taken_for_others(snooker: Snooker) -> None:
     for folder, forced in (("cells", ["--engine", "cells"]), ("own", [])):
         arguments = ["--out", folder, "--no-progress", *forced]
         assert snooker("run", "small.yaml", *arguments).code == 0

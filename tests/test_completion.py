@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 
 from snooker_cli import results
 from snooker_cli.cli import completion
@@ -115,12 +116,24 @@ def typing(folder: Path, script: str) -> Iterator[Callable[[str], str]]:
         os.close(bash)
 
 
+@pytest.fixture
+def shell_is_told(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Have the shell named on the command line, where Typer looks at who started it.
+
+    Typer asks for that as it makes a parser, which is else made once for all tests.
+    """
+    monkeypatch.setenv("_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION", "1")
+    typer.main.get_command.cache_clear()
+    yield
+    typer.main.get_command.cache_clear()
+
+
+@pytest.mark.usefixtures("shell_is_told")
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash here")
 def test_bash_completes_what_is_behind_an_equals_sign(
-    here: Path, snooker: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+    here: Path, snooker: Callable[..., Any]
 ) -> None:
     """Where it takes `cor=0.5` for three words, and would replace the last one only."""
-    monkeypatch.setenv("_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION", "1")
     with typing(here, snooker("--show-completion", "bash").out) as completed:
         for typed, whole in (
             ("run small.yaml -o cor", "run small.yaml -o cor="),
@@ -165,6 +178,10 @@ def test_runs_in_folders_and_packed(finished: Path, offered: Offered) -> None:
     (finished.parent / "archived.h5").touch()
     assert offered("show", "") == ["archived", "small"]
     assert offered("fit", "s") == ["small"]
+    results.pack(results.open_run("small"), finished.parent / "small.h5")
+    assert offered("fit", "s") == ["small", "small.h5"]
+    assert not results.open_run("small").packed
+    assert results.open_run("small.h5").packed
 
 
 def test_figures_of_plot_that_are_not_given_yet(here: Path, offered: Offered) -> None:
@@ -217,12 +234,11 @@ def test_an_explanation_is_one_line() -> None:
         assert len(completion._plain(key.description).replace("\\[", "[")) <= completion.LINE
 
 
+@pytest.mark.usefixtures("shell_is_told")
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_the_script_to_install_asks_snooker(
     snooker: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, shell: str
 ) -> None:
-    """The shell that is asked about is here given, where Typer looks at who started it."""
-    monkeypatch.setenv("_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION", "1")
     monkeypatch.setenv("HOME", str(tmp_path))
     script = snooker("--show-completion", shell).out
     assert f"_SNOOKER_COMPLETE=complete_{shell}" in script

@@ -59,7 +59,7 @@ def test_random_tokens(tokens: list[str]) -> None:
 
 
 @given(FILES, EDITS)
-@settings(STEADY, max_examples=300)
+@settings(STEADY, max_examples=150)
 def test_mutations_of_a_valid_file(text: str, edits: list[tuple[int, int, str]]) -> None:
     text = edited(text, edits)
     experiment = answered(text)
@@ -69,7 +69,7 @@ def test_mutations_of_a_valid_file(text: str, edits: list[tuple[int, int, str]])
 
 
 @given(FILES, OVERRIDES)
-@settings(STEADY, max_examples=300)
+@settings(STEADY, max_examples=150)
 def test_random_overrides(text: str, overrides: list[str]) -> None:
     answered(text, *overrides)
 

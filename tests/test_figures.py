@@ -88,6 +88,12 @@ def pictures(decaying: Run, tmp_path_factory: pytest.TempPathFactory) -> dict[st
     }
 
 
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """The files of every kind of layer: SVG, PNG and JSON."""
+    return save(EVERYTHING, tmp_path_factory.mktemp("saved") / "a.b")
+
+
 @pytest.fixture(autouse=True)
 def warnings_are_errors() -> Iterator[None]:
     with warnings.catch_warnings():
@@ -149,8 +155,8 @@ def test_files_stay_small(name: str, pictures: dict[str, Picture], tmp_path: Pat
     assert png.read_bytes().startswith(b"\x89PNG")
 
 
-def test_what_is_drawn_is_what_the_json_says(tmp_path: Path) -> None:
-    _, _, path = save(EVERYTHING, tmp_path / "everything")
+def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
+    _, _, path = saved
     content = json.loads(path.read_text(encoding="utf-8"))
     assert content["numbers"] == {"third": 1 / 3, "nothing": None}
     assert content["caption"] == EVERYTHING.caption
@@ -191,9 +197,9 @@ save(pickle.loads(Path("picture").read_bytes()), Path("third"))
 """
 
 
-def test_the_same_bytes_every_time(tmp_path: Path) -> None:
+def test_the_same_bytes_every_time(saved: list[Path], tmp_path: Path) -> None:
     before = dict(matplotlib.rcParams)
-    first = [path.read_bytes() for path in save(EVERYTHING, tmp_path / "first")]
+    first = [path.read_bytes() for path in saved]
     assert [path.read_bytes() for path in save(EVERYTHING, tmp_path / "second")] == first
     assert dict(matplotlib.rcParams) == before
     # A user's settings must not show, nor the seed of Python's hashes in another process.
@@ -218,8 +224,8 @@ def test_formats_share_one_layout(pictures: dict[str, Picture]) -> None:
     assert axes.get_position().bounds == before
 
 
-def test_images_carry_the_caption_and_no_date(tmp_path: Path) -> None:
-    svg, png, _ = save(EVERYTHING, tmp_path / "a.b")
+def test_images_carry_the_caption_and_no_date(saved: list[Path]) -> None:
+    svg, png, _ = saved
     assert (svg.name, png.name) == ("a.b.svg", "a.b.png")
     text = svg.read_text(encoding="utf-8")
     assert "“Quoted” &amp; &lt;escaped&gt; − 1/3." in text

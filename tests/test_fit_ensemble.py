@@ -40,7 +40,10 @@ def random_walk(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("noise_of", "model", "amplitude"),
-    [(autoregressive, "exponential", None), (random_walk, "haff", 1.0)],
+    [
+        pytest.param(autoregressive, "exponential", None, marks=pytest.mark.long),
+        (random_walk, "haff", 1.0),
+    ],
 )
 def test_coverage_with_correlated_noise(noise_of, model, amplitude):
     ensembles, repeats, truth = 200, 20, 0.8

@@ -27,7 +27,7 @@ container: {shape: periodic, width: 30, height: 20}
 balls: {count: 64, radius: 0.6, speed: 10.0, speeds: maxwell}
 cor: 0.9
 wall_cor: 0.5
-collisions: 1200
+collisions: 500
 repeats: 3
 sweep: {cor: [0.8, 0.9, 1.0]}
 """

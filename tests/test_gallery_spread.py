@@ -97,7 +97,16 @@ def test_momentum_of_one_repeat_and_of_all(decaying: Run, kind: str) -> None:
 def test_fits_to_one_repeat_before_all(decaying: Run, kind: str, quantity: Any) -> None:
     found = shown(decaying, kind, repeat=1, cor=0.8)
     (band,) = layers(found, Band)
-    assert band.label == f"3 repeats, {SPREAD}"
+    assert band.label == f"all 3 repeats, {SPREAD}"
+    # What is fitted to the one that is drawn is told from what is of all.
+    simulated, *fits = (line.label for line in layers(found, Line))
+    assert simulated == "simulation, repeat 1"
+    k = found.numbers["k"]
+    assert [fit.partition(" = ")[0] for fit in fits if fit] == [
+        f"exponential of repeat 1: {'κ' if quantity == 'pressure' else 'k'}",
+        "Haff of repeat 1: α",
+    ]
+    assert fits[0].split(" = ")[1].startswith(f"{k:.2g}"[:3])
     assert f"Band: {SPREAD}." in found.caption
     curves = [curve(trace, quantity) for trace in traces(decaying, 0)]
     if quantity == "pressure":

@@ -17,6 +17,7 @@ import pytest
 import yaml
 
 from snooker_cli import __version__
+from snooker_cli.cli.commands import COMPILING
 from snooker_cli.config import digest, load, parse
 from snooker_cli.report.accuracy import finding, saved
 from snooker_cli.report.published import PUBLISHED, published
@@ -144,6 +145,11 @@ def test_finding(folder: Path) -> None:
 
 def test_errors_and_costs_are_the_saved_measurements() -> None:
     assert finding(saved("error")) in " ".join(README.split())
+
+
+def test_compiling_takes_as_long_as_is_said_meanwhile() -> None:
+    (longest,) = re.findall(r"The\s+first\s+kind\s+takes\s+8\s+to\s+(\d+)\s+s", README)
+    assert COMPILING.endswith(f"; it takes up to {longest} s")
 
 
 def test_the_citation_is_of_this_version() -> None:

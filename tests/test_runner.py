@@ -276,6 +276,22 @@ def test_one_failing_repeat_does_not_stop_the_others(copied: Run, finished_run: 
     assert contents(copied) == contents(finished_run)
 
 
+def test_a_failure_is_noted_once_there_is_room_for_it(copied: Run) -> None:
+    """Other repeats under way may have filled the disk when one fails."""
+    path, record = copied.path(0, 1), copied.directory / results.FAILURES
+    path.unlink()
+    path.mkdir()
+    record.mkdir()
+
+    class MakesRoom(Watcher):
+        def finished(self, outcome: Outcome) -> None:
+            if outcome.error:
+                record.rmdir()
+
+    execute(copied, workers=1, watcher=MakesRoom(), cancelled=threading.Event())
+    assert list(results.failures(copied)) == [(0, 1)]
+
+
 def test_a_scene_that_cannot_exist_tells_its_point(small_config: str) -> None:
     swept = parse(small_config, overrides=["balls.radius=1.0,3.0"]).experiment
     with pytest.raises(SceneError, match=r"\(at the point .*balls\.radius=3\.0\)") as caught:

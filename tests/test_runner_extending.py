@@ -9,8 +9,9 @@ import pytest
 from repeating import StopsAfter, bytes_of, contents, done, made
 
 from snooker_cli import results, store
+from snooker_cli.config import parse
 from snooker_cli.results import RunError
-from snooker_cli.runner import execute
+from snooker_cli.runner import Outcome, Watcher, execute
 from snooker_cli.trace import StopReason
 
 
@@ -31,14 +32,13 @@ def test_a_longer_end_gives_the_bits_of_a_run_that_was_as_long_at_once(
     done(short)
     kept = contents(short)
     longer = made(tmp_path / "run", text, *after)
-    assert [longer.present(point) for point in longer.points] == [0, 0]
-    with pytest.raises(RunError, match=r"no repeat of the point .* is there yet"):
-        list(longer.traces(longer.points[0]))
+    assert [longer.shorter(point) for point in longer.points] == [3, 3]
     assert not any(each.cached for each in done(longer))
     at_once = made(tmp_path / "at once", text, *after)
     done(at_once)
     assert contents(longer) == contents(at_once)
     assert contents(longer) != kept
+    assert [longer.shorter(point) for point in longer.points] == [0, 0]
     assert all(each.cached for each in done(longer))
 
 
@@ -75,9 +75,56 @@ def test_an_interrupt_while_extending_loses_no_collision(
     assert stopped.stop.reason is StopReason.INTERRUPTED
     assert (bytes_of(longer.directory) != before) == replaced
     assert store.check(longer.path(0, 0)).collisions == (81_920 if replaced else 70_000)
-    assert longer.present(longer.points[0]) == replaced
+    assert longer.present(longer.points[0]) == 1
+    assert longer.shorter(longer.points[0]) == (not replaced)
     assert not list(tmp_path.rglob("*.part"))
     done(longer)
     at_once = made(tmp_path / "at once", text, "collisions=200000", "repeats=1")
     done(at_once)
     assert contents(longer) == contents(at_once)
+
+
+class StopsAfterOne(Watcher):
+    """Cancels the run when a repeat has ended."""
+
+    def __init__(self, cancelled: threading.Event) -> None:
+        self.cancelled = cancelled
+
+    def finished(self, outcome: Outcome) -> None:
+        self.cancelled.set()
+
+
+def test_what_an_interrupted_extension_leaves_is_all_there(
+    small_config: str, tmp_path: Path
+) -> None:
+    """One repeat is as long as the run is now, the others are as they were; all are read."""
+    elastic = small_config.replace("[0.85, 1.0]", "[1.0]")
+    done(made(tmp_path, elastic))
+    longer = made(tmp_path, elastic, "collisions=151")
+    cancelled = threading.Event()
+    execute(longer, workers=1, watcher=StopsAfterOne(cancelled), cancelled=cancelled)
+    run = results.open_run(tmp_path)
+    (point,) = run.points
+    assert (run.present(point), run.shorter(point)) == (3, 2)
+    assert [trace.collisions for trace in run.traces(point)] == [151, 150, 150]
+    # What is extended stays: the former end would cut it off.
+    with pytest.raises(RunError, match=r"collisions from 151 to 150.* the former values keep them"):
+        made(tmp_path, elastic)
+
+
+def test_an_extension_that_has_extended_nothing_can_be_taken_back(
+    small_config: str, tmp_path: Path
+) -> None:
+    done(made(tmp_path, small_config))
+    before = bytes_of(tmp_path)
+    made(tmp_path, small_config, "collisions=300")
+    shorter = parse(small_config).experiment
+    assert results.extension(results.planned(tmp_path, shorter)) == (
+        f"{tmp_path} ends earlier than was meant: collisions from 300 to 150; no repeat there is "
+        "longer"
+    )
+    run = made(tmp_path, small_config)
+    assert all(each.cached for each in done(run))
+    assert bytes_of(tmp_path) == before
+    with pytest.raises(RunError, match="collisions from 150 to 149"):
+        made(tmp_path, small_config, "collisions=149")

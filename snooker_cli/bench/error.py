@@ -130,9 +130,7 @@ def quick_plan() -> Plan:
         ensembles=(Ensemble("seven", "seven balls, cor 0.9", 2.0, seven),),
         repeats=4,
         ensemble_steps=(1e-2, 1e-3),
-        questions=(
-            Question("dilute", "with balls of 0.1 m", 0.196, 1, lambda k: rings(k, radius=0.1)),
-        ),
+        questions=(Question("seven", "seven balls", 0.30, 1, lambda k: rings(k, number=1)),),
         single=False,
     )
 

@@ -111,9 +111,12 @@ def _advance(
         now = memory[STEPS] * step
         while moments[int(memory[MOMENTS])] < now + step:
             moment = int(memory[MOMENTS])
-            states[moment] = bodies
-            states[moment, X] += bodies[U] * (moments[moment] - now)
-            states[moment, Y] += bodies[V] * (moments[moment] - now)
+            # Number by number: what numba makes of whole rows takes seconds to compile.
+            for k in range(number + 1):
+                for row in range(len(bodies)):
+                    states[moment, row, k] = bodies[row, k]
+                states[moment, X, k] += bodies[U, k] * (moments[moment] - now)
+                states[moment, Y, k] += bodies[V, k] * (moments[moment] - now)
             memory[MOMENTS] += 1
             if memory[MOMENTS] == len(moments):
                 return used

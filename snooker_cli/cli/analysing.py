@@ -37,6 +37,8 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
     error, the bootstrap's, and (largest - smallest)/2, which is the report's way. Saved in
     RUN/fit.json, unless RUN is packed.
     """
+    import json
+
     from snooker_cli.cli.tables import Column, point_label, print_table
     from snooker_cli.decay import SAMPLING, decays, notes, record
     from snooker_cli.results import open_run
@@ -49,38 +51,42 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
         return [record(one, parameters) for one in found], notes(found)
 
     opened = open_run(run)
-    rows, said = _saved(opened, "fit.json", analysis, as_json)
+    rows, said = _analysed(opened, analysis)
     if as_json:
-        return
-    print_table(
-        [
-            Column("point"),
-            Column("quantity"),
-            Column("model"),
-            Column("mean ± standard error, 1/s", True),
-            Column("bootstrap", True),
-            Column("(max-min)/2", True),
-            Column("R²", True),
-            Column("rms residual", True),
-            Column("repeats", True),
-        ],
-        [
+        tell(json.dumps(rows))
+    else:
+        print_table(
             [
-                point_label(one["parameters"]),
-                one["quantity"].replace("_", " "),
-                one["model"],
-                with_error(one["value"], one["error"]),
-                short(one["bootstrap_error"], 4),
-                short(one["max_min_half_range"], 4),
-                "–" if one["r_squared"] is None else f"{one['r_squared']:.3f}".replace("-", "−"),
-                short(one["rms_residual"], 2),
-                str(one["repeats"]),
-            ]
-            for one in rows
-        ],
-    )
-    tell(SAMPLING)
-    _print_notes(said, len(opened.points))
+                Column("point"),
+                Column("quantity"),
+                Column("model"),
+                Column("mean ± standard error, 1/s", True),
+                Column("bootstrap", True),
+                Column("(max-min)/2", True),
+                Column("R²", True),
+                Column("rms residual", True),
+                Column("repeats", True),
+            ],
+            [
+                [
+                    point_label(one["parameters"]),
+                    one["quantity"].replace("_", " "),
+                    one["model"],
+                    with_error(one["value"], one["error"]),
+                    short(one["bootstrap_error"], 4),
+                    short(one["max_min_half_range"], 4),
+                    "–"
+                    if one["r_squared"] is None
+                    else f"{one['r_squared']:.3f}".replace("-", "−"),
+                    short(one["rms_residual"], 2),
+                    str(one["repeats"]),
+                ]
+                for one in rows
+            ],
+        )
+        tell(SAMPLING)
+        _print_notes(said, len(opened.points))
+    _save(opened, "fit.json", rows, said)
 
 
 def compare(run: RunName, as_json: AsJson = False) -> None:
@@ -89,6 +95,8 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
     Each row: measured mean and standard error, prediction, difference, and the difference in its
     standard errors. Saved in RUN/compare.json, unless RUN is packed.
     """
+    import json
+
     from snooker_cli.cli.tables import Column, point_label, print_table
     from snooker_cli.compare import compare as comparisons
     from snooker_cli.compare import record
@@ -102,47 +110,45 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
         return [record(row, parameters) for row in found.rows], found.notes
 
     opened = open_run(run)
-    rows, said = _saved(opened, "compare.json", analysis, as_json)
+    rows, said = _analysed(opened, analysis)
     if as_json:
-        return
-    print_table(
-        [
-            Column("point"),
-            Column("quantity"),
-            Column("model"),
-            Column("measured", True),
-            Column("predicted", True),
-            Column("difference", True),
-            Column("in errors", True),
-        ],
-        [
+        tell(json.dumps(rows))
+    else:
+        print_table(
             [
-                point_label(one["parameters"]),
-                one["quantity"] + ("" if one["unit"] == "1" else f", {one['unit']}"),
-                one["model"],
-                with_error(one["measured"], one["error"]),
-                short(one["predicted"], 4),
-                f"{one['difference']:+.3g}".replace("-", "−"),
-                "–"
-                if one["difference_in_errors"] is None
-                else f"{one['difference_in_errors']:+.1f}".replace("-", "−"),
-            ]
-            for one in rows
-        ],
-    )
-    _print_notes(said, len(opened.points))
+                Column("point"),
+                Column("quantity"),
+                Column("model"),
+                Column("measured", True),
+                Column("predicted", True),
+                Column("difference", True),
+                Column("in errors", True),
+            ],
+            [
+                [
+                    point_label(one["parameters"]),
+                    one["quantity"] + ("" if one["unit"] == "1" else f", {one['unit']}"),
+                    one["model"],
+                    with_error(one["measured"], one["error"]),
+                    short(one["predicted"], 4),
+                    f"{one['difference']:+.3g}".replace("-", "−"),
+                    "–"
+                    if one["difference_in_errors"] is None
+                    else f"{one['difference_in_errors']:+.1f}".replace("-", "−"),
+                ]
+                for one in rows
+            ],
+        )
+        _print_notes(said, len(opened.points))
+    _save(opened, "compare.json", rows, said)
 
 
-def _saved(run: Run, name: str, analysis: Analysis, as_json: bool) -> tuple[Records, Records]:
-    """The rows of an analysis of every point, and notes, also saved in a run that is a folder.
+def _analysed(run: Run, analysis: Analysis) -> tuple[Records, Records]:
+    """The rows of an analysis of every point, and notes.
 
     Points of an unfinished run are analysed as far as they are. Raises ``RunError`` if no repeat is
-    there, or the folder cannot be written.
+    there.
     """
-    import json
-
-    from snooker_cli.results import RunError, write_json
-
     rows: Records = []
     notes: Records = []
     wanted = run.experiment.repeats
@@ -150,24 +156,44 @@ def _saved(run: Run, name: str, analysis: Analysis, as_json: bool) -> tuple[Reco
     for point in run.points:
         parameters, there = point.as_json(), present[point.index]
         if there < wanted:
-            said = f"{there} of {wanted} repeats are there; run the config again for the rest"
+            are = "the repeat is not" if wanted == 1 else f"{there} of {wanted} repeats are"
+            said = f"{are} there; run the config again for the rest"
+            notes.append({"parameters": parameters, "note": said})
+        if said := not_extended(run.shorter(point), there):
             notes.append({"parameters": parameters, "note": said})
         # Where there is none at all, the first point says so.
         if there or not any(present.values()):
             found, sentences = analysis(run.traces(point), parameters)
             rows += found
             notes += [{"parameters": parameters, "note": sentence} for sentence in sentences]
+    return rows, notes
+
+
+def _save(run: Run, name: str, rows: Records, notes: Records) -> None:
+    """Save an analysis, printed already, in a run that is a folder. Raises ``RunError``."""
+    from snooker_cli.results import RunError, write_json
+
+    if run.packed:
+        return
     try:
-        if not run.packed:
-            write_json(run.directory / name, {"rows": rows, "notes": notes})
+        write_json(run.directory / name, {"rows": rows, "notes": notes})
     except OSError as error:
         raise RunError(
-            f"{run.directory / name}: cannot be written ({error.strerror}); make the run's folder "
-            "writable, or copy it"
+            f"{run.directory / name}: cannot be written ({error.strerror}), so that the result is "
+            "only printed; make the run's folder writable, or copy it"
         ) from None
-    if as_json:
-        tell(json.dumps(rows))
-    return rows, notes
+
+
+def not_extended(shorter: int, there: int) -> str:
+    """How many repeats an extension that is not finished has left as they were, if it has any."""
+    if not shorter:
+        return ""
+    which = "the repeat" if there == 1 else f"{shorter} of {there} repeats"
+    verb = "ends" if shorter == 1 else "end"
+    return (
+        f"{which} {verb} where the run did before it was extended; run the config again for the "
+        "rest"
+    )
 
 
 def _print_notes(notes: Records, points: int) -> None:

@@ -31,7 +31,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-COMPILING = "compiling for this kind of scene, once on this machine; it takes up to 20 s"
+COMPILING = "compiling for this kind of scene, once on this machine; it takes up to 15 s"
 
 
 def _version(wanted: bool) -> None:

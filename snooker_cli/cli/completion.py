@@ -70,9 +70,13 @@ def configs(incomplete: str) -> list[str]:
 
 
 def runs() -> list[str]:
-    """Names of the runs in runs/, packed ones too; what is elsewhere is for the shell."""
+    """Names of the runs in runs/, packed ones too; what is elsewhere is for the shell.
+
+    A packed run has its ending where a folder has its name, which then means the folder.
+    """
     folders = {path.parent.name for path in RUNS.glob(f"*/{MANIFEST}")}
-    return sorted(folders | {path.stem for path in RUNS.glob(f"*{PACKED}")})
+    packed = RUNS.glob(f"*{PACKED}")
+    return sorted(folders | {path.name if path.stem in folders else path.stem for path in packed})
 
 
 def figures(context: typer.Context) -> list[Offer]:

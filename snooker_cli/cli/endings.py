@@ -18,7 +18,7 @@ class Exit(IntEnum):
 
     DONE = 0
     UNEXPECTED = 1
-    UNSOUND = 1  # `verify` has found a file that cannot be trusted
+    UNSOUND = 1  # a result's file cannot be trusted
     USAGE = 2
     CONFIG = 3
     SOME_FAILED = 4
@@ -28,7 +28,8 @@ class Exit(IntEnum):
 
 OURS = {
     "ConfigError": Exit.CONFIG,
-    "StoreError": Exit.SOME_FAILED,
+    "StoreError": Exit.UNSOUND,
+    "AbsentError": Exit.USAGE,
     "RunError": Exit.USAGE,
     "PictureError": Exit.USAGE,
     "RenderingError": Exit.USAGE,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from snooker_cli.cli.tables import tell
@@ -22,6 +23,9 @@ BYTES_A_BALL = 80
 BYTES_A_REPEAT = 16_000
 BYTES_A_SUMMARY = 60_000
 
+COLD = 2.0**-104
+"""Of the energy: the part at which speeds are those of rounding, ε times what they were."""
+
 PATIENCE = 7 * 86400.0
 """Seconds that a run may take, by its estimate, without being asked for twice."""
 
@@ -40,7 +44,8 @@ def show(content: dict[str, Any], *, as_json: bool) -> None:
 def plan(run: Run, kinds: Sequence[Kind], workers: int, fresh: bool = False) -> dict[str, Any]:
     """What ``--json`` prints: repeats that are there and to do, kinds of scenes, time and disk.
 
-    Estimates are ``None`` where the number of collisions is not known beforehand.
+    Estimates are ``None`` where the number of collisions is not known beforehand; where a gas may
+    cool until it drifts as a whole, the one of time is too low, and ``cools_out`` says so.
     """
     to_do = _to_do(run, fresh=fresh)
     shown = [_kind(kind, to_do, run.engine) for kind in kinds]
@@ -57,6 +62,11 @@ def plan(run: Run, kinds: Sequence[Kind], workers: int, fresh: bool = False) -> 
         "collisions": _total(shown, "collisions"),
         "threads": threads,
         "seconds": None if seconds is None else seconds / threads,
+        "cools_out": any(
+            to_do[point.index] > 0 and _cools_out(kind, point, number)
+            for kind in kinds
+            for point, number in zip(kind.points, kind.balls, strict=True)
+        ),
         "bytes": _total(shown, "bytes"),
         "free_bytes": _free(run.directory),
     }
@@ -157,6 +167,19 @@ def _seconds(kind: Kind, point: Point, numbers: dict[int, int]) -> float | None:
     return float(setting_up + collisions * 6e-7 * max(1.0, number / 1000) ** 0.3)
 
 
+def _cools_out(kind: Kind, point: Point, number: int) -> bool:
+    """Whether balls without walls cool until they drift together, all but at rest to each other.
+
+    Between two collisions they then cross ever more cells. A collision of equal balls takes
+    (1 - CoR²) / N of the energy, on average over directions and speeds (Haff's law by collisions),
+    unless they cluster.
+    """
+    experiment = point.experiment
+    lost = (experiment.collisions or 0) * (1.0 - experiment.cor**2) / number
+    lasting = kind.shape == "periodic" and experiment.elastic_below == 0.0
+    return lasting and lost > -math.log(COLD)
+
+
 def _bytes(point: Point, numbers: dict[int, int]) -> float | None:
     """About how large a repeat's file becomes."""
     experiment = point.experiment
@@ -231,9 +254,10 @@ def _estimate(content: dict[str, Any]) -> str:
         return (
             "a repeat that ends at a time, not after so many collisions, may take any time" + disk
         )
+    longer = ", or far longer if balls cool until they hardly meet" if content["cools_out"] else ""
     return (
         f"at most {content['collisions']:,} collisions: about {_duration(content['seconds'])} on "
-        f"{counted(content['threads'], 'thread')}{disk}"
+        f"{counted(content['threads'], 'thread')}{longer}{disk}"
     )
 
 

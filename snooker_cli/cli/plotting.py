@@ -66,6 +66,7 @@ def plot(
     """
     import json
 
+    from snooker_cli.cli.analysing import not_extended
     from snooker_cli.cli.endings import UserError
     from snooker_cli.cli.progress import say
 
@@ -86,10 +87,13 @@ def plot(
     drawn: list[dict[str, Any]] = []
     lacking: dict[tuple[str, str], int] = {}
     try:
-        selected(opened, selection)
+        points = selected(opened, selection)
     except PictureError as error:
         raise UserError(f"{opened.name}: {error}") from None
     if what := unfinished(opened, selection):
+        say(what)
+    shorter, there = (sum(map(of, points)) for of in (opened.shorter, opened.present))
+    if what := not_extended(shorter, there):
         say(what)
     for kind, one, stem in _jobs(opened, kinds, selection):
         try:
@@ -98,7 +102,13 @@ def plot(
             because = kind.name, str(error)
             lacking[because] = lacking.get(because, 0) + 1
             continue
-        paths = [str(path) for path in save(picture, folder / stem)]
+        try:
+            paths = [str(path) for path in save(picture, folder / stem)]
+        except OSError as error:
+            raise UserError(
+                f"{folder}: cannot be written ({error.strerror or error}); give --out for another "
+                "folder"
+            ) from None
         shown = {name: getattr(picture, name) for name in ("kind", "title", "caption", "numbers")}
         drawn.append({**shown, "files": paths})
         if not as_json:

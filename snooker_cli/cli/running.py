@@ -112,9 +112,10 @@ def run(
     """Simulate all points and repeats of CONFIG and store them.
 
     Repeats that are there already are checked and kept, so that an interrupted run goes on where
-    it was; more repeats, collisions or time extend it. A repeat that ends in a wall trap or
-    inelastic collapse is kept up to there and said. Results of a forced --engine are not mixed
-    with others: their bits differ.
+    it was; more repeats, collisions or time extend it, and until that is finished other commands
+    take each repeat as long as it is. A repeat that ends in a wall trap or inelastic collapse is
+    kept up to there and said. Results of a forced --engine are not mixed with others: their bits
+    differ.
     """
     import threading
     from contextlib import ExitStack
@@ -255,7 +256,10 @@ def _work(outcomes: list[Outcome]) -> dict[str, float] | None:
 
 
 def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:
-    """The table of points, what went wrong, and where the results are."""
+    """The table of points, what ended early, and where the results are.
+
+    Of repeats that failed it has the numbers alone: the watcher has told them as they failed.
+    """
     from snooker_cli.cli.going_on import advice
     from snooker_cli.cli.tables import Column, point_label, print_table
     from snooker_cli.words import counted
@@ -277,16 +281,15 @@ def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:
     )
     if len(points) > MOST_ROWS:
         tell(f"... and {len(points) - MOST_ROWS:,} more points; --json tells of all")
-    unusual = [
-        outcome
+    collapsed = [
+        (outcome, outcome.stop.message)
         for outcome in outcomes
-        if outcome.error or (outcome.stop and outcome.stop.reason.collapsed)
+        if outcome.stop and outcome.stop.reason.collapsed
     ]
-    for outcome in unusual[:3]:
-        said = outcome.error or (outcome.stop.message if outcome.stop else "")
+    for outcome, said in collapsed[:3]:
         tell(f"point {outcome.point}, repeat {outcome.repeat}: {said}")
-    if len(unusual) > 3:
-        tell(f"... and {counted(len(unusual) - 3, 'more such repeat')}")
+    if len(collapsed) > 3:
+        tell(f"... and {counted(len(collapsed) - 3, 'more such repeat')}")
     for way in advice(run, outcomes):
         tell(f"in the config, {way}")
     cached = sum(outcome.cached for outcome in outcomes)

@@ -64,8 +64,8 @@ def compare(traces: Iterable[Trace]) -> Comparisons:
     table.note(used_up_to_there(ended))
     if len(losses) < total:
         idle = total - len(losses)
-        have = "has" if idle == 1 else "have"
-        table.note(f"{idle} of {total} repeats {have} no collisions")
+        which = "the repeat" if total == 1 else f"{idle} of {total} repeats"
+        table.note(f"{which} {'has' if idle == 1 else 'have'} no collisions")
     if scene is not None:
         table.note(_relaxation(scene.number, losses, len(relaxed)))
         table.note(shape(scene))

@@ -232,11 +232,15 @@ class _Reader:
                 self._complain(event, here, "merge keys (<<) are not supported; write the keys out")
                 self._node(next(self.events), here, position)
             elif key in values:
+                again = (*path, f"{key} (again)")
+                second = self._node(next(self.events), again, position)
                 first = self.marks[here]
                 self._complain(
-                    event, here, f"the key is given twice, first at {first.key}; keep one of them"
+                    event,
+                    here,
+                    f"the key is given twice, with {given(second, self.marks[again].written)} here "
+                    f"and {given(values[key], first.written)} at {first.key}; keep one of them",
                 )
-                self._node(next(self.events), (*path, f"{key} (again)"), position)
             else:
                 values[key] = self._node(next(self.events), here, position)
         return values

@@ -50,7 +50,8 @@ def complaints(
             sentence = f"the key is missing; add it: {_phrase(field.description)}"
             missing.append(Complaint(path, sentence, about_key=True))
         elif kind == "extra_forbidden":
-            sentence, nearest = _unknown(str(location[-1]), _model(location[:-1]))
+            named = given(value, written(path))
+            sentence, nearest = _unknown(str(location[-1]), named, _model(location[:-1]))
             found.append(Complaint(path, sentence, about_key=True))
             if nearest:
                 suggested.add((*path[:-1], nearest))
@@ -90,22 +91,26 @@ def _phrase(description: str | None) -> str:
     return text[:1].lower() + text[1:]
 
 
-def _unknown(key: str, model: type[BaseModel]) -> tuple[str, str | None]:
-    """The sentence about an unknown key, and the known key it was probably meant to be."""
+def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str | None]:
+    """The sentence about an unknown key, and the known key it was probably meant to be.
+
+    named : its value, as a message calls it
+    """
     known = list(model.model_fields)
     choice = f"the keys here are {', '.join(known)}"
     if "." in key:
-        return f"dotted keys are for sweep and -o only; {choice}", None
+        return f"{named} is given, but dotted keys are for sweep and -o only; {choice}", None
     close = difflib.get_close_matches(key.lower(), known, n=1)
     if close:
-        return f"there is no such key; did you mean {close[0]}?", close[0]
+        return f"there is no such key for {named}; did you mean {close[0]}?", close[0]
     for name, home in (("container", Container), *(("balls", each) for each in BALLS.values())):
         if key in home.model_fields and home is not model:
             other = "" if name == "container" else f" with {next(iter(home.model_fields))}"
-            return f"this key belongs to {name}{other}; {choice}", None
+            return f"{named} is given, but this key belongs to {name}{other}; {choice}", None
     if key in Experiment.model_fields:
-        return f"this key belongs to the top level, without indentation; {choice}", None
-    return f"there is no such key; {choice}", None
+        top = "the top level, without indentation"
+        return f"{named} is given, but this key belongs to {top}; {choice}", None
+    return f"there is no such key for {named}; {choice}", None
 
 
 def _no_variant(value: Any, written: str) -> str:
@@ -156,6 +161,8 @@ def _advice_on_text(value: str, needs: str) -> str:
         return "remove the quotes"
     if _INFINITE.fullmatch(value.strip()):
         return "infinity is written .inf" if ".inf" in needs else "give a finite one"
+    if value.strip().lower().lstrip("+-.") == "nan":
+        return "nan is none"
     if is_number(value.replace(",", ".", 1)):
         return "write a decimal point"
     if is_number(value.replace("_", "")):

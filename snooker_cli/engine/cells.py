@@ -39,19 +39,19 @@ from snooker_cli.engine.endings import (
     TIME,
     WALL_TRAP,
 )
+from snooker_cli.engine.fetching import LARGE, fetch_ahead, no_chains
 from snooker_cli.engine.layout import (
     BOUNCES,
     CELL,
     CLOCK,
     CONTACT_LASTS,
     CONTACT_TIME,
-    COUNT,
-    CROSS_X,
-    CROSS_Y,
+    CROSSING_TIME,
     CROSSINGS,
     EPOCH,
+    EVENTS,
     FIRST,
-    LAST,
+    FORMER,
     LOOK,
     LOOK_AGAIN,
     NOBODY,
@@ -82,11 +82,12 @@ from snooker_cli.engine.mesh import Cells, Mesh, cell_at, column_of, put_into, p
 from snooker_cli.engine.outlook import (
     UNTIL,
     Margin,
+    crossing_delays,
     enqueue,
     enter_contact,
     parted_from,
     predict,
-    predict_crossings,
+    predict_crossing,
     push,
     time_at_wall,
 )
@@ -112,6 +113,7 @@ def cross(
     setup: Setup,
     radii: Floats | None,
     links: Indices,
+    tags: Indices,
     mesh: Mesh,
     members: Indices,
     occupancy: Indices,
@@ -120,7 +122,8 @@ def cross(
     counts: Integers,
 ) -> bool:
     """Take ball i into the next cell and look at the far side; false if there is no room in it."""
-    across = balls[CROSS_X, i] <= balls[CROSS_Y, i]
+    sideways, upwards = crossing_delays(i, now, balls, period, links, mesh)
+    across = sideways <= upwards
     old = links[CELL, i]
     column, row = column_of(mesh, old), row_of(mesh, old)
     w = balls[U, i] if across else balls[V, i]
@@ -138,7 +141,7 @@ def cross(
     put_out(i, links, members, occupancy)
     put_into(i, new, links, members, occupancy)
     side = mesh.width if across else mesh.height
-    balls[CROSS_X if across else CROSS_Y, i] = now + side / abs(w)
+    balls[CROSSING_TIME, i] = now + min(side / abs(w), upwards if across else sideways)
     delay, whom = balls[CONTACT_TIME, i] - now, NOBODY
     better = False
     if at_wall[new]:
@@ -159,11 +162,11 @@ def cross(
             occupancy,
             period,
         )
-    apart = parted_from(i, now, balls, period, links)
+    apart = parted_from(i, now, balls, period, tags)
     sooner, partner = nearest(i, now, near, found, delay, whom, apart, balls, setup, radii, period)
     counts[PREDICTIONS] += found
     if better or sooner < delay:
-        enter_contact(i, now + sooner, partner, balls, links)
+        enter_contact(i, now + sooner, partner, balls, links, tags)
     return True
 
 
@@ -173,6 +176,7 @@ def fill(
     balls: Floats,
     period: Floats | None,
     links: Indices,
+    tags: Indices,
     mesh: Mesh,
     cells: Cells,
     tree: Tree,
@@ -192,8 +196,8 @@ def fill(
         if occupancy[cell] == members.shape[1]:
             return False
         put_into(i, cell, links, members, occupancy)
-        predict_crossings(i, now, balls, period, links, mesh)
-        enter_contact(i, now, LOOK, balls, links)
+        predict_crossing(i, now, balls, period, links, mesh)
+        enter_contact(i, now, LOOK, balls, links, tags)
         enqueue(i, now, balls, times, bits)
     return True
 
@@ -209,6 +213,7 @@ def advance(
     radii: Floats | None,
     masses: Floats | None,
     links: Indices,
+    tags: Indices,
     mesh: Mesh,
     cells: Cells,
     near: Indices,
@@ -225,6 +230,7 @@ def advance(
     members, occupancy, at_wall = cells.members, cells.occupancy, cells.at_wall
     times, bits = tree.times, tree.bits
     crossings = filled = 0
+    large, chains = number >= LARGE, no_chains(bits)
     event_time, event_i, event_j = recorded.time, recorded.i, recorded.j
     event_impulse, step, used = recorded.impulse, grid.step, grid.used
     storing, labelled = len(event_time) > 0, len(labels) > 0
@@ -241,6 +247,20 @@ def advance(
             return TIME
         if due < now:
             return OUT_OF_MARGIN
+        if large:
+            chains = fetch_ahead(
+                now,
+                chains,
+                balls,
+                period,
+                links,
+                mesh,
+                members,
+                occupancy,
+                at_wall,
+                times,
+                bits,
+            )
         if balls[CONTACT_TIME, i] > now:
             if crossings == CROSSINGS_AT_ONCE * room:
                 return FULL
@@ -257,6 +277,7 @@ def advance(
                 setup,
                 radii,
                 links,
+                tags,
                 mesh,
                 members,
                 occupancy,
@@ -268,7 +289,7 @@ def advance(
             enqueue(i, now, balls, times, bits)
             continue
         j = links[PARTNER, i]
-        happens = j == NOBODY or (j >= 0 and links[PARTNER_COUNT, i] == links[COUNT, j])
+        happens = j == NOBODY or (j >= 0 and links[PARTNER_COUNT, i] == tags[EVENTS, j])
         trapped = False
         if happens:
             if step[0] * used[0] - sums[EPOCH] < now:
@@ -284,10 +305,10 @@ def advance(
             move(i, now, balls)
             if period is not None:
                 wrap(i, balls, period)
-            links[COUNT, i] += 1
+            tags[EVENTS, i] += 1
             if j == NOBODY:
                 counts[WALL_EVENTS] += 1
-                links[LAST, i] = NOBODY
+                tags[FORMER, i] = NOBODY
                 links[BOUNCES, i] += 1
                 bounces = links[BOUNCES, i]
                 if box is not None:
@@ -295,7 +316,7 @@ def advance(
                 else:
                     size = hit_wall(i, now, balls, container, setup, masses, elastic)
                     if container is not None and margin is not None:
-                        push(now, container, margin, links, balls, times, bits)
+                        push(now, container, margin, links, tags, balls, times, bits)
                     # To ask takes a look at all balls, so it is asked after 2, 4, 8 ... bounces.
                     often = bounces > 1 or setup.wall_restitution == 0.0
                     if traps and often and bounces & (bounces - 1) == 0:
@@ -309,8 +330,8 @@ def advance(
                 move(j, now, balls)
                 if period is not None:
                     wrap(j, balls, period)
-                links[COUNT, j] += 1
-                links[LAST, i], links[LAST, j] = j, i
+                tags[EVENTS, j] += 1
+                tags[FORMER, i], tags[FORMER, j] = j, i
                 links[BOUNCES, i] = links[BOUNCES, j] = 0
                 size = hit_pair(i, j, balls, setup, masses, period, elastic)
                 add_up(sums, PAIR_VIRIAL, size * contact_distance(setup, radii, i, j))
@@ -329,7 +350,7 @@ def advance(
         for turn in range(2 if happens and j != NOBODY else 1):
             k = ahead(i if turn == 0 else j)
             if happens:
-                predict_crossings(k, now, balls, period, links, mesh)
+                predict_crossing(k, now, balls, period, links, mesh)
             predict(
                 k,
                 now,
@@ -342,6 +363,7 @@ def advance(
                 setup,
                 radii,
                 links,
+                tags,
                 mesh,
                 members,
                 occupancy,

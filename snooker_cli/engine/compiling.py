@@ -14,6 +14,7 @@ import numpy as np
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 try:
+    from llvmlite import ir
     from numba import config, njit, types
     from numba.extending import intrinsic, overload, register_jitable
 
@@ -91,6 +92,25 @@ if COMPILED:
 
         return types.float64(types.float64, types.float64, types.float64), generate
 
+    @intrinsic
+    def _fetch(typing_context: Any, array: Any, place: Any) -> Any:
+        """One instruction, which nothing waits for."""
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            view = context.make_array(signature.args[0])(context, builder, arguments[0])
+            word, byte = ir.IntType(32), ir.IntType(8).as_pointer()
+            prefetch = builder.module.declare_intrinsic(
+                "llvm.prefetch", [byte], ir.FunctionType(ir.VoidType(), [byte, word, word, word])
+            )
+            address = builder.bitcast(builder.gep(view.data, [arguments[1]]), byte)
+            to_read, for_long, data = word(0), word(3), word(1)
+            builder.call(prefetch, [address, to_read, for_long, data])
+            return context.get_dummy_value()
+
+        return types.void(array, types.int64), generate
+
+    fetch = cast("Callable[[Any, int], None]", _fetch)
+
     _inlining: Any = INLINED
 
     @overload(fused, jit_options=_inlining)
@@ -115,6 +135,9 @@ else:
     def inlined(function: Function) -> Function:
         """Leave the function as it is."""
         return function
+
+    def fetch(array: Any, place: int) -> None:
+        """Do nothing, as it is only for time's sake."""
 
     def lowest_bit(mask: int) -> int:
         """Place of the lowest bit that is set, from 0."""

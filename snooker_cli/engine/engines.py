@@ -11,7 +11,7 @@ from snooker_cli.engine import allpairs, cells, layout, mesh, outlook, tree
 from snooker_cli.engine.endings import CELL_FULL, FULL, NOTHING_LEFT, OUT_OF_MARGIN
 
 if TYPE_CHECKING:
-    from snooker_cli.engine.layout import Floats, Integers, Recorded
+    from snooker_cli.engine.layout import Floats, Indices, Integers, Recorded
     from snooker_cli.engine.sampling import Grid
     from snooker_cli.scene import Scene
 
@@ -41,6 +41,7 @@ class Engine(Protocol):
     state: Floats
     container: Floats | None
     slides: Integers | None
+    labels: Indices
     sums: Floats
     counts: Integers
 
@@ -64,6 +65,7 @@ class AllPairs:
         self.radii, self.masses = layout.unlike(scene)
         self.agenda = np.full((layout.AGENDA_ROWS, scene.number), math.inf)
         self.slides = layout.slides_of(scene)
+        self.labels = np.zeros(0, dtype=np.int32)
         self.links = np.full((layout.LINK_ROWS, scene.number), layout.NOBODY, dtype=np.int64)
         self.links[[layout.COUNT, layout.BOUNCES]] = 0
         self.sums, self.counts = layout.new_sums(), layout.new_counts()
@@ -106,15 +108,15 @@ class InCells:
     def __init__(self, scene: Scene, setup: layout.Setup) -> None:
         number = scene.number
         self.scene, self.setup = scene, setup
-        self.state = np.zeros((layout.CELL_BALL_ROWS, number), order="F")
+        self._hold(layout.lines(layout.CELL_BALL_ROWS * number).reshape(number, -1).T)
         self.state[: layout.BALL_ROWS] = layout.balls_of(scene)
         self.container = layout.container_of(scene)
         self.slides: Integers | None = None
         self.box = layout.half_sides_of(scene)
         self.period = layout.period_of(scene)
         self.radii, self.masses = layout.unlike(scene)
+        self.tags[layout.FORMER] = layout.NOBODY
         self.links = np.zeros((layout.CELL_LINK_ROWS, number), dtype=np.int32, order="F")
-        self.links[layout.LAST] = layout.NOBODY
         self.mesh = mesh.new_mesh(scene, side_of(scene))
         self.cells = self._new_cells(4)
         self.tree = tree.new_tree(number)
@@ -142,7 +144,7 @@ class InCells:
     def set_back(self, shift: float) -> None:
         """Set all clocks back by a time, s."""
         _set_back(self, shift)
-        self.state[[layout.CONTACT_TIME, layout.CROSS_X, layout.CROSS_Y]] -= shift
+        self.state[[layout.CONTACT_TIME, layout.CROSSING_TIME]] -= shift
         self.tree.times[:] -= shift  # what is equal stays equal: nodes and children agree
         self.renewed_at -= shift
         if self.margin is not None:
@@ -164,6 +166,7 @@ class InCells:
                     self.radii,
                     self.masses,
                     self.links,
+                    self.tags,
                     self.mesh,
                     self.cells,
                     self.near,
@@ -190,6 +193,11 @@ class InCells:
                 idle = answer == FULL and self._events == begun
                 return NOTHING_LEFT if idle and self._moves_as_one() else answer
 
+    def _hold(self, state: Floats) -> None:
+        """Take on the balls' lines, which are floats and integers in the same memory."""
+        self.state = state
+        self.tags = state.T.view(np.int32).T
+
     def _moves_as_one(self) -> bool:
         """Whether no ball of a periodic box, or in a free container, moves relative to anything."""
         velocities = self.state[[layout.U, layout.V]]
@@ -210,7 +218,14 @@ class InCells:
         self.links[layout.BRINK] = 0
         while True:
             filled = cells.fill(
-                now, self.state, self.period, self.links, self.mesh, self.cells, self.tree
+                now,
+                self.state,
+                self.period,
+                self.links,
+                self.tags,
+                self.mesh,
+                self.cells,
+                self.tree,
             )
             if filled:
                 self.near = np.zeros(9 * self.cells.members.shape[1] + 4, dtype=np.uint32)
@@ -250,9 +265,11 @@ class InCells:
         place[order] = np.arange(len(order), dtype=np.int32)
         labels = self.labels if len(self.labels) else np.arange(len(order), dtype=np.int32)
         self.labels = np.ascontiguousarray(labels[order])
-        self.state = np.asfortranarray(self.state[:, order])
+        state = layout.lines(self.state.size).reshape(len(order), -1)
+        np.take(self.state.T, order, axis=0, out=state)
+        self._hold(state.T)
         self.links = np.asfortranarray(self.links[:, order])
-        last = self.links[layout.LAST]
+        last = self.tags[layout.FORMER]
         last[last >= 0] = place[last[last >= 0]]
         self.radii = None if self.radii is None else self.radii[order]
         self.masses = None if self.masses is None else self.masses[order]

@@ -32,9 +32,12 @@ SLIDE = -2
 # A ball moves only in its own events. ``container`` has the same five as elements.
 X, Y, U, V, CLOCK, BALL_ROWS = range(6)
 
-# Among cells a ball's column is one line of a cache, and has three rows more: when it next touches
-# a ball or the wall, and when it leaves its cell across and up or down (s).
-CONTACT_TIME, CROSS_X, CROSS_Y, CELL_BALL_ROWS = range(5, 9)
+# Among cells a ball's column is one line of a cache. When it next touches a ball or the wall, and
+# when it leaves its cell (s), come next, and then two numbers that other balls ask for. These are
+# the rows of ``tags``, the same memory as 32-bit integers: how many events the ball has had, and
+# which it last collided with.
+CONTACT_TIME, CROSSING_TIME, CELL_BALL_ROWS = 5, 6, 8
+EVENTS, FORMER = 14, 15
 
 # Rows of ``agenda``, s: the earliest contact of a ball with another, the one with the wall, and the
 # earlier of the two.
@@ -46,9 +49,10 @@ PAIR_TIME, WALL_TIME, NEXT_TIME, AGENDA_ROWS = range(4)
 # with, and how often it has hit the wall since.
 PARTNER, PARTNER_COUNT, COUNT, LAST, BOUNCES, LINK_ROWS = range(6)
 
-# Three rows more among cells: the ball's cell, its place among the members, and whether it is on
-# the brink of a free container's wall.
-CELL, PLACE, BRINK, CELL_LINK_ROWS = range(5, 9)
+# Among cells ``links`` are half a line for each ball. PARTNER, PARTNER_COUNT and BOUNCES are where
+# they are without, and beside them the ball's cell, its place among the members, and whether it is
+# on the brink of a free container's wall.
+CELL, PLACE, BRINK, CELL_LINK_ROWS = 2, 3, 5, 8
 
 # Elements of ``sums``: how long a contact lasts (s), when clocks are at zero (s), the clock of the
 # last event (s), the impulse on the wall (kg m/s), the virial of the ball-ball collisions
@@ -124,6 +128,17 @@ class Setup(NamedTuple):
             time_limit=float(time_limit),
             collision_limit=int(collision_limit),
         )
+
+
+LINE = 64
+"""Bytes of a line of a cache."""
+
+
+def lines(number: int) -> Floats:
+    """So many numbers, all zero, from the beginning of a line of the cache on."""
+    room = np.zeros(number + LINE // 8)
+    begin = -room.ctypes.data % LINE // room.itemsize
+    return room[begin : begin + number]
 
 
 def balls_of(scene: Scene) -> Floats:

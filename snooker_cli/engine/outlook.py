@@ -27,10 +27,9 @@ from snooker_cli.engine.layout import (
     CELL,
     CLOCK,
     CONTACT_TIME,
-    COUNT,
-    CROSS_X,
-    CROSS_Y,
-    LAST,
+    CROSSING_TIME,
+    EVENTS,
+    FORMER,
     LOOK_AGAIN,
     NOBODY,
     PARTNER,
@@ -89,10 +88,10 @@ def crossing_delay(p: float, w: float, side: float) -> float:
 
 
 @inlined
-def predict_crossings(
+def crossing_delays(
     i: int, now: float, balls: Floats, period: Floats | None, links: Indices, mesh: Mesh
-) -> None:
-    """Enter when ball i leaves its cell across and up or down."""
+) -> tuple[float, float]:
+    """Time until ball i leaves its cell across, and up or down; s."""
     cell = ahead(links[CELL, i])
     age = now - balls[CLOCK, i]
     u, v = balls[U, i], balls[V, i]
@@ -100,15 +99,22 @@ def predict_crossings(
     y = balls[Y, i] + v * age - (mesh.bottom + mesh.height * (row_of(mesh, cell) + 0.5))
     if period is not None:
         x, y = nearest_image(x, y, period)
-    balls[CROSS_X, i] = now + crossing_delay(x, u, mesh.width)
-    balls[CROSS_Y, i] = now + crossing_delay(y, v, mesh.height)
+    return crossing_delay(x, u, mesh.width), crossing_delay(y, v, mesh.height)
+
+
+@inlined
+def predict_crossing(
+    i: int, now: float, balls: Floats, period: Floats | None, links: Indices, mesh: Mesh
+) -> None:
+    """Enter when ball i leaves its cell."""
+    across, up = crossing_delays(i, now, balls, period, links, mesh)
+    balls[CROSSING_TIME, i] = now + min(across, up)
 
 
 @inlined
 def enqueue(i: int, now: float, balls: Floats, times: Floats, bits: Integers) -> None:
     """Queue ball i's earliest event: its contact or a crossing; none is in the past."""
-    crossing = min(balls[CROSS_X, i], balls[CROSS_Y, i])
-    update(times, bits, i, max(min(balls[CONTACT_TIME, i], crossing), now))
+    update(times, bits, i, max(min(balls[CONTACT_TIME, i], balls[CROSSING_TIME, i]), now))
 
 
 @inlined
@@ -157,13 +163,13 @@ def time_at_wall(
 
 
 @inlined
-def parted_from(i: int, now: float, balls: Floats, period: Floats | None, links: Indices) -> int:
+def parted_from(i: int, now: float, balls: Floats, period: Floats | None, tags: Indices) -> int:
     """The ball that ball i has parted from in the last event of both, and cannot meet; or nobody.
 
     They may meet again through a side of a periodic box: when other images of them are the nearest.
     """
-    k = links[LAST, i]
-    if k < 0 or links[LAST, k] != i:
+    k = tags[FORMER, i]
+    if k < 0 or tags[FORMER, k] != i:
         return NOBODY
     if period is not None:
         x, y = balls[X, k] - balls[X, i], balls[Y, k] - balls[Y, i]
@@ -188,6 +194,7 @@ def predict(
     setup: Setup,
     radii: Floats | None,
     links: Indices,
+    tags: Indices,
     mesh: Mesh,
     members: Indices,
     occupancy: Indices,
@@ -205,19 +212,21 @@ def predict(
         whom = NOBODY if known else LOOK_AGAIN
     column, row = column_of(mesh, cell), row_of(mesh, cell)
     found = collect_around(near, column, row, mesh, members, occupancy, period)
-    apart = parted_from(i, now, balls, period, links)
+    apart = parted_from(i, now, balls, period, tags)
     delay, whom = nearest(i, now, near, found, delay, whom, apart, balls, setup, radii, period)
     counts[PREDICTIONS] += found
-    enter_contact(i, now + delay, whom, balls, links)
+    enter_contact(i, now + delay, whom, balls, links, tags)
 
 
 @inlined
-def enter_contact(i: int, time: float, whom: int, balls: Floats, links: Indices) -> None:
+def enter_contact(
+    i: int, time: float, whom: int, balls: Floats, links: Indices, tags: Indices
+) -> None:
     """Note ball i's earliest contact."""
     balls[CONTACT_TIME, i] = time
     links[PARTNER, i] = whom
     if whom >= 0:
-        links[PARTNER_COUNT, i] = links[COUNT, whom]
+        links[PARTNER_COUNT, i] = tags[EVENTS, whom]
 
 
 @inlined
@@ -226,6 +235,7 @@ def push(
     container: Floats,
     margin: Margin,
     links: Indices,
+    tags: Indices,
     balls: Floats,
     times: Floats,
     bits: Integers,
@@ -237,6 +247,6 @@ def push(
     for k in range(margin.brinks[0]):
         i = margin.brink[k]
         links[BRINK, i] = 0
-        enter_contact(i, now, LOOK_AGAIN, balls, links)
+        enter_contact(i, now, LOOK_AGAIN, balls, links, tags)
         enqueue(i, now, balls, times, bits)
     margin.brinks[0] = 0

@@ -17,7 +17,7 @@ import numpy as np
 
 from snooker_cli.engine.compiling import inlined, lowest_bit
 from snooker_cli.engine.contact import NEVER
-from snooker_cli.engine.layout import Floats, Integers, ahead
+from snooker_cli.engine.layout import Floats, Integers, ahead, lines
 
 STEP = 2
 """Binary digits of a place that a level decides."""
@@ -37,7 +37,8 @@ def new_tree(number: int) -> Tree:
     leaves = CHILDREN
     while leaves < number:
         leaves *= CHILDREN
-    times = np.full(2 * leaves, NEVER)
+    times = lines(2 * leaves)
+    times[:] = NEVER
     return Tree(times, times.view(np.int64))
 
 
@@ -68,12 +69,18 @@ def update(times: Floats, bits: Integers, i: int, time: float) -> None:
 def first(bits: Integers) -> int:
     """The ball whose time is earliest; of several, the first."""
     leaves = len(bits) // 2
-    least = bits[1]
-    k = 1
-    while k < leaves:
+    return ahead(earliest_below(1, lowest_bit(leaves) // STEP, bits) - leaves)
+
+
+@inlined
+def earliest_below(node: int, levels: int, bits: Integers) -> int:
+    """The node whose time is earliest of those that are so many levels below one."""
+    least = bits[node]
+    k = node
+    for _ in range(levels):
         k = ahead(k << STEP)
         mask = 0
         for place in range(CHILDREN):
             mask |= int(bits[k + place] == least) << place
         k += lowest_bit(mask)
-    return ahead(k - leaves)
+    return ahead(k)

@@ -64,7 +64,7 @@ def _fit(run: Run, selection: Selection, quantity: Quantity, kind: str, title: s
     symbols: dict[Law, str] = {"exponential": "κ" if quantity == "pressure" else "k", "haff": "α"}
     steps = quantity != "pressure"
     begun = [(each.time, each.value) for each in curves if len(each.time) > 1]
-    spread = bands(*at_common_times(begun, steps=steps), 0, f"{len(begun)} repeats, {SPREAD}")
+    spread = bands(*at_common_times(begun, steps=steps), 0, f"all {len(begun)} repeats, {SPREAD}")
     layers = [*spread, *_curves(shown, fits, symbols, which, steps=steps)]
     layers += [
         Note(
@@ -108,7 +108,7 @@ def _curves(
         result = fits[law]
         if result.converged:
             text = with_error(result.value, result.error, RATE)
-            name = f"{_NAMES[law]}, {symbols[law]} = {text}"
+            name = f"{_NAMES[law]} of repeat {repeat}: {symbols[law]} = {text}"
             layers.append(Line(fine, fitted_curve(result, fine), name, series))
     return layers
 

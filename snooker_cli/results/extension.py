@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from snooker_cli import store
 from snooker_cli.config import (
     LIMITS,
     ConfigError,
@@ -18,7 +19,7 @@ from snooker_cli.config import (
     points,
     to_json,
 )
-from snooker_cli.results.run import MANIFEST, Run
+from snooker_cli.results.run import MANIFEST, Run, State
 
 
 def read_manifest(manifest: Path) -> dict[str, Any] | None:
@@ -33,7 +34,11 @@ def read_manifest(manifest: Path) -> dict[str, Any] | None:
 
 
 def refusal(run: Run, present: dict[str, Any] | None) -> str:
-    """Why results are not of this run; nothing if they are, or if it extends them."""
+    """Why results are not of this run; nothing if they are, or if it extends them.
+
+    A run may end earlier than its folder's manifest says if no repeat that is there goes on longer:
+    so an extension that was interrupted before any repeat was extended can be taken back.
+    """
     if present is None:
         return f"holds results, but its {MANIFEST} cannot be read"
     if present["engine_version"] != run.engine_version:
@@ -48,14 +53,14 @@ def refusal(run: Run, present: dict[str, Any] | None) -> str:
     before = _points(present)
     if not _same_physics(run.points, before):
         return f"holds results of another config{_differences(run, present)}"
-    if all(extends(new, old) for new, old in _pairs(run.points, before)):
+    if _goes_on(run.points, before) or not _cuts(run):
         return ""
     cut = [
         name for name in LIMITS if any(_is_cut(name, *pair) for pair in _pairs(run.points, before))
     ]
     return (
         f"holds repeats that go on longer than with this config ({_changes(run, present, cut)}), "
-        "and nothing is cut off"
+        "and nothing is cut off: the former values keep them"
     )
 
 
@@ -81,6 +86,8 @@ def extension(run: Run) -> str:
         )
     if not longer and not more:
         return ""
+    if not _goes_on(run.points, _points(present)):
+        return f"{run.directory} ends earlier than was meant: {longer}; no repeat there is longer"
     how = (
         "; repeats that are shorter are simulated anew, to the same collisions as far as they went"
     )
@@ -119,6 +126,24 @@ def _physics(point: Point) -> tuple[dict[str, Any], str]:
     """What two points must have in common for one to go on where the other ends."""
     parameters = {key: value for key, value in point.as_json().items() if key not in LIMITS}
     return parameters, digest(point.experiment, limits=False)
+
+
+def _goes_on(new: tuple[Point, ...], old: tuple[Point, ...]) -> bool:
+    """Whether no point ends earlier than it did before."""
+    return all(extends(*pair) for pair in _pairs(new, old))
+
+
+def _cuts(run: Run) -> bool:
+    """Whether a repeat that is there, and can be read, goes on longer than a run's config."""
+    for path in run.repeats_there():
+        try:
+            told = store.glance(path)
+        except store.StoreError:
+            continue
+        source = told.provenance
+        if run.state(run.points[source.point], source.repeat, told)[0] is State.UNUSABLE:
+            return True
+    return False
 
 
 def _is_cut(name: str, new: Experiment, old: Experiment) -> bool:

@@ -15,11 +15,15 @@ from snooker_cli.results.run import Run
 FAILURES = "failures.jsonl"
 
 
-def note_failure(run: Run, point: int, repeat: int, error: str) -> None:
-    """Add a failure; on a full disk, which may be why, the record goes without it."""
+def note_failure(run: Run, point: int, repeat: int, error: str) -> bool:
+    """Add a failure; false if it cannot be, as on a full disk, which may be why."""
     line = json.dumps({"point": point, "repeat": repeat, "error": error})
-    with suppress(OSError), (run.directory / FAILURES).open("a", encoding="utf-8") as file:
-        file.write(line + "\n")
+    try:
+        with (run.directory / FAILURES).open("a", encoding="utf-8") as file:
+            file.write(line + "\n")
+    except OSError:
+        return False
+    return True
 
 
 def failures(run: Run) -> dict[tuple[int, int], str]:

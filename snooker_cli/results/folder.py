@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import os
 import sys
@@ -21,6 +22,8 @@ if sys.platform != "win32":
     import fcntl
 
 RUNS = Path("runs")
+
+_MAKE = "make one with `snooker run CONFIG`"
 
 WAITS = (0.0, 0.02, 0.05, 0.1)
 """Seconds before each try to lock a folder: whoever asks whether it is held holds it a moment."""
@@ -142,9 +145,9 @@ def open_run(name: str | Path) -> Run:
             raise RunError(
                 f"{name}: no packed run of snooker, or damaged or cut off; take another copy of it"
             )
-        raise RunError(
-            f"{name}: there is no run here (no {MANIFEST}); make one with `snooker run CONFIG`"
-        )
+        near = _nearest(Path(name))
+        meant = f"the nearest is {near}, and `snooker ls` lists all" if near else _MAKE
+        raise RunError(f"{name}: there is no run here (no {MANIFEST}); {meant}")
     manifest = directory / MANIFEST
     try:
         content = json.loads(files.text(directory, MANIFEST))
@@ -157,6 +160,21 @@ def open_run(name: str | Path) -> Run:
             "--fresh, which replaces the results"
         ) from None
     return Run(directory, experiment, points(experiment), content.get("engine"), version)
+
+
+def _nearest(name: Path) -> str:
+    """The run whose name is most like one that is not there; none if it is like none.
+
+    Among those in the folder that is named or, without one, in ``runs/`` and here.
+    """
+    folders = [name.parent] if len(name.parts) > 1 else [RUNS, Path()]
+    found: dict[str, str] = {}
+    for folder in filter(Path.is_dir, folders):
+        for path in folder.iterdir():
+            if (path.is_dir() or path.suffix == files.SUFFIX) and _is_run(path):
+                found.setdefault(path.stem if path.is_file() else path.name, path.name)
+    near = difflib.get_close_matches(name.name, found, n=1)
+    return str(name.with_name(found[near[0]])) if near else ""
 
 
 def runs_in(directory: Path) -> list[Path]:

@@ -69,14 +69,12 @@ class Run:
         return self.directory / f"point-{point:04d}" / f"repeat-{repeat:04d}.h5"
 
     def present(self, point: Point) -> int:
-        """How many repeats of a point have a file; fewer than wanted in an interrupted run.
+        """How many repeats of a point have a file; fewer than wanted in an interrupted run."""
+        return sum(self.holds(point, repeat) for repeat in range(self.experiment.repeats))
 
-        Those of before the run was extended are not counted until they are made anew.
-        """
-        return sum(
-            self.holds(point, repeat) and not self._shorter(point, repeat)
-            for repeat in range(self.experiment.repeats)
-        )
+    def shorter(self, point: Point) -> int:
+        """How many of these end where they did before the run was extended."""
+        return sum(self._shorter(point, repeat) for repeat in range(self.experiment.repeats))
 
     def holds(self, point: Point, repeat: int) -> bool:
         """Whether a repeat has a file, whatever is in it."""
@@ -87,7 +85,10 @@ class Run:
         return files.repeats(self.directory)
 
     def traces(self, point: Point) -> Iterator[Trace]:
-        """The repeats of a point that are there, in order; none of before it was extended.
+        """The repeats of a point that are there, in order.
+
+        Interrupted ones are among them, and in an extension that is not finished those of before
+        it: what is simulated can be read, and ``shorter`` tells how many do not go as far.
 
         Raises ``RunError`` if there is none and ``StoreError`` for one that cannot be read or is
         not of this run.
@@ -102,9 +103,8 @@ class Run:
             state, said = self.state(point, repeat, told)
             if state is State.UNUSABLE:
                 raise store.StoreError(said)
-            if state is not State.SHORTER:
-                found = True
-                yield trace
+            found = True
+            yield trace
         if not found:
             setting = ", ".join(f"{key}={value}" for key, value in point.parameters)
             which = f"the point {setting}" if setting else "it"

@@ -60,6 +60,7 @@ def execute(
     caller turns signals into ``cancelled``.
     """
     outcomes: list[Outcome] = []
+    not_noted: list[tuple[int, int, str]] = []
     there: list[Job] = []
     missing: list[Job] = []
     command = shlex.join([_program(), *sys.argv[1:]])
@@ -101,11 +102,15 @@ def execute(
             if outcome is None:
                 continue
             if outcome.error:
-                note_failure(run, outcome.point, outcome.repeat, outcome.error)
+                failure = outcome.point, outcome.repeat, outcome.error
+                if not note_failure(run, *failure):
+                    not_noted.append(failure)
             if cluster is not None:
                 watcher.events(outcome.collisions)
             outcomes.append(outcome)
             watcher.finished(outcome)
+    for failure in not_noted:  # what was under way has left the disk by now
+        note_failure(run, *failure)
     return sorted(outcomes, key=lambda outcome: (outcome.point, outcome.repeat))
 
 

@@ -26,6 +26,7 @@ from snooker_cli.store.reading import check, events, glance, read
 from snooker_cli.store.recording import Recorder, write
 from snooker_cli.store.records import (
     SCHEMA_VERSION,
+    AbsentError,
     Checked,
     Provenance,
     Stored,
@@ -38,6 +39,7 @@ __all__ = [
     "PACKING",
     "SCHEMA_VERSION",
     "About",
+    "AbsentError",
     "Checked",
     "Fingerprint",
     "Provenance",

@@ -15,7 +15,7 @@ from snooker_cli.store import hdf5
 from snooker_cli.store.parts import PACKING, packing_beside, whole
 from snooker_cli.store.places import BYTES, MODIFIED, about, group_name, place
 from snooker_cli.store.reading import check
-from snooker_cli.store.records import StoreError
+from snooker_cli.store.records import AbsentError, StoreError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -156,11 +156,11 @@ def _open(packed: Path) -> Iterator[h5py.Group]:
 
 @contextmanager
 def _written(path: Path) -> Iterator[None]:
-    """Turn what the system or HDF5 refuses to write into a ``StoreError``."""
+    """Turn what the system or HDF5 refuses to write into an ``AbsentError``."""
     try:
         yield
     except hdf5.UNWRITABLE as error:
-        raise StoreError(
+        raise AbsentError(
             f"{path}: cannot be written ({hdf5.said(error)}); make room or give --out for "
             "another place"
         ) from None

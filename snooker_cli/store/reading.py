@@ -20,6 +20,7 @@ from snooker_cli.store.fingerprint import Fingerprint
 from snooker_cli.store.places import is_packed, place
 from snooker_cli.store.records import (
     SCHEMA_VERSION,
+    AbsentError,
     Checked,
     Provenance,
     Stored,
@@ -135,7 +136,7 @@ def _opened(path: Path) -> Iterator[Any]:
         with place(path) as root:
             yield root
     except FileNotFoundError:
-        raise StoreError(
+        raise AbsentError(
             f"{path}: there is no such result; run the config, which does what is missing"
         ) from None
     except hdf5.UNREADABLE as error:

@@ -22,7 +22,7 @@ from snooker_cli.store.contents import (
 )
 from snooker_cli.store.fingerprint import Fingerprint
 from snooker_cli.store.parts import part_beside
-from snooker_cli.store.records import Provenance, StoreError
+from snooker_cli.store.records import AbsentError, Provenance
 from snooker_cli.store.skeleton import skeleton
 from snooker_cli.trace import Events, Trace, joined
 
@@ -34,7 +34,7 @@ WAITING = 4
 
 
 def write(path: Path, trace: Trace, provenance: Provenance) -> None:
-    """Write a repeat's file, whole or not at all. Raises ``StoreError``."""
+    """Write a repeat's file, whole or not at all. Raises ``AbsentError``."""
     with Recorder(path, trace.start) as recorder:
         if trace.events is not None:
             recorder.add(trace.events)
@@ -66,7 +66,7 @@ class Recorder:
             self._part.unlink(missing_ok=True)
 
     def add(self, events: Events) -> None:
-        """Take the next events. Raises ``StoreError`` if those before could not be written."""
+        """Take the next events. Raises ``AbsentError`` if those before could not be written."""
         self._pending.append(events)
         self._waiting += len(events)
         if self._stream is None and self._waiting <= ROWS:
@@ -81,7 +81,7 @@ class Recorder:
             raise self._refusal(error) from None
 
     def finish(self, trace: Trace, provenance: Provenance) -> None:
-        """Write the rest and put the file in its place. Raises ``StoreError``.
+        """Write the rest and put the file in its place. Raises ``AbsentError``.
 
         trace : its own events are not looked at, but those that were added
         """
@@ -125,9 +125,9 @@ class Recorder:
         finally:
             file.close()
 
-    def _refusal(self, error: Exception) -> StoreError:
+    def _refusal(self, error: Exception) -> AbsentError:
         """The sentence for a file that cannot be written."""
-        return StoreError(
+        return AbsentError(
             f"{self.path}: cannot write the result ({hdf5.said(error)}); make room or choose "
             "another folder with --out"
         )

@@ -12,7 +12,11 @@ SCHEMA_VERSION = 2
 
 
 class StoreError(Exception):
-    """A result file that cannot be written, read or trusted; one sentence."""
+    """A result file that cannot be read or trusted; one sentence."""
+
+
+class AbsentError(StoreError):
+    """A result file that is not there, or that cannot be written; one sentence."""
 
 
 @dataclass(frozen=True)

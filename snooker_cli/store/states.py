@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from snooker_cli.scene import Scene
 from snooker_cli.store import hdf5
 from snooker_cli.store.parts import whole
-from snooker_cli.store.records import Provenance, StoreError
+from snooker_cli.store.records import AbsentError, Provenance
 from snooker_cli.store.skeleton import write_header
 
 CHUNK = 1 << 18
@@ -51,7 +51,7 @@ def write_states(
     provenance: Provenance,
     content: str,
 ) -> None:
-    """Write states, whole or not at all. Raises ``StoreError``.
+    """Write states, whole or not at all. Raises ``AbsentError``.
 
     times : (*t*,) s, of all frames; batches : the frames, some at a time, in order
     content : what identifies the collisions that the states are replayed from
@@ -68,7 +68,7 @@ def write_states(
             own.attrs["provenance"] = json.dumps(asdict(provenance))
             _fill(_elements(file, start, times), batches)
     except hdf5.UNWRITABLE as error:
-        raise StoreError(
+        raise AbsentError(
             f"{path}: cannot be written ({hdf5.said(error)}); make room or choose another file"
         ) from None
 

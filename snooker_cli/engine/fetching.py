@@ -1,0 +1,193 @@
+"""A large gas waits for memory: so what coming events need is fetched while others are worked on.
+
+The tree tells what comes next: the nodes of one of its levels whose times are less than a few
+events away. From there to a ball's neighbours is a chain of look-ups, each of which would wait for
+the one before: down the tree, to the ball, to its cell and its partner, to the balls around, and to
+those around the partner. So several coming events are followed at once, each a link of its chain
+further whenever another one joins them (a software pipeline; Mowry, Lam & Gupta, ASPLOS V, 62
+(1992)). It is a guess that changes nothing but the time: an event that was not foreseen waits.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from snooker_cli.engine.compiling import fetch, inlined, lowest_bit
+from snooker_cli.engine.layout import (
+    CELL,
+    CONTACT_TIME,
+    PARTNER,
+    Flags,
+    Floats,
+    Indices,
+    Integers,
+    U,
+    V,
+    ahead,
+)
+from snooker_cli.engine.mesh import Mesh
+from snooker_cli.engine.outlook import crossing_delays
+from snooker_cli.engine.tree import STEP, earliest_below
+
+LARGE = 1 << 14
+"""Balls from which on to fetch ahead is worth its time, by measurement."""
+
+EVENTS_AHEAD = 8
+"""How far ahead to look: there are five links, and some chains that are followed in vain."""
+
+LEVEL = 3
+"""The level of the tree, from the top, whose nodes are looked at: a bit of a mask each."""
+
+LINK = 2
+"""Levels of the tree that one link goes down: what is below a node then lies in three lines."""
+
+MEMBERS = 2
+"""Balls fetched of each cell: few have more."""
+
+
+class Chains(NamedTuple):
+    """The events that are followed: a place in each link of the chain, and the time they are due.
+
+    turns, begun, until : events since it began, when that was (s), how far has been looked (s)
+    upper, lower : nodes of the tree, four and two levels above its leaves
+    ball : one whose line and cell have been asked for
+    around, beside : cells of which the members have been asked for, round a ball and its partner
+    partner : a ball's partner whose cell has been asked for
+    """
+
+    turns: int
+    begun: float
+    until: float
+    upper: int
+    lower: int
+    ball: int
+    around: int
+    partner: int
+    beside: int
+
+
+@inlined
+def no_chains(bits: Integers) -> Chains:
+    """None yet: ball 0 stands for all."""
+    leaves = len(bits) // 2
+    return Chains(0, 0.0, 0.0, leaves >> 2 * LINK * STEP, leaves >> LINK * STEP, 0, 0, 0, 0)
+
+
+@inlined
+def fetch_ahead(
+    now: float,
+    chains: Chains,
+    balls: Floats,
+    period: Floats | None,
+    links: Indices,
+    mesh: Mesh,
+    members: Indices,
+    occupancy: Indices,
+    at_wall: Flags,
+    times: Floats,
+    bits: Integers,
+) -> Chains:
+    """Follow each event that is now a few events away, and for it the others by a link."""
+    leaves = len(bits) // 2
+    turns, begun, early, upper, lower, ball, around, partner, beside = chains
+    if turns == 0:
+        begun = early = now
+    turns += 1
+    late = max(early, now + (now - begun) / turns * EVENTS_AHEAD)
+    nodes, mask = 1 << LEVEL * STEP, 0
+    for place in range(1 << LEVEL * STEP):
+        time = times[nodes + place]
+        mask |= int((time >= early) & (time < late)) << place
+    down = lowest_bit(leaves) // STEP - LEVEL - 2 * LINK
+    while mask != 0:
+        fetch_members(beside, balls, mesh, members, occupancy)
+        beside = ahead(links[CELL, partner])
+        fetch_cells(beside, mesh, members, occupancy, at_wall)
+        fetch_members(around, balls, mesh, members, occupancy)
+        around = looks_around(ball, late, now, balls, period, links, mesh, occupancy)
+        fetch_cells(around, mesh, members, occupancy, at_wall)
+        partner = ahead(max(links[PARTNER, ball], 0))
+        fetch_ball(partner, balls, links)
+        fetch_path(partner, bits)
+        ball = ahead(earliest_below(lower, LINK, bits) - leaves)
+        fetch_ball(ball, balls, links)
+        lower = earliest_below(upper, LINK, bits)
+        fetch_below(lower, bits)
+        upper = earliest_below(nodes + lowest_bit(mask), down, bits)
+        fetch_below(upper, bits)
+        mask &= mask - 1
+    return Chains(turns, begun, late, upper, lower, ball, around, partner, beside)
+
+
+@inlined
+def looks_around(
+    i: int,
+    late: float,
+    now: float,
+    balls: Floats,
+    period: Floats | None,
+    links: Indices,
+    mesh: Mesh,
+    occupancy: Indices,
+) -> int:
+    """The cell round which ball i will look for partners: its own, or the one it goes into.
+
+    At a periodic box's side it is some other.
+    """
+    cell = int(links[CELL, i])
+    if balls[CONTACT_TIME, i] > late:
+        across, up = crossing_delays(i, now, balls, period, links, mesh)
+        if across <= up:
+            cell += 1 if balls[U, i] > 0.0 else -1
+        else:
+            cell += (1 if balls[V, i] > 0.0 else -1) << mesh.shift
+    return ahead(min(max(cell, 0), len(occupancy) - 1))
+
+
+@inlined
+def fetch_ball(i: int, balls: Floats, links: Indices) -> None:
+    """Have a ball's line and its links fetched."""
+    fetch(balls, i * balls.shape[0])
+    fetch(links, i * links.shape[0])
+
+
+@inlined
+def fetch_path(i: int, bits: Integers) -> None:
+    """Have those nodes fetched that a ball's new time climbs first."""
+    leaf = len(bits) // 2 + i
+    for level in range(2 * LINK):
+        fetch(bits, leaf >> level * STEP)
+
+
+@inlined
+def fetch_below(node: int, bits: Integers) -> None:
+    """Have the nodes of two levels below one fetched: four, and sixteen in two lines."""
+    fetch(bits, node << STEP)
+    fetch(bits, node << 2 * STEP)
+    fetch(bits, (node << 2 * STEP) + 8)
+
+
+@inlined
+def fetch_cells(
+    cell: int, mesh: Mesh, members: Indices, occupancy: Indices, at_wall: Flags
+) -> None:
+    """Have fetched who is in a cell and in the eight around it."""
+    fetch(at_wall, cell)
+    for up in range(-1, 2):
+        middle = ahead(min(max(cell + (up << mesh.shift), 1), len(occupancy) - 2))
+        fetch(members, (middle - 1) * members.shape[1])
+        fetch(members, (middle + 2) * members.shape[1] - 1)
+        fetch(occupancy, middle)
+
+
+@inlined
+def fetch_members(
+    cell: int, balls: Floats, mesh: Mesh, members: Indices, occupancy: Indices
+) -> None:
+    """Have the balls of a cell and of the eight around it fetched."""
+    for up in range(-1, 2):
+        for right in range(-1, 2):
+            beside = cell + (up << mesh.shift) + right
+            beside = ahead(min(max(beside, 0), len(occupancy) - 1))
+            for place in range(MEMBERS):
+                fetch(balls, ahead(members[beside, place]) * balls.shape[0])
