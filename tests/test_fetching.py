@@ -56,6 +56,6 @@ print(json.dumps([same, foreseen]))
 def test_what_comes_next_has_been_fetched_and_nothing_else_is_changed():
     same, foreseen = json.loads(output_of(PROGRAM, NUMBA_DISABLE_JIT="1"))
     assert same
-    # But for the second of two below one node, and for what has been predicted since it was looked.
+    # But for what comes up too soon after it was predicted, or after another below its node.
     foreseen = foreseen[50:]
-    assert sum(foreseen) > 0.8 * len(foreseen)
+    assert sum(foreseen) > 0.9 * len(foreseen)

@@ -260,6 +260,7 @@ def advance(
                 at_wall,
                 times,
                 bits,
+                tree.followed,
             )
         if balls[CONTACT_TIME, i] > now:
             if crossings == CROSSINGS_AT_ONCE * room:

@@ -1,11 +1,12 @@
 """A large gas waits for memory: so what coming events need is fetched while others are worked on.
 
-The tree tells what comes next: the nodes of one of its levels whose times are less than a few
-events away. From there to a ball's neighbours is a chain of look-ups, each of which would wait for
-the one before: down the tree, to the ball, to its cell and its partner, to the balls around, and to
-those around the partner. So several coming events are followed at once, each a link of its chain
-further whenever another one joins them (a software pipeline; Mowry, Lam & Gupta, ASPLOS V, 62
-(1992)). It is a guess that changes nothing but the time: an event that was not foreseen waits.
+The tree tells what comes next: the nodes of one of its levels whose times are a few events away,
+and are not followed yet. From there to a ball's neighbours is a chain of look-ups, each of which
+would wait for the one before: down the tree, to the ball, to its cell and its partner, to the balls
+around, and to those around the partner. So several coming events are followed at once, each a link
+of its chain further whenever another one joins them (a software pipeline; Mowry, Lam & Gupta,
+ASPLOS V, 62 (1992)). It is a guess that changes nothing but the time: an event that was not
+foreseen waits.
 """
 
 from __future__ import annotations
@@ -27,16 +28,13 @@ from snooker_cli.engine.layout import (
 )
 from snooker_cli.engine.mesh import Mesh
 from snooker_cli.engine.outlook import crossing_delays
-from snooker_cli.engine.tree import STEP, earliest_below
+from snooker_cli.engine.tree import STEP, WATCHED, earliest_below
 
 LARGE = 1 << 14
 """Balls from which on to fetch ahead is worth its time, by measurement."""
 
-EVENTS_AHEAD = 8
-"""How far ahead to look: there are five links, and some chains that are followed in vain."""
-
-LEVEL = 3
-"""The level of the tree, from the top, whose nodes are looked at: a bit of a mask each."""
+EVENTS_AHEAD = 12
+"""How far ahead to look, by measurement: a chain has five links, and some are followed in vain."""
 
 LINK = 2
 """Levels of the tree that one link goes down: what is below a node then lies in three lines."""
@@ -48,7 +46,7 @@ MEMBERS = 2
 class Chains(NamedTuple):
     """The events that are followed: a place in each link of the chain, and the time they are due.
 
-    turns, begun, until : events since it began, when that was (s), how far has been looked (s)
+    turns, begun : events since it began, and when that was (s)
     upper, lower : nodes of the tree, four and two levels above its leaves
     ball : one whose line and cell have been asked for
     around, beside : cells of which the members have been asked for, round a ball and its partner
@@ -57,7 +55,6 @@ class Chains(NamedTuple):
 
     turns: int
     begun: float
-    until: float
     upper: int
     lower: int
     ball: int
@@ -70,7 +67,7 @@ class Chains(NamedTuple):
 def no_chains(bits: Integers) -> Chains:
     """None yet: ball 0 stands for all."""
     leaves = len(bits) // 2
-    return Chains(0, 0.0, 0.0, leaves >> 2 * LINK * STEP, leaves >> LINK * STEP, 0, 0, 0, 0)
+    return Chains(0, 0.0, leaves >> 2 * LINK * STEP, leaves >> LINK * STEP, 0, 0, 0, 0)
 
 
 @inlined
@@ -86,19 +83,19 @@ def fetch_ahead(
     at_wall: Flags,
     times: Floats,
     bits: Integers,
+    followed: Floats,
 ) -> Chains:
-    """Follow each event that is now a few events away, and for it the others by a link."""
+    """Follow each event that is now a few events away, and with it the others by a link."""
     leaves = len(bits) // 2
-    turns, begun, early, upper, lower, ball, around, partner, beside = chains
-    if turns == 0:
-        begun = early = now
+    turns, begun, upper, lower, ball, around, partner, beside = chains
+    begun = now if turns == 0 else begun
     turns += 1
-    late = max(early, now + (now - begun) / turns * EVENTS_AHEAD)
-    nodes, mask = 1 << LEVEL * STEP, 0
-    for place in range(1 << LEVEL * STEP):
+    late = now + (now - begun) / turns * EVENTS_AHEAD
+    nodes, mask = 1 << WATCHED * STEP, 0
+    for place in range(1 << WATCHED * STEP):
         time = times[nodes + place]
-        mask |= int((time >= early) & (time < late)) << place
-    down = lowest_bit(leaves) // STEP - LEVEL - 2 * LINK
+        mask |= int((time < late) & (time != followed[place])) << place
+    down = lowest_bit(leaves) // STEP - WATCHED - 2 * LINK
     while mask != 0:
         fetch_members(beside, balls, mesh, members, occupancy)
         beside = ahead(links[CELL, partner])
@@ -113,10 +110,12 @@ def fetch_ahead(
         fetch_ball(ball, balls, links)
         lower = earliest_below(upper, LINK, bits)
         fetch_below(lower, bits)
-        upper = earliest_below(nodes + lowest_bit(mask), down, bits)
+        place = lowest_bit(mask)
+        followed[place] = times[nodes + place]
+        upper = earliest_below(nodes + place, down, bits)
         fetch_below(upper, bits)
         mask &= mask - 1
-    return Chains(turns, begun, late, upper, lower, ball, around, partner, beside)
+    return Chains(turns, begun, upper, lower, ball, around, partner, beside)
 
 
 @inlined

@@ -25,11 +25,19 @@ STEP = 2
 CHILDREN = 1 << STEP
 
 
+WATCHED = 3
+"""The level, from the top, whose nodes tell what comes next: each has a bit of a mask."""
+
+
 class Tree(NamedTuple):
-    """The nodes' times (s), and the same memory as integers."""
+    """The nodes' times (s), and the same memory as integers; and what of a level is followed.
+
+    followed : the times (s) of those of a level's nodes whose events are being fetched ahead
+    """
 
     times: Floats
     bits: Integers
+    followed: Floats
 
 
 def new_tree(number: int) -> Tree:
@@ -39,7 +47,7 @@ def new_tree(number: int) -> Tree:
         leaves *= CHILDREN
     times = lines(2 * leaves)
     times[:] = NEVER
-    return Tree(times, times.view(np.int64))
+    return Tree(times, times.view(np.int64), np.zeros(1 << WATCHED * STEP))
 
 
 @inlined
