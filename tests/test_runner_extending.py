@@ -11,7 +11,7 @@ from repeating import StopsAfter, bytes_of, contents, done, made
 from snooker_cli import results, store
 from snooker_cli.config import parse
 from snooker_cli.results import RunError
-from snooker_cli.runner import Outcome, Watcher, execute
+from snooker_cli.runner import execute
 from snooker_cli.trace import StopReason
 
 
@@ -84,25 +84,14 @@ def test_an_interrupt_while_extending_loses_no_collision(
     assert contents(longer) == contents(at_once)
 
 
-class StopsAfterOne(Watcher):
-    """Cancels the run when a repeat has ended."""
-
-    def __init__(self, cancelled: threading.Event) -> None:
-        self.cancelled = cancelled
-
-    def finished(self, outcome: Outcome) -> None:
-        self.cancelled.set()
-
-
 def test_what_an_interrupted_extension_leaves_is_all_there(
     small_config: str, tmp_path: Path
 ) -> None:
     """One repeat is as long as the run is now, the others are as they were; all are read."""
     elastic = small_config.replace("[0.85, 1.0]", "[1.0]")
     done(made(tmp_path, elastic))
-    longer = made(tmp_path, elastic, "collisions=151")
-    cancelled = threading.Event()
-    execute(longer, workers=1, watcher=StopsAfterOne(cancelled), cancelled=cancelled)
+    done(made(tmp_path, elastic, "collisions=151", "repeats=1"))
+    made(tmp_path, elastic, "collisions=151")
     run = results.open_run(tmp_path)
     (point,) = run.points
     assert (run.present(point), run.shorter(point)) == (3, 2)

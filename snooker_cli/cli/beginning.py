@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from snooker_cli.cli import completion
-
-if TYPE_CHECKING:
-    from importlib.resources.abc import Traversable
+from snooker_cli.cli.templates import purpose, templates
 
 SCHEMA = "snooker-schema.json"
 """The file beside a config by which editors complete and check it; its first line names it."""
@@ -61,24 +58,13 @@ def init(
     say(f"next: snooker run {path} --dry-run")
 
 
-def templates() -> dict[str, Traversable]:
-    """The templates by name, in the order in which to meet them."""
-    folder = files("snooker_cli.cli") / "templates"
-    names = ("report", "decay", "sweep", "exact", "dense")
-    return {name: folder / f"{name}.yaml" for name in names}
-
-
-def purpose(name: str) -> str:
-    """What a template is for, its second line."""
-    return _text(name).splitlines()[1].removeprefix("# ")
-
-
 def _list() -> None:
     """Print the templates."""
     from snooker_cli.cli.tables import Column, print_table
 
     print_table(
-        [Column("template"), Column("what it is")], [[name, purpose(name)] for name in templates()]
+        [Column("template"), Column("what it is")],
+        [[name, purpose(template)] for name, template in templates().items()],
     )
 
 

@@ -89,10 +89,10 @@ def figures(context: typer.Context) -> list[Offer]:
 
 def templates() -> list[Offer]:
     """Templates of ``init``."""
-    from snooker_cli.cli.beginning import purpose
-    from snooker_cli.cli.beginning import templates as found
+    from snooker_cli.cli.templates import purpose
+    from snooker_cli.cli.templates import templates as found
 
-    return [(name, _plain(purpose(name))) for name in found()]
+    return [(name, _plain(purpose(template))) for name, template in found().items()]
 
 
 def executors(context: typer.Context) -> list[Offer]:

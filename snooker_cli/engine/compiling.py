@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import importlib
 import math
+import sys
 from collections.abc import Callable
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -30,7 +34,26 @@ def fused(a: float, b: float, c: float) -> float:
     return float(Fraction(a) * Fraction(b) + Fraction(c))
 
 
+BLAS = "scipy.linalg.cython_blas"
+
+
+def load_without_blas(name: str) -> None:
+    """Import what asks whether SciPy's BLAS is there, without the quarter of a second it takes.
+
+    It is told yes. Whoever then needs BLAS, as no kernel here does, has it imported.
+    """
+    there = sys.modules.setdefault(BLAS, ModuleType(BLAS))
+    try:
+        with suppress(ImportError):
+            importlib.import_module(name)
+    finally:
+        if there.__spec__ is None:
+            del sys.modules[BLAS]
+
+
 if COMPILED:
+    load_without_blas("numba.np.arraymath")
+
     # Numba looks only at a function's own file to see whether its compiled form is out of date, not
     # at those of the functions it calls: so each state of the engine has a cache of its own.
     _SOURCES = sorted(Path(__file__).parent.glob("*.py"))
