@@ -55,6 +55,7 @@ def assert_consistent(engine: InCells) -> None:
     now = min(float(engine.tree.times[1]), renewal(engine))
     assert now < math.inf
     assert now >= engine.sums[layout.NOW]
+    assert_lines(engine)
     assert_members(engine)
     assert_in_their_cells(engine, now)
     assert_queue(engine, now)
@@ -67,6 +68,14 @@ def assert_consistent(engine: InCells) -> None:
 def renewal(engine: InCells) -> float:
     """When all is put into cells anew, because a free container has moved too far; s."""
     return math.inf if engine.margin is None else float(engine.margin.place[outlook.UNTIL])
+
+
+def assert_lines(engine: InCells) -> None:
+    """Each ball has a line of the cache, and four children of the tree lie in one."""
+    for memory in (engine.state, engine.tree.times):
+        assert memory.ctypes.data % layout.LINE == 0
+    assert engine.state.strides == (8, layout.LINE)
+    assert np.shares_memory(engine.state, engine.tags)
 
 
 def assert_members(engine: InCells) -> None:

@@ -14,6 +14,7 @@ from snooker_cli.cli.tables import tell
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from snooker_cli.cli.tables import Column
     from snooker_cli.results import Run
     from snooker_cli.trace import Trace
 
@@ -37,11 +38,8 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
     error, the bootstrap's, and (largest - smallest)/2, which is the report's way. Saved in
     RUN/fit.json, unless RUN is packed.
     """
-    import json
-
-    from snooker_cli.cli.tables import Column, point_label, print_table
+    from snooker_cli.cli.tables import Column, point_label
     from snooker_cli.decay import SAMPLING, decays, notes, record
-    from snooker_cli.results import open_run
     from snooker_cli.words import short, with_error
 
     def analysis(
@@ -50,43 +48,31 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
         found = decays(traces)
         return [record(one, parameters) for one in found], notes(found)
 
-    opened = open_run(run)
-    rows, said = _analysed(opened, analysis)
-    if as_json:
-        tell(json.dumps(rows))
-    else:
-        print_table(
-            [
-                Column("point"),
-                Column("quantity"),
-                Column("model"),
-                Column("mean ± standard error, 1/s", True),
-                Column("bootstrap", True),
-                Column("(max-min)/2", True),
-                Column("R²", True),
-                Column("rms residual", True),
-                Column("repeats", True),
-            ],
-            [
-                [
-                    point_label(one["parameters"]),
-                    one["quantity"].replace("_", " "),
-                    one["model"],
-                    with_error(one["value"], one["error"]),
-                    short(one["bootstrap_error"], 4),
-                    short(one["max_min_half_range"], 4),
-                    "–"
-                    if one["r_squared"] is None
-                    else f"{one['r_squared']:.3f}".replace("-", "−"),
-                    short(one["rms_residual"], 2),
-                    str(one["repeats"]),
-                ]
-                for one in rows
-            ],
-        )
-        tell(SAMPLING)
-        _print_notes(said, len(opened.points))
-    _save(opened, "fit.json", rows, said)
+    def cells(one: dict[str, Any]) -> list[str]:
+        return [
+            point_label(one["parameters"]),
+            one["quantity"].replace("_", " "),
+            one["model"],
+            with_error(one["value"], one["error"]),
+            short(one["bootstrap_error"], 4),
+            short(one["max_min_half_range"], 4),
+            "–" if one["r_squared"] is None else f"{one['r_squared']:.3f}".replace("-", "−"),
+            short(one["rms_residual"], 2),
+            str(one["repeats"]),
+        ]
+
+    columns = [
+        Column("point"),
+        Column("quantity"),
+        Column("model"),
+        Column("mean ± standard error, 1/s", True),
+        Column("bootstrap", True),
+        Column("(max-min)/2", True),
+        Column("R²", True),
+        Column("rms residual", True),
+        Column("repeats", True),
+    ]
+    _tell(run, "fit.json", analysis, as_json, columns, cells, SAMPLING)
 
 
 def compare(run: RunName, as_json: AsJson = False) -> None:
@@ -95,12 +81,9 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
     Each row: measured mean and standard error, prediction, difference, and the difference in its
     standard errors. Saved in RUN/compare.json, unless RUN is packed.
     """
-    import json
-
-    from snooker_cli.cli.tables import Column, point_label, print_table
+    from snooker_cli.cli.tables import Column, point_label
     from snooker_cli.compare import compare as comparisons
     from snooker_cli.compare import record
-    from snooker_cli.results import open_run
     from snooker_cli.words import short, with_error
 
     def analysis(
@@ -109,38 +92,56 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
         found = comparisons(traces)
         return [record(row, parameters) for row in found.rows], found.notes
 
-    opened = open_run(run)
-    rows, said = _analysed(opened, analysis)
+    def cells(one: dict[str, Any]) -> list[str]:
+        return [
+            point_label(one["parameters"]),
+            one["quantity"] + ("" if one["unit"] == "1" else f", {one['unit']}"),
+            one["model"],
+            with_error(one["measured"], one["error"]),
+            short(one["predicted"], 4),
+            f"{one['difference']:+.3g}".replace("-", "−"),
+            "–"
+            if one["difference_in_errors"] is None
+            else f"{one['difference_in_errors']:+.1f}".replace("-", "−"),
+        ]
+
+    columns = [
+        Column("point"),
+        Column("quantity"),
+        Column("model"),
+        Column("measured", True),
+        Column("predicted", True),
+        Column("difference", True),
+        Column("in errors", True),
+    ]
+    _tell(run, "compare.json", analysis, as_json, columns, cells)
+
+
+def _tell(
+    name: str,
+    file: str,
+    analysis: Analysis,
+    as_json: bool,
+    columns: list[Column],
+    cells: Callable[[dict[str, Any]], list[str]],
+    footer: str = "",
+) -> None:
+    """Analyse a run, print the rows and notes or, as JSON, the rows, and save both in a file."""
+    import json
+
+    from snooker_cli.cli.tables import print_table
+    from snooker_cli.results import open_run
+
+    run = open_run(name)
+    rows, notes = _analysed(run, analysis)
     if as_json:
         tell(json.dumps(rows))
     else:
-        print_table(
-            [
-                Column("point"),
-                Column("quantity"),
-                Column("model"),
-                Column("measured", True),
-                Column("predicted", True),
-                Column("difference", True),
-                Column("in errors", True),
-            ],
-            [
-                [
-                    point_label(one["parameters"]),
-                    one["quantity"] + ("" if one["unit"] == "1" else f", {one['unit']}"),
-                    one["model"],
-                    with_error(one["measured"], one["error"]),
-                    short(one["predicted"], 4),
-                    f"{one['difference']:+.3g}".replace("-", "−"),
-                    "–"
-                    if one["difference_in_errors"] is None
-                    else f"{one['difference_in_errors']:+.1f}".replace("-", "−"),
-                ]
-                for one in rows
-            ],
-        )
-        _print_notes(said, len(opened.points))
-    _save(opened, "compare.json", rows, said)
+        print_table(columns, [cells(one) for one in rows])
+        if footer:
+            tell(footer)
+        _print_notes(notes, len(run.points))
+    _save(run, file, rows, notes)
 
 
 def _analysed(run: Run, analysis: Analysis) -> tuple[Records, Records]:
