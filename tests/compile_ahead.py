@@ -6,13 +6,12 @@ import gc
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from pathlib import Path
 
 from scenes import gas
 
 from snooker_cli.cli import RARELY
 from snooker_cli.engine import replay, series, simulate
-from snooker_cli.engine.compiling import COMPILED
+from snooker_cli.engine.compiling import CACHE
 
 FREE, FIXED = 20.0, None
 ALIKE, MIXED, SLIDING = "alike", "mixed", "sliding"
@@ -47,11 +46,9 @@ def compile_kind(shape: str, mass: float | None, engine: str, balls: str) -> Non
 
 def compile_ahead() -> None:
     """Compile all kinds, each process the next one, unless this engine's are in the cache."""
-    if not COMPILED:
+    if CACHE is None:
         return
-    from numba import config
-
-    done = Path(str(config.CACHE_DIR)) / "compiled-ahead"
+    done = CACHE / "compiled-ahead"
     if done.exists():
         return
     context = multiprocessing.get_context("spawn")

@@ -16,12 +16,11 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from numba.core import event
 
 from snooker_cli import __version__, results, store
 from snooker_cli.cli import progress, running
 from snooker_cli.config import schema
-from snooker_cli.engine import replay
+from snooker_cli.engine import patience, replay
 from snooker_cli.gallery.picture import Picture
 from snooker_cli.trace import StopReason, Trace
 
@@ -260,8 +259,9 @@ def test_a_command_that_compiles_says_so(
     said = threading.Event()
 
     def compiling(*_arguments: object) -> None:
-        with event.trigger_event("numba:compile"), event.trigger_event("numba:compile"):
-            assert said.wait(30), "nothing is said"
+        for _ in range(2):
+            with patience.compiling():
+                assert said.wait(30), "nothing is said"
 
     monkeypatch.setattr(progress, "say", lambda message: (print(message), said.set()))
     monkeypatch.setattr("snooker_cli.results.open_run", compiling)

@@ -20,13 +20,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli.engine import compiling
-
 if TYPE_CHECKING:
     import types
     from collections.abc import Sequence
 
 ENGINE, SINGLE = "snooker_cli.engine", "snooker_cli.bench.single_engine"
+
+SHARED = ("machine_code", "patience")
+"""Modules that both engines use as they are."""
 
 DOUBLE_DIGITS, SINGLE_DIGITS = 52, 23
 """Binary digits behind the first."""
@@ -38,16 +39,11 @@ NEW_ARRAYS = ("array", "empty", "full", "zeros")
 @cache
 def single_engine() -> types.ModuleType:
     """The engine's package in single precision; it knows circles, with all pairs."""
-    finder = _Finder()
-    sys.meta_path.insert(0, finder)
-    try:
-        with np.errstate(over="ignore", under="ignore"):  # some limits are infinite or zero here
-            return importlib.import_module(SINGLE)
-    finally:
-        sys.meta_path.remove(finder)
-        if compiling.COMPILED:
-            # The other engine's cache is a folder in this one's.
-            vars(compiling)["config"].CACHE_DIR = str(compiling.CACHE)
+    for name in SHARED:
+        sys.modules[f"{SINGLE}.{name}"] = importlib.import_module(f"{ENGINE}.{name}")
+    sys.meta_path.insert(0, _Finder())  # it stays, for what is imported when it is first needed
+    with np.errstate(over="ignore", under="ignore"):  # some limits are infinite or zero here
+        return importlib.import_module(SINGLE)
 
 
 class _Finder(MetaPathFinder):
@@ -79,11 +75,6 @@ class _Loader(SourceFileLoader):
         tree = ast.fix_missing_locations(_Singly().visit(ast.parse(self.get_data(path))))
         code: types.CodeType = compile(tree, path, "exec", dont_inherit=True)
         return code
-
-    def exec_module(self, module: types.ModuleType) -> None:
-        """Numba would keep what is inlined where it is when it is first used: with the other's."""
-        super().exec_module(module)
-        vars(module).get("INLINED", {})["cache"] = False
 
 
 class _Singly(ast.NodeTransformer):

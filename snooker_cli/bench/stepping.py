@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli.engine.compiling import compiled
+from snooker_cli.engine.compiling import kernel
 from snooker_cli.trace import CONTAINER, Events
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def table(scene: Scene) -> Floats:
     return np.column_stack([balls, container])
 
 
-@compiled
+@kernel
 def _advance(
     bodies: Floats,
     restitution: float,
@@ -143,7 +143,7 @@ def _advance(
     return used
 
 
-@compiled
+@kernel
 def _list_neighbours(bodies: Floats, skin: float, pairs: Indices, memory: Floats) -> int:
     """List the pairs that are nearer than the skin to contact, and find the fastest body."""
     number = bodies.shape[1] - 1
@@ -163,7 +163,7 @@ def _list_neighbours(bodies: Floats, skin: float, pairs: Indices, memory: Floats
     return listed
 
 
-@compiled
+@kernel
 def _collide(
     bodies: Floats, i: int, j: int, wall: bool, restitution: float, memory: Floats
 ) -> float:

@@ -311,7 +311,7 @@ def advance(
                     event_j[filled], event_impulse[filled] = SLIDE, size
                 continue
         if setup.contact_path > 0.0 and (counts[WALL_EVENTS] + counts[PAIR_EVENTS]) % number == 0:
-            sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, None)
+            sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, None, sums)
         elastic = touched(i, now, balls, sums[EPOCH], sums[CONTACT_LASTS])
         move(i, now, balls)
         count[i] += 1

@@ -301,7 +301,7 @@ def advance(
             sums[NOW] = now
             done = counts[WALL_EVENTS] + counts[PAIR_EVENTS]
             if setup.contact_path > 0.0 and done % number == 0:
-                sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, labels)
+                sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, labels, sums)
             elastic = touched(i, now, balls, sums[EPOCH], sums[CONTACT_LASTS])
             move(i, now, balls)
             if period is not None:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from snooker_cli.engine.compiling import compiled, inlined
+from snooker_cli.engine.compiling import inlined, kernel
 from snooker_cli.engine.contact import nearest_image
 from snooker_cli.engine.impact import is_slow, rebound, relative_change, shares
-from snooker_cli.engine.layout import CLOCK, REST, Floats, Indices, Setup, U, V, X, Y
+from snooker_cli.engine.layout import CLOCK, REST, SUMS, Floats, Indices, Setup, U, V, X, Y
 
 
 @inlined
@@ -55,9 +53,13 @@ def wrap(i: int, balls: Floats, period: Floats) -> None:
     balls[X, i], balls[Y, i] = nearest_image(balls[X, i], balls[Y, i], period)
 
 
-@compiled
+@kernel
 def contact_lasts(
-    balls: Floats, container: Floats | None, setup: Setup, labels: Indices | None
+    balls: Floats,
+    container: Floats | None,
+    setup: Setup,
+    labels: Indices | None,
+    sums: Floats,
 ) -> float:
     """How long a contact lasts in the TC model at the balls' present speeds, s.
 
@@ -67,7 +69,7 @@ def contact_lasts(
     labels : whose row is whose, if not in order; so that a sum has the same bits in any order
     """
     number = balls.shape[1]
-    squares = np.empty(number)
+    squares = sums[SUMS:]
     for k in range(number):
         u, v = balls[U, k], balls[V, k]
         if container is not None:

@@ -1,167 +1,146 @@
-"""The one way this project compiles: no fast-math, no global lock, cached on disk."""
+"""What compiles this engine, and how its kernels are called: from files, without the compiler."""
 
 from __future__ import annotations
 
 import hashlib
-import importlib
-import math
-import sys
+import os
+import threading
 from collections.abc import Callable
-from contextlib import suppress
-from fractions import Fraction
+from functools import update_wrapper
+from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
+from snooker_cli.engine.patience import compiling
+
+if TYPE_CHECKING:
+    from snooker_cli.engine.machine_code import Code
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-try:
-    from llvmlite import ir
-    from numba import config, njit, types
-    from numba.extending import intrinsic, overload, register_jitable
-
-    COMPILED = not getattr(config, "DISABLE_JIT", 0)
-except ImportError:  # no wheel for this machine: the same source runs as plain Python, slowly
-    COMPILED = False
+COMPILED = (
+    os.environ.get("NUMBA_DISABLE_JIT", "0") in {"", "0"}
+    and find_spec("numba") is not None
+    and find_spec("llvmlite") is not None
+)
+"""If not, as where these have no wheels, the same source runs as plain Python, slowly."""
 
 
-def fused(a: float, b: float, c: float) -> float:
-    """a b + c, rounded once."""
-    if not all(map(math.isfinite, (a, b, c))):
-        return a * b + c
-    return float(Fraction(a) * Fraction(b) + Fraction(c))
+def _cache() -> Path:
+    """Where the machine code of this state of the engine is, or would be.
 
-
-BLAS = "scipy.linalg.cython_blas"
-
-
-def load_without_blas(name: str) -> None:
-    """Import what asks whether SciPy's BLAS is there, without the quarter of a second it takes.
-
-    It is told yes. Whoever then needs BLAS, as no kernel here does, has it imported.
+    Beside the source or, where that cannot be written, among the user's files.
     """
-    there = sys.modules.setdefault(BLAS, ModuleType(BLAS))
-    try:
-        with suppress(ImportError):
-            importlib.import_module(name)
-    finally:
-        if there.__spec__ is None:
-            del sys.modules[BLAS]
+    told = os.environ.get("NUMBA_CACHE_DIR")
+    here = Path(__file__).parent
+    if told:
+        folder = Path(told)
+    elif os.access(here, os.W_OK):
+        folder = here / "__pycache__"
+    else:
+        folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "snooker"
+    # A kernel holds the code of functions and the constants of other files than its own.
+    files = [*sorted(here.glob("*.py")), here.with_name("trace.py")]
+    sources = (source.read_bytes() for source in files)
+    return folder / f"engine-{hashlib.sha256(b''.join(sources)).hexdigest()[:16]}"
 
 
-if COMPILED:
-    load_without_blas("numba.np.arraymath")
+CACHE = _cache() if COMPILED else None
 
-    # Numba looks only at a function's own file to see whether its compiled form is out of date, not
-    # at those of the functions it calls: so each state of the engine has a cache of its own.
-    _SOURCES = sorted(Path(__file__).parent.glob("*.py"))
-    _STATE = hashlib.sha256(b"".join(source.read_bytes() for source in _SOURCES)).hexdigest()[:16]
-    _settings: Any = config
-    _cache = _settings.CACHE_DIR or Path(__file__).with_name("__pycache__")
-    CACHE: Path | None = Path(_cache) / f"engine-{_STATE}"
-    _settings.CACHE_DIR = str(CACHE)
+INLINED: list[Callable[..., Any]] = []
+"""What the compiler, once it is there, is to compile into whoever calls it."""
 
-    OPTIONS: dict[str, Any] = {
-        "cache": True,
-        "nogil": True,
-        "error_model": "numpy",
-        "no_cfunc_wrapper": True,
-    }
+_one_at_a_time = threading.RLock()
 
-    INLINED = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True, "_nrt": False}
 
-    def compiled(function: Function) -> Function:
-        """Compile with exactly rounded arithmetic.
+class Kernel:
+    """A function that has machine code for each kind of arguments it has been called with.
 
-        + - * / and sqrt are exactly rounded by IEEE 754 and, without fast-math, neither
-        re-ordered nor fused: the same source gives the same bits on every CPU.
+    The code is made once on a machine, by Numba, and kept in a file. To load it takes a few
+    milliseconds, to import Numba more than half a second.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        update_wrapper(self, function)
+        self.function = function
+        self._codes: dict[str, Code] = {}
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the machine code.
+
+        Raises ``TypeError`` for what is no number, array of numbers, ``None`` or tuple of these.
         """
-        return cast("Function", njit(**OPTIONS | {"_nrt": True})(function))
+        from snooker_cli.engine.machine_code import flattened
 
-    def kernel(function: Function) -> Function:
-        """Compile what owns no array, and so need not count who refers to which.
+        kinds, values = flattened(arguments)
+        code = self._codes.get(kinds)
+        if code is None:
+            with _one_at_a_time:
+                code = self._codes.get(kinds) or self._code(kinds, arguments)
+                self._codes[kinds] = code
+        return code(arguments, values)
 
-        To count took a fourteenth of the time and, with a free container among cells, a third.
-        """
-        return cast("Function", njit(**OPTIONS | {"_nrt": False})(function))
+    def _code(self, kinds: str, arguments: tuple[Any, ...]) -> Code:
+        """The code for such arguments, from its file if there is one."""
+        from snooker_cli.engine import machine_code
 
-    def inlined(function: Function) -> Function:
-        """Compile into whoever calls it: a call costs as much as looking at ten pairs.
+        assert CACHE is not None
+        path = CACHE / machine_code.file_name(self.function, kinds)
+        try:
+            found = machine_code.load(path)
+            if found is not None:
+                return found.bound(arguments)
+            with compiling():
+                from snooker_cli.engine import compiler
 
-        From Python it stays a Python function. Without the two ways in from outside, which nothing
-        takes, the engine is compiled in half the time.
-        """
-        return register_jitable(**INLINED)(function)
+                compiler.inline(INLINED)
+                found = compiler.machine_code_of(self.function, arguments)
+            found.save(path)
+            return found.bound(arguments)
+        except NotImplementedError:  # then Numba may call what it has compiled, as it can itself
+            from snooker_cli.engine import compiler
 
-    @intrinsic
-    def _lowest_bit(typing_context: Any, mask: Any) -> Any:
-        """Place of the lowest bit that is set, from 0: one instruction, which Python has not."""
+            compiler.inline(INLINED)
+            by_numba = compiler.callable_from_python(self.function)
+            return lambda arguments, _values: by_numba(*arguments)
+        except ImportError:  # a Numba that is not for this NumPy
+            plain = _plain(self.function)
+            return lambda arguments, _values: plain(*arguments)
 
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.cttz(arguments[0], context.get_constant(types.boolean, 1))
+    @property
+    def _numba_type_(self) -> Any:
+        """What Numba asks for when it compiles a function that calls this one."""
+        from snooker_cli.engine import compiler
 
-        return types.int64(types.int64), generate
+        return compiler.type_of(self.function)
 
-    lowest_bit = cast("Callable[[int], int]", _lowest_bit)
 
-    @intrinsic
-    def _fused(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-        """One instruction, or the C library's function with its bits."""
+def kernel(function: Function) -> Function:
+    """Compile with exactly rounded arithmetic.
 
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.fma(*arguments)
+    + - * / and sqrt are exactly rounded by IEEE 754 and, without fast-math, neither re-ordered nor
+    fused: the same source gives the same bits on every CPU. Nor does a kernel own arrays: to count
+    who refers to which took a fourteenth of the time and, with a free container, a third.
+    """
+    if COMPILED:
+        return cast("Function", Kernel(function))
+    return _plain(function)
 
-        return types.float64(types.float64, types.float64, types.float64), generate
 
-    @intrinsic
-    def _fetch(typing_context: Any, array: Any, place: Any) -> Any:
-        """One instruction, which nothing waits for."""
+def _plain(function: Function) -> Function:
+    """The function as it is.
 
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            view = context.make_array(signature.args[0])(context, builder, arguments[0])
-            word, byte = ir.IntType(32), ir.IntType(8).as_pointer()
-            prefetch = builder.module.declare_intrinsic(
-                "llvm.prefetch", [byte], ir.FunctionType(ir.VoidType(), [byte, word, word, word])
-            )
-            address = builder.bitcast(builder.gep(view.data, [arguments[1]]), byte)
-            to_read, for_long, data = word(0), word(3), word(1)
-            builder.call(prefetch, [address, to_read, for_long, data])
-            return context.get_dummy_value()
+    As when compiled, nothing is said of 0 * inf and the like: of these no comparison is true.
+    """
+    return np.errstate(all="ignore")(function)
 
-        return types.void(array, types.int64), generate
 
-    fetch = cast("Callable[[Any, int], None]", _fetch)
+def inlined(function: Function) -> Function:
+    """Compile into whoever calls it: a call costs as much as looking at ten pairs.
 
-    _inlining: Any = INLINED
-
-    @overload(fused, jit_options=_inlining)
-    def _fused_when_compiled(a: float, b: float, c: float) -> Callable[..., float]:
-        def instruction(a: float, b: float, c: float) -> float:
-            return _fused(a, b, c)  # type: ignore[call-arg]
-
-        return instruction
-
-else:
-    CACHE = None
-
-    def compiled(function: Function) -> Function:
-        """Leave the function as it is: there is no compiler on this machine.
-
-        As when compiled, nothing is said of 0 * inf and the like: of these no comparison is true.
-        """
-        return np.errstate(all="ignore")(function)
-
-    kernel = compiled
-
-    def inlined(function: Function) -> Function:
-        """Leave the function as it is."""
-        return function
-
-    def fetch(array: Any, place: int) -> None:
-        """Do nothing, as it is only for time's sake."""
-
-    def lowest_bit(mask: int) -> int:
-        """Place of the lowest bit that is set, from 0."""
-        return (int(mask) & -int(mask)).bit_length() - 1
+    From Python it stays a Python function.
+    """
+    INLINED.append(function)
+    return function

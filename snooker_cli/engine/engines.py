@@ -68,7 +68,7 @@ class AllPairs:
         self.labels = np.zeros(0, dtype=np.int32)
         self.links = np.full((layout.LINK_ROWS, scene.number), layout.NOBODY, dtype=np.int64)
         self.links[[layout.COUNT, layout.BOUNCES]] = 0
-        self.sums, self.counts = layout.new_sums(), layout.new_counts()
+        self.sums, self.counts = layout.new_sums(scene), layout.new_counts()
         allpairs.prepare(
             self.state, self.container, self.setup, self.radii, self.agenda, self.links
         )
@@ -122,7 +122,7 @@ class InCells:
         self.tree = tree.new_tree(number)
         self.labels = np.zeros(0, dtype=np.int32)  # whose row is whose, once they are re-ordered
         self.margin = self._margin()
-        self.sums, self.counts = layout.new_sums(), layout.new_counts()
+        self.sums, self.counts = layout.new_sums(scene), layout.new_counts()
         self.ordered_at = 0
         self.renewed_at = 0.0
         self._fill()

@@ -15,7 +15,8 @@ error of what is done with it. Therefore
 
 from __future__ import annotations
 
-from snooker_cli.engine.compiling import fused, inlined
+from snooker_cli.engine.compiling import inlined
+from snooker_cli.engine.instructions import fused
 
 
 @inlined

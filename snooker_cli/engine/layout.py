@@ -56,7 +56,8 @@ CELL, PLACE, BRINK, CELL_LINK_ROWS = 2, 3, 5, 8
 
 # Elements of ``sums``: how long a contact lasts (s), when clocks are at zero (s), the clock of the
 # last event (s), the impulse on the wall (kg m/s), the virial of the ball-ball collisions
-# (kg m^2/s), and what rounding has left out of these two.
+# (kg m^2/s), and what rounding has left out of these two. Behind is room to
+# keep the balls' states in where some slide, and the squares of their speeds where contacts last.
 (
     CONTACT_LASTS,
     EPOCH,
@@ -176,9 +177,10 @@ def period_of(scene: Scene) -> Floats | None:
     return np.array([scene.width, scene.height]) if scene.shape == "periodic" else None
 
 
-def new_sums() -> Floats:
+def new_sums(scene: Scene) -> Floats:
     """Sums of a simulation that has not begun."""
-    return np.zeros(SUMS)
+    rows = BALL_ROWS if scene.slides else 1 if scene.contact_duration else 0
+    return np.zeros(SUMS + rows * scene.number)
 
 
 def new_counts() -> Integers:

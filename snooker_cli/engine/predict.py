@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 
 from snooker_cli.engine.collide import mass_of, radius_of
-from snooker_cli.engine.compiling import compiled, inlined, lowest_bit
+from snooker_cli.engine.compiling import inlined, kernel
 from snooker_cli.engine.contact import chord_delay, may_touch, pair_delay, wall_delay
+from snooker_cli.engine.instructions import lowest_bit
 from snooker_cli.engine.layout import (
     CLOCK,
     NEXT_TIME,
@@ -205,7 +206,7 @@ def predict_return(
     return delay
 
 
-@compiled
+@kernel
 def top_speed(balls: Floats, setup: Setup, masses: Floats | None) -> float:
     """The speed of the lightest ball if it had all the energy, m/s: none can become faster."""
     energy, lightest = 0.0, math.inf
@@ -222,7 +223,7 @@ def never_elastic(setup: Setup) -> bool:
     return setup.contact_path == 0.0 and setup.elastic_below == 0.0
 
 
-@compiled
+@kernel
 def is_trapped(
     i: int,
     now: float,

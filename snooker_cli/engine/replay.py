@@ -165,7 +165,7 @@ class _Again:
         self.setup, self.slides = Setup.of(scene), slides_of(scene)
         self.radii, self.masses = unlike(scene)
         self.box, self.period = half_sides_of(scene), period_of(scene)
-        self.sums = new_sums()
+        self.sums = new_sums(scene)
 
     def carry_out(
         self, end: int, kept: NDArray[np.int64] = NONE_KEPT, rows: Floats = NO_ROWS
@@ -267,7 +267,7 @@ def _carry_out(
     for event in range(len(clocks)):
         now, i, j = clocks[event], first[event], second[event]
         if setup.contact_path > 0.0 and (done + event) % balls.shape[1] == 0:
-            sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, None)
+            sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, None, sums)
         _collide(now, i, j, balls, container, setup, masses, box, period, radii, slides, sums)
         if j < 0:
             add_up(sums, WALL_IMPULSE, impulse[event])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.engine import layout
 from snooker_cli.engine.collide import mass_of
-from snooker_cli.engine.compiling import compiled, inlined
+from snooker_cli.engine.compiling import inlined, kernel
 from snooker_cli.engine.layout import Floats, Integers, Setup, U, V
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
@@ -85,7 +85,7 @@ def halve(grid: Grid) -> None:
     grid.step[0] *= 2.0
 
 
-@compiled
+@kernel
 def measure(
     row: Floats,
     balls: Floats,
@@ -134,7 +134,7 @@ def count_speeds(
             histogram[min(int(reduced / SPEED_BIN), SPEED_BINS - 1)] += 1
 
 
-@compiled
+@kernel
 def sample(
     row: Floats,
     histogram: Integers,
@@ -154,7 +154,7 @@ def sample(
     row[PAIR_EVENTS] = counts[layout.PAIR_EVENTS]
 
 
-@compiled
+@kernel
 def sample_until(
     now: float,
     grid: Grid,

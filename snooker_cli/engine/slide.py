@@ -14,11 +14,13 @@ import numpy as np
 
 from snooker_cli.engine import layout
 from snooker_cli.engine.collide import mass_of, radius_of
-from snooker_cli.engine.compiling import compiled, inlined
+from snooker_cli.engine.compiling import inlined, kernel
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.layout import (
+    BALL_ROWS,
     CLOCK,
     NOBODY,
+    SUMS,
     WALL_TIME,
     Floats,
     Integers,
@@ -86,7 +88,7 @@ def turn(i: int, now: float, balls: Floats) -> None:
     balls[CLOCK, i] = now
 
 
-@compiled
+@kernel
 def turn_all(now: float, balls: Floats, slides: Integers) -> None:
     """Bring all balls that slide to the present."""
     for k in range(balls.shape[1]):
@@ -113,7 +115,7 @@ def pressed(i: int, now: float, balls: Floats, setup: Setup, masses: Floats | No
     return float(mass_of(setup, masses, i) * w * w * reach * (now - balls[CLOCK, i]))
 
 
-@compiled
+@kernel
 def pressing(
     now: float, balls: Floats, setup: Setup, masses: Floats | None, slides: Integers
 ) -> float:
@@ -125,7 +127,7 @@ def pressing(
     return total
 
 
-@compiled
+@kernel
 def bounce(i: int, until: float, balls: Floats, setup: Setup, masses: Floats | None) -> float:
     """Let ball i, just off the wall and trapped, bounce up to a time (s); the impulse, kg m/s.
 
@@ -173,27 +175,28 @@ def bounce(i: int, until: float, balls: Floats, setup: Setup, masses: Floats | N
 
 
 @inlined
-def copy_ball(i: int, balls: Floats, kept: Floats, back: bool) -> None:
-    """Keep ball i's state, or put it back."""
-    for row in range(len(kept)):
-        if back:
-            balls[row, i] = kept[row]
-        else:
-            kept[row] = balls[row, i]
+def state_of(i: int, balls: Floats) -> tuple[float, float, float, float, float]:
+    """Ball i's state, to put it back."""
+    return balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i]
 
 
-@compiled
+@inlined
+def put_back(i: int, state: tuple[float, float, float, float, float], balls: Floats) -> None:
+    """Make it ball i's state again."""
+    balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i] = state
+
+
+@kernel
 def slide_time(i: int, balls: Floats, setup: Setup, masses: Floats | None) -> float:
     """When ball i, just off the wall and trapped, begins to slide, s; it is left as it is."""
-    kept = np.empty(CLOCK + 1)
-    copy_ball(i, balls, kept, False)
+    kept = state_of(i, balls)
     bounce(i, NEVER, balls, setup, masses)
     time = float(balls[CLOCK, i])
-    copy_ball(i, balls, kept, True)
+    put_back(i, kept, balls)
     return time
 
 
-@compiled
+@kernel
 def sample_sliding(
     now: float,
     grid: Grid,
@@ -205,18 +208,22 @@ def sample_sliding(
     counts: Integers,
 ) -> None:
     """``sample_until``, with the impulse of what presses and bounces meanwhile."""
-    kept = np.empty((CLOCK + 1, balls.shape[1]))
+    number, kept = balls.shape[1], sums[SUMS:]
     while grid.used[0] * grid.step[0] - sums[layout.EPOCH] < now:
         due = grid.used[0] * grid.step[0] - sums[layout.EPOCH]
         impulse = sums[layout.WALL_IMPULSE]
-        kept[:] = balls
+        for k in range(number):
+            for row in range(BALL_ROWS):
+                kept[row * number + k] = balls[row, k]
         sums[layout.WALL_IMPULSE] += pressing(due, balls, setup, masses, slides)
-        for k in range(balls.shape[1]):
+        for k in range(number):
             if slides[k] == SETTLES:
                 sums[layout.WALL_IMPULSE] += bounce(k, due, balls, setup, masses)
         until = min(now, due + grid.step[0])
         sample_until(until, grid, balls, None, setup, masses, sums, counts)
-        balls[:] = kept
+        for k in range(number):
+            for row in range(BALL_ROWS):
+                balls[row, k] = kept[row * number + k]
         sums[layout.WALL_IMPULSE] = impulse
 
 
@@ -285,7 +292,7 @@ def slide_on(
     return size
 
 
-@compiled
+@kernel
 def write_states(
     time: float,
     who: int,
@@ -299,12 +306,11 @@ def write_states(
 
     who : the ball of the next event, if that is the beginning of its slide, or ``NOBODY``
     """
-    kept = np.empty(CLOCK + 1)
     for k in range(balls.shape[1]):
         settles = k == who and slides[k] != SLIDES
         if not settles and slides[k] != SLIDES:
             continue
-        copy_ball(k, balls, kept, False)
+        kept = state_of(k, balls)
         if settles:
             bounce(k, time, balls, setup, masses)
         else:
@@ -312,4 +318,4 @@ def write_states(
         age = time - balls[CLOCK, k]
         out[0, k], out[1, k] = balls[X, k] + balls[U, k] * age, balls[Y, k] + balls[V, k] * age
         out[2, k], out[3, k] = balls[U, k], balls[V, k]
-        copy_ball(k, balls, kept, True)
+        put_back(k, kept, balls)

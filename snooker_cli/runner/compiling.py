@@ -26,8 +26,7 @@ def compile_for(scene: Scene, engine: str | None, *, alone: bool = False) -> Non
     """Compile, or load from the cache on the disk, what simulating a scene needs.
 
     alone : while no other process that shares the cache does. Of many workers that begin at once,
-        one then compiles and the others find it done; and two that compile different things
-        cannot put one's under the other's name.
+        one then compiles and the others find it done.
     """
     models = specialisation(scene, engine=engine)
     what = engine, frozenset(models.items())
