@@ -115,7 +115,8 @@ def joined(parts: Sequence[Events]) -> Events:
 class Series:
     """Observables over time, from time zero: after each collision, or on a grid.
 
-    A grid is even but for its last row, which is at the end of the repeat.
+    A grid is even but for its beginning, where it is finer if the repeat was long, and for its last
+    row, which is at the end of the repeat.
 
     Every column is (*g*,) ``numpy.float64``.
 

@@ -175,7 +175,7 @@ MISTAKES = {
     "frames of a page": (["--out", "a.html", "--fps", "5"], r"--fps goes with a GIF or an MP4"),
     "span": (["--out", "a.html", "--to", "1e9"], r"repeat 0 of small cannot be shown from 0.0 s"),
     "seconds": (["--out", "a.gif", "--seconds", "nan"], r"--seconds nan: give a number from"),
-    "magnify": (["--out", "a.gif", "--magnify", "0.5"], r"--magnify 0\.5: give a number that"),
+    "magnify": (["--out", "a.gif", "--magnify", "0.5"], r"--magnify 0\.5: give a number from 1"),
 }
 
 

@@ -222,8 +222,8 @@ def test_fresh_removes_the_fit_of_the_old_results(finished: Path, snooker: Snook
     ended = snooker("run", "small.yaml", "--no-progress", "-o", "repeats=4")
     assert (ended.code, ended.err) == (
         0,
-        "snooker: runs/small is extended: repeats from 3 to 4\n"
-        "snooker: removed fit.json, made before the repeats that follow; make it again later\n",
+        "snooker: this extends runs/small: repeats from 3 to 4\n"
+        "snooker: removed fit.json, made when repeats were still to come; make it again later\n",
     )
     assert not (finished / "fit.json").exists()
     assert snooker("fit", "small").code == 0

@@ -184,7 +184,7 @@ def test_a_summary_has_no_events_to_export(here: Path, snooker: Snooker) -> None
 def test_a_damaged_manifest_is_told_in_a_sentence(finished: Path, snooker: Snooker) -> None:
     (finished / "run.json").write_text('{"experiment": {"cor": 2}}')
     ended = snooker("export", "small")
-    assert (ended.code, ended.out) == (2, "")
+    assert (ended.code, ended.out) == (1, "")
     assert ended.err.removesuffix("\n").isprintable(), ended.err
     assert "run.json: cannot be read" in ended.err
 

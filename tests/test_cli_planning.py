@@ -275,7 +275,7 @@ def test_a_zip_is_planned_run_and_extended(here: Path, snooker: Snooker) -> None
     assert [point["collisions"] for point in told["points"]] == [27, 60]
     longer = snooker("run", "zip.yaml", "--dry-run", "-o", "collisions=9,30")
     assert longer.err.startswith(
-        "snooker: runs/zip is extended: collisions from [9, 20] to [9, 30]; repeats that"
+        "snooker: this extends runs/zip: collisions from [9, 20] to [9, 30]; repeats that"
     )
     assert "3 are in runs/zip already, 3 to do" in longer.out
 

@@ -31,8 +31,8 @@ PowerShell) complete commands and options, configs, names of runs, figures and t
 MEANINGS = {
     "DONE": "done",
     "UNEXPECTED": "a fault of snooker's, or a result's file that is damaged or of another run",
-    "USAGE": "a wrong command, or something that is not there or cannot be written",
-    "CONFIG": "a config that cannot be used",
+    "USAGE": "a wrong command, or results that are not there or cannot be written",
+    "CONFIG": "a config that is not there or cannot be used",
     "SOME_FAILED": "some repeats failed, or a measurement does not agree",
     "COLLAPSED": "some repeats ended in a wall trap or collapse, and `run --no-collapse` was given",
     "INTERRUPTED": "interrupted",

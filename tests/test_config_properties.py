@@ -85,14 +85,15 @@ POSITIVE = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 RESTITUTION = st.floats(0, 1)
 TITLES = st.text(st.characters(exclude_categories=["C", "Z"]) | st.just(" "), min_size=1)
-SPEEDS = st.floats(min_value=0, allow_infinity=False)
+SPEEDS = st.floats(0, 1e100)
+MASSES = st.floats(1e-100, 1e100)
 FRACTIONS = st.floats(0, 1, exclude_min=True)
 CIRCLES = st.builds(Container, radius=POSITIVE, mass=POSITIVE | st.just(math.inf))
 RINGS = st.builds(
     Rings,
     rings=st.integers(0, 1000),
     radius=POSITIVE,
-    mass=POSITIVE,
+    mass=MASSES,
     speed=SPEEDS,
     ring_extent=FRACTIONS,
 )
@@ -104,7 +105,7 @@ LISTS = st.builds(
             position=st.tuples(FINITE, FINITE),
             velocity=st.tuples(FINITE, FINITE),
             radius=POSITIVE,
-            mass=POSITIVE,
+            mass=MASSES,
         ),
         min_size=1,
         max_size=3,
@@ -112,7 +113,7 @@ LISTS = st.builds(
 )
 OF_SPECIES = {
     "count": st.integers(2, 1_000_000),
-    "mass": POSITIVE,
+    "mass": MASSES,
     "speed": SPEEDS,
     "speeds": st.sampled_from(["equal", "maxwell"]),
 }

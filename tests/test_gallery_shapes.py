@@ -168,7 +168,7 @@ def test_pressure_against_area_and_number_of_boxes(tmp_path: Path) -> None:
 
 def test_the_law_of_speeds_counts_one_ball_less(periodic: Run, tmp_path: Path) -> None:
     labels = [line.label for line in layers(shown(periodic, "speeds"), Line)]
-    assert labels == ["Maxwell–Boltzmann", "fixed energy, N = 63"]
+    assert labels == ["Maxwell–Boltzmann", "fixed energy, 63 free balls"]
     adrift = made(tmp_path / "adrift", "cor=1", "collisions=1000", text=ADRIFT)
     found = shown(adrift, "speeds")
     assert [line.label for line in layers(found, Line)] == ["Maxwell–Boltzmann"]

@@ -59,8 +59,8 @@ def test_summary_is_the_series_read_at_its_times(simulated: Trace, summarised: T
     assert len(grid.time) > 100
     assert grid.time[-1] == simulated.stop.time
     *steps, last = np.diff(grid.time).tolist()
-    assert set(steps) == {steps[0]}
-    assert 0 < last <= steps[0]
+    assert max(steps) == steps[-1]
+    assert 0 < last <= steps[-1]
     rows = np.searchsorted(full.time, grid.time, side="right") - 1
     for name in SERIES_UNITS:
         if name != "time":
@@ -114,7 +114,7 @@ def test_windows_of_a_summary_hold_what_collisions_gave(
     energies = observables.window_energy(summarised, windows)[1]
     exact = observables.window_energy(simulated, windows)[1]
     # Energies fall, and straight lines err by half of a step of time of what falls in it.
-    step = grid.time[1] / width / 2
+    step = np.diff(grid.time).max() / width / 2
     assert np.all(np.abs(energies - exact) <= step * np.abs(np.diff(exact, append=0)).max())
 
 
@@ -130,7 +130,7 @@ def test_the_rows_of_a_summary_come_near_those_after_collisions(
 ) -> None:
     """A collision is somewhere between two rows of the grid; so is what is read for it."""
     full, found = observables.series(simulated), observables.after_collisions(summarised)
-    step = observables.series(summarised).time[1]
+    step = np.diff(observables.series(summarised).time).max()
     assert found.wall_events + found.pair_events == pytest.approx(np.arange(401.0))
     assert np.all(np.abs(found.time - full.time) <= step)
     # On average it is neither early nor late: 400 errors of a step at most, uniform.

@@ -75,7 +75,7 @@ def test_an_interrupt_while_extending_loses_no_collision(
     assert stopped.stop.reason is StopReason.INTERRUPTED
     assert (bytes_of(longer.directory) != before) == replaced
     assert store.check(longer.path(0, 0)).collisions == (81_920 if replaced else 70_000)
-    assert longer.present(longer.points[0]) == 1
+    assert len(longer.present(longer.points[0])) == 1
     assert longer.shorter(longer.points[0]) == (not replaced)
     assert not list(tmp_path.rglob("*.part"))
     done(longer)
@@ -94,7 +94,7 @@ def test_what_an_interrupted_extension_leaves_is_all_there(
     made(tmp_path, elastic, "collisions=151")
     run = results.open_run(tmp_path)
     (point,) = run.points
-    assert (run.present(point), run.shorter(point)) == (3, 2)
+    assert (len(run.present(point)), run.shorter(point)) == (3, 2)
     assert [trace.collisions for trace in run.traces(point)] == [151, 150, 150]
     # What is extended stays: the former end would cut it off.
     with pytest.raises(RunError, match=r"collisions from 151 to 150.* the former values keep them"):

@@ -92,14 +92,14 @@ class Film:
         return np.concatenate([[self.start], self.time])
 
     def pressure(self, times: Floats) -> Floats:
-        """Mean pressure from the repeat's start to times within the film, Pa m; 0 at time zero.
+        """Mean pressure from the repeat's start to times within the film, Pa m.
 
         The wall's impulse over its length and the time; in a periodic box what the virial gives,
-        as ``observables.cumulative_pressure`` does.
+        as ``observables.cumulative_pressure`` does. At time zero it is what it begins with.
         """
         row = np.searchsorted(self.time, times, side="right")
         gathered = self.pressure_sum[row] + self.pressure_gain[row] * (times - self.rows[row])
-        return np.divide(gathered, times, out=np.zeros(len(times)), where=times > 0)
+        return np.divide(gathered, times, out=self.pressure_gain[row], where=times > 0)
 
 
 def film(

@@ -15,12 +15,12 @@ from snooker_cli.bench.physics_rows import Setting
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 from snooker_cli.observables import mean_and_error
+from snooker_cli.trace import Series, Summary
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from snooker_cli.scene import Scene
-    from snooker_cli.trace import Summary
 
     Array = NDArray[np.float64]
 
@@ -97,10 +97,18 @@ def over_seeds(gas: Gas, measure: Callable[[Scene, Summary], tuple[float, ...]])
         events = gas.settling_events + gas.measured_events
         summary = simulate(scene, collisions=events, summary=True, engine="cells").summary
         assert summary is not None
-        return measure(scene, summary)
+        return measure(scene, evenly(summary))
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return np.array(list(pool.map(one, range(gas.seeds))))
+
+
+def evenly(summary: Summary) -> Summary:
+    """A summary with the last row and those of the even grid, for means over its rows."""
+    time = summary.series.time
+    rows = np.append(time[:-1] % (time[-2] - time[-3]) == 0, True)
+    series = Series(*(column[rows] for column in vars(summary.series).values()))
+    return Summary(series, summary.speed_histogram[rows])
 
 
 def means(rows: Array) -> list[tuple[float, float]]:

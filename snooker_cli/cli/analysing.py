@@ -155,7 +155,7 @@ def _analysed(run: Run, analysis: Analysis) -> tuple[Records, Records]:
     wanted = run.experiment.repeats
     present = {point.index: run.present(point) for point in run.points}
     for point in run.points:
-        parameters, there = point.as_json(), present[point.index]
+        parameters, there = point.as_json(), len(present[point.index])
         if there < wanted:
             are = "the repeat is not" if wanted == 1 else f"{there} of {wanted} repeats are"
             said = f"{are} there; run the config again for the rest"
@@ -164,7 +164,7 @@ def _analysed(run: Run, analysis: Analysis) -> tuple[Records, Records]:
             notes.append({"parameters": parameters, "note": said})
         # Where there is none at all, the first point says so.
         if there or not any(present.values()):
-            found, sentences = analysis(run.traces(point), parameters)
+            found, sentences = analysis(run.traces(point, present[point.index]), parameters)
             rows += found
             notes += [{"parameters": parameters, "note": sentence} for sentence in sentences]
     return rows, notes

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 ENDINGS = (".html", ".gif", ".mp4")
 SECONDS = 12.0
 FRAMES_A_SECOND = 20
+MOST_MAGNIFIED = 1e12
 
 
 class Passing(StrEnum):
@@ -118,8 +119,6 @@ def animate(
 
 def _check(out: Path, seconds: float | None, fps: int | None, magnify: float) -> None:
     """Raise ``UserError`` for what the parser could not see."""
-    import math
-
     from snooker_cli.cli.endings import UserError
 
     if out.suffix.lower() not in ENDINGS:
@@ -128,8 +127,8 @@ def _check(out: Path, seconds: float | None, fps: int | None, magnify: float) ->
         raise UserError("--fps goes with a GIF or an MP4: a page is drawn as often as it can be")
     if seconds is not None and not 0.1 <= seconds <= 3600:
         raise UserError(f"--seconds {seconds}: give a number from 0.1 to 3600")
-    if not (magnify >= 1 and math.isfinite(magnify)):
-        raise UserError(f"--magnify {magnify}: give a number that is not below 1")
+    if not 1 <= magnify <= MOST_MAGNIFIED:
+        raise UserError(f"--magnify {magnify}: give a number from 1 to {MOST_MAGNIFIED:g}")
 
 
 def _subtitle(run: Run, trace: Trace, point: int, repeat: int) -> str:

@@ -30,6 +30,7 @@ OURS = {
     "ConfigError": Exit.CONFIG,
     "StoreError": Exit.UNSOUND,
     "AbsentError": Exit.USAGE,
+    "DamagedError": Exit.UNSOUND,
     "RunError": Exit.USAGE,
     "PictureError": Exit.USAGE,
     "RenderingError": Exit.USAGE,

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from snooker_cli.config import Point
     from snooker_cli.export import Table
+    from snooker_cli.results import Run
     from snooker_cli.store import Checked
 
 
@@ -80,19 +82,22 @@ def export(
     that read trajectories of molecules. The written file is printed.
     """
     from snooker_cli.cli.endings import UserError
-    from snooker_cli.results import open_run
+    from snooker_cli.results import holds_results, open_run
 
     form = _format(out, form)
     states = states or form is Format.H5MD
     _check(states, {"--times": times, "--every": every, "--frames": frames})
     opened = open_run(run)
-    path = chosen(opened, point, repeat)
-    if opened.points[point].experiment.record == "summary":
-        raise UserError(f"{opened.name} was run with `record: summary`: it has no events to export")
+    one = chosen(opened, point, repeat)
+    if one.experiment.record == "summary":
+        what = "states" if states else "events"
+        raise UserError(f"{opened.name} was run with `record: summary`: it has no {what} to export")
+    if out is not None and holds_results(out):
+        raise UserError(f"--out {out}: this file holds results of a run; give another name")
     if states:
-        _export_states(path, out, form, times, every, frames)
+        _export_states(opened, one, repeat, out, form, times, every, frames)
     else:
-        _export_events(path, out, form)
+        _export_events(opened, one, repeat, out, form)
     if out is not None:
         typer.echo(out)
 
@@ -122,18 +127,22 @@ def _check(states: bool, asked: dict[str, Any]) -> None:
         raise UserError(f"{given[0]} and {given[1]} both say when; give one of them")
 
 
-def _export_events(path: Path, out: Path | None, form: Format) -> None:
+def _export_events(run: Run, point: Point, repeat: int, out: Path | None, form: Format) -> None:
     """Export events as they are read, after they have been checked: memory stays bounded."""
     from snooker_cli import store
     from snooker_cli.export import EVENTS, events_table
 
+    path = run.path(point.index, repeat)
     checked = store.check(path)
+    run.accept(point, repeat, checked)
     tables = (events_table(events) for events in store.events(path))
     _write_tables(EVENTS, tables, out, form, {"events": checked.collisions, **_source(checked)})
 
 
 def _export_states(
-    path: Path,
+    run: Run,
+    point: Point,
+    repeat: int,
     out: Path | None,
     form: Format,
     times: str | None,
@@ -147,8 +156,10 @@ def _export_states(
     from snooker_cli.cli.endings import UserError
     from snooker_cli.export import STATES, frames, states_table
 
-    stored = store.read(path)
+    stored = store.read(run.path(point.index, repeat))
     trace = stored.trace
+    told = store.Told(trace.stop, trace.collisions, stored.provenance)
+    run.accept(point, repeat, told)
     end = trace.stop.time
     if every is not None:
         wanted = _every(every, end)
@@ -164,9 +175,9 @@ def _export_states(
     if form is Format.H5MD and out is not None:
         store.write_states(out, trace.start, wanted, batches, stored.provenance, bits)
         return
-    told = store.Checked(trace.stop, trace.collisions, stored.provenance, trace.start, bits)
+    checked = store.Checked(trace.stop, trace.collisions, stored.provenance, trace.start, bits)
     tables = (states_table(states) for states in batches)
-    _write_tables(STATES, tables, out, form, {"frames": len(wanted), **_source(told)})
+    _write_tables(STATES, tables, out, form, {"frames": len(wanted), **_source(checked)})
 
 
 def _write_tables(

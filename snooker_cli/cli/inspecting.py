@@ -9,8 +9,7 @@ import typer
 from snooker_cli.cli.running import AsJson, ConfigPath, Overrides
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
+    from snooker_cli.config import Point
     from snooker_cli.results import Run
     from snooker_cli.trace import Trace
 
@@ -55,8 +54,8 @@ def schema() -> None:
         typer.echo(json.dumps(config_schema(), indent=2))
 
 
-def chosen(run: Run, point: int, repeat: int) -> Path:
-    """The file of a repeat by its numbers. Raises ``UserError`` if the run has none such."""
+def chosen(run: Run, point: int, repeat: int) -> Point:
+    """A repeat's point by their numbers. Raises ``UserError`` if the run has none such."""
     from snooker_cli.cli.endings import UserError
 
     if point >= len(run.points):
@@ -64,11 +63,9 @@ def chosen(run: Run, point: int, repeat: int) -> Path:
     if repeat >= run.experiment.repeats:
         last = run.experiment.repeats - 1
         raise UserError(f"--repeat {repeat}: {run.name} has repeats 0 to {last}")
-    return run.path(point, repeat)
+    return run.points[point]
 
 
 def trace_of(run: Run, point: int, repeat: int) -> Trace:
     """A repeat by its numbers. Raises ``UserError`` if the run has none such, ``StoreError``."""
-    from snooker_cli import store
-
-    return store.read(chosen(run, point, repeat)).trace
+    return run.read(chosen(run, point, repeat), repeat)

@@ -92,8 +92,8 @@ def plot(
         raise UserError(f"{opened.name}: {error}") from None
     if what := unfinished(opened, selection):
         say(what)
-    shorter, there = (sum(map(of, points)) for of in (opened.shorter, opened.present))
-    if what := not_extended(shorter, there):
+    there = sum(len(opened.present(point)) for point in points)
+    if what := not_extended(sum(map(opened.shorter, points)), there):
         say(what)
     for kind, one, stem in _jobs(opened, kinds, selection):
         try:

@@ -70,13 +70,14 @@ def compare(traces: Iterable[Trace]) -> Comparisons:
         table.note(_relaxation(scene.number, losses, len(relaxed)))
         table.note(shape(scene))
         table.note(exceptions(scene))
-        if relaxed:
-            table.columns = relaxed
-            ideal_gas(table, scene)
-            hard_disks(table, scene)
-            speeds(table, scene, counts)
-        table.columns = losses
-        cooling(table, scene)
+        with np.errstate(divide="ignore", invalid="ignore"):  # what has no value is left out
+            if relaxed:
+                table.columns = relaxed
+                ideal_gas(table, scene)
+                hard_disks(table, scene)
+                speeds(table, scene, counts)
+            table.columns = losses
+            cooling(table, scene)
     return Comparisons(tuple(table.rows), tuple(table.notes))
 
 

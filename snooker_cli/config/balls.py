@@ -91,8 +91,8 @@ class Rings(Model):
         description="Number of rings n around the central ball; 1 + 3n(n+1) balls."
     )
     radius: q.Positive = Field(description="Radius of every ball, m.")
-    mass: q.Positive = Field(default=1.0, description="Mass of every ball, kg.")
-    speed: q.NotNegative = Field(description="Speed of every ball at the start, m/s.")
+    mass: q.Mass = Field(default=1.0, description="Mass of every ball, kg.")
+    speed: q.Speed = Field(description="Speed of every ball at the start, m/s.")
     ring_extent: q.Fraction = Field(
         default=0.8,
         description="Radius of the outermost ring, as a fraction of the container radius.",
@@ -105,7 +105,7 @@ class Ball(Model):
     position: q.Pair = Field(description="Position [x, y] of the ball's centre at the start, m.")
     velocity: q.Pair = Field(description="Velocity [u, v] at the start, m/s.")
     radius: q.Positive = Field(description="Radius of the ball, m.")
-    mass: q.Positive = Field(default=1.0, description="Mass of the ball, kg.")
+    mass: q.Mass = Field(default=1.0, description="Mass of the ball, kg.")
 
 
 class BallList(Model):
@@ -123,8 +123,8 @@ class Species(_Sparse):
     radius: q.Positive | None = Field(
         default=None, description="Radius of every ball, m; absent: follows from packing."
     )
-    mass: q.Positive = Field(default=1.0, description="Mass of every ball, kg.")
-    speed: q.NotNegative = Field(
+    mass: q.Mass = Field(default=1.0, description="Mass of every ball, kg.")
+    speed: q.Speed = Field(
         description="Speed of every ball at the start, m/s; for speeds: maxwell the root mean "
         "square. In a periodic box the velocity of the centre of mass is taken off all and the "
         "kinetic energy then restored."

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
@@ -29,8 +30,9 @@ def validated(document: Document) -> Experiment:
     except ValidationError as error:
         wrong = complaints(error, document.written)
         data = {**document.data, "sweep": None}
-        _, unfit = tried(data, _sound_axes(document.data.get("sweep")), document.written, wrong)
-        found = (*wrong, *unfit)
+        sweep = _sound_axes(document.data.get("sweep"))
+        _, unfit = tried(data, sweep, document.written, wrong)
+        found = (*_of_swept_keys(wrong, sweep), *unfit)
     else:
         sweep, unfit = tried(unswept(experiment), experiment.sweep, document.written)
         found = (*unfit, *_too_many(experiment))
@@ -48,6 +50,21 @@ def validated(document: Document) -> Experiment:
             ),
         )
     )
+
+
+def _of_swept_keys(found: tuple[Complaint, ...], sweep: Axes) -> Iterator[Complaint]:
+    """The complaints; about a key that is missing but swept they say that this is not enough."""
+    swept = {key for axis in sweep for key, _ in axis}
+    for each in found:
+        key = rendered(each.path)
+        keys = ("collisions", "time") if each.sentence.startswith("neither") else (key,)
+        absent = each.sentence.startswith(("the key is missing", "neither"))
+        if absent and (which := swept.intersection(keys)):
+            sentence = (
+                f"{each.sentence}; that {min(which)} is swept is not enough, it needs a value too"
+            )
+            each = replace(each, sentence=sentence)
+        yield each
 
 
 def _too_many(experiment: Experiment) -> Iterator[Complaint]:

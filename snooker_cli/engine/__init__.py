@@ -4,7 +4,7 @@ from snooker_cli.engine.patience import when_compiling
 from snooker_cli.engine.replay import States, replay, series, times_within
 from snooker_cli.engine.simulate import simulate, specialisation
 
-ENGINE_VERSION = 5
+ENGINE_VERSION = 6
 """Goes up when the same config may give other bits; results of two versions are never mixed."""
 
 __all__ = [

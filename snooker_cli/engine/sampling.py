@@ -3,6 +3,10 @@
 The end of a run that is limited by its collisions is not known beforehand: the grid starts fine
 and, when its rows are used up, drops every second one. Its step is a power of two of seconds, so
 that every time on it is exact.
+
+A gas that cools does most of it early, by Haff's law as much from 1 s to 2 s as from 1000 s to
+2000 s. Therefore rows of the beginning are not dropped but put aside: where the grid has become
+coarse, sixteen rows are left between a time and its double.
 """
 
 from __future__ import annotations
@@ -23,6 +27,10 @@ if TYPE_CHECKING:
     from snooker_cli.scene import Scene
 
 ROWS = 512
+EARLY = 32
+"""Steps from the start within which no row is dropped; a power of two."""
+EARLY_ROWS = 2**11 * EARLY // 2
+"""Rows put aside at most: as often as a double can be doubled."""
 # Energies whose squares are doubles, J. Balls that collapse may have less.
 LEAST_ENERGY, MOST_ENERGY = 1e-140, 1e140
 # Columns of a row: those of ``trace.Series`` without the time, in order.
@@ -40,12 +48,17 @@ LEAST_ENERGY, MOST_ENERGY = 1e-140, 1e140
 
 
 class Grid(NamedTuple):
-    """Rows at times 0, step, 2 step …; the last row is filled at time (used - 1) step."""
+    """Rows at times 0, step, 2 step …; the last row is filled at time (used - 1) step.
 
-    rows: Floats  # (ROWS + 1, COLUMNS)
-    histogram: NDArray[np.int64]  # (ROWS + 1, SPEED_BINS)
+    Behind are those put aside, whose times are of their own.
+    """
+
+    rows: Floats  # (ROWS + 1 + EARLY_ROWS, COLUMNS)
+    histogram: NDArray[np.int64]  # (ROWS + 1 + EARLY_ROWS, SPEED_BINS)
     step: Floats  # one element, s
     used: NDArray[np.int64]  # one element
+    early: NDArray[np.int64]  # one element, how many are put aside
+    times: Floats  # (EARLY_ROWS,), when those were, s
 
 
 def no_grid() -> Grid:
@@ -55,6 +68,8 @@ def no_grid() -> Grid:
         histogram=np.zeros((0, SPEED_BINS), dtype=np.int64),
         step=np.array([math.inf]),
         used=np.ones(1, dtype=np.int64),
+        early=np.zeros(1, dtype=np.int64),
+        times=np.zeros(0),
     )
 
 
@@ -63,24 +78,47 @@ def new_grid(scene: Scene) -> Grid:
     speed = float(np.max(np.hypot(*scene.velocities.T)))
     crossing = min(scene.size) / 2 / speed if speed > 0.0 else 1.0
     step = math.ldexp(1.0, math.frexp(crossing)[1] - 11)
+    rows = ROWS + 1 + EARLY_ROWS
     return Grid(
-        rows=np.zeros((ROWS + 1, COLUMNS)),
-        histogram=np.zeros((ROWS + 1, SPEED_BINS), dtype=np.int64),
+        rows=np.zeros((rows, COLUMNS)),
+        histogram=np.zeros((rows, SPEED_BINS), dtype=np.int64),
         step=np.array([step]),
         used=np.zeros(1, dtype=np.int64),
+        early=np.zeros(1, dtype=np.int64),
+        times=np.zeros(EARLY_ROWS),
     )
+
+
+def times_and_rows(grid: Grid) -> tuple[Floats, NDArray[np.intp]]:
+    """When there are rows, s, ascending, and which they are."""
+    used, early = int(grid.used[0]), int(grid.early[0])
+    times = np.append(np.arange(used, dtype=np.float64) * grid.step[0], grid.times[:early])
+    rows = np.append(np.arange(used), ROWS + 1 + np.arange(early))
+    order = np.argsort(times)
+    return times[order], rows[order]
+
+
+@inlined
+def copy_row(one: int, other: int, grid: Grid) -> None:
+    """Write one row into another."""
+    # Number by number: what numba makes of whole rows takes seconds to compile.
+    for column in range(COLUMNS):
+        grid.rows[other, column] = grid.rows[one, column]
+    for speed in range(SPEED_BINS):
+        grid.histogram[other, speed] = grid.histogram[one, speed]
 
 
 @inlined
 def halve(grid: Grid) -> None:
-    """Keep every second row and double the step."""
+    """Put every second row aside, if it is early, or drop it, and double the step."""
     kept = (grid.used[0] + 1) // 2
+    for k in range(1, EARLY, 2):
+        if grid.early[0] < len(grid.times):
+            copy_row(k, ROWS + 1 + grid.early[0], grid)
+            grid.times[grid.early[0]] = k * grid.step[0]
+            grid.early[0] += 1
     for k in range(1, kept):
-        # Number by number: what numba makes of whole rows takes seconds to compile.
-        for column in range(COLUMNS):
-            grid.rows[k, column] = grid.rows[2 * k, column]
-        for speed in range(SPEED_BINS):
-            grid.histogram[k, speed] = grid.histogram[2 * k, speed]
+        copy_row(2 * k, k, grid)
     grid.used[0] = kept
     grid.step[0] *= 2.0
 

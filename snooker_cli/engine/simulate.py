@@ -269,10 +269,9 @@ class _Run:
         sampling.sample(row, histogram, *state)
         if engine.slides is not None:
             row[sampling.WALL_IMPULSE] += slide.pressing(end, *sliding)
-        used = int(grid.used[0])
-        time = np.append(np.arange(used, dtype=np.float64) * grid.step[0], stop.time)
-        columns = np.ascontiguousarray(np.vstack([grid.rows[:used], row]).T)
+        times, rows = sampling.times_and_rows(grid)
+        columns = np.ascontiguousarray(np.vstack([grid.rows[rows], row]).T)
         return Summary(
-            series=Series(time, *columns),
-            speed_histogram=np.vstack([grid.histogram[:used], histogram]),
+            series=Series(np.append(times, stop.time), *columns),
+            speed_histogram=np.vstack([grid.histogram[rows], histogram]),
         )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,10 +53,12 @@ class Screen:
         self.figure = figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor="white")
         self.canvas: Any = FigureCanvasAgg(figure)  # its methods have no types
         centred: dict[str, Any] = {"va": "center"}
-        title = shorten(film.title, LONG_TITLE, placeholder=" …")
+        title = film.title if len(film.title) <= LONG_TITLE else f"{film.title[: LONG_TITLE - 2]} …"
         size = 12 * min(1, FULL_TITLE / len(title))
         figure.text(0.02, 0.955, title, color=INK, size=size, weight="bold", **centred)
-        figure.text(0.02, 0.905, film.subtitle, color=SOFT, **centred)
+        enlarged = f"dashed: the container, its motion × {magnify:,.15g}" if magnify > 1 else ""
+        about = "; ".join(each for each in (film.subtitle, enlarged) if each)
+        figure.text(0.02, 0.905, about, color=SOFT, **centred)
         self.clock = figure.text(0.585, 0.955, "", color=INK, size=11, weight="bold", **centred)
         self.count = figure.text(0.985, 0.955, "", color=SOFT, ha="right", **centred)
         self.ending = figure.text(0.02, 0.025, "", color="#a8380f", size=7, **centred)

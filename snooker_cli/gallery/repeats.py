@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from snooker_cli.config import Point
     from snooker_cli.gallery.selection import Selection
     from snooker_cli.results import Run
+    from snooker_cli.store import Stored
     from snooker_cli.trace import StopReason, Trace
 
 REMEMBERED_SIZE = 100_000
@@ -40,12 +41,12 @@ class Facts:
 def repeats(run: Run, point: Point, selection: Selection) -> Iterator[Trace]:
     """The selected repeats of a point that are there. Raises ``StoreError``."""
     for number in there(run, point, selection):
-        yield _read(run.path(point.index, number))
+        yield _read(run, point, number)
 
 
 def one_repeat(run: Run, point: Point, selection: Selection) -> Trace:
     """The selected repeat of a point, the first if none is chosen. Raises ``StoreError``."""
-    return _read(run.path(point.index, there(run, point, selection)[0]))
+    return _read(run, point, there(run, point, selection)[0])
 
 
 def facts(run: Run, point: Point, selection: Selection, *, single: bool) -> list[Facts]:
@@ -55,11 +56,19 @@ def facts(run: Run, point: Point, selection: Selection, *, single: bool) -> list
     return [_facts(path, _modified(path)) for path in paths]
 
 
-def _read(path: Path) -> Trace:
-    """A repeat from its file, or from memory if the file is small and unchanged."""
+def _read(run: Run, point: Point, number: int) -> Trace:
+    """A repeat of this run from its file, or from memory, see ``_stored``."""
+    stored = _stored(run.path(point.index, number))
+    trace = stored.trace
+    run.accept(point, number, store.Told(trace.stop, trace.collisions, stored.provenance))
+    return trace
+
+
+def _stored(path: Path) -> Stored:
+    """What is in a file, or in memory if the file is small and unchanged."""
     about = store.about(path)
     if about is None or about.bytes > REMEMBERED_SIZE:
-        return store.read(path).trace
+        return store.read(path)
     return _remembered(path, about.modified)
 
 
@@ -70,15 +79,15 @@ def _modified(path: Path) -> int:
 
 
 @lru_cache(maxsize=8192)
-def _remembered(path: Path, modified: int) -> Trace:
-    """A repeat from its file as it was at one time."""
-    return store.read(path).trace
+def _remembered(path: Path, modified: int) -> Stored:
+    """What is in a file as it was at one time."""
+    return store.read(path)
 
 
 @lru_cache(maxsize=65536)
 def _facts(path: Path, modified: int) -> Facts:
     """The facts of a repeat as its file was at one time."""
-    trace = _read(path)
+    trace = _stored(path).trace
     start, finish = trace.start, trace.finish
     # Doubling all speeds changes no rounding, so that the quotients stay the same to the bit.
     speed = float(np.sqrt(np.max(np.sum(start.velocities**2, axis=1)))) or 1.0

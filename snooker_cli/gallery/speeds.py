@@ -118,7 +118,7 @@ def _laws(free: int | None, unit: float, *, named: bool) -> list[Layer]:
     ]
     if free is not None:
         fixed = theory.fixed_energy_speed_density(reduced, free, REDUCED_TEMPERATURE) / unit
-        text = f"fixed energy, N = {free}" if named else None
+        text = f"fixed energy, {free} free balls" if named else None
         layers.append(Line(reduced * unit, np.asarray(fixed), text, NEUTRAL, "dotted"))
     return layers
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 INSTANT = 1e-9
-"""Collisions nearer than this share of a repeat's length are at one instant: a decay over the
-repeat cannot tell them apart, and a collapse has thousands of them."""
+"""Collisions nearer than this share of the time since the start are at one instant: a collapse has
+thousands of them."""
 
 MOST_POINTS = 2**16
 """Collisions after which a curve has a point; of more, evenly so many."""
@@ -53,7 +53,7 @@ def series(trace: Trace) -> Series:
 
 def instants(time: Array) -> NDArray[np.intp]:
     """The last row of each instant: collisions go on while a collapse's clock stands still."""
-    return np.flatnonzero(np.append(np.diff(time) > INSTANT * time[-1], True))
+    return np.flatnonzero(np.append(np.diff(time) > INSTANT * time[1:], True))
 
 
 def before_collapse(trace: Trace) -> Trace:
@@ -167,8 +167,24 @@ def integrals(trace: Trace, values: Array, times: Array) -> Array:
 
 
 def time_means(trace: Trace, values: Array, edges: Array) -> Array:
-    """Means over time between the edges (s) of what the rows of the series say, see `integrals`."""
-    return np.asarray(values[0] + np.diff(_changes(trace, values, edges)) / np.diff(edges))
+    """Means over time between the edges (s) of what the rows of the series say, see `integrals`.
+
+    Each is made of its own window alone: what went before may be larger by any factor.
+    """
+    if len(edges) < 2:
+        return np.empty(0)
+    known = series(trace).time
+    inside = known[(known > edges[0]) & (known < edges[-1])]
+    times = np.union1d(inside, edges)
+    if _has_all(trace):
+        held = values[np.searchsorted(known, times[:-1], side="right") - 1]
+    else:
+        read = np.interp(times, known, values)
+        held = (read[:-1] + read[1:]) / 2
+    windows = np.searchsorted(times, edges[:-1])
+    least = np.minimum.reduceat(held, windows)  # of what does not change the mean, without rounding
+    above = held - np.repeat(least, np.diff(np.append(windows, len(held))))
+    return np.asarray(least + np.add.reduceat(above * np.diff(times), windows) / np.diff(edges))
 
 
 def _changes(trace: Trace, values: Array, times: Array) -> Array:

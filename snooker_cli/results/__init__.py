@@ -2,7 +2,16 @@
 
 from snooker_cli.results.extension import extension
 from snooker_cli.results.failures import FAILURES, failures, forget_failures, note_failure
-from snooker_cli.results.folder import RUNS, create, held, is_held, open_run, planned, runs_in
+from snooker_cli.results.folder import (
+    RUNS,
+    create,
+    held,
+    holds_results,
+    is_held,
+    open_run,
+    planned,
+    runs_in,
+)
 from snooker_cli.results.packing import pack, unpack
 from snooker_cli.results.run import (
     ANALYSES,
@@ -28,6 +37,7 @@ __all__ = [
     "failures",
     "forget_failures",
     "held",
+    "holds_results",
     "is_held",
     "note_failure",
     "open_run",

@@ -59,8 +59,8 @@ def refusal(run: Run, present: dict[str, Any] | None) -> str:
         name for name in LIMITS if any(_is_cut(name, *pair) for pair in _pairs(run.points, before))
     ]
     return (
-        f"holds repeats that go on longer than with this config ({_changes(run, present, cut)}), "
-        "and nothing is cut off: the former values keep them"
+        f"holds repeats that may go on longer than with this config ({_changes(run, present, cut)})"
+        ", and nothing is cut off: the former values keep them"
     )
 
 
@@ -92,9 +92,15 @@ def extension(run: Run) -> str:
         "; repeats that are shorter are simulated anew, to the same collisions as far as they went"
     )
     return (
-        f"{run.directory} is extended: {', '.join(each for each in (longer, more) if each)}"
+        f"this extends {run.directory}: {', '.join(each for each in (longer, more) if each)}"
         f"{how if longer else ''}"
     )
+
+
+def takes_back(run: Run, present: dict[str, Any]) -> bool:
+    """Whether a run has fewer repeats, or ends earlier, than its folder's manifest says."""
+    fewer = run.experiment.repeats < present["experiment"].get("repeats", 1)
+    return fewer or not _goes_on(run.points, _points(present))
 
 
 def as_json(content: dict[str, Any]) -> Any:

@@ -8,15 +8,15 @@ import os
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from snooker_cli import store
 from snooker_cli.config import ConfigError, Experiment, parse, points
 from snooker_cli.results import files
-from snooker_cli.results.extension import as_json, read_manifest, refusal
-from snooker_cli.results.failures import forget_failures
-from snooker_cli.results.run import MANIFEST, Run, RunError, write_json
+from snooker_cli.results.extension import as_json, read_manifest, refusal, takes_back
+from snooker_cli.results.failures import FAILURES, forget_failures
+from snooker_cli.results.run import ANALYSES, MANIFEST, DamagedError, Run, RunError, write_json
 
 if sys.platform != "win32":
     import fcntl
@@ -109,7 +109,7 @@ def create(
             for old in (*directory.glob("point-*/repeat-*.h5"), *run.figures()):
                 old.unlink()
             forget_failures(run)
-        if fresh or (present and present["experiment"].get("repeats", 1) > experiment.repeats):
+        if fresh or (present and takes_back(run, present)):
             for old in run.analyses():
                 old.unlink()
         directory.mkdir(parents=True, exist_ok=True)
@@ -138,11 +138,16 @@ def planned(
 
 
 def open_run(name: str | Path) -> Run:
-    """A run by its folder or packed file, or by its name under ``runs/``. Raises ``RunError``."""
+    """A run by its folder or packed file, or by its name under ``runs/``.
+
+    Raises ``RunError`` if there is none, and of its kinds ``DamagedError`` if it cannot be read.
+    """
     directory = next(filter(_is_run, _meant(name)), None)
     if directory is None:
         if Path(name).is_file() and Path(name).suffix == files.SUFFIX:
-            raise RunError(
+            if holds_results(Path(name)):
+                raise RunError(f"{name}: is one repeat of a run; name the run")
+            raise DamagedError(
                 f"{name}: no packed run of snooker, or damaged or cut off; take another copy of it"
             )
         near = _nearest(Path(name))
@@ -155,7 +160,7 @@ def open_run(name: str | Path) -> Run:
         version = int(content["engine_version"])
     except (OSError, ValueError, KeyError, TypeError, ConfigError) as error:
         said = f"no {error}" if isinstance(error, KeyError) else str(error).splitlines()[0]
-        raise RunError(
+        raise DamagedError(
             f"{manifest}: cannot be read ({said}); put a copy of it back, or run the config with "
             "--fresh, which replaces the results"
         ) from None
@@ -203,6 +208,18 @@ def _meant(name: str | Path) -> Iterator[Path]:
 def _is_run(path: Path) -> bool:
     """Whether a path is a run's folder or a packed run."""
     return store.is_packed_run(path) if path.is_file() else (path / MANIFEST).is_file()
+
+
+def holds_results(path: Path) -> bool:
+    """Whether a file is a packed run, a repeat or another of a run's own: nobody replaces these."""
+    if not path.is_file():
+        return False
+    if path.name in (MANIFEST, FAILURES, *ANALYSES):
+        return _is_run(path.parent)
+    with suppress(store.StoreError):
+        store.glance(path)
+        return True
+    return store.is_packed_run(path)
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
@@ -28,6 +28,10 @@ FIGURE_KEYS = {"kind", "title", "caption", "numbers", "layers"}
 
 class RunError(Exception):
     """A run's folder that cannot be used; one sentence."""
+
+
+class DamagedError(RunError):
+    """A run of which what it is cannot be read."""
 
 
 class State(StrEnum):
@@ -68,9 +72,9 @@ class Run:
         """Where a repeat's file is, or will be; of a packed run, what ``store`` takes for it."""
         return self.directory / f"point-{point:04d}" / f"repeat-{repeat:04d}.h5"
 
-    def present(self, point: Point) -> int:
-        """How many repeats of a point have a file; fewer than wanted in an interrupted run."""
-        return sum(self.holds(point, repeat) for repeat in range(self.experiment.repeats))
+    def present(self, point: Point) -> list[int]:
+        """Which repeats of a point have a file; not all that are wanted in an interrupted run."""
+        return [number for number in range(self.experiment.repeats) if self.holds(point, number)]
 
     def shorter(self, point: Point) -> int:
         """How many of these end where they did before the run was extended."""
@@ -84,8 +88,8 @@ class Run:
         """The files of all repeats that are there, of the config or not."""
         return files.repeats(self.directory)
 
-    def traces(self, point: Point) -> Iterator[Trace]:
-        """The repeats of a point that are there, in order.
+    def traces(self, point: Point, present: Sequence[int] | None = None) -> Iterator[Trace]:
+        """The repeats of a point that are there, or were when ``present`` was asked, in order.
 
         Interrupted ones are among them, and in an extension that is not finished those of before
         it: what is simulated can be read, and ``shorter`` tells how many do not go as far.
@@ -93,25 +97,29 @@ class Run:
         Raises ``RunError`` if there is none and ``StoreError`` for one that cannot be read or is
         not of this run.
         """
-        found = False
-        for repeat in range(self.experiment.repeats):
-            if not self.holds(point, repeat):
-                continue
-            stored = store.read(self.path(point.index, repeat))
-            trace = stored.trace
-            told = store.Told(trace.stop, trace.collisions, stored.provenance)
-            state, said = self.state(point, repeat, told)
-            if state is State.UNUSABLE:
-                raise store.StoreError(said)
-            found = True
-            yield trace
-        if not found:
+        present = self.present(point) if present is None else present
+        for repeat in present:
+            yield self.read(point, repeat)
+        if not present:
             setting = ", ".join(f"{key}={value}" for key, value in point.parameters)
             which = f"the point {setting}" if setting else "it"
             raise RunError(
                 f"{self.directory}: no repeat of {which} is there yet; run the config again, which "
                 "goes on where it stopped"
             )
+
+    def read(self, point: Point, repeat: int) -> Trace:
+        """A repeat. Raises ``StoreError`` if it cannot be read or is not of this run."""
+        stored = store.read(self.path(point.index, repeat))
+        trace = stored.trace
+        self.accept(point, repeat, store.Told(trace.stop, trace.collisions, stored.provenance))
+        return trace
+
+    def accept(self, point: Point, repeat: int, told: Told) -> None:
+        """Raise ``StoreError`` if what a repeat's file says of itself is not of this run."""
+        state, said = self.state(point, repeat, told)
+        if state is State.UNUSABLE:
+            raise store.StoreError(said)
 
     def state(self, point: Point, repeat: int, told: Told) -> tuple[State, str]:
         """What a repeat's file is to this run by what it says of itself, and why in a sentence."""

@@ -63,6 +63,7 @@ def execute(
     not_noted: list[tuple[int, int, str]] = []
     there: list[Job] = []
     missing: list[Job] = []
+    outdated = False
     command = shlex.join([_program(), *sys.argv[1:]])
     for job in jobs(run):
         exists = run.path(job.point.index, job.repeat).exists()
@@ -82,7 +83,7 @@ def execute(
         forget_failures(run)
         if missing and not cancelled.is_set():
             missing.sort(key=lambda job: (job.point.index, job.repeat))
-            _discard_analyses(run, watcher)
+            outdated = _discard_analyses(run, watcher)
             clock = time.perf_counter()
             to_compile = [missing] if cluster is None else []
             for _ in threads.each(lambda what, _: _warm_up(what, run.engine), to_compile):
@@ -109,6 +110,8 @@ def execute(
                 watcher.events(outcome.collisions)
             outcomes.append(outcome)
             watcher.finished(outcome)
+    if any(not outcome.cached for outcome in outcomes):
+        _discard_analyses(run, watcher, outdated)  # those made meanwhile
     for failure in not_noted:  # what was under way has left the disk by now
         note_failure(run, *failure)
     return sorted(outcomes, key=lambda outcome: (outcome.point, outcome.repeat))
@@ -119,14 +122,18 @@ def _cached(job: Job, told: Told) -> Outcome:
     return Outcome(job.point.index, job.repeat, told.stop, told.collisions, cached=True)
 
 
-def _discard_analyses(run: Run, watcher: Watcher) -> None:
-    """Remove what has been fitted and compared without the repeats that are to come."""
+def _discard_analyses(run: Run, watcher: Watcher, told: bool = False) -> bool:
+    """Remove what has been fitted and compared while repeats are to come.
+
+    Figures stay; whether there are any, of which the user is told once.
+    """
     removed = run.analyses()
     for path in removed:
         path.unlink(missing_ok=True)
     figures = bool(run.figures())
-    if removed or figures:
-        watcher.outdated(removed, figures)
+    if removed or (figures and not told):
+        watcher.outdated(removed, figures and not told)
+    return figures
 
 
 def _warm_up(missing: list[Job], engine: str | None) -> None:

@@ -68,9 +68,8 @@ class Charts {
 
   // Mean pressure from the repeat's start to a time after so many of the film's collisions, Pa m.
   pressure(row, time) {
-    if (!(time > 0)) return 0;
-    const gained = this.gain ? this.gain[row] * (time - this.rows[row]) : 0;
-    return (this.sum[row] + gained) / time;
+    const gain = this.gain ? this.gain[row] : 0;
+    return time > 0 ? (this.sum[row] + gain * (time - this.rows[row])) / time : gain;
   }
 
   draw(reel, pace) {
