@@ -209,6 +209,17 @@ def _check_speeds(scene: Scene) -> None:
             "double; choose other units, so that speeds and distances are nearer to 1",
             ball,
         )
+    with np.errstate(over="ignore", under="ignore"):
+        energy = float(np.sum(scene.masses * speeds**2)) / 2
+    if np.any(speeds > 0) and not np.finfo(np.float64).tiny <= energy < math.inf:
+        heaviest = int(np.argmax(scene.masses))
+        raise SceneError(
+            "balls",
+            f"the energy of the balls, ball {heaviest} of {scene.masses[heaviest]:.6g} kg among "
+            "them, is no longer a double; choose other units, so that masses and speeds are nearer "
+            "to 1",
+            heaviest,
+        )
 
 
 def check_period(size: tuple[float, float], largest: float) -> None:

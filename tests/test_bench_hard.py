@@ -68,10 +68,11 @@ def test_galperins_count_is_known_to_three_million() -> None:
 # --- what is refused ------------------------------------------------------------------------
 
 
-def lone(radius: float = 1.0, speed: float = 1.0) -> Scene:
+def lone(radius: float = 1.0, speed: float = 1.0, mass: float = 1.0) -> Scene:
     text = f"""
     container: {{radius: 10.0}}
-    balls: {{list: [{{position: [0, 0], velocity: [{speed!r}, 0], radius: {radius!r}}}]}}
+    balls:
+      list: [{{position: [0, 0], velocity: [{speed!r}, 0], radius: {radius!r}, mass: {mass!r}}}]
     cor: 1.0
     collisions: 10
     """
@@ -95,6 +96,13 @@ def test_speeds_whose_squares_are_no_doubles_are_refused(speed: float, word: str
     with pytest.raises(SceneError, match=re.escape(f"at {speed:g} m/s, too {word}")):
         lone(speed=speed)
     assert lone(speed=0.0).number == lone(speed=1e-150).number == lone(speed=1e150).number == 1
+
+
+@pytest.mark.parametrize(("mass", "speed"), [(1e100, 1e150), (1e-100, 1e-150)])
+def test_energies_that_are_no_doubles_are_refused(mass: float, speed: float) -> None:
+    with pytest.raises(SceneError, match=re.escape(f"ball 0 of {mass:g} kg among them, is no")):
+        lone(mass=mass, speed=speed)
+    assert lone(mass=mass, speed=1 / speed).number == 1
 
 
 @pytest.mark.parametrize("speed", [1e-150, 1e-70, 1e80, 1e150])

@@ -74,6 +74,7 @@ def test_an_interrupt_while_extending_loses_no_collision(
     assert stopped.stop is not None
     assert stopped.stop.reason is StopReason.INTERRUPTED
     assert (bytes_of(longer.directory) != before) == replaced
+    assert stopped.unstored == (not replaced)
     assert store.check(longer.path(0, 0)).collisions == (81_920 if replaced else 70_000)
     assert len(longer.present(longer.points[0])) == 1
     assert longer.shorter(longer.points[0]) == (not replaced)

@@ -92,7 +92,7 @@ class Rings(Model):
     )
     radius: q.Positive = Field(description="Radius of every ball, m.")
     mass: q.Mass = Field(default=1.0, description="Mass of every ball, kg.")
-    speed: q.Speed = Field(description="Speed of every ball at the start, m/s.")
+    speed: q.NotNegative = Field(description="Speed of every ball at the start, m/s.")
     ring_extent: q.Fraction = Field(
         default=0.8,
         description="Radius of the outermost ring, as a fraction of the container radius.",
@@ -124,7 +124,7 @@ class Species(_Sparse):
         default=None, description="Radius of every ball, m; absent: follows from packing."
     )
     mass: q.Mass = Field(default=1.0, description="Mass of every ball, kg.")
-    speed: q.Speed = Field(
+    speed: q.NotNegative = Field(
         description="Speed of every ball at the start, m/s; for speeds: maxwell the root mean "
         "square. In a periodic box the velocity of the centre of mass is taken off all and the "
         "kinetic energy then restored."

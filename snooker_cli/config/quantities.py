@@ -72,9 +72,6 @@ Pair = Annotated[
 ]
 Positive = Annotated[float, Field(gt=0), _needs("a finite number above 0")]
 Mass = Annotated[float, Field(ge=1e-100, le=1e100), _needs("a number from 1e-100 to 1e100")]
-Speed = Annotated[
-    float, Field(ge=0, le=1e100), AfterValidator(_positive_zero), _needs("a number from 0 to 1e100")
-]
 NotNegative = Annotated[
     float, Field(ge=0), AfterValidator(_positive_zero), _needs("a finite number of 0 or more")
 ]

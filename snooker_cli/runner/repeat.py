@@ -29,6 +29,7 @@ class Outcome:
     cached : it was there already, and has been checked instead of simulated
     traceback : where an error arose that no user can have made
     work : what simulating it took
+    unstored : it was interrupted, and its file stays as it was, which goes as far or further
     """
 
     point: int
@@ -39,6 +40,7 @@ class Outcome:
     error: str | None = None
     traceback: str = ""
     work: Work | None = None
+    unstored: bool = False
 
 
 class LeftError(Exception):
@@ -80,7 +82,8 @@ def do(run: Run, job: Job, watch: Callable[[int], bool], command: str) -> Outcom
                 seconds=time.perf_counter() - clock,
                 engine=run.engine,
             )
-            if not _keeps_what_is_there(run, job, trace):
+            unstored = _keeps_what_is_there(run, job, trace)
+            if not unstored:
                 recorder.finish(trace, provenance)
     except LeftError:
         return None
@@ -88,7 +91,8 @@ def do(run: Run, job: Job, watch: Callable[[int], bool], command: str) -> Outcom
         return Outcome(point, repeat, None, 0, error=str(error))
     except Exception as error:  # one repeat's failure must not end the others
         return unforeseen(point, repeat, error)
-    return Outcome(point, repeat, trace.stop, trace.collisions, work=trace.work)
+    stop, collisions = trace.stop, trace.collisions
+    return Outcome(point, repeat, stop, collisions, work=trace.work, unstored=unstored)
 
 
 def unforeseen(point: int, repeat: int, error: BaseException) -> Outcome:
