@@ -280,12 +280,8 @@ def _show(run: Run, outcomes: list[Outcome], summary: dict[str, Any]) -> None:
         rows,
     )
     if unstored := sum(outcome.unstored for outcome in outcomes):
-        stays = (
-            "1 repeat stays as it was" if unstored == 1 else f"{unstored} repeats stay as they were"
-        )
-        tell(
-            f"{stays}, no shorter than what was simulated of {'it' if unstored == 1 else 'them'} now"
-        )
+        files = "file stays as it was" if unstored == 1 else "files stay as they were"
+        tell(f"{unstored} {files}, no shorter than what was simulated now")
     if len(points) > MOST_ROWS:
         tell(f"... and {len(points) - MOST_ROWS:,} more points; --json tells of all")
     collapsed = [
