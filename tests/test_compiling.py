@@ -154,20 +154,24 @@ def test_an_exception_in_machine_code_is_one_here(cache: Path) -> None:
 def test_kinds_and_values_of_arguments() -> None:
     floats, pair, *_ = given = arguments()
     kinds, values = flattened(given)
-    assert kinds == "<f82C Pair( <f81C i64 ) ptr i8 double"
+    rows, floating = 0x1 | 0x100 | 0x400, np.dtype(float)
+    line = rows | 0x2
+    of_pair = "Pair", "(", floating, 1, line, "i64", ")"
+    assert kinds == (floating, 2, rows, *of_pair, "ptr", "i8", "double")
     address = floats.ctypes.data
     assert values[:9] == [None, None, 6, 8, address, 2, 3, 24, 8]
     assert values[9:16] == [None, None, 3, 8, pair.floats.ctypes.data, 3, 8]
     assert values[16:] == [7, None, True, 0.5]
     floats.flags.writeable = False
-    assert flattened((floats, np.float32(1), np.float64(2)))[0] == "<f82Cr float double"
+    kinds = flattened((floats, np.float32(1), np.float64(2)))[0]
+    assert kinds == (floating, 2, 0x1 | 0x100, "float", "double")
 
 
 def test_other_arguments_processors_and_settings_have_other_files() -> None:
-    program = "from snooker_cli.engine.machine_code import *; print(file_name(load, 'int'))"
-    here = file_name(load, "int")
+    program = "from snooker_cli.engine.machine_code import *; print(file_name(load, ('i64',)))"
+    here = file_name(load, ("i64",))
     assert here.startswith("engine.machine_code.load-")
-    assert here != file_name(load, "float")
+    assert here != file_name(load, ("double",))
     assert output_of(program).strip() == here
     assert output_of(program, NUMBA_NUM_THREADS="1").strip() == here
     assert output_of(program, NUMBA_CPU_NAME="generic").strip() != here
@@ -180,7 +184,7 @@ def test_another_source_has_another_file(tmp_path: Path) -> None:
         path.write_text(f"def constant(): return {number}\n")
         found: dict[str, Any] = {"__name__": "made"}
         exec(compile(path.read_text(), path, "exec"), found)
-        names.add(file_name(found["constant"], ""))
+        names.add(file_name(found["constant"], ()))
     assert len(names) == 2
 
 

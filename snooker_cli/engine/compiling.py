@@ -16,7 +16,7 @@ import numpy as np
 from snooker_cli.engine.patience import compiling
 
 if TYPE_CHECKING:
-    from snooker_cli.engine.machine_code import Code
+    from snooker_cli.engine.machine_code import Code, Kinds
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -65,7 +65,7 @@ class Kernel:
     def __init__(self, function: Callable[..., Any]) -> None:
         update_wrapper(self, function)
         self.function = function
-        self._codes: dict[str, Code] = {}
+        self._codes: dict[Kinds, Code] = {}
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the machine code.
@@ -82,7 +82,7 @@ class Kernel:
                 self._codes[kinds] = code
         return code(arguments, values)
 
-    def _code(self, kinds: str, arguments: tuple[Any, ...]) -> Code:
+    def _code(self, kinds: Kinds, arguments: tuple[Any, ...]) -> Code:
         """The code for such arguments, from its file if there is one."""
         from snooker_cli.engine import machine_code
 

@@ -24,6 +24,7 @@ import llvmlite.binding as llvm
 import numpy as np
 
 Values: TypeAlias = list[Any]
+Kinds: TypeAlias = tuple[Any, ...]
 Code: TypeAlias = Callable[[tuple[Any, ...], Values], Any]
 """A function of arguments, and of the values that machine code is given for them."""
 
@@ -52,38 +53,41 @@ LLVM_NAMES: dict[Any, str] = {
     ctypes.c_float: "float",
 }
 
+KINDS = {kind: LLVM_NAMES[native] for kind, native in SCALARS.items()}
 
-def flattened(arguments: tuple[Any, ...]) -> tuple[str, Values]:
+LAYOUT = 0x1 | 0x2 | 0x100 | 0x400
+"""What machine code depends on of an array's flags: in rows or columns, aligned, writeable."""
+
+
+def flattened(arguments: tuple[Any, ...]) -> tuple[Kinds, Values]:
     """Of what kinds arguments are, and what machine code is given for them.
 
     Raises ``TypeError`` for what is no number, array of numbers, ``None`` or tuple of these.
     """
-    kinds: list[str] = []
+    kinds: list[Any] = []
     values: Values = []
     for argument in arguments:
         _flatten(argument, kinds, values)
-    return " ".join(kinds), values
+    return tuple(kinds), values
 
 
-def _flatten(argument: Any, kinds: list[str], values: Values) -> None:
+def _flatten(argument: Any, kinds: list[Any], values: Values) -> None:
     if isinstance(argument, np.ndarray):
-        flags = argument.flags
-        order = "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A"
-        access = "" if flags.writeable else "r"
-        kinds.append(f"{argument.dtype.str}{argument.ndim}{order}{access}")
-        values += None, None, argument.size, argument.itemsize, argument.ctypes.data
-        values += argument.shape
-        values += argument.strides
+        ndim, shape = argument.ndim, argument.shape
+        kinds += argument.dtype, ndim, argument.flags.num & LAYOUT
+        address = argument.ctypes.data
+        values += None, None, argument.size, argument.itemsize, address, *shape, *argument.strides
     elif isinstance(argument, tuple):
-        kinds.append(f"{type(argument).__name__}(")
+        kinds += type(argument).__name__, "("
         for each in argument:
             _flatten(each, kinds, values)
         kinds.append(")")
-    elif type(argument) in SCALARS:
-        kinds.append(LLVM_NAMES[SCALARS[type(argument)]])
-        values.append(argument)
     else:
-        raise TypeError(f"a kernel takes no {type(argument).__name__}: {argument!r}")
+        kind = KINDS.get(type(argument))
+        if kind is None:
+            raise TypeError(f"a kernel takes no {type(argument).__name__}: {argument!r}")
+        kinds.append(kind)
+        values.append(argument)
 
 
 def _native(argument: Any) -> Iterator[Any]:
@@ -184,9 +188,9 @@ def load(path: Path) -> MachineCode | None:
         return None
 
 
-def file_name(function: Callable[..., Any], kinds: str) -> str:
+def file_name(function: Callable[..., Any], kinds: Kinds) -> str:
     """What the file of a function's machine code is called, for this processor and arguments."""
-    what = f"{_target()} {_source(function.__code__.co_filename)} {kinds}"
+    what = f"{_target()} {_source(function.__code__.co_filename)} {[*map(str, kinds)]}"
     what = hashlib.sha256(what.encode()).hexdigest()[:16]
     room = function.__module__.removeprefix("snooker_cli.")
     return f"{room}.{function.__qualname__}-{what}.code"

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 ROWS = 512
 EARLY = 32
 """Steps from the start within which no row is dropped; a power of two."""
-EARLY_ROWS = 2**11 * EARLY // 2
-"""Rows put aside at most: as often as a double can be doubled."""
+EARLY_ROWS = 512 * EARLY // 2
+"""Rows put aside at most: by then energies, which fall as time squared, are no doubles."""
 # Energies whose squares are doubles, J. Balls that collapse may have less.
 LEAST_ENERGY, MOST_ENERGY = 1e-140, 1e140
 # Columns of a row: those of ``trace.Series`` without the time, in order.
