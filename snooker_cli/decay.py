@@ -59,8 +59,8 @@ QUANTITIES: dict[Quantity, str] = {
 """What is fitted: with a point a collision, or a window."""
 
 SAMPLING = (
-    "One point a collision, or every few of very many, for energy, temperature and pressure, "
-    "whatever was recorded; "
+    "One point a collision, or every few of very many, for energy, temperature and pressure, of a "
+    "summary read between its rows; "
     f"{WINDOWS} windows of time for the local ones."
 )
 """How curves are sampled, as a fit's reader has to know."""

@@ -108,6 +108,9 @@ def create(
         if fresh:
             for old in (*directory.glob("point-*/repeat-*.h5"), *run.figures()):
                 old.unlink()
+            for empty in directory.glob("point-*"):
+                with suppress(OSError):  # it is not
+                    empty.rmdir()
             forget_failures(run)
         if fresh or (present and takes_back(run, present)):
             for old in run.analyses():
