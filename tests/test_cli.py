@@ -223,7 +223,7 @@ def test_fresh_removes_the_fit_of_the_old_results(finished: Path, snooker: Snook
     assert (ended.code, ended.err) == (
         0,
         "snooker: this extends runs/small: repeats from 3 to 4\n"
-        "snooker: removed fit.json, made when repeats were still to come; make it again later\n",
+        "snooker: removed fit.json, made without all of the repeats; make it again later\n",
     )
     assert not (finished / "fit.json").exists()
     assert snooker("fit", "small").code == 0

@@ -16,6 +16,7 @@ from scenes import report_scene
 
 from snooker_cli.engine import compiling, replay, simulate
 from snooker_cli.engine.compiling import COMPILED, Kernel
+from snooker_cli.engine.endings import NOTHING_LEFT
 from snooker_cli.engine.machine_code import MachineCode, file_name, flattened, load
 
 if not COMPILED:
@@ -93,6 +94,30 @@ def test_where_nothing_can_be_kept_it_is_compiled_all_the_same(
     assert Kernel(sum_of)(*arguments()) == sum_of(*arguments())
 
 
+def test_events_and_summaries_have_one_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Though the one has no rows in its grid and the other none in its columns of events."""
+    from snooker_cli.engine import allpairs
+
+    called = []
+    monkeypatch.setattr(allpairs.advance, "_codes", _Recording(called))
+    for summary in (False, True):
+        simulate(report_scene(), collisions=5, summary=summary)
+    assert len(called) >= 2
+    assert len(set(called)) == 1
+
+
+class _Recording(dict[Any, Any]):
+    """No code but one that has the kernel stop; and which kinds it was asked for."""
+
+    def __init__(self, asked: list[Any]) -> None:
+        super().__init__()
+        self.asked = asked
+
+    def get(self, kinds: Any, default: Any = None) -> Any:
+        self.asked.append(kinds)
+        return lambda arguments, values: NOTHING_LEFT
+
+
 def test_what_returns_a_tuple_is_called_by_numba(cache: Path) -> None:
     assert Kernel(lambda a, b: (b, a))(1, 2.0) == (2.0, 1)
     assert not cache.exists()
@@ -155,13 +180,17 @@ def test_kinds_and_values_of_arguments() -> None:
     floats, pair, *_ = given = arguments()
     kinds, values = flattened(given)
     rows, floating = 0x1 | 0x100 | 0x400, np.dtype(float)
-    line = rows | 0x2
-    of_pair = "Pair", "(", floating, 1, line, "i64", ")"
+    of_pair = "Pair", "(", floating, 1, rows, "i64", ")"
     assert kinds == (floating, 2, rows, *of_pair, "ptr", "i8", "double")
     address = floats.ctypes.data
     assert values[:9] == [None, None, 6, 8, address, 2, 3, 24, 8]
     assert values[9:16] == [None, None, 3, 8, pair.floats.ctypes.data, 3, 8]
     assert values[16:] == [7, None, True, 0.5]
+    assert flattened((floats.T, floats[:, ::2], floats[:0]))[0][2::3] == (
+        0x2 | 0x100 | 0x400,
+        0x100 | 0x400,
+        rows,
+    )
     floats.flags.writeable = False
     kinds = flattened((floats, np.float32(1), np.float64(2)))[0]
     assert kinds == (floating, 2, 0x1 | 0x100, "float", "double")

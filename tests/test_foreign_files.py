@@ -154,7 +154,7 @@ def test_what_is_analysed_while_a_run_goes_on_does_not_outlive_it(
     monkeypatch.setattr(execution, "do", meanwhile)
     ended = snooker("run", "small.yaml")
     assert ended.code == 0
-    assert "removed compare.json, made when repeats were still to come" in ended.err
+    assert "removed compare.json, made without all of the repeats" in ended.err
     assert not Path("runs/small/compare.json").exists()
 
 

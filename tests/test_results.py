@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
-from repeating import done
+from repeating import done, made
 
 from snooker_cli import results, store
 from snooker_cli.config import Experiment, digest, parse
@@ -405,3 +406,14 @@ def test_json_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="nan"):
         results.write_json(path, {"k": float("nan")})
     assert json.loads(path.read_text()) == {"k": 0.1 + 0.2}
+
+
+@pytest.mark.parametrize("change", ['"cor": 9', '"cor": "x"'])
+def test_a_manifest_with_a_bad_value_is_no_fault(
+    change: str, copied_run: Path, small_config: str
+) -> None:
+    """Its points are known all the same, and the run's config is at hand."""
+    manifest = copied_run / "run.json"
+    manifest.write_text(re.sub(r'"cor": 0.85', change, manifest.read_text(), count=1))
+    run = made(copied_run, small_config)
+    assert json.loads(manifest.read_text()) == json.loads(json.dumps(run.manifest()))

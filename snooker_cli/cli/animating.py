@@ -81,6 +81,8 @@ def animate(
     _check(out, seconds, fps, magnify)
     opened = open_run(run)
     trace = trace_of(opened, point, repeat)
+    if magnify > 1 and not trace.start.free:
+        raise UserError(f"--magnify {magnify:g}: the container of {opened.name} does not move")
     try:
         made = film(
             trace,

@@ -79,9 +79,9 @@ class Lines(Watcher):
     def outdated(self, removed: list[Path], figures: bool) -> None:
         if removed:
             names, them = listed([path.name for path in removed]), "them" if removed[1:] else "it"
-            say(f"removed {names}, made when repeats were still to come; make {them} again later")
+            say(f"removed {names}, made without all of the repeats; make {them} again later")
         if figures:
-            say("figures were drawn when repeats were still to come; draw them again later")
+            say("figures were drawn without all of the repeats; draw them again later")
 
     def simulating(self, compiling: float) -> None:
         self.compiling, self._began = compiling, time.perf_counter()

@@ -55,7 +55,8 @@ LLVM_NAMES: dict[Any, str] = {
 
 KINDS = {kind: LLVM_NAMES[native] for kind, native in SCALARS.items()}
 
-LAYOUT = 0x1 | 0x2 | 0x100 | 0x400
+BY_ROWS, BY_COLUMNS = 0x1, 0x2
+LAYOUT = BY_ROWS | BY_COLUMNS | 0x100 | 0x400
 """What machine code depends on of an array's flags: in rows or columns, aligned, writeable."""
 
 
@@ -74,7 +75,9 @@ def flattened(arguments: tuple[Any, ...]) -> tuple[Kinds, Values]:
 def _flatten(argument: Any, kinds: list[Any], values: Values) -> None:
     if isinstance(argument, np.ndarray):
         ndim, shape = argument.ndim, argument.shape
-        kinds += argument.dtype, ndim, argument.flags.num & LAYOUT
+        layout = argument.flags.num & LAYOUT
+        # What is in rows is not in columns, too, though an array of one row or none is both.
+        kinds += argument.dtype, ndim, layout & ~BY_COLUMNS if layout & BY_ROWS else layout
         address = argument.ctypes.data
         values += None, None, argument.size, argument.itemsize, address, *shape, *argument.strides
     elif isinstance(argument, tuple):

@@ -99,8 +99,11 @@ def extension(run: Run) -> str:
 
 def takes_back(run: Run, present: dict[str, Any]) -> bool:
     """Whether a run has fewer repeats, or ends earlier, than its folder's manifest says."""
-    fewer = run.experiment.repeats < present["experiment"].get("repeats", 1)
-    return fewer or not _goes_on(run.points, _points(present))
+    if run.experiment.repeats < present["experiment"].get("repeats", 1):
+        return True
+    if present["points"] == as_json(run.manifest())["points"]:
+        return False
+    return not _goes_on(run.points, _points(present))
 
 
 def as_json(content: dict[str, Any]) -> Any:
