@@ -96,7 +96,7 @@ def test_a_repeat_is_no_run(finished: Path, snooker: Snooker) -> None:
     assert ended.err == f"snooker: {REPEAT}: is one repeat of a run; name the run\n"
 
 
-@pytest.mark.parametrize("content", ["", "{", "[]", "{}"])
+@pytest.mark.parametrize("content", ["", "{", "[]", "{}", "[" * 100_000])
 def test_a_damaged_manifest_is_a_damaged_file(
     content: str, finished: Path, snooker: Snooker
 ) -> None:

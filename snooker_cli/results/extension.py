@@ -28,7 +28,7 @@ def read_manifest(manifest: Path) -> dict[str, Any] | None:
         content: dict[str, Any] = json.loads(manifest.read_text(encoding="utf-8"))
         content["engine_version"], content["experiment"].keys()
         [(one["parameters"].keys(), one["digest"]) for one in content["points"]]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
     return content
 

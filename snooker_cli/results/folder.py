@@ -161,7 +161,7 @@ def open_run(name: str | Path) -> Run:
         content = json.loads(files.text(directory, MANIFEST))
         experiment = parse(json.dumps(content["experiment"]), str(manifest)).experiment
         version = int(content["engine_version"])
-    except (OSError, ValueError, KeyError, TypeError, ConfigError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError, ConfigError) as error:
         said = f"no {error}" if isinstance(error, KeyError) else str(error).splitlines()[0]
         raise DamagedError(
             f"{manifest}: cannot be read ({said}); put a copy of it back, or run the config with "

@@ -104,8 +104,8 @@ class Run:
             setting = ", ".join(f"{key}={value}" for key, value in point.parameters)
             which = f"the point {setting}" if setting else "it"
             raise RunError(
-                f"{self.directory}: no repeat of {which} is there yet; run the config again, which "
-                "goes on where it stopped"
+                f"{self.directory}: no repeat of {which} is there yet; a run that is under way "
+                "brings it, or run the config again, which goes on where it stopped"
             )
 
     def read(self, point: Point, repeat: int) -> Trace:
