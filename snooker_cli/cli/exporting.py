@@ -158,8 +158,7 @@ def _export_states(
 
     stored = store.read(run.path(point.index, repeat))
     trace = stored.trace
-    told = store.Told(trace.stop, trace.collisions, stored.provenance)
-    run.accept(point, repeat, told)
+    run.accept(point, repeat, stored.told)
     end = trace.stop.time
     if every is not None:
         wanted = _every(every, end)

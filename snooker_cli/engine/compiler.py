@@ -80,7 +80,9 @@ def machine_code_of(function: Callable[..., Any], arguments: tuple[Any, ...]) ->
         if each.is_declaration and not each.name.startswith("llvm.")
     ]
     # As Numba itself does, with what it knows of the processor and was told of it.
-    target_machine = cpu_target.target_context.codegen()._tm
+    target_machine = getattr(cpu_target.target_context.codegen(), "_tm", None)
+    if target_machine is None:
+        raise NotImplementedError("this Numba does not tell what machine it compiles for")
     return MachineCode(name, returned, parameters, needed, target_machine.emit_object(module))
 
 

@@ -59,9 +59,8 @@ def facts(run: Run, point: Point, selection: Selection, *, single: bool) -> list
 def _read(run: Run, point: Point, number: int) -> Trace:
     """A repeat of this run from its file, or from memory, see ``_stored``."""
     stored = _stored(run.path(point.index, number))
-    trace = stored.trace
-    run.accept(point, number, store.Told(trace.stop, trace.collisions, stored.provenance))
-    return trace
+    run.accept(point, number, stored.told)
+    return stored.trace
 
 
 def _stored(path: Path) -> Stored:

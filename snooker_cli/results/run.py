@@ -111,9 +111,8 @@ class Run:
     def read(self, point: Point, repeat: int) -> Trace:
         """A repeat. Raises ``StoreError`` if it cannot be read or is not of this run."""
         stored = store.read(self.path(point.index, repeat))
-        trace = stored.trace
-        self.accept(point, repeat, store.Told(trace.stop, trace.collisions, stored.provenance))
-        return trace
+        self.accept(point, repeat, stored.told)
+        return stored.trace
 
     def accept(self, point: Point, repeat: int, told: Told) -> None:
         """Raise ``StoreError`` if what a repeat's file says of itself is not of this run."""

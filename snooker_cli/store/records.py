@@ -49,6 +49,11 @@ class Stored:
     trace: Trace
     provenance: Provenance
 
+    @property
+    def told(self) -> Told:
+        """What the file says of itself, without the collisions."""
+        return Told(self.trace.stop, self.trace.collisions, self.provenance)
+
 
 @dataclass(frozen=True)
 class Told:
