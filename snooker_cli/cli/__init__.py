@@ -18,7 +18,6 @@ def main() -> None:
     gc.set_threshold(RARELY)
     with at_once():
         from snooker_cli.cli.commands import app
-        from snooker_cli.cli.completion import rejoined
         from snooker_cli.cli.endings import guarded
 
-        guarded(partial(app, prog_name="snooker", obj=rejoined()))
+        guarded(partial(app, prog_name="snooker"))

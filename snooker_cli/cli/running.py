@@ -21,10 +21,7 @@ if TYPE_CHECKING:
     from snooker_cli.results import Run
     from snooker_cli.runner import Kind, Outcome
 
-ConfigPath = Annotated[
-    Path,
-    typer.Argument(metavar="CONFIG", help="A YAML experiment.", autocompletion=completion.configs),
-]
+ConfigPath = Annotated[Path, typer.Argument(metavar="CONFIG", help="A YAML experiment.")]
 Overrides = Annotated[
     list[str] | None,
     typer.Option(
@@ -79,7 +76,6 @@ def run(
             help="Who simulates: threads, or dask=tcp://HOST:PORT for the workers of a dask "
             "scheduler, which must share the run's folder [threads].",
             show_default=False,
-            autocompletion=completion.executors,
         ),
     ] = "threads",
     fresh: Annotated[
