@@ -48,7 +48,7 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
     "inside a file": (["run", "small.yaml", "--out", "small.yaml/a"], 2, r".*: cannot be written"),
     "fresh in no run": (["run", "small.yaml", "--out", ".", "--fresh"], 2, r"\.: is not empty"),
     "no run": (["export", "absent"], 2, r"absent: there is no run here"),
-    "config as run": (["export", "small.yaml"], 2, r"small\.yaml: there is no run here"),
+    "config as run": (["export", "small.yaml"], 2, r"small\.yaml: is a file, not a run's folder"),
     "no point": (["export", "small", "--point", "2"], 2, r"--point 2: small has points 0 to 1"),
     "no folder": (
         ["export", "small", "--out", "small.yaml/events.csv"],

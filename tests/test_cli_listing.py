@@ -190,15 +190,12 @@ def test_a_folder_that_is_no_run_is_not_listed(finished: Path, snooker: Snooker)
     [
         ("smal", "small"),
         ("runs/smal", "runs/small"),
-        ("coled", "cooled.h5"),
-        ("runs/coled.h5", "runs/cooled.h5"),
         ("elastic", ""),
         ("other/small", ""),
     ],
 )
 def test_the_nearest_run_is_told(wanted: str, near: str, finished: Path, snooker: Snooker) -> None:
     (finished.parent / wanted).mkdir(parents=True)  # no run
-    results.pack(results.open_run("small"), finished.parent / "cooled.h5")
     ended = snooker("show", wanted)
     meant = f"the nearest is {near}, and `snooker ls` lists all" if near else "make one with"
     assert ended.code == 2

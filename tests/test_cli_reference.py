@@ -24,8 +24,8 @@ What `--help` prints for each; made by `python tests/test_cli_reference.py`. The
 [tutorial](tutorial.md) shows them at work.
 
 `snooker --install-completion` makes the shell that it is called from (bash, zsh, fish or
-PowerShell) complete commands and options, configs, names of runs, figures and templates, and after
-`-o` the keys of a config and their values.
+PowerShell) complete commands and options, names of runs, figures and templates, and after `-o` the
+keys of a config.
 """
 
 MEANINGS = {

@@ -19,7 +19,6 @@ from snooker_cli import results, store
 from snooker_cli.engine import simulate
 from snooker_cli.engine.epochs import LEAST_EVENTS
 from snooker_cli.export import frames
-from snooker_cli.results import Run
 from snooker_cli.scene import Scene
 from snooker_cli.store import SCHEMA_VERSION, Provenance
 from snooker_cli.trace import StopReason, Trace
@@ -262,39 +261,6 @@ def test_a_runs_folder_has_what_the_page_says(finished: Path, snooker: Snooker) 
 
 def walk(directory: Path) -> Iterator[Path]:
     return (path for path in directory.rglob("*") if path.is_file())
-
-
-def test_a_packed_run_has_what_the_page_says(finished_run: Run, tmp_path: Path) -> None:
-    results.pack(finished_run, tmp_path / "packed.h5")
-    (rows,) = tables("## A packed run")
-    kinds = {row["object"]: (row["kind"], row["type"]) for row in rows}
-    with h5py.File(tmp_path / "packed.h5") as file:
-        found = {name: ("attribute", kind_of(file.attrs, name)[0]) for name in file.attrs}
-        for name, item in objects(file["files"]):
-            assert (name, item.ndim) == ("run.json", 1)
-            found["files/NAME"] = "dataset", str(item.dtype)
-        repeats = {
-            f"{point}/{repeat}": file[point][repeat]
-            for point in file
-            if point != "files"
-            for repeat in file[point]
-        }
-        for name, group in repeats.items():
-            for attribute in group.attrs:
-                found[attribute] = "attribute", kind_of(group.attrs, attribute)[0]
-            found[re.sub(r"\d{4}", "0000", name)] = "group", ""
-            with h5py.File(finished_run.directory / f"{name}.h5") as alone:
-                assert described(group) == described(alone)
-        assert len(repeats) == 6
-    assert found == kinds
-
-
-def described(group: h5py.Group) -> dict[str, Any]:
-    """What is in a group, to the bits of its datasets."""
-    return {
-        name: (item.dtype, item[()].tobytes()) if isinstance(item, h5py.Dataset) else len(item)
-        for name, item in objects(group)
-    }
 
 
 @pytest.mark.parametrize("scene", SCENES)

@@ -25,7 +25,7 @@ RunName = Annotated[
     str,
     typer.Argument(
         metavar="RUN",
-        help="A run's folder or packed file, or name in runs/.",
+        help="A run's folder, or its name in runs/.",
         autocompletion=completion.runs,
     ),
 ]
@@ -36,7 +36,7 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
 
     Exponential and Haff's law, 1/(1 + αt)². Shown are the mean over the repeats and its standard
     error, the bootstrap's, and (largest - smallest)/2, which is the report's way. Saved in
-    RUN/fit.json, unless RUN is packed.
+    RUN/fit.json.
     """
     from snooker_cli.cli.tables import Column, point_label
     from snooker_cli.decay import SAMPLING, decays, notes, record
@@ -79,7 +79,7 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
     """Set what RUN measured beside the ideal gas, the report's formulas and kinetic theory.
 
     Each row: measured mean and standard error, prediction, difference, and the difference in its
-    standard errors. Saved in RUN/compare.json, unless RUN is packed.
+    standard errors. Saved in RUN/compare.json.
     """
     from snooker_cli.cli.tables import Column, point_label
     from snooker_cli.compare import compare as comparisons
@@ -171,11 +171,9 @@ def _analysed(run: Run, analysis: Analysis) -> tuple[Records, Records]:
 
 
 def _save(run: Run, name: str, rows: Records, notes: Records) -> None:
-    """Save an analysis, printed already, in a run that is a folder. Raises ``RunError``."""
+    """Save an analysis, printed already, in the run's folder. Raises ``RunError``."""
     from snooker_cli.results import RunError, write_json
 
-    if run.packed:
-        return
     try:
         write_json(run.directory / name, {"rows": rows, "notes": notes})
     except OSError as error:

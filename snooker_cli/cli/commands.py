@@ -16,7 +16,6 @@ from snooker_cli.cli import (
     exporting,
     inspecting,
     listing,
-    packing,
     plotting,
     running,
     verifying,
@@ -77,8 +76,6 @@ app.command("plot")(_patient(plotting.plot))
 app.command("animate")(_patient(animating.animate))
 app.command("report")(_patient(analysing.report))
 app.command("export")(_patient(exporting.export))
-app.command("pack")(packing.pack)
-app.command("unpack")(packing.unpack)
 app.command("validate")(inspecting.validate)
 app.command("schema")(inspecting.schema)
 app.add_typer(benching.bench, name="bench")

@@ -23,7 +23,7 @@ def plot(
         str | None,
         typer.Argument(
             metavar="RUN",
-            help="A run's folder or packed file, or name in runs/.",
+            help="A run's folder, or its name in runs/.",
             autocompletion=completion.runs,
         ),
     ] = None,
@@ -55,7 +55,7 @@ def plot(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", help="Folder [RUN/figures, or RUN-figures]."),
+        typer.Option("--out", metavar="DIR", help="Folder [RUN/figures]."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -1,4 +1,4 @@
-"""A run's folder or packed file: its manifest, its repeats, and what they are to the run."""
+"""A run's folder: its manifest, its repeats, and what they are to the run."""
 
 from snooker_cli.results.extension import extension
 from snooker_cli.results.failures import FAILURES, failures, forget_failures, note_failure
@@ -12,7 +12,6 @@ from snooker_cli.results.folder import (
     planned,
     runs_in,
 )
-from snooker_cli.results.packing import pack, unpack
 from snooker_cli.results.run import (
     ANALYSES,
     FIGURE_KEYS,
@@ -41,9 +40,7 @@ __all__ = [
     "is_held",
     "note_failure",
     "open_run",
-    "pack",
     "planned",
     "runs_in",
-    "unpack",
     "write_json",
 ]

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from contextlib import suppress
 
-from snooker_cli.results import files
 from snooker_cli.results.run import Run
 
 FAILURES = "failures.jsonl"
@@ -30,7 +29,7 @@ def failures(run: Run) -> dict[tuple[int, int], str]:
     """The error of each point and repeat that failed; a line that a kill has cut is left out."""
     found: dict[tuple[int, int], str] = {}
     with suppress(OSError):
-        for line in files.text(run.directory, FAILURES).splitlines():
+        for line in (run.directory / FAILURES).read_text("utf-8", "replace").splitlines():
             with suppress(ValueError, KeyError, TypeError):
                 one = json.loads(line)
                 found[int(one["point"]), int(one["repeat"])] = str(one["error"])

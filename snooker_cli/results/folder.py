@@ -13,7 +13,6 @@ from pathlib import Path
 
 from snooker_cli import store
 from snooker_cli.config import ConfigError, Experiment, parse, points
-from snooker_cli.results import files
 from snooker_cli.results.extension import as_json, read_manifest, refusal, takes_back
 from snooker_cli.results.failures import FAILURES, forget_failures
 from snooker_cli.results.run import ANALYSES, MANIFEST, DamagedError, Run, RunError, write_json
@@ -106,7 +105,7 @@ def create(
     present = read_manifest(manifest)
     with _said(directory):
         if fresh:
-            for old in (*directory.glob("point-*/repeat-*.h5"), *run.figures()):
+            for old in (*run.repeats_there(), *run.figures()):
                 old.unlink()
             for empty in directory.glob("point-*"):
                 with suppress(OSError):  # it is not
@@ -141,24 +140,20 @@ def planned(
 
 
 def open_run(name: str | Path) -> Run:
-    """A run by its folder or packed file, or by its name under ``runs/``.
+    """A run by its folder, or by its name under ``runs/``.
 
     Raises ``RunError`` if there is none, and of its kinds ``DamagedError`` if it cannot be read.
     """
-    directory = next(filter(_is_run, _meant(name)), None)
+    directory = next(filter(_is_run, (Path(name), RUNS / name)), None)
     if directory is None:
-        if Path(name).is_file() and Path(name).suffix == files.SUFFIX:
-            if holds_results(Path(name)):
-                raise RunError(f"{name}: is one repeat of a run; name the run")
-            raise DamagedError(
-                f"{name}: no packed run of snooker, or damaged or cut off; take another copy of it"
-            )
+        if Path(name).is_file():
+            raise RunError(f"{name}: is a file, not a run's folder (packed runs cannot be read)")
         near = _nearest(Path(name))
         meant = f"the nearest is {near}, and `snooker ls` lists all" if near else _MAKE
         raise RunError(f"{name}: there is no run here (no {MANIFEST}); {meant}")
     manifest = directory / MANIFEST
     try:
-        content = json.loads(files.text(directory, MANIFEST))
+        content = json.loads(manifest.read_text("utf-8", "replace"))
         experiment = parse(json.dumps(content["experiment"]), str(manifest)).experiment
         version = int(content["engine_version"])
     except (OSError, ValueError, KeyError, TypeError, RecursionError, ConfigError) as error:
@@ -176,20 +171,13 @@ def _nearest(name: Path) -> str:
     Among those in the folder that is named or, without one, in ``runs/`` and here.
     """
     folders = [name.parent] if len(name.parts) > 1 else [RUNS, Path()]
-    found: dict[str, str] = {}
-    for folder in filter(Path.is_dir, folders):
-        for path in folder.iterdir():
-            if (path.is_dir() or path.suffix == files.SUFFIX) and _is_run(path):
-                found.setdefault(path.stem if path.is_file() else path.name, path.name)
+    found = [path.parent.name for folder in folders for path in folder.glob(f"*/{MANIFEST}")]
     near = difflib.get_close_matches(name.name, found, n=1)
-    return str(name.with_name(found[near[0]])) if near else ""
+    return str(name.with_name(near[0])) if near else ""
 
 
 def runs_in(directory: Path) -> list[Path]:
-    """The folders of runs and the packed ones in a folder, or itself if it is a run.
-
-    Raises ``RunError``.
-    """
+    """The folders of runs in a folder, or itself if it is a run. Raises ``RunError``."""
     if _is_run(directory):
         return [directory]
     if not directory.is_dir():
@@ -197,24 +185,16 @@ def runs_in(directory: Path) -> list[Path]:
             f"{directory}: there is no such folder; `snooker run CONFIG` makes {RUNS}, or name a "
             "folder that has runs in it"
         )
-    folders = [path.parent for path in directory.glob(f"*/{MANIFEST}")]
-    return sorted([*folders, *filter(_is_run, directory.glob(f"*{files.SUFFIX}"))])
-
-
-def _meant(name: str | Path) -> Iterator[Path]:
-    """What a run's name can mean, the likeliest first."""
-    for path in (Path(name), RUNS / name):
-        yield path
-        yield path.with_name(path.name + files.SUFFIX) if path.name else path
+    return sorted(path.parent for path in directory.glob(f"*/{MANIFEST}"))
 
 
 def _is_run(path: Path) -> bool:
-    """Whether a path is a run's folder or a packed run."""
-    return store.is_packed_run(path) if path.is_file() else (path / MANIFEST).is_file()
+    """Whether a path is a run's folder."""
+    return (path / MANIFEST).is_file()
 
 
 def holds_results(path: Path) -> bool:
-    """Whether a file is a packed run, a repeat or another of a run's own: nobody replaces these."""
+    """Whether a file is a repeat or another of a run's own, which no command may replace."""
     if not path.is_file():
         return False
     if path.name in (MANIFEST, FAILURES, *ANALYSES):
@@ -222,7 +202,7 @@ def holds_results(path: Path) -> bool:
     with suppress(store.StoreError):
         store.glance(path)
         return True
-    return store.is_packed_run(path)
+    return False
 
 
 @contextmanager
@@ -237,12 +217,7 @@ def _said(directory: Path) -> Iterator[None]:
 
 
 def _refuse_file(directory: Path) -> None:
-    """Raise ``RunError`` for a file: a packed run, in which nothing is written, or any other."""
-    if store.is_packed_run(directory):
-        raise RunError(
-            f"{directory}: is a packed run, which is never changed; `snooker unpack {directory}` "
-            "and run in its folder, or give --out for another one"
-        )
+    """Raise ``RunError`` for a file where a run's folder should be."""
     if directory.is_file():
         raise RunError(f"{directory}: cannot be written (is a file); give --out for another folder")
 

@@ -16,7 +16,6 @@ from typing import Any
 from snooker_cli import store
 from snooker_cli.config import ConfigError, Experiment, Point, digest, extends, parse, to_json
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.results import files
 from snooker_cli.store import Told
 from snooker_cli.trace import StopReason, Trace
 
@@ -60,16 +59,11 @@ class Run:
 
     @property
     def name(self) -> str:
-        """The folder's name; of a packed run, the one that its folder had."""
-        return self.directory.stem if self.packed else self.directory.name
-
-    @property
-    def packed(self) -> bool:
-        """Whether all of it is in one file, which is read like the folder and never changed."""
-        return self.directory.is_file()
+        """The folder's name."""
+        return self.directory.name
 
     def path(self, point: int, repeat: int) -> Path:
-        """Where a repeat's file is, or will be; of a packed run, what ``store`` takes for it."""
+        """Where a repeat's file is, or will be."""
         return self.directory / f"point-{point:04d}" / f"repeat-{repeat:04d}.h5"
 
     def present(self, point: Point) -> list[int]:
@@ -86,7 +80,7 @@ class Run:
 
     def repeats_there(self) -> list[Path]:
         """The files of all repeats that are there, of the config or not."""
-        return files.repeats(self.directory)
+        return sorted(self.directory.glob("point-*/repeat-*.h5"))
 
     def traces(self, point: Point, present: Sequence[int] | None = None) -> Iterator[Trace]:
         """The repeats of a point that are there, or were when ``present`` was asked, in order.
@@ -177,28 +171,22 @@ class Run:
 
     def analyses(self) -> list[Path]:
         """What ``fit`` and ``compare`` have saved here."""
-        return [
-            self.directory / each for name in ANALYSES for each in files.names(self.directory, name)
-        ]
+        return [path for name in ANALYSES if (path := self.directory / name).is_file()]
 
     @property
     def figures_folder(self) -> Path:
-        """Where ``plot`` draws: in the run's folder, or beside its packed file."""
-        if self.packed:
-            return self.directory.with_name(f"{self.name}-figures")
+        """Where ``plot`` draws."""
         return self.directory / "figures"
 
     def figures(self) -> list[Path]:
         """What ``plot`` has drawn in the run's folder, known by the numbers beside each figure."""
-        there = files.names(self.directory, "figures/*")
         found = []
-        for name in (name for name in there if name.endswith(".json")):
+        for path in sorted(self.figures_folder.glob("*.json")):
             with suppress(OSError, ValueError):
-                content = json.loads(files.text(self.directory, name))
+                content = json.loads(path.read_text("utf-8", "replace"))
                 if isinstance(content, dict) and content.keys() >= FIGURE_KEYS:
-                    stem = name.removesuffix(".json")
-                    found += [name, *(stem + ending for ending in (".svg", ".png"))]
-        return [self.directory / name for name in found if name in there]
+                    found += [path, path.with_suffix(".svg"), path.with_suffix(".png")]
+        return [path for path in found if path.is_file()]
 
 
 def write_json(path: Path, content: Any) -> None:

@@ -1,28 +1,13 @@
 """A trace <-> an HDF5 file, valid H5MD 1.1; docs/file-format.md is the schema.
 
-One file a repeat, or a packed run of all. Long columns are in chunks, each through HDF5's shuffle
+One file a repeat. Long columns are in chunks, each through HDF5's shuffle
 and deflate filters, which every reader has. A file is written beside its place, flushed to the disk
 and then renamed, so that a finished file can never be torn.
 """
 
 from snooker_cli.store.fingerprint import Fingerprint, content_hash
-from snooker_cli.store.packing import (
-    is_packed_run,
-    pack,
-    packed_file,
-    packed_files,
-    packed_repeats,
-    unpack,
-)
-from snooker_cli.store.parts import (
-    PACKING,
-    packing_beside,
-    part_beside,
-    parts_of_this_machine,
-    whole,
-)
-from snooker_cli.store.places import About, about
-from snooker_cli.store.reading import check, events, glance, read
+from snooker_cli.store.parts import part_beside, parts_of_this_machine, whole
+from snooker_cli.store.reading import About, about, check, events, glance, read
 from snooker_cli.store.recording import Recorder, write
 from snooker_cli.store.records import (
     SCHEMA_VERSION,
@@ -36,7 +21,6 @@ from snooker_cli.store.records import (
 from snooker_cli.store.states import write_states
 
 __all__ = [
-    "PACKING",
     "SCHEMA_VERSION",
     "About",
     "AbsentError",
@@ -52,16 +36,9 @@ __all__ = [
     "content_hash",
     "events",
     "glance",
-    "is_packed_run",
-    "pack",
-    "packed_file",
-    "packed_files",
-    "packed_repeats",
-    "packing_beside",
     "part_beside",
     "parts_of_this_machine",
     "read",
-    "unpack",
     "whole",
     "write",
     "write_states",

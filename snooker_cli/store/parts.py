@@ -2,66 +2,30 @@
 
 from __future__ import annotations
 
-import os
 import platform
 import re
 import secrets
-import shutil
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
-from glob import escape
 from pathlib import Path
 
-if sys.platform != "win32":
-    import fcntl
 
-PACKING = ".packing"
-"""In the names of what is packed or unpacked, so that no one else's is taken for a leftover."""
-
-
-def part_beside(path: Path, of: str = "") -> Path:
+def part_beside(path: Path) -> Path:
     """A new name beside ``path``, for writing what then replaces it."""
-    return path.with_name(f"{path.name}{of}.{_machine()}-{secrets.token_hex(8)}.part")
+    return path.with_name(f"{path.name}.{_machine()}-{secrets.token_hex(8)}.part")
 
 
 @contextmanager
-def whole(path: Path, of: str = "") -> Iterator[Path]:
+def whole(path: Path) -> Iterator[Path]:
     """A name beside ``path`` for what replaces it at the end, or is gone if anything goes wrong."""
-    part = part_beside(path, of)
+    part = part_beside(path)
     try:
         yield part
         part.replace(path)
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
-
-
-@contextmanager
-def packing_beside(path: Path) -> Iterator[None]:
-    """Clear away what a kill has left of packing or unpacking to ``path``; inside, it can be begun.
-
-    All who pack or unpack in a folder share its lock, and it is cleared only by one who has it
-    alone: then nobody is writing there. Where a folder cannot be locked, nothing is cleared.
-    """
-    if sys.platform == "win32":
-        yield
-        return
-    descriptor = os.open(path.parent, os.O_RDONLY)
-    try:
-        with suppress(OSError):
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            for part in path.parent.glob(f"{escape(path.name)}{PACKING}.{_machine()}-*.part"):
-                if part.is_dir():
-                    shutil.rmtree(part)
-                else:
-                    part.unlink(missing_ok=True)
-        with suppress(OSError):
-            fcntl.flock(descriptor, fcntl.LOCK_SH)
-        yield
-    finally:
-        os.close(descriptor)
 
 
 def parts_of_this_machine(directory: Path) -> Iterator[Path]:

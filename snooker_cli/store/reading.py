@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,6 @@ from snooker_cli.scene import Scene
 from snooker_cli.store import hdf5
 from snooker_cli.store.contents import RESIDUAL
 from snooker_cli.store.fingerprint import Fingerprint
-from snooker_cli.store.places import is_packed, place
 from snooker_cli.store.records import (
     SCHEMA_VERSION,
     AbsentError,
@@ -31,6 +30,27 @@ from snooker_cli.trace import SERIES_UNITS, Events, Series, Stop, StopReason, Su
 
 AT_ONCE = 1 << 20
 """Events that are read at a time where they need not be kept."""
+
+
+@dataclass(frozen=True)
+class About:
+    """A repeat's file as the system knows it.
+
+    bytes : its size
+    modified : when it was put in its place, ns since 1970
+    """
+
+    bytes: int
+    modified: int
+
+
+def about(path: Path) -> About | None:
+    """What the system knows of a repeat's file; ``None`` if there is none."""
+    try:
+        status = path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    return About(status.st_size, status.st_mtime_ns)
 
 
 def read(path: Path) -> Stored:
@@ -93,8 +113,7 @@ def _verified(root: Any, path: Path, *, keep: bool) -> tuple[Trace, Provenance, 
 
 def _changed(path: Path) -> StoreError:
     """What is said of a file with other values than were written."""
-    remedy = _remedy(path, "run it again")
-    return StoreError(f"{path}: its content has changed since it was written; {remedy}")
+    return StoreError(f"{path}: its content has changed since it was written; run it again")
 
 
 def _is_numbered(root: Any, trace: Trace) -> bool:
@@ -133,8 +152,11 @@ def _own(root: Any, path: Path) -> Any:
 def _opened(path: Path) -> Iterator[Any]:
     """A repeat's group; what HDF5 or the schema does not take is raised as ``StoreError``."""
     try:
-        with place(path) as root:
-            yield root
+        file = hdf5.to_read(path)
+        try:
+            yield h5g.open(file, b"/")
+        finally:
+            file.close()
     except FileNotFoundError:
         raise AbsentError(
             f"{path}: there is no such result; run the config, which does what is missing"
@@ -144,15 +166,10 @@ def _opened(path: Path) -> Iterator[Any]:
             raise StoreError(
                 f"{path}: is a folder where a result's file should be; delete it and run again"
             ) from None
-        remedy = _remedy(path, "delete it and run again")
         raise StoreError(
-            f"{path}: not a readable result of snooker ({hdf5.said(error)}); {remedy}"
+            f"{path}: not a readable result of snooker ({hdf5.said(error)}); delete it and run "
+            "again"
         ) from None
-
-
-def _remedy(path: Path, otherwise: str) -> str:
-    """What to do about a bad repeat: one that is packed cannot be made again where it is."""
-    return "take another copy of the packed run" if is_packed(path) else otherwise
 
 
 def _trace(root: Any) -> Trace:
