@@ -383,7 +383,8 @@ def test_a_damaged_manifest_is_said(content: str, copied_run: Path, experiment: 
 
 
 def test_nothing_there_is_said(tmp_path: Path) -> None:
-    for place in (tmp_path, tmp_path / "absent", "absent"):
+    (tmp_path / "empty").mkdir()
+    for place in (tmp_path / "empty", tmp_path / "absent", "absent"):
         with pytest.raises(RunError, match=r"there is no run here .* `snooker run CONFIG`"):
             results.open_run(place)
 
