@@ -7,7 +7,7 @@ Each file is JSON:
 - scene: as in ``snooker_cli.scene``, SI units; null is infinite
 - events: a row each: time (s), i, j (-1 for the container), impulse (kg m/s), and what relative
   errors of 1 in every collision up to there, in places and velocities, make of the time (s), the
-  impulse (kg m/s) and the worst ball's place (m); see ``snooker_cli.bench.growth``
+  impulse (kg m/s) and the worst ball's place (m); see ``error_growth``
 - states: after every so many events, and the number of events; a row a ball, the container last:
   x, y (m), u, v (m/s)
 
@@ -25,12 +25,12 @@ from typing import Any
 
 import mpmath
 import numpy as np
+from error_growth import Growth, growth
 from numpy.typing import NDArray
 
 from snooker_cli import __version__
 from snooker_cli.bench.catalogue import CASES, Case
 from snooker_cli.bench.exact import trajectory
-from snooker_cli.bench.growth import Growth, growth
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
 

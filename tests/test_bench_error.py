@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -23,13 +22,10 @@ from snooker_cli.bench.methods import (
     TOLERANCE,
     by_engine,
     by_report,
-    by_single,
     by_steps,
     deepest_overlap,
     methods,
 )
-from snooker_cli.bench.single import SINGLE, single_engine
-from snooker_cli.engine import compiling, layout
 from snooker_cli.figures import to_json
 from snooker_cli.gallery import Line, Points
 
@@ -138,106 +134,6 @@ def test_deepest_overlap():
         0.3
     )
     assert deepest_overlap(scene, out, np.array([[0.2, 0.0]])) == pytest.approx(0.1)
-
-
-# --- the engine in single precision -----------------------------------------------------------
-
-SINGLE_EPSILON = 2.0**-23
-
-PLAIN = """
-import numpy as np
-from snooker_cli.bench.catalogue import rings
-from snooker_cli.bench.methods import by_single
-scene = rings(number=1, restitution=0.9, container_mass=20.0)
-course = by_single(scene, np.array([0.2, 1.0]))
-print(course.events.time.tolist(), course.positions.tolist())
-"""
-
-
-def plain_single():
-    """Times and places of seven balls in 32 bits, simulated without a compiler."""
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    command = [sys.executable, "-W", "error", "-c", PLAIN]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
-    time, positions = json.loads(f"[{done.stdout.replace('] [', '], [')}]")
-    return np.array(time), np.array(positions)
-
-
-def test_all_of_the_engine_in_single_precision_is_of_32_bits():
-    engine = single_engine()
-    scene = seven()
-    modules = [sys.modules[f"{SINGLE}.{name}"] for name in ("contact", "endings", "layout")]
-    contact, endings, rows = modules
-    assert engine is single_engine()
-    assert engine.simulate is not by_engine.__globals__["simulate"]
-    assert (contact.NEVER, type(contact.NEVER)) == (math.inf, np.float32)
-    assert (endings.CLOCK_DIGITS, type(endings.CLOCK_DIGITS)) == (4 * SINGLE_EPSILON, np.float32)
-    *numbers, limit = rows.Setup.of(scene)
-    assert {type(number) for number in numbers} == {np.float32}
-    assert limit == 2**62
-    for array in (rows.balls_of(scene), rows.container_of(scene), rows.new_sums(scene)):
-        assert array.dtype == np.float32
-    # And the engine itself is as it was.
-    assert layout.balls_of(scene).dtype == np.float64
-    assert {type(number) for number in layout.Setup.of(scene)[:-1]} == {float}
-
-
-def test_single_precision_is_off_by_its_roundings():
-    """After 8 events, by no less than a rounding of the places and no more than some hundred."""
-    time, positions = plain_single()
-    course = by_engine(seven(), np.array([0.2, 1.0]))
-    assert len(time) == len(course.events)
-    assert np.array_equal(time, time.astype(np.float32))
-    assert np.array_equal(positions, positions.astype(np.float32))
-    errors = rms_distance(positions, course.positions)
-    assert all(errors > SINGLE_EPSILON)
-    assert all(errors < 100 * SINGLE_EPSILON * 10.0)
-
-
-@pytest.mark.long
-def test_single_precision_is_the_same_source():
-    """Compiled it gives what it gives in plain Python, to the bit."""
-    time, positions = plain_single()
-    course = by_single(seven(), np.array([0.2, 1.0]))
-    assert course.events.time.tolist() == time.tolist()
-    assert course.positions.tolist() == positions.tolist()
-
-
-@pytest.mark.long
-@pytest.mark.skipif(compiling.CACHE is None, reason="nothing is compiled here")
-def test_what_is_compiled_in_single_precision_has_files_of_its_own():
-    by_single(seven(), np.array([0.2]))
-    kernels = {path.name.partition("-")[0] for path in compiling.CACHE.glob("*.code")}
-    single = {name for name in kernels if name.startswith("bench.single_engine.")}
-    assert "bench.single_engine.allpairs.advance" in single
-    assert single < kernels
-
-
-@pytest.mark.long
-def test_single_precision_is_as_exact_as_its_epsilon():
-    """Its books are, and its overlaps; its clocks are set back and its replay exact, too."""
-    course = by_single(rings(), np.array([0.5]))
-    assert len(course.events) > 100
-    rounding = len(course.events) * 4 * SINGLE_EPSILON
-    books = ledger(course)
-    assert 0 < max(books.energy, books.momentum, books.angular_momentum) < rounding
-    assert 0 < course.overlap < 8 * SINGLE_EPSILON * 10.0
-    engine = single_engine()
-    trace = engine.simulate(rings(), collisions=20_000, engine="allpairs")
-    assert trace.events.residual.dtype == np.float32
-    states = engine.replay(trace, [trace.stop.time])
-    assert np.array_equal(states.positions[0], trace.finish.positions)
-    assert np.array_equal(states.velocities[0], trace.finish.velocities)
-
-
-@pytest.mark.long
-def test_single_precision_is_among_the_methods():
-    case = Case("seven", "seven balls", 40, seven)
-    found = study(case, methods((1e-3,), single=True))
-    engine, _, single, steps = found.results
-    assert (single.method, single.step) == ("snooker in 32 bits", None)
-    third = found.checkpoints.index(5)
-    assert 1e6 * engine.place_errors[third] < single.place_errors[third] < steps.place_errors[third]
 
 
 # --- averages and horizons --------------------------------------------------------------------
@@ -379,7 +275,7 @@ def test_the_command_prints_and_writes(measured):
 
 def test_without_mpmath_the_command_says_what_to_install(snooker, monkeypatch):
     monkeypatch.setitem(sys.modules, "mpmath", None)
-    for name in ("error", "exact", "horizon", "growth"):
+    for name in ("error", "exact", "horizon"):
         monkeypatch.delitem(sys.modules, f"snooker_cli.bench.{name}", raising=False)
     ended = snooker("bench", "error", "--quick")
     assert ended.code == 2

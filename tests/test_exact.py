@@ -7,11 +7,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from error_growth import growth
 from scenes import EPSILON, scene_of
 
 from snooker_cli.bench.catalogue import along_the_wall, galperin, mixture, rings, wall_trap
 from snooker_cli.bench.exact import trajectory
-from snooker_cli.bench.growth import growth
 from snooker_cli.bench.horizon import first_different
 from snooker_cli.bench.ledger import total_energy, total_momentum
 from snooker_cli.engine import simulate

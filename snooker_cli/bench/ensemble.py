@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from snooker_cli.bench.methods import Course, Method
     from snooker_cli.scene import Scene
 
+ROUNDING = 1e-9
+"""No overlap that rounding makes is deeper, m: a collision came late or not at all."""
+
 
 @dataclass(frozen=True)
 class Ensemble:
@@ -67,7 +70,7 @@ def averages(ensemble: Ensemble, methods: Sequence[Method], repeats: int) -> lis
             Bias(name, *_mean(value), *_mean(value - columns[name]))
             for name, value in values.items()
         )
-        overlapping = sum(overlap > method.rounding for overlap in overlaps)
+        overlapping = sum(overlap > ROUNDING for overlap in overlaps)
         found.append(Averages(method.name, method.step, biases, max(overlaps), overlapping))
     return found
 

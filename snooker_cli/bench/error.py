@@ -40,7 +40,6 @@ class Plan:
     cases, steps : scenes with an exact course, and the steps of time stepping for them, s
     ensembles, repeats, ensemble_steps : averages over so many repeats, with these steps, s
     questions : how far ahead scenes can be computed
-    single : whether the engine in single precision is among the methods
     """
 
     cases: tuple[Case, ...]
@@ -49,7 +48,6 @@ class Plan:
     repeats: int
     ensemble_steps: tuple[float, ...]
     questions: tuple[Question, ...]
-    single: bool
 
 
 @dataclass(frozen=True)
@@ -110,15 +108,11 @@ def full_plan() -> Plan:
             Question("report", "the report's scene, elastic", 0.041, 2, rings),
             Question("dilute", "with balls of 0.1 m", 0.196, 4, lambda k: rings(k, radius=0.1)),
         ),
-        single=True,
     )
 
 
 def quick_plan() -> Plan:
-    """The same for seven balls, in seconds: to see that it works, not to be quoted.
-
-    Without single precision, which alone would take longer to compile.
-    """
+    """The same for seven balls, in seconds: to see that it works, not to be quoted."""
 
     def seven(repeat: int) -> Scene:
         return rings(repeat, number=1, restitution=0.9)
@@ -131,7 +125,6 @@ def quick_plan() -> Plan:
         repeats=4,
         ensemble_steps=(1e-2, 1e-3),
         questions=(Question("seven", "seven balls", 0.30, 1, lambda k: rings(k, number=1)),),
-        single=False,
     )
 
 
@@ -144,10 +137,10 @@ def measured(plan: Plan, tell: Callable[[str], None] = lambda _: None) -> dict[s
     studies, biases, horizons = [], [], []
     for case in plan.cases:
         tell(case.what)
-        studies.append(asdict(study(case, methods(plan.steps, single=plan.single))))
+        studies.append(asdict(study(case, methods(plan.steps))))
     for ensemble in plan.ensembles:
         tell(f"averages over {plan.repeats} repeats, {ensemble.what}")
-        found = averages(ensemble, methods(plan.ensemble_steps, single=plan.single), plan.repeats)
+        found = averages(ensemble, methods(plan.ensemble_steps), plan.repeats)
         biases.append(_averaged(ensemble, plan.repeats, found))
     for question in plan.questions:
         tell(f"how far ahead, {question.what}")

@@ -1,23 +1,18 @@
-"""Ways to simulate a scene, side by side: this engine, the report's algorithm, time stepping.
-
-The engine is there in double and, if asked for, in single precision.
-"""
+"""Ways to simulate a scene, side by side: this engine, the report's algorithm, time stepping."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli.bench.single import single_engine
 from snooker_cli.bench.stepping import stepped, table
-from snooker_cli.engine import States, replay, simulate
+from snooker_cli.engine import replay, simulate
 from snooker_cli.scene import Scene
-from snooker_cli.trace import CONTAINER, Events, Trace
+from snooker_cli.trace import CONTAINER, Events
 from snooker_cli.words import short
 
 if TYPE_CHECKING:
@@ -50,22 +45,15 @@ class Course:
 
 @dataclass(frozen=True)
 class Method:
-    """A way to simulate; ``run`` takes a scene and ascending moments, s.
-
-    rounding : m, no overlap that rounding makes is deeper: a collision came late or not at all
-    """
+    """A way to simulate; ``run`` takes a scene and ascending moments, s."""
 
     name: str
     step: float | None
     run: Callable[[Scene, Floats], Course]
-    rounding: float = 1e-9
 
 
-def methods(steps: tuple[float, ...], *, single: bool = False) -> tuple[Method, ...]:
-    """All of them; time stepping once for each step, s.
-
-    single : the engine in 32 bits too, which takes some 15 s of compiling on a machine new to it
-    """
+def methods(steps: tuple[float, ...]) -> tuple[Method, ...]:
+    """All of them; time stepping once for each step, s."""
 
     def stepping(step: float) -> Callable[[Scene, Floats], Course]:
         return lambda scene, moments: by_steps(scene, moments, step)
@@ -73,43 +61,12 @@ def methods(steps: tuple[float, ...], *, single: bool = False) -> tuple[Method, 
     return (
         Method("snooker", None, by_engine),
         Method("the report's algorithm", None, by_report),
-        *([Method("snooker in 32 bits", None, by_single, rounding=1e-5)] if single else []),
         *(Method(f"time steps of {short(step)} s", step, stepping(step)) for step in steps),
     )
 
 
 def by_engine(scene: Scene, moments: Floats) -> Course:
     """This project's engine."""
-    return _by_events(scene, moments, simulate, replay)
-
-
-def by_single(scene: Scene, moments: Floats) -> Course:
-    """This project's engine, looking at all pairs, in single precision; see ``single``."""
-    engine = single_engine()
-    course = _by_events(scene, moments, partial(engine.simulate, engine="allpairs"), engine.replay)
-    # Its numbers as they are, for others to reckon with in 64 bits.
-    finish = course.finish
-    places = np.vstack([finish.positions, finish.container_position])
-    velocities = np.vstack([finish.velocities, finish.container_velocity])
-    return replace(
-        course,
-        events=replace(
-            course.events,
-            time=course.events.time.astype(np.float64),
-            impulse=course.events.impulse.astype(np.float64),
-        ),
-        positions=course.positions.astype(np.float64),
-        finish=_finish(scene, places.astype(np.float64), velocities.astype(np.float64)),
-    )
-
-
-def _by_events(
-    scene: Scene,
-    moments: Floats,
-    simulate: Callable[..., Trace],
-    replay: Callable[[Trace, Floats], States],
-) -> Course:
-    """An engine of events and its replay."""
     clock = time.process_time()
     trace = simulate(scene, time=float(moments[-1]))
     seconds = time.process_time() - clock

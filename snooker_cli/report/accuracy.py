@@ -8,7 +8,7 @@ takes another.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,30 +63,19 @@ def finding(measurement: Record) -> str:
     """What the study comes to, in the README's words too."""
     scene = measurement["scenes"][0]
     place = scene["checkpoints"].index(AFTER)
-    ours, report, *others = scene["results"]
-    steps = [one for one in others if one["step"]]
+    ours, report, *steps = scene["results"]
     finest = min(steps, key=lambda one: float(one["step"]))
     coarsest = max(steps, key=lambda one: float(one["step"]))
     return (
         f"After {AFTER} events of {scene['what']}, snooker is off by "
         f"{short(ours['place_errors'][place], 2)} m, at {_rate(ours)} events a second from the "
         f"start to the end of a run of {scene['collisions']}; the report's own algorithm by "
-        f"{short(report['place_errors'][place], 2)} m at {_rate(report)}; "
-        f"{_without_steps(others, place)}time steps of "
+        f"{short(report['place_errors'][place], 2)} m at {_rate(report)}; time steps of "
         f"{short(coarsest['step'])} s by {short(coarsest['place_errors'][place], 2)} m at "
         f"{_rate(coarsest)}, and of {short(finest['step'])} s by "
         f"{short(finest['place_errors'][place], 2)} m at {_rate(finest)}. "
         f"{_first_misses(scene, report)} The truth is an exact twin with {scene['digits']} digits, "
         f"measured on {measurement['date'][:10]} on one processor: {machine(measurement)}."
-    )
-
-
-def _without_steps(results: Sequence[Record], place: int) -> str:
-    """How far further methods that know no steps are off."""
-    return "".join(
-        f"{one['method']} by {short(one['place_errors'][place], 2)} m at {_rate(one)}; "
-        for one in results
-        if not one["step"]
     )
 
 
