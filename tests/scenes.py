@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.arrange import arrange
+from snooker_cli.arrange.streams import random_normals
+from snooker_cli.bench.catalogue import geometric
 from snooker_cli.config import Experiment
 from snooker_cli.scene import Scene, Shape
 from snooker_cli.trace import CONTAINER, Events, Trace
@@ -73,16 +75,16 @@ def gas(
     radii, masses = np.ones(number), np.ones(number)
     if mixed:
         radii = dice.permutation(np.linspace(0.4, 1.0, number))
-        masses = dice.permutation(np.geomspace(0.2, 5.0, number))
+        masses = dice.permutation(geometric(0.2, 5.0, number))
     area = math.pi * float(np.sum(radii**2)) / packing
     circle = shape == "circle"
     height = math.sqrt(area / math.pi) * 2 if circle else math.sqrt(area / aspect)
     width = height if circle else height * aspect
     places = lattice(number, width, height, float(radii.max()) if circle else None)
-    velocities = dice.normal(size=(number, 2)) * np.sqrt(50.0 / masses)[:, np.newaxis]
+    velocities = random_normals(number, seed, 0) * np.sqrt(50.0 / masses)[:, np.newaxis]
     if number > 1:
-        velocities -= masses @ velocities / masses.sum()
-    energy = 0.5 * float(masses @ np.sum(velocities**2, axis=1))
+        velocities -= np.sum(masses[:, np.newaxis] * velocities, axis=0) / masses.sum()
+    energy = 0.5 * math.fsum(masses * np.sum(velocities**2, axis=1))
     velocities *= math.sqrt(50.0 * number / energy)
     return Scene(
         positions=places,
@@ -152,7 +154,7 @@ def mixed_scene(container_mass: float = math.inf, restitution: float = 1.0) -> S
     return replace(
         scene,
         radii=np.linspace(0.4, 1.0, scene.number)[::-1].copy(),
-        masses=np.geomspace(0.2, 5.0, scene.number),
+        masses=geometric(0.2, 5.0, scene.number),
     )
 
 

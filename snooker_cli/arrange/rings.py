@@ -37,7 +37,7 @@ def unit_polygon(corners: int) -> tuple[tuple[float, float], ...]:
     """The corners of a regular polygon on the unit circle, each coordinate correctly rounded."""
     with localcontext() as context:
         context.prec = DIGITS
-        cosine, sine = _cosine_and_sine(2 * PI / corners)
+        cosine, sine = cosine_and_sine(2 * PI / corners)
         x, y = Decimal(1), Decimal(0)
         points = []
         for _ in range(corners):
@@ -46,7 +46,7 @@ def unit_polygon(corners: int) -> tuple[tuple[float, float], ...]:
     return tuple(points)
 
 
-def _cosine_and_sine(angle: Decimal) -> tuple[Decimal, Decimal]:
+def cosine_and_sine(angle: Decimal) -> tuple[Decimal, Decimal]:
     """Their Taylor series, to the context's precision, for an angle up to 2 pi."""
     term, parts = Decimal(1), [Decimal(0), Decimal(0)]
     order = 0

@@ -5,12 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from decimal import Decimal, localcontext
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from snooker_cli.arrange import arrange
+from snooker_cli.arrange.rings import DIGITS, cosine_and_sine
 from snooker_cli.config import parse
 from snooker_cli.scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 RADIUS = 10.0
 """Of every container here, m."""
@@ -55,8 +61,20 @@ def mixture() -> Scene:
     return replace(
         scene,
         radii=np.linspace(1.0, 0.4, scene.number),
-        masses=np.geomspace(0.2, 5.0, scene.number),
+        masses=geometric(0.2, 5.0, scene.number),
     )
+
+
+def geometric(first: float, last: float, number: int) -> NDArray[np.float64]:
+    """A geometric sequence of ``number`` > 1 values from first to last, each correctly rounded.
+
+    NumPy's ``geomspace`` rounds differently on different processors.
+    """
+    with localcontext() as context:
+        context.prec = DIGITS
+        start, ratio = Decimal(first), Decimal(last) / Decimal(first)
+        powers = (ratio ** (Decimal(k) / (number - 1)) for k in range(number))
+        return np.array([float(start * power) for power in powers])
 
 
 Ball = tuple[float, float, float, float, float, float]
@@ -94,8 +112,10 @@ def galperin() -> Scene:
 
 def along_the_wall(angle: float) -> Scene:
     """One ball of 1 m at the wall, moving inwards at an angle to it, rad."""
-    velocity = (-10.0 * math.sin(angle), 10.0 * math.cos(angle))
-    return fixed([(RADIUS - 1.0, 0.0, *velocity, 1.0, 1.0)])
+    with localcontext() as context:
+        context.prec = DIGITS
+        cosine, sine = cosine_and_sine(Decimal(angle))
+    return fixed([(RADIUS - 1.0, 0.0, -10.0 * float(sine), 10.0 * float(cosine), 1.0, 1.0)])
 
 
 def wall_trap() -> Scene:
