@@ -69,7 +69,7 @@ def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
         judged = judging.result()
         for each in drawing:
             each.result()
-    write_json(out / "numbers.json", _numbers(pictures, judged, fits))
+    write_json(out / "numbers.json", rounded(_numbers(pictures, judged, fits)))
     document = content.document(pictures, judged, fits, opened, saved)
     say("the pages")
     return [
@@ -123,6 +123,19 @@ def _numbers(
         },
         "fits": fits,
     }
+
+
+def rounded(content: Any) -> Any:
+    """JSON's numbers with six significant digits.
+
+    exp, log and pow differ in their last bits between processors, and so do fits in their seventh
+    digit.
+    """
+    if isinstance(content, dict):
+        return {key: rounded(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [rounded(value) for value in content]
+    return float(f"{content:.6g}") if isinstance(content, float) else content
 
 
 def _row(row: Row) -> dict[str, Any]:
