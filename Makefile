@@ -11,7 +11,7 @@ DONE := $(RUNS:%=runs/%/.done)
 WRITING := $(wildcard snooker_cli/*.py snooker_cli/*/*.py snooker_cli/report/templates/* snooker_cli/report/measured/* snooker_cli/animation/player/*)
 
 .DELETE_ON_ERROR:
-.PHONY: help setup report test check bench measured clean
+.PHONY: help setup report test lint check bench measured clean
 
 help:  ## List the targets.
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -23,10 +23,12 @@ report: runs/report/report.pdf  ## Simulate what has changed in configs/ and wri
 test: $(READY)  ## Run the tests but the long ones.
 	$(BIN)/pytest -n 2 -m "not long"
 
-check: $(READY)  ## Lint, types and all tests.
+lint: $(READY)  ## Lint and check types.
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+
+check: lint  ## Lint, types and all tests.
 	$(BIN)/pytest -n 2
 
 bench: $(READY)  ## Measure the engine's speed; nothing else should be running.
