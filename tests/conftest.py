@@ -43,6 +43,12 @@ sweep: {cor: [0.85, 1.0]}
 """
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--write-goldens", action="store_true", help="Write what commands print to tests/golden."
+    )
+
+
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Before processes start that would each compile the same."""
     gc.set_threshold(RARELY)

@@ -1,0 +1,106 @@
+"""What every command prints, held in ``golden/cli`` as transcripts of a terminal.
+
+A transcript has commands after ``$ ``, their stdout, their stderr after ``2> ``, their exit code,
+and notes after ``#: ``. It starts in a folder of its own with ``small.yaml`` and its finished run.
+``pytest tests/test_golden_cli.py --write-goldens`` writes what the commands print now. To add a
+case, add its line ``$ snooker ...`` and write.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+GOLDEN = Path(__file__).parent / "golden" / "cli"
+
+MASKS = (
+    # Only the first run of a kind of scene compiles.
+    (r"(?m)^2> snooker: compiling .*\n", ""),
+    (r" after \d+ s of compiling", ""),
+    # Speed of the machine.
+    (r"[\d.]+ s \([\d,]+ events/s\)", "SECONDS s (RATE events/s)"),
+    (r'("(?:compiling_)?seconds"): [\d.]+', r"\1: SECONDS"),
+    (r'("events_per_second"): \d+', r"\1: RATE"),
+    # Files, the disk they are on, and the library that reads them.
+    (r" +size(?=  )", " size"),
+    (r" +[\d.,]+ (?:bytes|kB|MB|GB|TB)\b", " SIZE"),
+    (r'("(?:free_)?bytes"): \d+', r"\1: BYTES"),
+    (r"\d{4}-\d\d-\d\d \d\d:\d\d", "YYYY-MM-DD hh:mm"),
+    (r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\+00:00", "TIME"),
+    (r"Unable to synchronously open", "Unable to open"),
+    (r"(?m)^snooker \d+\.\d+\S*$", "snooker VERSION"),
+    # One record a line.
+    (r"(?<=\}), (?=\{)", ",\n "),
+)
+DOUBLE = re.compile(r"-?\d+\.\d{9,}(?:e[-+]\d+)?|-?\d+(?:\.\d+)?e-\d+")
+
+
+def rounded(found: re.Match[str]) -> str:
+    """Six digits, and at most twelve decimals: the last bits depend on the processor."""
+    return repr(round(float(f"{float(found[0]):.6g}"), 12))
+
+
+def masked(text: str, here: Path) -> str:
+    """The text without what differs between machines and days."""
+    text = text.replace(str(here), "HERE")
+    for pattern, mask in MASKS:
+        text = re.sub(pattern, mask, text)
+    return DOUBLE.sub(rounded, text)
+
+
+def printed(command: str, snooker: Callable[..., Any], here: Path) -> str:
+    """What a line of a transcript prints: ``snooker`` in this process, others in a shell."""
+    program, *arguments = shlex.split(command)
+    if program == "snooker":
+        ended = snooker(*arguments)
+        code, out, err = ended.code, ended.out, ended.err
+    else:
+        done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+        code, out, err = done.returncode, done.stdout, done.stderr
+    assert "Traceback" not in err
+    end = "" if not out or out.endswith("\n") else "\n"
+    text = out + end + "".join(f"2> {line}".rstrip() + "\n" for line in err.splitlines())
+    return f"$ {command}\n{masked(text, here)}exit {code}\n\n"
+
+
+def played(transcript: str, snooker: Callable[..., Any], here: Path) -> str:
+    """The transcript with what its commands print now."""
+    now = []
+    for line in transcript.splitlines(keepends=True):
+        if line.startswith("$ "):
+            now.append(printed(line[2:].strip(), snooker, here))
+        elif line.startswith("#: "):
+            now.append(line)
+    return "".join(now)
+
+
+@pytest.mark.parametrize("path", sorted(GOLDEN.glob("*.txt")), ids=lambda path: path.stem)
+def test_commands_print_what_the_transcripts_say(
+    path: Path,
+    finished: Path,
+    snooker: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    pytestconfig: pytest.Config,
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    for name in ("FORCE_COLOR", "SNOOKER_TRACEBACK", "TERMINAL_WIDTH"):
+        monkeypatch.delenv(name, raising=False)
+    transcript = path.read_text(encoding="utf-8")
+    now = played(transcript, snooker, finished.parents[1])
+    if pytestconfig.getoption("--write-goldens"):
+        path.write_text(now, encoding="utf-8")
+    else:
+        assert now == transcript
+
+
+def test_every_command_has_a_transcript(snooker: Callable[..., Any]) -> None:
+    _, commands = snooker("--help").out.split("Commands:\n")
+    assert set(re.findall(r"(?m)^  (\w+)", commands)) <= {
+        path.stem for path in GOLDEN.glob("*.txt")
+    }
