@@ -110,8 +110,6 @@ class FitResult:
         Root of the mean squared residual, in the unit of y.
     r_squared : float
         1 − Σ residual²/Σ (y − mean y)²; nan for a constant y.
-    reduced_chi_square : float or None
-        χ² per degree of freedom if standard deviations were given.
     """
 
     model: Model
@@ -125,7 +123,6 @@ class FitResult:
     amplitude: float = math.nan
     rms_residual: float = math.nan
     r_squared: float = math.nan
-    reduced_chi_square: float | None = None
 
 
 def fit(
@@ -218,9 +215,9 @@ def fit(
             return failure(f"The search did not settle in {_MOST_STEPS} steps: no such decay.")
 
         rest = residuals(best)
-        square, freedom = float(rest @ rest), times.size - best.size
         smallest = float(sigmas.min()) / scale
-        variance = square / freedom if sigma is None else smallest * smallest
+        freedom = times.size - best.size
+        variance = float(rest @ rest) / freedom if sigma is None else smallest * smallest
         slopes = jacobian(best)
         slopes[0] /= form.rate_slope(float(best[0]))
         relative = _inverse(slopes @ slopes.T) * variance
@@ -248,7 +245,6 @@ def fit(
         amplitude=float(best[1]) * scale if free else scale,
         rms_residual=abs(scale) * math.sqrt(plain_square / times.size),
         r_squared=1 - plain_square / total if total > 0 else math.nan,
-        reduced_chi_square=None if sigma is None else square / variance / freedom,
     )
 
 

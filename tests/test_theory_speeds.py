@@ -145,8 +145,6 @@ def test_wall_trap_numbers():
     assert digits(trap.duration, "14.284783441")
     assert digits(trap.angle, "14.14028789")
     assert trap.impulse == pytest.approx(114, rel=1e-14)
-    assert trap.sliding_energy == 32
-    assert trap.sliding_force == pytest.approx(64 / 9)
 
 
 @STEADY
@@ -181,19 +179,3 @@ def test_wall_trap_edges():
         theory.wall_trap(6.0, 8.0, 1.0, 9.0)
     with pytest.raises(ValueError, match="bounces to settle"):
         theory.wall_trap(6.0, 8.0, 1 - 1e-9, 9.0)
-
-
-def collapses(restitution: float) -> bool:
-    """Whether the collision sequence 12, 23, 12, … of three balls in a line never ends."""
-    p, q = (1 + restitution) / 2, (1 - restitution) / 2
-    left = np.array([[q, p, 0], [p, q, 0], [0, 0, 1]])
-    right = np.array([[1, 0, 0], [0, q, p], [0, p, q]])
-    # It goes on if the map has an eigenvector with real eigenvalue besides momentum (1, 1, 1).
-    return bool(np.sum(np.abs(np.linalg.eigvals(right @ left).imag) < 1e-12) == 3)
-
-
-def test_collapse_thresholds():
-    assert digits(theory.THREE_BALL_COLLAPSE, "0.0718")
-    assert digits(theory.THREE_DISK_COLLAPSE, "0.0557")
-    assert collapses(theory.THREE_BALL_COLLAPSE - 1e-6)
-    assert not collapses(theory.THREE_BALL_COLLAPSE + 1e-6)

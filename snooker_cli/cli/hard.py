@@ -119,11 +119,6 @@ def _facts(cases: list[dict[str, Any]]) -> Iterator[str]:
         yield ""
 
 
-def _endings(endings: list[dict[str, Any]]) -> str:
-    """As in ``2 wall trap, 1 collapse``."""
-    return ", ".join(f"{each['runs']} {each['reason'].replace('_', ' ')}" for each in endings)
-
-
 def _is_fact(name: str) -> bool:
     """Whether a check is one of a case's own."""
     from snooker_cli.bench.hard import INVARIANTS

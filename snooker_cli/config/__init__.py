@@ -11,7 +11,7 @@ from pathlib import Path
 from snooker_cli.config.axes import Value, unzipped
 from snooker_cli.config.balls import Ball, BallList, Container, Gas, Rings, Species
 from snooker_cli.config.document import document, text_of
-from snooker_cli.config.dump import to_json, to_yaml
+from snooker_cli.config.dump import to_json
 from snooker_cli.config.models import Experiment
 from snooker_cli.config.overrides import overridden
 from snooker_cli.config.paths import rendered, shown
@@ -42,7 +42,6 @@ __all__ = [
     "points",
     "schema",
     "to_json",
-    "to_yaml",
 ]
 
 

@@ -31,7 +31,6 @@ FOLLOWS = "from its own numbers"
 EXPLAINED = "explained"
 ALONE = "explained by itself only"
 UNEXPLAINED = "not explained"
-VERDICTS = (REPRODUCED, FOLLOWS, EXPLAINED, ALONE, UNEXPLAINED)
 
 
 @dataclass(frozen=True)

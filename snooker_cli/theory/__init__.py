@@ -20,8 +20,6 @@ e, e_w    coefficient of restitution between balls, and at the wall
 """
 
 from snooker_cli.theory.collisions import (
-    EQUAL_SPEED_BALL_BALL_LOSS,
-    EQUAL_SPEED_WALL_LOSS,
     CollisionRates,
     ball_ball_rate,
     boltzmann_mean_free_path,
@@ -35,8 +33,6 @@ from snooker_cli.theory.container import Container, box, circle, periodic_box
 from snooker_cli.theory.cooling import (
     cooling_rate,
     energy_ratio_by_events,
-    exponential_cumulative_pressure,
-    haff_cumulative_pressure,
     haff_rate,
     haff_ratio,
     report_decay_constant,
@@ -52,8 +48,6 @@ from snooker_cli.theory.gas import (
     van_der_waals_pressure,
 )
 from snooker_cli.theory.limits import (
-    THREE_BALL_COLLAPSE,
-    THREE_DISK_COLLAPSE,
     WallTrap,
     angular_momentum_floor,
     wall_trap,
@@ -79,10 +73,6 @@ from snooker_cli.theory.state import (
 )
 
 __all__ = [
-    "EQUAL_SPEED_BALL_BALL_LOSS",
-    "EQUAL_SPEED_WALL_LOSS",
-    "THREE_BALL_COLLAPSE",
-    "THREE_DISK_COLLAPSE",
     "CollisionRates",
     "Container",
     "FluidState",
@@ -100,14 +90,12 @@ __all__ = [
     "cooling_rate",
     "energy_ratio_by_events",
     "enskog_mean_free_path",
-    "exponential_cumulative_pressure",
     "fixed_energy_factor",
     "fixed_energy_kurtosis",
     "fixed_energy_mean_speed",
     "fixed_energy_speed_cdf",
     "fixed_energy_speed_density",
     "fluid_state",
-    "haff_cumulative_pressure",
     "haff_rate",
     "haff_ratio",
     "ideal_gas_pressure",

@@ -12,12 +12,6 @@ from snooker_cli.theory.gas import number_density, packing_fraction
 from snooker_cli.theory.speeds import fixed_energy_factor, fixed_energy_mean_speed
 from snooker_cli.theory.state import contact_value, fluid_state
 
-EQUAL_SPEED_BALL_BALL_LOSS = 8 / 9
-"""Energy a ball-ball event takes from equal-speed balls, over a Maxwellian's: ⟨g_n²⟩ = 32T/9 m."""
-
-EQUAL_SPEED_WALL_LOSS = 2 / 3
-"""Energy a wall event takes from equal-speed balls, over a Maxwellian's: ⟨v_n²⟩ = 4T/3 m."""
-
 
 def boltzmann_mean_free_path(number_density: float, ball_radius: float) -> float:
     """Mean free path of a dilute gas of disks (m): λ = 1/(2√2 n d) = ⟨v⟩/ω at χ = 1.

@@ -80,22 +80,3 @@ def energy_ratio_by_events(
     lost = (1 - restitution**2) * ball_ball_events + (1 - wall_restitution**2) * wall_events
     ratio: Real = np.exp(-lost / number)
     return ratio
-
-
-def haff_cumulative_pressure(time: Real, initial_pressure: float, haff_rate: float) -> Real:
-    """Pressure averaged from 0 to t while T follows Haff's law (N/m): P0/(1 + αt).
-
-    The pressure follows T, and the average of (1 + αt)⁻² is (1 + αt)⁻¹ = √(T/T0).
-    """
-    return initial_pressure / (1.0 + haff_rate * time)
-
-
-def exponential_cumulative_pressure(
-    time: Real, initial_pressure: float, decay_constant: float
-) -> Real:
-    """Pressure averaged from 0 to t while T falls as e^(−kt) (N/m): P0 (1 − e^(−kt))/(kt)."""
-    exponent = decay_constant * time
-    # The tiny number stands in for 0, where the ratio below is 0/0 and its limit is 1.
-    exponent = exponent + np.finfo(float).tiny * (exponent == 0)
-    pressure: Real = -initial_pressure * np.expm1(-exponent) / exponent
-    return pressure

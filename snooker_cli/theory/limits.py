@@ -1,18 +1,9 @@
-"""Where cooling ends: the angular-momentum floor, the wall trap, and inelastic collapse."""
+"""Where cooling ends: the angular-momentum floor and the wall trap."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-
-THREE_BALL_COLLAPSE = 7 - 4 * math.sqrt(3)
-"""Three balls in a line collapse below this restitution, 0.0718 (McNamara & Young 1992)."""
-
-THREE_DISK_COLLAPSE = 9 - 4 * math.sqrt(5)
-"""Collapse of three disks in the plane is stable below 0.0557 (Zhou & Kadanoff 1996).
-
-Between this and `THREE_BALL_COLLAPSE` small changes of the start undo it.
-"""
 
 _MOST_TERMS = 4_000_000
 
@@ -40,17 +31,11 @@ class WallTrap:
         Angle that the ball covers around the centre meanwhile (rad).
     impulse : float
         Sum of the impulses of all later impacts (N·s); the first one is not in it.
-    sliding_energy : float
-        Energy that is left, ½ m v_t² (J).
-    sliding_force : float
-        Force on the wall while sliding, m v_t²/a (N).
     """
 
     duration: float
     angle: float
     impulse: float
-    sliding_energy: float
-    sliding_force: float
 
 
 def wall_trap(
@@ -73,10 +58,8 @@ def wall_trap(
     if not 0 <= restitution < 1:
         raise ValueError(f"A wall trap needs a restitution in [0, 1), not {restitution!r}.")
     impulse = mass * normal_speed * (1 + restitution) / (1 - restitution)
-    energy = mass * tangential_speed**2 / 2
-    force = mass * tangential_speed**2 / accessible_radius
     if tangential_speed == 0:
-        return WallTrap(math.inf, math.inf, impulse, energy, force)
+        return WallTrap(math.inf, math.inf, impulse)
     slope = normal_speed / tangential_speed
     terms = 1
     if restitution > 0:
@@ -92,4 +75,4 @@ def wall_trap(
     flights = math.fsum(slopes / (1 + slopes**2)) + rest
     duration = 2 * accessible_radius / tangential_speed * flights
     angle = 2 * (math.fsum(np.arctan(slopes)) + rest)
-    return WallTrap(duration, angle, impulse, energy, force)
+    return WallTrap(duration, angle, impulse)
