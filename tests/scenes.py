@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.arrange import arrange
-from snooker_cli.arrange.streams import random_normals
+from snooker_cli.arrange.streams import PLACES, random_normals, shuffled, stream
 from snooker_cli.bench.catalogue import geometric
 from snooker_cli.config import Experiment
 from snooker_cli.scene import Scene, Shape
@@ -71,11 +71,11 @@ def gas(
     Their radii are 1 m and their masses 1 kg, or radii are from 0.4 m to 1 m and masses from 0.2 kg
     to 5 kg. The momentum of more than one is zero. A box is ``aspect`` times as wide as it is high.
     """
-    dice = np.random.default_rng(seed)
+    dice = stream(seed, 0, PLACES)
     radii, masses = np.ones(number), np.ones(number)
     if mixed:
-        radii = dice.permutation(np.linspace(0.4, 1.0, number))
-        masses = dice.permutation(geometric(0.2, 5.0, number))
+        radii = np.linspace(0.4, 1.0, number)[shuffled(dice, number)]
+        masses = geometric(0.2, 5.0, number)[shuffled(dice, number)]
     area = math.pi * float(np.sum(radii**2)) / packing
     circle = shape == "circle"
     height = math.sqrt(area / math.pi) * 2 if circle else math.sqrt(area / aspect)

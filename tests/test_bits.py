@@ -195,21 +195,5 @@ def test_other_bits_are_another_engine_version():
     assert golden() == GOLDEN[ENGINE_VERSION]
 
 
-@pytest.mark.parametrize("which", DISABLED)
-def test_the_same_bits_where_numpy_has_other_instructions(which):
-    """NumPy rounds exp, log and pow as its code for a processor does; no scene may need them."""
-    if not DISABLED[which]:
-        pytest.skip(f"NumPy's code for this processor does not use {which}")
-    program = """
-import test_bits
-print(test_bits.numpy_found())
-print(test_bits.golden())
-"""
-    disabled = " ".join(DISABLED[which])
-    found, hashed = output_of(program, NPY_DISABLE_CPU_FEATURES=disabled).splitlines()
-    assert found == str([name for name in FOUND if name not in DISABLED[which]])
-    assert hashed == GOLDEN[ENGINE_VERSION]
-
-
 if __name__ == "__main__":
     print(golden())
