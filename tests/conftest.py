@@ -6,7 +6,6 @@ import gc
 import os
 import shutil
 import sys
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
@@ -15,18 +14,19 @@ from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it; before NumPy
 
+import galleries
+import moving_pictures
 import pytest
 import typer.main
 from compile_ahead import compile_ahead
 from xdist.scheduler import WorkStealingScheduling
 
-from snooker_cli import results
+from snooker_cli.animation import Film
 from snooker_cli.arrange import arrange
 from snooker_cli.cli import RARELY, main
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 from snooker_cli.results import Run
-from snooker_cli.runner import Watcher, execute
 from snooker_cli.store import Provenance
 from snooker_cli.trace import Trace
 
@@ -80,11 +80,31 @@ def small_config() -> str:
 @pytest.fixture(scope="session")
 def finished_run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """That config, run. Copy it before changing it."""
-    directory = tmp_path_factory.mktemp("finished") / "small"
-    run = results.create(directory, parse(SMALL).experiment)
-    outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())
-    assert [outcome.error for outcome in outcomes] == [None] * 6
-    return run
+    return galleries.made(tmp_path_factory.mktemp("finished") / "small", text=SMALL)
+
+
+@pytest.fixture(scope="session")
+def decaying(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Nineteen balls at three CoR, every collision recorded. Copy it before changing it."""
+    return galleries.made(tmp_path_factory.mktemp("decaying") / "run", *galleries.DECAYING)
+
+
+@pytest.fixture(scope="session")
+def warm(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """Elastic balls of two sizes at three speeds, as summaries. Copy it before changing it."""
+    return galleries.made(tmp_path_factory.mktemp("warm") / "run", *galleries.WARM)
+
+
+@pytest.fixture(scope="session")
+def shown() -> dict[str, Trace]:
+    """Two hundred collisions in each kind of container."""
+    return moving_pictures.shown()
+
+
+@pytest.fixture(scope="session")
+def films() -> dict[str, Film]:
+    """A film of each kind of container."""
+    return moving_pictures.films()
 
 
 @pytest.fixture(scope="session")

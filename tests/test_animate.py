@@ -11,7 +11,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import moving_pictures
 import numpy as np
 import pytest
 from moving_pictures import SHAPES, apart, content, slack, times_of
@@ -22,18 +21,6 @@ from snooker_cli.animation import Film, embedded, film, page
 from snooker_cli.cli.animating import ENDINGS
 from snooker_cli.engine import replay, simulate
 from snooker_cli.trace import Trace
-
-
-@pytest.fixture(scope="module")
-def shown() -> dict[str, Trace]:
-    """Two hundred collisions in each kind of container."""
-    return moving_pictures.shown()
-
-
-@pytest.fixture(scope="module")
-def films() -> dict[str, Film]:
-    """A film of each kind of container."""
-    return moving_pictures.films()
 
 
 @pytest.mark.parametrize("name", SHAPES)

@@ -9,7 +9,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import moving_pictures
 import numpy as np
 import pytest
 from matplotlib import colormaps
@@ -37,18 +36,6 @@ from snooker_cli.figures import MovieError, save_movie
 from snooker_cli.observables import cumulative_pressure
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events, Stop, StopReason, Trace
-
-
-@pytest.fixture(scope="module")
-def shown() -> dict[str, Trace]:
-    """Two hundred collisions in each kind of container."""
-    return moving_pictures.shown()
-
-
-@pytest.fixture(scope="module")
-def films() -> dict[str, Film]:
-    """A film of each kind of container."""
-    return moving_pictures.films()
 
 
 @pytest.mark.parametrize("name", SHAPES)

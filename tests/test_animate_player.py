@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import moving_pictures
 import numpy as np
 import pytest
 from browser import CHROMIUM, Browser
@@ -17,13 +16,6 @@ from snooker_cli import animation
 from snooker_cli.animation import FLASH, MOST_FLASHES, Film, embedded, page
 from snooker_cli.engine import replay
 from snooker_cli.trace import SLIDE
-
-
-@pytest.fixture(scope="module")
-def films() -> dict[str, Film]:
-    """A film of each kind of container."""
-    return moving_pictures.films()
-
 
 PLAYER = Path(animation.__file__).parent / "player"
 

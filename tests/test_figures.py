@@ -19,7 +19,7 @@ import matplotlib
 import numpy as np
 import pytest
 import typer
-from galleries import DECAYING, ELASTIC, WARM, made
+from galleries import ELASTIC, WARM, made
 from matplotlib.axis import Axis
 from matplotlib.text import Text
 
@@ -62,11 +62,6 @@ EVERYTHING = Picture(
     numbers={"third": 1 / 3, "nothing": float("nan")},
     y_limits=(0.0, None),
 )
-
-
-@pytest.fixture(scope="module")
-def decaying(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return made(tmp_path_factory.mktemp("decaying") / "run", *DECAYING)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from galleries import DECAYING, ELASTIC, WARM, layers, made, shown, traces, why_not
+from galleries import ELASTIC, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
 from snooker_cli.decay import curve, fit_curve
@@ -20,16 +20,6 @@ from snooker_cli.trace import SPEED_BIN, Trace
 from snooker_cli.words import exact, with_error
 
 EPSILON = 2.0**-52
-
-
-@pytest.fixture(scope="module")
-def decaying(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return made(tmp_path_factory.mktemp("decaying") / "run", *DECAYING)
-
-
-@pytest.fixture(scope="module")
-def warm(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return made(tmp_path_factory.mktemp("warm") / "run", *WARM)
 
 
 # Positions

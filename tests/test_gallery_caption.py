@@ -7,23 +7,13 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from galleries import DECAYING, ELASTIC, WARM, layers, made, shown, traces, why_not
+from galleries import ELASTIC, layers, made, shown, traces, why_not
 
 from snooker_cli.gallery import Line, Points, Selection, unfinished
 from snooker_cli.gallery.caption import early
 from snooker_cli.gallery.repeats import Facts
 from snooker_cli.results import Run, open_run
 from snooker_cli.trace import StopReason
-
-
-@pytest.fixture(scope="module")
-def decaying(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return made(tmp_path_factory.mktemp("decaying") / "run", *DECAYING)
-
-
-@pytest.fixture(scope="module")
-def warm(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return made(tmp_path_factory.mktemp("warm") / "run", *WARM)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from galleries import DECAYING, layers, made, shown, traces, why_not
+from galleries import layers, made, shown, traces, why_not
 
 from snooker_cli import kinetic, theory
 from snooker_cli.decay import curve, fit_curve, reported_constant
@@ -31,11 +31,6 @@ collisions: 500
 repeats: 2
 """
 """Three balls in a line, which collapse below CoR 0.0718."""
-
-
-@pytest.fixture(scope="module")
-def decaying(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return made(tmp_path_factory.mktemp("decaying") / "run", *DECAYING)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from galleries import BASE, DECAYING, WARM, layers, made, shown, why_not
+from galleries import BASE, layers, made, shown, why_not
 
 from snooker_cli.config import parse
 from snooker_cli.gallery import (
@@ -25,17 +25,6 @@ from snooker_cli.gallery import (
 from snooker_cli.gallery.selection import evenly
 from snooker_cli.results import Run
 from snooker_cli.words import exact, listed, short, with_error
-
-
-@pytest.fixture(scope="module")
-def decaying(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return made(tmp_path_factory.mktemp("decaying") / "run", *DECAYING)
-
-
-@pytest.fixture(scope="module")
-def warm(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return made(tmp_path_factory.mktemp("warm") / "run", *WARM)
-
 
 # What a run cannot give
 

@@ -7,18 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from galleries import DECAYING, layers, made, shown, traces
+from galleries import layers, made, shown, traces
 
 from snooker_cli.decay import curve
 from snooker_cli.engine import series
 from snooker_cli.gallery import Band, Line
 from snooker_cli.gallery.spread import SPREAD, at_common_times, bands
 from snooker_cli.results import Run
-
-
-@pytest.fixture(scope="module")
-def decaying(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return made(tmp_path_factory.mktemp("decaying") / "run", *DECAYING)
 
 
 def around(band: Band, curves: list[tuple[Any, Any]]) -> None:
