@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli.bench.exact import DIGITS_PER_EVENT, SPARE_DIGITS, Clumsiness, Twin
+from snooker_cli.bench.exact import DIGITS_PER_EVENT, SPARE_DIGITS, Body, Number, Twin
+from snooker_cli.trace import CONTAINER
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,6 +43,33 @@ class Growth:
     place: NDArray[np.float64]
 
 
+class ClumsyTwin(Twin):
+    """Errs at random in each collision: by ``shift`` of the way gone, and of the speed."""
+
+    def __init__(self, scene: Scene, digits: int, shift: Number, seed: int) -> None:
+        self.shift, self.dice = shift, random.Random(seed)
+        super().__init__(scene, digits)
+
+    def collide(self, i: int, j: int) -> Number:
+        """Displace both bodies before they collide; a container that is fixed stays."""
+        for body in (self.balls[i], self.container if j == CONTAINER else self.balls[j]):
+            if body is not self.container or self.free:
+                self.disturb(body)
+        return super().collide(i, j)
+
+    def disturb(self, body: Body) -> None:
+        """The way is the container's size and that on the clock, which is rounded as well."""
+        speed = abs(body.u) + abs(body.v)
+        way = self.half_sides[0] + speed * self.now
+        body.turn(self.error(speed), self.error(speed), self.now)
+        body.x += self.error(way)
+        body.y += self.error(way)
+
+    def error(self, whole: Number) -> Number:
+        """A random error in proportion to what it is an error of."""
+        return self.dice.gauss(0, 1) * self.shift * whole
+
+
 def growth(scene: Scene, collisions: int, twins: int = CLUMSY_TWINS) -> Growth:
     """The growth of errors over a scene's first collisions, fewer if no more happen.
 
@@ -56,7 +84,7 @@ def _deviation(scene: Scene, collisions: int, digits: int, seed: int) -> NDArray
     """One clumsy twin's deviation in time, impulse and place, over its errors; (3, *n*)."""
     exact = Twin(scene, 2 * digits)
     shift = exact.mathematics.mpf(10) ** -digits
-    clumsy = Twin(scene, 2 * digits, Clumsiness(shift, random.Random(seed)))
+    clumsy = ClumsyTwin(scene, 2 * digits, shift, seed)
     rows, alike = [], True
     for own in islice(exact.collisions(), collisions):
         other = next(clumsy.collisions(), None) if alike else None

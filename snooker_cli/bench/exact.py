@@ -13,7 +13,6 @@ circle, with d = R - r, the larger one.
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
@@ -74,33 +73,13 @@ class Collision(NamedTuple):
     impulse: Number
 
 
-@dataclass
-class Clumsiness:
-    """Errs at random in each collision: by ``shift`` of the way gone, and of the speed."""
-
-    shift: Number
-    dice: random.Random
-
-    def disturb(self, body: Body, time: Number, size: Number) -> None:
-        """The way is the container's size and that on the clock, which is rounded as well."""
-        speed = abs(body.u) + abs(body.v)
-        way = size + speed * time
-        body.turn(self.error(speed), self.error(speed), time)
-        body.x += self.error(way)
-        body.y += self.error(way)
-
-    def error(self, whole: Number) -> Number:
-        """A random error in proportion to what it is an error of."""
-        return self.dice.gauss(0, 1) * self.shift * whole
-
-
 class Twin:
     """A scene under way, in numbers of so many decimal digits.
 
     Raises ``ValueError`` for a periodic box.
     """
 
-    def __init__(self, scene: Scene, digits: int, clumsiness: Clumsiness | None = None) -> None:
+    def __init__(self, scene: Scene, digits: int) -> None:
         if scene.shape == "periodic":
             raise ValueError("the exact twin knows circles and boxes, not periodic ones")
         self.mathematics = MPContext()
@@ -116,7 +95,6 @@ class Twin:
         self.balls = [Body(*map(number, row)) for row in columns.tolist()]
         centre = [*scene.container_position.tolist(), *scene.container_velocity.tolist()]
         self.container = Body(*map(number, (*centre, scene.container_radius, scene.container_mass)))
-        self.clumsiness = clumsiness
         self.now = number(0)
         # Ties go to the first: in the order of balls, and the wall before other balls.
         self.contacts: dict[tuple[int, int], Number] = {
@@ -193,10 +171,6 @@ class Twin:
     def collide(self, i: int, j: int) -> Number:
         """Turn the normal relative velocity g into -e g; the impulse."""
         ball = self.balls[i]
-        if self.clumsiness is not None:
-            for body in (ball, self.container if j == CONTAINER else self.balls[j]):
-                if body is not self.container or self.free:
-                    self.clumsiness.disturb(body, self.now, self.half_sides[0])
         if j != CONTAINER:
             return self.exchange(ball, self.balls[j], self.restitution)
         if not self.box:
