@@ -5,22 +5,19 @@ from snooker_cli.animation.embedding import embedded
 from snooker_cli.animation.film import MOST_BALLS, MOST_COLLISIONS, Film, FilmError, film
 from snooker_cli.animation.frames import FLASH, MOST_FLASHES, Frame, frames
 from snooker_cli.animation.page import page
-from snooker_cli.animation.reel import PACES, Pace, Reel, reel
-from snooker_cli.animation.view import View, view
+from snooker_cli.animation.reel import Reel, reel
+from snooker_cli.animation.view import view
 
 __all__ = [
     "FLASH",
     "MOST_BALLS",
     "MOST_COLLISIONS",
     "MOST_FLASHES",
-    "PACES",
     "SPEED_COLOURS",
     "Film",
     "FilmError",
     "Frame",
-    "Pace",
     "Reel",
-    "View",
     "embedded",
     "film",
     "frames",

@@ -21,14 +21,10 @@ if TYPE_CHECKING:
     Records = list[dict[str, Any]]
     Analysis = Callable[[Iterator[Trace], dict[str, Any]], tuple[Records, Sequence[str]]]
 
-RunName = Annotated[
-    str,
-    typer.Argument(
-        metavar="RUN",
-        help="A run's folder, or its name in runs/.",
-        autocompletion=completion.runs,
-    ),
-]
+RUN = typer.Argument(
+    metavar="RUN", help="A run's folder, or its name in runs/.", autocompletion=completion.runs
+)
+RunName = Annotated[str, RUN]
 
 
 def fit(run: RunName, as_json: AsJson = False) -> None:

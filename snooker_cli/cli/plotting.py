@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from snooker_cli.cli import completion
+from snooker_cli.cli.analysing import RUN, not_extended
 from snooker_cli.cli.running import AsJson
 from snooker_cli.cli.tables import tell
 
@@ -19,14 +20,7 @@ if TYPE_CHECKING:
 
 
 def plot(
-    run: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="RUN",
-            help="A run's folder, or its name in runs/.",
-            autocompletion=completion.runs,
-        ),
-    ] = None,
+    run: Annotated[str | None, RUN] = None,
     figures: Annotated[
         list[str] | None,
         typer.Argument(
@@ -66,7 +60,6 @@ def plot(
     """
     import json
 
-    from snooker_cli.cli.analysing import not_extended
     from snooker_cli.cli.endings import UserError
     from snooker_cli.cli.progress import say
 

@@ -2,7 +2,7 @@
 
 from snooker_cli.runner.execution import Watcher, execute
 from snooker_cli.runner.kinds import Kind, kinds
-from snooker_cli.runner.ledger import Entry, Job, Ledger, PointLedger, entry, jobs, ledger
+from snooker_cli.runner.ledger import Entry, Ledger, entry, jobs, ledger
 from snooker_cli.runner.repeat import Outcome, versions
 from snooker_cli.runner.verification import Verdict, verify
 from snooker_cli.runner.workers import LOOK
@@ -10,11 +10,9 @@ from snooker_cli.runner.workers import LOOK
 __all__ = [
     "LOOK",
     "Entry",
-    "Job",
     "Kind",
     "Ledger",
     "Outcome",
-    "PointLedger",
     "Verdict",
     "Watcher",
     "entry",

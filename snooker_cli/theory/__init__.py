@@ -48,7 +48,6 @@ from snooker_cli.theory.gas import (
     van_der_waals_pressure,
 )
 from snooker_cli.theory.limits import (
-    WallTrap,
     angular_momentum_floor,
     wall_trap,
 )
@@ -76,7 +75,6 @@ __all__ = [
     "CollisionRates",
     "Container",
     "FluidState",
-    "WallTrap",
     "accessible_wall_pressure",
     "angular_momentum_floor",
     "ball_ball_rate",
