@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from snooker_cli.animation.film import Film
 
 Pace = Literal["time", "events"]
-PACES: tuple[Pace, ...] = ("time", "events")
 
 
 @dataclass(frozen=True)
