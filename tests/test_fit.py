@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.random import PCG64
+from scenes import EPSILON
 from scipy import optimize, stats
 
 from snooker_cli.fit import NOTHING_DECAYS, fit, fitted_curve
@@ -335,3 +337,13 @@ def test_results_cannot_be_changed():
     with pytest.raises(ValueError, match="read-only"):
         result.covariance[0, 0] = 1.0
     assert result == fit(*GOOD)
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4, 5])
+def test_a_fit_of_noise_ends_at_the_minimum(seed):
+    """Rounding, which differs between processors, does not decide where the search ends."""
+    t = np.linspace(0, 10, 500)
+    y = 1 - 1e-7 * (np.sqrt(t) + PCG64(seed).random_raw(500) / 2.0**64)
+    model = np.exp(-fit(t, y, amplitude=1.0).value * t)
+    slope = t * model
+    assert abs(slope @ (model - y)) <= EPSILON * np.sum(slope)
