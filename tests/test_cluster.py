@@ -75,7 +75,7 @@ def executor(scheduler: distributed.LocalCluster, client: distributed.Client) ->
         from snooker_cli.config import parse
         from snooker_cli.runner.compiling import compile_for
 
-        compile_for(arrange(parse(LONG).experiment, 0), None, alone=True)
+        compile_for(arrange(parse(LONG).experiment, 0), None)
 
     client.wait_for_workers(2, timeout=60)
     client.run(compile_first)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli.engine.compiling import kernel
+from snooker_cli.engine.jit import kernel
 from snooker_cli.trace import CONTAINER, Events
 
 if TYPE_CHECKING:

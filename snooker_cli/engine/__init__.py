@@ -1,6 +1,5 @@
 """The simulator: arrays and floats in, a trace out; it knows no config, no files, no plots."""
 
-from snooker_cli.engine.patience import when_compiling
 from snooker_cli.engine.replay import States, replay, series, times_within
 from snooker_cli.engine.simulate import simulate, specialisation
 
@@ -15,5 +14,4 @@ __all__ = [
     "simulate",
     "specialisation",
     "times_within",
-    "when_compiling",
 ]

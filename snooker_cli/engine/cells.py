@@ -25,7 +25,7 @@ from snooker_cli.engine.collide import (
     touched,
     wrap,
 )
-from snooker_cli.engine.compiling import inlined, kernel
+from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.contact import NEVER, nearest_image
 from snooker_cli.engine.endings import (
     CELL_FULL,

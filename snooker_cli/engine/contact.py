@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from snooker_cli.engine.compiling import inlined
+from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.layout import Floats
 
 NEVER = math.inf

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.engine.compiling import inlined
+from snooker_cli.engine.jit import inlined
 
 if TYPE_CHECKING:
     from snooker_cli.scene import Scene

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.engine.compiling import inlined
+from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.layout import CELL, PLACE, Indices, ahead
 
 if TYPE_CHECKING:

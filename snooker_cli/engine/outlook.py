@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from snooker_cli.engine.collide import radius_of
-from snooker_cli.engine.compiling import inlined
+from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.contact import (
     NEVER,
     chord_delay,

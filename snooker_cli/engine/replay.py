@@ -23,7 +23,7 @@ from snooker_cli.engine.collide import (
     touched,
     wrap,
 )
-from snooker_cli.engine.compiling import inlined, kernel
+from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.layout import (
     CLOCK,
     CONTACT_LASTS,

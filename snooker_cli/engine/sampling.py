@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.engine import layout
 from snooker_cli.engine.collide import mass_of
-from snooker_cli.engine.compiling import inlined, kernel
+from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.layout import Floats, Integers, Setup, U, V
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 

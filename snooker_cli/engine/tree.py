@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from snooker_cli.engine.compiling import inlined
+from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.contact import NEVER
-from snooker_cli.engine.instructions import lowest_bit
+from snooker_cli.engine.jit import lowest_bit
 from snooker_cli.engine.layout import Floats, Integers, ahead, lines
 
 STEP = 2

@@ -90,7 +90,7 @@ def fulfil(order: Order) -> Outcome | None:
         there = entry(run, job)
         if there.state is State.DONE and there.told is not None:
             return Outcome(order.point, order.repeat, there.told.stop, there.told.collisions)
-        compile_for(arranged(point.experiment, order.repeat), run.engine, alone=True)
+        compile_for(arranged(point.experiment, order.repeat), run.engine)
         return do(run, job, partial(_watch, order), order.command)
     except (RunError, SceneError) as error:
         return Outcome(order.point, order.repeat, None, 0, error=str(error))

@@ -1,0 +1,243 @@
+"""Compilation of the kernels with Numba: the only file that imports it, on the first call.
+
+Numba keeps compiled kernels in a cache folder. Its cache does not notice changes in the functions
+that a kernel calls, so each state of the engine's sources has a folder of its own.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import math
+import os
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from fractions import Fraction
+from functools import cache, cached_property, update_wrapper
+from pathlib import Path
+from tempfile import TemporaryFile
+from typing import IO, Any, TypeVar, cast
+
+import numpy as np
+
+if sys.platform != "win32":
+    import fcntl
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+OPTIONS: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "_nrt": False,
+}
+"""Options of every compiled function.
+
+Without fast-math, + - * / and sqrt are rounded as IEEE 754 says, neither re-ordered nor fused: the
+same source gives the same bits on every processor. ``_nrt`` switches off reference counts. Kernels
+own no arrays, and with reference counts they take 1.6 to 2 times as long.
+"""
+
+INLINE_OPTIONS: dict[str, Any] = OPTIONS | {"no_cpython_wrapper": True, "forceinline": True}
+
+NOTICE = "compiling this type of scene (first use on this machine, about 10 to 20 s)"
+NOTICE_AFTER = 1.0
+"""Seconds of compilation before the notice."""
+
+NOT_KEPT = (
+    "the cache folder for compiled code is not writable, so every process compiles again; "
+    "set NUMBA_CACHE_DIR to a writable folder"
+)
+
+_log = logging.getLogger(__name__)
+"""Notices for the user; the command line shows them from level INFO on."""
+
+_to_inline: list[Callable[..., Any]] = []
+"""Functions that Numba does not know yet."""
+
+
+class Kernel:
+    """A function that Python calls. Numba compiles it once for each combination of types.
+
+    With NUMBA_DISABLE_JIT=1 it runs as plain Python, without warnings of 0 * inf and the like.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        update_wrapper(self, function)
+        self.function = function
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the compiled function."""
+        return self.compiled(*arguments)
+
+    @cached_property
+    def compiled(self) -> Any:
+        """Numba's dispatcher, or the plain function."""
+        numba = _numba()
+        while _to_inline:
+            numba.extending.register_jitable(**INLINE_OPTIONS)(_to_inline.pop())
+        if numba.config.DISABLE_JIT:
+            return np.errstate(all="ignore")(self.function)
+        folder, users = cache_folder(), numba.config.CACHE_DIR
+        try:
+            numba.config.CACHE_DIR = str(folder or users)
+            return numba.njit(cache=folder is not None, **OPTIONS)(self.function)
+        finally:
+            numba.config.CACHE_DIR = users
+
+
+def kernel(function: Function) -> Function:
+    """Compile a function that Python or another kernel calls."""
+    return cast("Function", Kernel(function))
+
+
+def inlined(function: Function) -> Function:
+    """Compile a function into its callers; a call would cost as much as ten pairs.
+
+    Called from Python, it stays a Python function.
+    """
+    _to_inline.append(function)
+    return function
+
+
+def fused(a: float, b: float, c: float) -> float:
+    """a b + c, rounded once."""
+    if not all(map(math.isfinite, (a, b, c))):
+        return a * b + c
+    return float(Fraction(a) * Fraction(b) + Fraction(c))
+
+
+def lowest_bit(mask: int) -> int:
+    """Place of the lowest bit that is set, from 0."""
+    return (int(mask) & -int(mask)).bit_length() - 1
+
+
+def fetch(array: Any, place: int) -> None:
+    """Ask the processor to load an element into its cache; plain Python does nothing."""
+
+
+@cache
+def cache_folder() -> Path | None:
+    """The folder for kernels of these sources; ``None``, after a warning, if it is not writable."""
+    here = Path(__file__).parent
+    numba = _numba()
+    found = hashlib.sha256(numba.__version__.encode())
+    for source in (*sorted(here.glob("*.py")), here.with_name("trace.py")):
+        found.update(source.read_bytes())
+    try:
+        user = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "snooker"
+        folder = Path(numba.config.CACHE_DIR or user) / f"engine-{found.hexdigest()[:16]}"
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder):
+            return folder
+    except (OSError, RuntimeError):  # RuntimeError: the user has no home folder
+        _log.warning(NOT_KEPT)
+        return None
+
+
+class _Progress:
+    """Gives notice of a long compilation, and guards the cache.
+
+    If two processes save kernels of one function at the same moment, Numba may give both the same
+    file name and later load the wrong one. So a process takes a lock before Numba saves.
+    """
+
+    def __init__(self) -> None:
+        self.depth = 0
+        self.timer = threading.Timer(NOTICE_AFTER, self.notice)
+        self.lock: IO[bytes] | None = None
+
+    @cache  # noqa: B019  # there is one object; the user needs the notice once
+    def notice(self) -> None:
+        """Explain the wait."""
+        _log.info(NOTICE)
+
+    def begin(self) -> None:
+        """A compilation begins, perhaps inside another one."""
+        self.depth += 1
+        if self.depth == 1:
+            self.timer = threading.Timer(NOTICE_AFTER, self.notice)
+            self.timer.start()
+
+    def end(self) -> None:
+        """A compilation has ended; Numba saves the result next."""
+        self.depth -= 1
+        if self.depth == 0:
+            self.timer.cancel()
+        folder = cache_folder()
+        if folder is not None and self.lock is None and sys.platform != "win32":
+            with suppress(OSError):  # some file systems have no locks
+                self.lock = (folder / "lock").open("wb")
+                fcntl.flock(self.lock, fcntl.LOCK_EX)
+
+    def saved(self) -> None:
+        """Numba has saved the result, if it does."""
+        if self.lock is not None:
+            self.lock.close()
+            self.lock = None
+
+
+@cache
+def _numba() -> Any:
+    """Import Numba, which takes half a second, and extend it by what kernels need."""
+    import numba
+    from llvmlite import ir
+    from numba import types
+    from numba.core import event
+    from numba.extending import intrinsic, overload, typeof_impl
+
+    progress = _Progress()
+
+    class Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
+        def on_start(self, event: Any) -> None:
+            if event.kind == "numba:compile":
+                progress.begin()
+
+        def on_end(self, event: Any) -> None:
+            (progress.end if event.kind == "numba:compile" else progress.saved)()
+
+    event.register("numba:compile", Listener())
+    event.register("numba:compiler_lock", Listener())
+
+    @typeof_impl.register(Kernel)
+    def type_of(kernel: Kernel, _context: Any) -> Any:
+        return types.Dispatcher(kernel.compiled)
+
+    @intrinsic
+    def fused_instruction(_typing: Any, a: Any, b: Any, c: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.fma(*arguments)
+
+        return types.float64(types.float64, types.float64, types.float64), generate
+
+    @intrinsic
+    def lowest_bit_instruction(_typing: Any, mask: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.cttz(arguments[0], context.get_constant(types.boolean, 1))
+
+        return types.int64(types.int64), generate
+
+    @intrinsic
+    def fetch_instruction(_typing: Any, array: Any, place: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            view = context.make_array(signature.args[0])(context, builder, arguments[0])
+            word, byte = ir.IntType(32), ir.IntType(8).as_pointer()
+            prefetch = builder.module.declare_intrinsic(
+                "llvm.prefetch", [byte], ir.FunctionType(ir.VoidType(), [byte, word, word, word])
+            )
+            address = builder.bitcast(builder.gep(view.data, [arguments[1]]), byte)
+            to_read, for_long, data = word(0), word(3), word(1)
+            builder.call(prefetch, [address, to_read, for_long, data])
+            return context.get_dummy_value()
+
+        return types.void(array, types.int64), generate
+
+    for function, compiled in (
+        (fused, lambda a, b, c: lambda a, b, c: fused_instruction(a, b, c)),
+        (lowest_bit, lambda mask: lambda mask: lowest_bit_instruction(mask)),
+        (fetch, lambda array, place: lambda array, place: fetch_instruction(array, place)),
+    ):
+        overload(function, jit_options=INLINE_OPTIONS)(compiled)
+    return numba
