@@ -6,12 +6,13 @@ import gc
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from zlib import crc32
 
 from scenes import gas
 
 from snooker_cli.cli import RARELY
 from snooker_cli.engine import replay, series, simulate
-from snooker_cli.engine.compiling import CACHE
+from snooker_cli.engine.jit import cache_folder
 
 FREE, FIXED = 20.0, None
 ALIKE, MIXED, SLIDING = "alike", "mixed", "sliding"
@@ -46,9 +47,11 @@ def compile_kind(shape: str, mass: float | None, engine: str, balls: str) -> Non
 
 def compile_ahead() -> None:
     """Compile all kinds, each process the next one, unless this engine's are in the cache."""
-    if CACHE is None:
+    folder = cache_folder()
+    if folder is None:
         return
-    done = CACHE / "compiled-ahead"
+    # Numba's cache also depends on where the sources are.
+    done = folder / f"compiled-ahead-{crc32(__file__.encode()):08x}"
     if done.exists():
         return
     context = multiprocessing.get_context("spawn")

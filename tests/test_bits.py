@@ -157,19 +157,6 @@ def test_plain_python_of_partly_mixed_scenes_is_the_twins(plain_python, name):
     assert [event.impulse for event in twin] == pytest.approx(impulse, rel=1e-9)
 
 
-def test_scipy_is_not_loaded_to_compile_and_its_blas_is_there_for_others():
-    """Numba imports it to see whether it is there, at a quarter of a second for every command."""
-    program = """
-import sys
-from snooker_cli.engine import compiler
-print("scipy.linalg" in sys.modules)
-from numba.np import linalg
-linalg.ensure_blas()
-print(sys.modules["scipy.linalg.cython_blas"].__spec__ is not None)
-"""
-    assert output_of(program).split() == ["False", "True"]
-
-
 def test_different_scenes_differ():
     """The comparison can fail."""
     a, b = (simulate(report_scene(repeat), collisions=10).events for repeat in (0, 1))

@@ -20,7 +20,7 @@ import yaml
 from snooker_cli import __version__, results, store
 from snooker_cli.cli import progress, running
 from snooker_cli.config import schema
-from snooker_cli.engine import patience, replay
+from snooker_cli.engine import jit, replay
 from snooker_cli.gallery.picture import Picture
 from snooker_cli.trace import StopReason, Trace
 
@@ -252,22 +252,27 @@ def test_many_points_do_not_fill_the_terminal(
 # The compiler
 
 
-def test_a_command_that_compiles_says_so(
+def test_a_command_that_compiles_says_so_once(
     here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A compilation that takes longer than one waits without wondering."""
-    said = threading.Event()
+    """On stderr, and as soon as it has taken longer than users wait without wondering."""
+    shown = threading.Event()
+
+    @jit.kernel
+    def added(a: int, b: int) -> int:
+        return a + b
 
     def compiling(*_arguments: object) -> None:
-        for _ in range(2):
-            with patience.compiling():
-                assert said.wait(30), "nothing is said"
+        for number in (1, 1.0):
+            added(number, 2)
+            assert shown.wait(30), "no notice"
 
-    monkeypatch.setattr(progress, "say", lambda message: (print(message), said.set()))
+    monkeypatch.setattr(jit, "NOTICE_AFTER", 0.0)
+    monkeypatch.setattr(progress, "say", lambda message: (print(message), shown.set()))
     monkeypatch.setattr("snooker_cli.results.open_run", compiling)
-    printed = snooker("export", "small").out
-    assert printed.startswith("compiling for this kind of scene, once on this machine")
-    assert printed.count("compiling") == 1
+    jit.give_notice.cache_clear()
+    assert snooker("export", "small").out.splitlines()[0] == jit.NOTICE
+    assert snooker("export", "small").out.count("compiling") == 0
 
 
 # validate and schema

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scenes import EPSILON
 
 from snooker_cli.engine.impact import normal_part, relative_change, shares
-from snooker_cli.engine.instructions import fused
+from snooker_cli.engine.jit import fused
 
 STEADY = settings(derandomize=True, deadline=None, max_examples=200)
 PLACE = st.floats(-20.0, 20.0).filter(lambda x: x == 0 or abs(x) > 1e-6)

@@ -30,8 +30,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-COMPILING = "compiling for this kind of scene, once on this machine; it takes up to 15 s"
-
 
 def _version(wanted: bool) -> None:
     if wanted:
@@ -50,32 +48,31 @@ def _root(
     pass
 
 
-def _patient(command: Callable[..., None]) -> Callable[..., None]:
-    """A command that says so on stderr when it compiles for more than a second."""
+def _with_notices(command: Callable[..., None]) -> Callable[..., None]:
+    """A command that shows notices of the engine on stderr, such as that it compiles."""
 
     @wraps(command)
     def called(*arguments: Any, **options: Any) -> None:
         with at_once():
-            from snooker_cli.cli.progress import say
-            from snooker_cli.engine import when_compiling
+            from snooker_cli.cli.progress import showing_notices
 
-        with when_compiling(lambda: say(COMPILING), after=1.0):
+        with showing_notices():
             command(*arguments, **options)
 
     return called
 
 
 app.command("init")(beginning.init)
-app.command("run")(_patient(running.run))
+app.command("run")(_with_notices(running.run))
 app.command("ls")(listing.ls)
 app.command("show")(listing.show)
-app.command("verify")(_patient(verifying.verify))
-app.command("fit")(_patient(analysing.fit))
-app.command("compare")(_patient(analysing.compare))
-app.command("plot")(_patient(plotting.plot))
-app.command("animate")(_patient(animating.animate))
-app.command("report")(_patient(analysing.report))
-app.command("export")(_patient(exporting.export))
+app.command("verify")(_with_notices(verifying.verify))
+app.command("fit")(_with_notices(analysing.fit))
+app.command("compare")(_with_notices(analysing.compare))
+app.command("plot")(_with_notices(plotting.plot))
+app.command("animate")(_with_notices(animating.animate))
+app.command("report")(_with_notices(analysing.report))
+app.command("export")(_with_notices(exporting.export))
 app.command("validate")(inspecting.validate)
 app.command("schema")(inspecting.schema)
 app.add_typer(benching.bench, name="bench")

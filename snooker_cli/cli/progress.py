@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 import threading
 import time
@@ -25,6 +26,26 @@ MOST_LINES = 10
 def say(message: str) -> None:
     """A line of talk, on stderr."""
     print(f"snooker: {message}", file=sys.stderr, flush=True)
+
+
+class _Notices(logging.Handler):
+    """Prints log records on stderr."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one."""
+        say(record.getMessage())
+
+
+@contextmanager
+def showing_notices() -> Iterator[None]:
+    """While inside, notices of the package are printed on stderr."""
+    logger, handler = logging.getLogger("snooker_cli"), _Notices()
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
 
 
 @contextmanager

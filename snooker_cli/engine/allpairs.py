@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from snooker_cli.engine.arcs import earliest_on_arc, only_straight
 from snooker_cli.engine.collide import add_up, contact_lasts, hit_pair, hit_wall, move, touched
-from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.endings import (
     CLOCK_DIGITS,
@@ -29,6 +28,7 @@ from snooker_cli.engine.endings import (
     TIME,
     WALL_TRAP,
 )
+from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.layout import (
     BOUNCES,
     CONTACT_LASTS,

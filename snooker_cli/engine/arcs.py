@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from snooker_cli.engine.collide import radius_of
-from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.contact import NEVER, wall_delay
+from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.layout import LOOK_AGAIN, WALL_TIME, Floats, Integers, Setup, U, V
 from snooker_cli.engine.slide import FLIES, SETTLES, SLIDES, cosine_and_sine, place, rate
 

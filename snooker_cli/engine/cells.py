@@ -25,7 +25,6 @@ from snooker_cli.engine.collide import (
     touched,
     wrap,
 )
-from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.contact import NEVER, nearest_image
 from snooker_cli.engine.endings import (
     CELL_FULL,
@@ -40,6 +39,7 @@ from snooker_cli.engine.endings import (
     WALL_TRAP,
 )
 from snooker_cli.engine.fetching import LARGE, fetch_ahead, no_chains
+from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.layout import (
     BOUNCES,
     CELL,

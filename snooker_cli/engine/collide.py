@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.contact import nearest_image
 from snooker_cli.engine.impact import is_slow, rebound, relative_change, shares
+from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.layout import CLOCK, REST, SUMS, Floats, Indices, Setup, U, V, X, Y
 
 

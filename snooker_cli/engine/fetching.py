@@ -13,8 +13,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from snooker_cli.engine.jit import inlined
-from snooker_cli.engine.jit import fetch, lowest_bit
+from snooker_cli.engine.jit import fetch, inlined, lowest_bit
 from snooker_cli.engine.layout import (
     CELL,
     CONTACT_TIME,

@@ -15,8 +15,7 @@ error of what is done with it. Therefore
 
 from __future__ import annotations
 
-from snooker_cli.engine.jit import inlined
-from snooker_cli.engine.jit import fused
+from snooker_cli.engine.jit import fused, inlined
 
 
 @inlined

@@ -137,6 +137,12 @@ def cache_folder() -> Path | None:
         return None
 
 
+@cache
+def give_notice() -> None:
+    """Explain the wait, once in a process."""
+    _log.info(NOTICE)
+
+
 class _Progress:
     """Gives notice of a long compilation, and guards the cache.
 
@@ -146,19 +152,14 @@ class _Progress:
 
     def __init__(self) -> None:
         self.depth = 0
-        self.timer = threading.Timer(NOTICE_AFTER, self.notice)
+        self.timer = threading.Timer(NOTICE_AFTER, give_notice)
         self.lock: IO[bytes] | None = None
-
-    @cache  # noqa: B019  # there is one object; the user needs the notice once
-    def notice(self) -> None:
-        """Explain the wait."""
-        _log.info(NOTICE)
 
     def begin(self) -> None:
         """A compilation begins, perhaps inside another one."""
         self.depth += 1
         if self.depth == 1:
-            self.timer = threading.Timer(NOTICE_AFTER, self.notice)
+            self.timer = threading.Timer(NOTICE_AFTER, give_notice)
             self.timer.start()
 
     def end(self) -> None:

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from snooker_cli.engine.collide import radius_of
-from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.contact import (
     NEVER,
     chord_delay,
@@ -21,6 +20,7 @@ from snooker_cli.engine.contact import (
     side_delay,
     wall_delay,
 )
+from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.layout import (
     BOUNCES,
     BRINK,

@@ -10,9 +10,8 @@ from __future__ import annotations
 import math
 
 from snooker_cli.engine.collide import mass_of, radius_of
-from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.contact import chord_delay, may_touch, pair_delay, wall_delay
-from snooker_cli.engine.jit import lowest_bit
+from snooker_cli.engine.jit import inlined, kernel, lowest_bit
 from snooker_cli.engine.layout import (
     CLOCK,
     NEXT_TIME,

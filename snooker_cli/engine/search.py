@@ -6,9 +6,8 @@ mask of the few that can be met in time, and only for those the time of contact 
 
 from __future__ import annotations
 
-from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.contact import may_touch, nearest_image, pair_delay
-from snooker_cli.engine.jit import lowest_bit
+from snooker_cli.engine.jit import inlined, lowest_bit
 from snooker_cli.engine.layout import CLOCK, Floats, Indices, Setup, U, V, X, Y, ahead
 from snooker_cli.engine.mesh import Mesh, cell_at
 from snooker_cli.engine.predict import BLOCK, contact_distance

@@ -14,8 +14,8 @@ import numpy as np
 
 from snooker_cli.engine import layout
 from snooker_cli.engine.collide import mass_of, radius_of
-from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.contact import NEVER
+from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.layout import (
     BALL_ROWS,
     CLOCK,

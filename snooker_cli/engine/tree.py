@@ -15,9 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.contact import NEVER
-from snooker_cli.engine.jit import lowest_bit
+from snooker_cli.engine.jit import inlined, lowest_bit
 from snooker_cli.engine.layout import Floats, Integers, ahead, lines
 
 STEP = 2

@@ -1,0 +1,238 @@
+"""Kernels are compiled once for their sources and types of arguments, and kept in a cache."""
+
+from __future__ import annotations
+
+import logging
+import os
+import shutil
+import subprocess
+import sys
+import threading
+from collections import namedtuple
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import snooker_cli
+from snooker_cli.engine import jit
+
+TESTS = Path(__file__).parent
+
+if os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}:
+    pytest.skip("nothing is compiled here", allow_module_level=True)
+
+Pair = namedtuple("Pair", "floats integer")
+
+
+def sum_of(floats, pair, nothing, flag, start):
+    """Something of every type of argument."""
+    total = start + pair.integer
+    for row in range(floats.shape[0]):
+        for column in range(floats.shape[1]):
+            total += floats[row, column] * pair.floats[column]
+    if nothing is None and flag:
+        floats[0, 0] = total
+    return total
+
+
+def arguments(order: str = "C") -> tuple[Any, ...]:
+    floats = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], order=order)
+    return floats, Pair(np.array([1.0, 10.0, 100.0]), 7), None, True, 0.5
+
+
+def output_of(program: str, **environment: str) -> str:
+    """What a Python of its own prints, in the tests' folder."""
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=TESTS,
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The cache folder of a user who has chosen one."""
+    chosen = tmp_path / "chosen"
+    set_folder(chosen, monkeypatch)
+    yield chosen
+    jit.cache_folder.cache_clear()
+
+
+def set_folder(chosen: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What NUMBA_CACHE_DIR does, which Numba reads when it is imported."""
+    import numba
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(chosen))
+    jit.cache_folder.cache_clear()
+
+
+def test_a_kernel_gives_what_its_function_does(cache: Path) -> None:
+    """With arrays in rows, in columns and with gaps, each of which is compiled for itself."""
+    kernel = jit.kernel(sum_of)
+    for floats in (arguments()[0], arguments("F")[0], np.repeat(arguments()[0], 2, axis=1)[:, ::2]):
+        expected = sum_of(floats.copy(), *arguments()[1:])
+        assert kernel(floats, *arguments()[1:]) == expected == floats[0, 0]
+    assert kernel.__name__ == "sum_of"
+    assert len([*cache.rglob("*.nbc")]) == 3
+
+
+def test_a_kernel_is_loaded_from_the_cache(cache: Path) -> None:
+    expected = jit.kernel(sum_of)(*arguments())
+    again = jit.kernel(sum_of)
+    assert again(*arguments()) == expected
+    stats = again.compiled.stats
+    assert (sum(stats.cache_hits.values()), sum(stats.cache_misses.values())) == (1, 0)
+
+
+def test_other_functions_of_the_user_keep_their_cache(cache: Path) -> None:
+    import numba
+
+    jit.kernel(sum_of)(*arguments())
+    assert str(cache) == numba.config.CACHE_DIR
+
+
+def test_a_kernel_leaves_reference_counts_as_they_were() -> None:
+    kernel, given = jit.kernel(sum_of), arguments()
+    kernel(*given)
+    before = [sys.getrefcount(each) for each in (given[0], given[1].floats)]
+    for _ in range(100):
+        kernel(*given)
+    assert [sys.getrefcount(each) for each in (given[0], given[1].floats)] == before
+
+
+def test_events_and_summaries_have_one_kernel() -> None:
+    """Though the one has no rows in its grid and the other none in its columns of events."""
+    program = """
+from scenes import report_scene
+from snooker_cli.engine import allpairs, simulate
+for summary in (False, True):
+    simulate(report_scene(), collisions=5, summary=summary)
+print(len(allpairs.advance.compiled.signatures))
+"""
+    assert output_of(program) == "1\n"
+
+
+@pytest.mark.long
+def test_the_same_bits_with_and_without_a_cache(tmp_path: Path) -> None:
+    program = """
+from scenes import digest, report_scene
+from snooker_cli.engine import allpairs, simulate
+print(digest(simulate(report_scene(), collisions=200).events))
+print(sum(allpairs.advance.compiled.stats.cache_hits.values()))
+"""
+    empty, full = (output_of(program, NUMBA_CACHE_DIR=str(tmp_path)).split() for _ in range(2))
+    assert empty[0] == full[0]
+    assert (empty[1], full[1]) == ("0", "1")
+
+
+def test_numba_is_imported_with_the_first_kernel_that_is_called() -> None:
+    """Its import takes longer than commands that simulate nothing."""
+    program = """
+import sys
+import snooker_cli.cli, snooker_cli.engine, snooker_cli.observables, snooker_cli.runner
+print("numba" in sys.modules)
+from scenes import report_scene
+snooker_cli.engine.specialisation(report_scene())
+print("numba" in sys.modules)
+snooker_cli.engine.simulate(report_scene(), collisions=1)
+print("numba" in sys.modules)
+"""
+    assert output_of(program).split() == ["False", "False", "True"]
+
+
+# The folder
+
+FOLDER = "from snooker_cli.engine.jit import cache_folder; print(cache_folder())"
+
+
+def test_the_cache_is_in_a_folder_of_the_user(tmp_path: Path) -> None:
+    places = {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": str(tmp_path)}
+    assert Path(output_of(FOLDER, **places).strip()).parent == tmp_path / "snooker"
+    places = {"NUMBA_CACHE_DIR": "", "XDG_CACHE_HOME": "", "HOME": str(tmp_path)}
+    assert Path(output_of(FOLDER, **places).strip()).parent == tmp_path / ".cache" / "snooker"
+    places = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    assert Path(output_of(FOLDER, **places).strip()).parent == tmp_path
+
+
+@pytest.mark.parametrize("changed", ["engine/contact.py", "engine/jit.py", "trace.py"])
+def test_changed_sources_have_another_folder(tmp_path: Path, changed: str) -> None:
+    """Numba itself would not notice that a function has changed that a kernel calls."""
+    copy = tmp_path / "snooker_cli"
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(Path(snooker_cli.__file__).parent, copy, ignore=ignored)
+    where = {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path)}
+    before = output_of(FOLDER, **where)
+    assert output_of(FOLDER, **where) == before
+    with (copy / changed).open("a") as source:
+        source.write("# changed\n")
+    assert output_of(FOLDER, **where) != before
+
+
+def test_a_folder_that_is_not_writable_is_reported_once(
+    cache: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Kernels are compiled all the same."""
+    (tmp_path / "file").touch()
+    set_folder(tmp_path / "file" / "cache", monkeypatch)
+    with caplog.at_level(logging.WARNING, "snooker_cli"):
+        for _ in range(2):
+            assert jit.kernel(sum_of)(*arguments()) == sum_of(*arguments())
+    (record,) = caplog.records
+    assert "NUMBA_CACHE_DIR" in record.getMessage()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it has other locks")
+def test_no_two_processes_save_at_the_same_moment(cache: Path) -> None:
+    """Numba could then load the kernel of other arguments, without noticing."""
+    import fcntl
+
+    folder = jit.cache_folder()
+    assert folder is not None
+    thread = threading.Thread(target=lambda: jit.kernel(sum_of)(*arguments()))
+    with (folder / "lock").open("wb") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        thread.start()
+        thread.join(3.0)
+        assert thread.is_alive()
+        assert not [*cache.rglob("*.nbi")]
+    thread.join(30.0)
+    assert len([*cache.rglob("*.nbi")]) == 1
+    with (folder / "lock").open("wb") as other:  # nobody holds it any more
+        fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+# The notice
+
+
+def test_only_compiling_gives_notice(
+    cache: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Once, and not for kernels from the cache."""
+    monkeypatch.setattr(jit, "NOTICE_AFTER", 0.0)
+    for notices in (1, 0):
+        jit.give_notice.cache_clear()
+        caplog.clear()
+        with caplog.at_level(logging.INFO, "snooker_cli"):
+            for order in "CF":
+                jit.kernel(sum_of)(*arguments(order))
+        assert [record.getMessage() for record in caplog.records] == [jit.NOTICE] * notices
+
+
+def test_a_short_compilation_gives_no_notice(
+    cache: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(jit, "NOTICE_AFTER", 60.0)
+    jit.give_notice.cache_clear()
+    with caplog.at_level(logging.INFO, "snooker_cli"):
+        jit.kernel(sum_of)(*arguments())
+    assert not caplog.records
