@@ -268,6 +268,7 @@ def test_a_command_that_compiles_says_so_once(
             assert shown.wait(30), "no notice"
 
     monkeypatch.setattr(jit, "NOTICE_AFTER", 0.0)
+    monkeypatch.setattr(jit, "cache_folder", lambda: None)
     monkeypatch.setattr(progress, "say", lambda message: (print(message), shown.set()))
     monkeypatch.setattr("snooker_cli.results.open_run", compiling)
     jit.give_notice.cache_clear()
