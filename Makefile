@@ -53,7 +53,7 @@ $(READY): pyproject.toml
 
 # A changed config makes its run anew and no other; an engine that gives other bits, or files of
 # another schema, make all.
-runs/%/.done: configs/%.yaml snooker_cli/engine/__init__.py snooker_cli/store/records.py | $(READY)
+runs/%/.done: configs/%.yaml snooker_cli/engine/__init__.py snooker_cli/store/file_format.py | $(READY)
 	$(BIN)/snooker run $< --out $(@D) --fresh
 	@touch $@
 

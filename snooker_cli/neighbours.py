@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Indices = NDArray[np.int64]
 
+
 CHUNK = 1 << 16
 """Pairs looked at together, which bounds the memory."""
 

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from snooker_cli.errors import SceneError
 from snooker_cli.neighbours import near_pairs
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
 
 EPSILON = float(np.finfo(np.float64).eps)
 
@@ -20,15 +22,6 @@ LEAST_DIAMETERS = 5
 
 ROUNDING = 1e-8
 """By how much more, relatively, so that cells a little wider than a ball fit five times."""
-
-
-class SceneError(ValueError):
-    """A scene that cannot exist; ``key`` names the config key to change, ``ball`` who is wrong."""
-
-    def __init__(self, key: str, message: str, ball: int | None = None) -> None:
-        super().__init__(message)
-        self.key = key
-        self.ball = ball
 
 
 Shape = Literal["circle", "box", "periodic"]

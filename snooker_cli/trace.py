@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from snooker_cli.scene import Scene
 
+
 CONTAINER = -1
 """The partner's number in an event of a ball with the container."""
 

@@ -22,11 +22,11 @@ from compile_ahead import compile_ahead
 from xdist.scheduler import WorkStealingScheduling
 
 from snooker_cli.animation import Film
-from snooker_cli.arrange import arrange
 from snooker_cli.cli import RARELY, main
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
-from snooker_cli.results import Run
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.runs import Run
 from snooker_cli.store import Provenance
 from snooker_cli.trace import Trace
 
@@ -110,7 +110,7 @@ def films() -> dict[str, Film]:
 @pytest.fixture(scope="session")
 def traces() -> dict[str, Trace]:
     """Three hundred collisions of nineteen balls, recorded both ways; as files have them."""
-    scene = arrange(parse(SMALL, overrides=["balls.rings=2", "cor=0.95"]).experiment, 0)
+    scene = starting_scene(parse(SMALL, overrides=["balls.rings=2", "cor=0.95"]).experiment, 0)
     return {
         kind: replace(simulate(scene, collisions=300, summary=kind == "summary"), work=None)
         for kind in ("events", "summary")

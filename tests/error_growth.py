@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli.bench.exact import DIGITS_PER_EVENT, SPARE_DIGITS, Body, Number, Twin
 from snooker_cli.trace import CONTAINER
+from snooker_cli.validation.exact_twin import DIGITS_PER_EVENT, SPARE_DIGITS, Body, Number, Twin
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

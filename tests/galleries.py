@@ -8,11 +8,12 @@ from typing import Any, TypeVar
 
 import pytest
 
-from snooker_cli import results
+from snooker_cli import runs
 from snooker_cli.config import parse
-from snooker_cli.gallery import KINDS, Layer, Picture, PictureError, Selection
-from snooker_cli.results import Run
-from snooker_cli.runner import Watcher, execute
+from snooker_cli.errors import FigureError
+from snooker_cli.figures import FIGURES, FigureData, Layer, Selection
+from snooker_cli.runs import Run
+from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.trace import Trace
 
 BASE = """\
@@ -37,7 +38,7 @@ Kept = TypeVar("Kept", bound=Layer)
 
 def made(directory: Path, *overrides: str, text: str = BASE) -> Run:
     """A finished run of a config."""
-    run = results.create(directory, parse(text, overrides=overrides).experiment)
+    run = runs.create(directory, parse(text, overrides=overrides).experiment)
     outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())
     assert not any(outcome.error for outcome in outcomes)
     return run
@@ -47,16 +48,16 @@ def traces(run: Run, index: int) -> list[Trace]:
     return list(run.traces(run.points[index]))
 
 
-def layers(picture: Picture, kind: type[Kept]) -> list[Kept]:
+def layers(picture: FigureData, kind: type[Kept]) -> list[Kept]:
     return [layer for layer in picture.layers if isinstance(layer, kind)]
 
 
-def shown(run: Run, kind: str, repeat: int | None = None, **where: Any) -> Picture:
+def shown(run: Run, kind: str, repeat: int | None = None, **where: Any) -> FigureData:
     keys = {key.replace("__", "."): value for key, value in where.items()}
-    return KINDS[kind].make(run, Selection(keys, repeat))
+    return FIGURES[kind].make(run, Selection(keys, repeat))
 
 
 def why_not(run: Run, kind: str, repeat: int | None = None, **where: Any) -> str:
-    with pytest.raises(PictureError) as caught:
+    with pytest.raises(FigureError) as caught:
         shown(run, kind, repeat, **where)
     return str(caught.value)

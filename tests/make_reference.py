@@ -29,10 +29,10 @@ from error_growth import Growth, growth
 from numpy.typing import NDArray
 
 from snooker_cli import __version__
-from snooker_cli.bench.catalogue import CASES, Case
-from snooker_cli.bench.exact import trajectory
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
+from snooker_cli.validation.exact_twin import trajectory
+from snooker_cli.validation.reference_scenes import CASES, Case
 
 FOLDER = Path(__file__).with_name("reference")
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
-from snooker_cli import results, store
+from snooker_cli import runs, store
 from snooker_cli.config import parse
-from snooker_cli.results import Run
-from snooker_cli.runner import Outcome, Watcher, execute
+from snooker_cli.runs import Run
+from snooker_cli.runs.execution import Watcher, execute
+from snooker_cli.runs.repeat import Outcome
 
 
 class StopsAfter(Watcher):
@@ -31,7 +32,7 @@ def done(run: Run, *, workers: int = 1, watcher: Watcher | None = None) -> list[
 
 def made(directory: Path, text: str, *overrides: str) -> Run:
     """A run's folder for a config."""
-    return results.create(directory, parse(text, overrides=overrides).experiment)
+    return runs.create(directory, parse(text, overrides=overrides).experiment)
 
 
 def contents(run: Run) -> dict[tuple[int, int], str]:

@@ -10,12 +10,12 @@ import naive
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.arrange import arrange
-from snooker_cli.arrange.streams import PLACES, random_normals, shuffled, stream
-from snooker_cli.bench.catalogue import geometric
 from snooker_cli.config import Experiment
+from snooker_cli.placement.random_numbers import PLACES, random_normals, shuffled, stream
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene, Shape
 from snooker_cli.trace import CONTAINER, Events, Trace
+from snooker_cli.validation.reference_scenes import geometric
 
 EPSILON = 2.0**-52
 
@@ -145,7 +145,7 @@ def experiment(
 
 def report_scene(repeat: int = 0, **changes: float) -> Scene:
     """A start of ``experiment``."""
-    return arrange(experiment(**changes), repeat)
+    return starting_scene(experiment(**changes), repeat)
 
 
 def mixed_scene(container_mass: float = math.inf, restitution: float = 1.0) -> Scene:

@@ -18,7 +18,7 @@ from PIL import Image
 from scenes import gas
 
 from snooker_cli.animation import Film, embedded, film, page
-from snooker_cli.cli.animating import ENDINGS
+from snooker_cli.cli.figure_commands import ENDINGS
 from snooker_cli.engine import replay, simulate
 from snooker_cli.trace import Trace
 

@@ -18,22 +18,22 @@ from PIL import Image
 from scenes import gas
 
 from snooker_cli import animation
+from snooker_cli.analysis.observables import cumulative_pressure
 from snooker_cli.animation import (
     FLASH,
     MOST_FLASHES,
     SPEED_COLOURS,
     Film,
-    FilmError,
     film,
     frames,
     page,
     reel,
     view,
 )
-from snooker_cli.animation.view import container_path
+from snooker_cli.animation.frames import container_path
+from snooker_cli.animation.movie import save_movie
 from snooker_cli.engine import replay, series, simulate
-from snooker_cli.figures import MovieError, save_movie
-from snooker_cli.observables import cumulative_pressure
+from snooker_cli.errors import FilmError, MovieError
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events, Stop, StopReason, Trace
 

@@ -178,7 +178,7 @@ def test_the_plan_has_no_room_that_is_not_there() -> None:
             "from snooker_cli import scene",
             "theory imports scene, but may import none",
         ),
-        ("scene", "def f():\n    import snooker_cli.cli.tables", "line 2: scene imports cli"),
+        ("scene", "def f():\n    import snooker_cli.cli.output", "line 2: scene imports cli"),
         ("fit", "if TYPE_CHECKING:\n    from snooker_cli.trace import Trace", "fit imports trace"),
         ("figures.draw", "from snooker_cli.results import Run", "figures imports results"),
         ("gallery", "from matplotlib import pyplot", "gallery imports matplotlib"),

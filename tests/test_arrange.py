@@ -8,9 +8,12 @@ import pytest
 from scenes import EPSILON, experiment
 from scipy import stats
 
-from snooker_cli.arrange import arrange, random_directions, ring_positions, unit_polygon
 from snooker_cli.config import Experiment
-from snooker_cli.scene import Scene, SceneError, check
+from snooker_cli.errors import SceneError
+from snooker_cli.placement.places import ring_positions, unit_polygon
+from snooker_cli.placement.random_numbers import random_directions
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.scene import Scene, check
 
 # --- rings ----------------------------------------------------------------------------------
 
@@ -74,7 +77,7 @@ def test_rings():
 
 def test_golden_positions():
     """For three rings of 8 m; these are what stored runs started from."""
-    positions = arrange(experiment(), 0).positions
+    positions = starting_scene(experiment(), 0).positions
     assert positions[1].tolist() == [2.6666666666666665, 0.0]
     assert positions[2].tolist() == [1.3333333333333333, 2.309401076758503]
     assert positions[8].tolist() == [4.618802153517006, 2.6666666666666665]
@@ -149,9 +152,9 @@ def test_repeats_and_seeds_differ_and_come_again():
 
 def test_every_point_of_a_sweep_has_the_same_directions():
     """Common random numbers: what differs between points is not the luck of the start."""
-    start = arrange(experiment(cor=1.0), 4)
+    start = starting_scene(experiment(cor=1.0), 4)
     for changes in ({"cor": 0.3}, {"wall_cor": 0.5}, {"container_mass": 5.0}, {"radius": 0.1}):
-        assert np.array_equal(start.velocities, arrange(experiment(**changes), 4).velocities)
+        assert np.array_equal(start.velocities, starting_scene(experiment(**changes), 4).velocities)
     assert np.max(abs(np.hypot(*start.velocities.T) - 10.0)) <= 2 * 10 * EPSILON
 
 
@@ -159,7 +162,7 @@ def test_every_point_of_a_sweep_has_the_same_directions():
 
 
 def test_a_scene_of_rings():
-    scene = arrange(experiment(radius=0.5, cor=0.8, container_mass=1e7), 0)
+    scene = starting_scene(experiment(radius=0.5, cor=0.8, container_mass=1e7), 0)
     assert scene.number == 37
     assert np.all(scene.radii == 0.5)
     assert np.all(scene.masses == 1.0)
@@ -187,7 +190,7 @@ def ball(x: float, y: float, radius: float = 1.0) -> dict:
 
 
 def test_a_scene_of_listed_balls():
-    scene = arrange(listed(ball(0, 0), ball(3, 4, 0.5)), 0)
+    scene = starting_scene(listed(ball(0, 0), ball(3, 4, 0.5)), 0)
     assert scene.positions.tolist() == [[0.0, 0.0], [3.0, 4.0]]
     assert scene.velocities.tolist() == [[1.0, 2.0], [1.0, 2.0]]
     assert scene.radii.tolist() == [1.0, 0.5]
@@ -197,15 +200,15 @@ def test_a_scene_of_listed_balls():
 
 
 def test_balls_may_touch():
-    arrange(listed(ball(0, 0), ball(2, 0)), 0)
-    arrange(listed(ball(9, 0)), 0)
+    starting_scene(listed(ball(0, 0), ball(2, 0)), 0)
+    starting_scene(listed(ball(9, 0)), 0)
     # At 45 degrees the coordinates are rounded: short of touching by that much is let pass.
-    arrange(listed(ball(0, 0), ball(math.sqrt(2), math.sqrt(2))), 0)
+    starting_scene(listed(ball(0, 0), ball(math.sqrt(2), math.sqrt(2))), 0)
 
 
 def error_of(start: Experiment) -> SceneError:
     with pytest.raises(SceneError) as caught:
-        arrange(start, 0)
+        starting_scene(start, 0)
     return caught.value
 
 
@@ -244,13 +247,13 @@ def test_rings_that_are_too_tight_are_refused_with_the_radius_that_fits(changes,
 
 
 def test_rings_fit_up_to_the_stated_radius():
-    arrange(experiment(radius=4 / 3), 0)
-    arrange(experiment(radius=1.0, ring_extent=0.9), 0)
+    starting_scene(experiment(radius=4 / 3), 0)
+    starting_scene(experiment(radius=1.0, ring_extent=0.9), 0)
     error_of(experiment(radius=4 / 3 + 1e-9))
 
 
 def test_check_sees_the_container_where_it_is():
-    scene = arrange(listed(ball(0, 0)), 0)
+    scene = starting_scene(listed(ball(0, 0)), 0)
     moved = Scene(**(vars(scene) | {"container_position": np.array([9.5, 0.0])}))
     with pytest.raises(SceneError, match="sticks out"):
         check(moved)
@@ -260,10 +263,10 @@ def test_check_sees_the_container_where_it_is():
 
 
 def test_a_box_of_listed_balls():
-    scene = arrange(listed(ball(9, -4), shape="box", width=20.0, height=10.0), 0)
+    scene = starting_scene(listed(ball(9, -4), shape="box", width=20.0, height=10.0), 0)
     assert (scene.shape, scene.size, scene.area, scene.free) == ("box", (20.0, 10.0), 200.0, False)
     assert math.isnan(scene.container_radius)
-    assert arrange(listed(ball(0, 0), shape="box", width=20.0), 0).size == (20.0, 20.0)
+    assert starting_scene(listed(ball(0, 0), shape="box", width=20.0), 0).size == (20.0, 20.0)
 
 
 @pytest.mark.parametrize("place", [(9.25, 0), (-9.25, 0), (0, 4.25), (0, -4.25)])
@@ -281,7 +284,7 @@ def test_a_ball_that_sticks_out_of_a_box_is_refused(place):
 
 def test_a_periodic_box_has_no_wall_but_an_edge():
     box = {"shape": "periodic", "width": 20.0, "height": 12.0}
-    scene = arrange(listed(ball(10, -6), ball(-8, 6), **box), 0)
+    scene = starting_scene(listed(ball(10, -6), ball(-8, 6), **box), 0)
     assert scene.period == (20.0, 12.0)
     error = error_of(listed(ball(10.25, 0), **box))
     assert "the centre of ball 0 is 0.25 m outside" in str(error)
@@ -297,12 +300,12 @@ def test_overlaps_with_images_are_seen(places):
     apart = 1.5 if 1 in (*places[0], *places[1]) else math.sqrt(2)
     assert f"{apart:.6g} m apart" in str(error)
     small = [ball(*place, 0.7) for place in places]
-    arrange(listed(*small, shape="periodic", **box), 0)
+    starting_scene(listed(*small, shape="periodic", **box), 0)
 
 
 def test_a_periodic_box_is_five_diameters_wide():
     """Less, and a ball could be next to another and to its image at once."""
-    arrange(listed(ball(0, 0), shape="periodic", width=10.001), 0)
+    starting_scene(listed(ball(0, 0), shape="periodic", width=10.001), 0)
     error = error_of(listed(ball(0, 0), shape="periodic", width=19.0, height=9.9))
     assert error.key == "container.height"
     assert "9.9 m in height, which is under 5 diameters of its largest ball, 2 m each" in str(error)

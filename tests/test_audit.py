@@ -13,35 +13,42 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from snooker_cli.arrange import arrange
+from snooker_cli.analysis.decay import curve, fit_curve
+from snooker_cli.analysis.observables import ROUNDING, mean_pressure
 from snooker_cli.config import load, parse, points
-from snooker_cli.decay import curve, fit_curve
 from snooker_cli.engine import simulate
-from snooker_cli.observables import ROUNDING, mean_pressure
-from snooker_cli.report import audit, content, search
-from snooker_cli.report.published import COEFFICIENTS, LORD, PUBLISHED, Ours, Published, published
-from snooker_cli.report.search import (
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.report import audit, content, setting_search
+from snooker_cli.report.setting_search import (
     LIKELY,
     SLIPS,
     TARGETS,
     Candidate,
+    CandidateSetting,
     Sample,
-    Setting,
     Slip,
     free_factor,
     mean_speed,
     profile,
     simplest,
 )
-from snooker_cli.results import Run
+from snooker_cli.report.source_values import (
+    COEFFICIENTS,
+    LORD,
+    PUBLISHED,
+    OurValue,
+    SourceValue,
+    published,
+)
+from snooker_cli.runs import Run
 
 ROOT = Path(__file__).parent.parent
 REPORT = ROOT / "snooker_cli" / "report"
 
 
-def number(digits: str, uncertainty: str | None = None, **more: object) -> Published:
+def number(digits: str, uncertainty: str | None = None, **more: object) -> SourceValue:
     """A made-up printed number."""
-    return Published("made_up", "here", "made up", "energy decay", digits, uncertainty, **more)  # type: ignore[arg-type]
+    return SourceValue("made_up", "here", "made up", "energy decay", digits, uncertainty, **more)  # type: ignore[arg-type]
 
 
 # Printed digits
@@ -61,26 +68,26 @@ def test_half_of_the_last_digit(digits: str, half: float) -> None:
 def test_an_exact_number_has_rounding_only() -> None:
     largest = published("largest_distance")
     assert largest.half_digit == 9 * ROUNDING
-    assert Ours(9.000000000000004).agrees(largest)
-    assert not Ours(9.0000001).agrees(largest)
+    assert OurValue(9.000000000000004).agrees(largest)
+    assert not OurValue(9.0000001).agrees(largest)
 
 
 @pytest.mark.parametrize("one", PUBLISHED, ids=lambda one: one.name)
-def test_a_number_prints_as_it_was_read(one: Published) -> None:
+def test_a_number_prints_as_it_was_read(one: SourceValue) -> None:
     assert one.printed.removeprefix("≈ ").startswith(one.digits)
     assert one.uncertainty is None or one.printed.endswith(f"± {one.uncertainty}")
-    assert Ours(one.value).agrees(one)
-    assert Ours(one.value).rounds_to(one)
+    assert OurValue(one.value).agrees(one)
+    assert OurValue(one.value).rounds_to(one)
 
 
 @given(st.floats(-1, 1), st.floats(0, 10))
 def test_agreement_is_the_last_digit_and_two_standard_errors(part: float, error: float) -> None:
     one = number("4.2", "0.3")
     reach = one.half_digit + 2 * math.hypot(one.standard_error, error)
-    assert Ours(4.2 + 0.999 * part * reach, error).agrees(one)
-    assert not Ours(4.2 + 1.001 * reach, error).agrees(one)
-    assert Ours(4.2 + 0.999 * part * one.half_digit).rounds_to(one)
-    assert not Ours(4.2 + 1.001 * one.half_digit).rounds_to(one)
+    assert OurValue(4.2 + 0.999 * part * reach, error).agrees(one)
+    assert not OurValue(4.2 + 1.001 * reach, error).agrees(one)
+    assert OurValue(4.2 + 0.999 * part * one.half_digit).rounds_to(one)
+    assert not OurValue(4.2 + 1.001 * one.half_digit).rounds_to(one)
 
 
 def test_interval_of_a_mean_of_five_from_its_range() -> None:
@@ -114,7 +121,7 @@ def test_chance_of_the_score() -> None:
 def test_mean_free_path_is_ten_times_that_of_the_stated_balls() -> None:
     experiment = load(ROOT / "configs" / "audit.yaml").experiment
     run = Run(ROOT / "nowhere", experiment, points(experiment))
-    assert search.slip_factor(run) == 10.0
+    assert setting_search.slip_factor(run) == 10.0
 
 
 def test_speeds_that_are_powers_of_two_apart_are_copies() -> None:
@@ -138,7 +145,7 @@ def candidate(
     """A setting whose decay constants are the printed ones times a factor."""
     parts = {"radius": 1.0, "elastic_wall": False, "extent": 0.8, "window": 500, "held": True}
     changes = tuple(f"{key} {value}" for key, value in more.items())
-    setting = Setting(**{**parts, **more}, slip=slip, changes=changes)  # type: ignore[arg-type]
+    setting = CandidateSetting(**{**parts, **more}, slip=slip, changes=changes)  # type: ignore[arg-type]
     decays = [name for name in TARGETS if published(name).of.endswith("decay")]
     return Candidate(
         setting,
@@ -219,7 +226,7 @@ cor: 0.9
 collisions: 300
 """
     fast, slow = (
-        simulate(arrange(parse(config.replace("16.0", speed)).experiment, 0), collisions=300)
+        simulate(starting_scene(parse(config.replace("16.0", speed)).experiment, 0), collisions=300)
         for speed in ("16.0", "1.0")
     )
     slip = SLIPS[-1]
@@ -227,7 +234,7 @@ collisions: 300
     assert mean_pressure(slow) == pytest.approx(
         mean_pressure(fast) * 16.0**slip.pressure, rel=1e-12
     )
-    for quantity in search.FITTED:
+    for quantity in setting_search.FITTED:
         constants = [fit_curve(curve(one, quantity), "exponential").value for one in (fast, slow)]
         assert constants[1] == pytest.approx(constants[0] * 16.0**slip.decay, rel=1e-9)
 
@@ -236,10 +243,12 @@ collisions: 300
 
 
 @pytest.mark.parametrize(
-    "path", [path for path in REPORT.glob("*.py") if path.stem != "published"], ids=lambda p: p.stem
+    "path",
+    [path for path in REPORT.glob("*.py") if path.stem != "source_values"],
+    ids=lambda p: p.stem,
 )
 def test_no_printed_number_is_typed_outside_its_home(path: Path) -> None:
-    """Numbers in prose come from results; printed ones stand in published.py alone."""
+    """Numbers in prose come from results; printed ones stand in source_values.py alone."""
     printed = {one.value for one in PUBLISHED if one.decimals}
     tree = ast.parse(path.read_text(encoding="utf-8"))
     docstrings = {

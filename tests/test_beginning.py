@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from snooker_cli.cli.beginning import SCHEMA, STDOUT
-from snooker_cli.cli.templates import purpose, templates
+from snooker_cli.cli.config_commands import SCHEMA, STDOUT
+from snooker_cli.cli.options import purpose, templates
 from snooker_cli.config import digest, load
-from snooker_cli.results import open_run
+from snooker_cli.runs import open_run
 from snooker_cli.theory import published_ratio
 from snooker_cli.trace import StopReason
 

@@ -11,25 +11,29 @@ import numpy as np
 import pytest
 from scenes import EPSILON, scene_of
 
-from snooker_cli.bench import stepping
-from snooker_cli.bench.catalogue import Case, mixture, rings
-from snooker_cli.bench.ensemble import Ensemble, averages, quantities
-from snooker_cli.bench.error import study
-from snooker_cli.bench.figure import pictures
-from snooker_cli.bench.horizon import first_different, rms_distance
-from snooker_cli.bench.ledger import ledger
-from snooker_cli.bench.methods import (
+from snooker_cli.figures import Line, Points
+from snooker_cli.figures.drawing import to_json
+from snooker_cli.validation import methods
+from snooker_cli.validation.accuracy_study import (
+    RepeatBias,
+    averages,
+    ledger,
+    pictures,
+    quantities,
+    study,
+)
+from snooker_cli.validation.exact_twin import first_different, rms_distance
+from snooker_cli.validation.methods import (
     TOLERANCE,
+    all_methods,
     by_engine,
     by_report,
     by_steps,
     deepest_overlap,
-    methods,
 )
-from snooker_cli.figures import to_json
-from snooker_cli.gallery import Line, Points
+from snooker_cli.validation.reference_scenes import Case, mixture, rings
 
-WAYS = methods((1e-3, 1e-4))
+WAYS = all_methods((1e-3, 1e-4))
 
 
 @pytest.fixture(params=WAYS, ids=lambda way: way.name)
@@ -112,9 +116,9 @@ def test_time_steps_are_of_the_first_order():
 def test_time_steps_do_not_depend_on_their_bookkeeping(constant, value, monkeypatch):
     """All pairs in the list, a list in each step, and a return after each event."""
     moments = np.array([0.1, 0.5, 2.0])
-    before = stepping.stepped(mixture(), 1e-3, moments)
-    monkeypatch.setattr(stepping, constant, value)
-    after = stepping.stepped(mixture(), 1e-3, moments)
+    before = methods.stepped(mixture(), 1e-3, moments)
+    monkeypatch.setattr(methods, constant, value)
+    after = methods.stepped(mixture(), 1e-3, moments)
     for column in ("time", "i", "j", "impulse"):
         assert np.array_equal(getattr(before[0], column), getattr(after[0], column))
     assert np.array_equal(before[1], after[1])
@@ -140,7 +144,7 @@ def test_deepest_overlap():
 
 
 def test_averages_are_set_against_the_first_method():
-    ensemble = Ensemble("seven", "seven balls", 1.0, seven)
+    ensemble = RepeatBias("seven", "seven balls", 1.0, seven)
     first, other = averages(ensemble, (WAYS[0], WAYS[2]), 5)
     courses = [by_engine(seven(repeat), np.array([1.0])) for repeat in range(5)]
     values = [quantities(course, 1.0) for course in courses]
@@ -275,8 +279,8 @@ def test_the_command_prints_and_writes(measured):
 
 def test_without_mpmath_the_command_says_what_to_install(snooker, monkeypatch):
     monkeypatch.setitem(sys.modules, "mpmath", None)
-    for name in ("error", "exact", "horizon"):
-        monkeypatch.delitem(sys.modules, f"snooker_cli.bench.{name}", raising=False)
+    for name in ("accuracy_study", "exact_twin", "methods"):
+        monkeypatch.delitem(sys.modules, f"snooker_cli.validation.{name}", raising=False)
     ended = snooker("bench", "error", "--quick")
     assert ended.code == 2
     assert "pip install 'snooker[reference]'" in ended.err

@@ -14,15 +14,15 @@ import numpy as np
 import pytest
 from scenes import EPSILON, scene_of
 
-from snooker_cli.arrange import arrange
-from snooker_cli.bench import hard_facts
-from snooker_cli.bench.hard import INVARIANTS, judged, measured, runs
-from snooker_cli.bench.hard_catalogue import CASES, Hard
-from snooker_cli.bench.hard_checks import Check, checks, longest_run
 from snooker_cli.config import load, parse
 from snooker_cli.engine import series, simulate
-from snooker_cli.scene import Scene, SceneError
+from snooker_cli.errors import SceneError
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, StopReason, Trace
+from snooker_cli.validation import hard_case_checks
+from snooker_cli.validation.hard_case_checks import Check, checks, longest_run
+from snooker_cli.validation.hard_cases import CASES, INVARIANTS, Hard, judged, measured, runs
 
 Snooker = Callable[..., Any]
 
@@ -57,11 +57,11 @@ def test_a_case_says_why_it_is_hard_and_holds(case: Hard) -> None:
 
 
 def test_galperins_count_is_known_to_three_million() -> None:
-    scene = arrange(load(FOLDER / "galperin-1e12.yaml").experiment, 0)
+    scene = starting_scene(load(FOLDER / "galperin-1e12.yaml").experiment, 0)
     trace = simulate(scene, collisions=10, time=5.0)
-    (check,) = hard_facts.galperin(replace(trace, wall_events=3_141_592, pair_events=0))
+    (check,) = hard_case_checks.galperin(replace(trace, wall_events=3_141_592, pair_events=0))
     assert check.holds
-    (check,) = hard_facts.galperin(replace(trace, wall_events=3_141_591, pair_events=0))
+    (check,) = hard_case_checks.galperin(replace(trace, wall_events=3_141_591, pair_events=0))
     assert not check.holds
 
 
@@ -76,7 +76,7 @@ def lone(radius: float = 1.0, speed: float = 1.0, mass: float = 1.0) -> Scene:
     cor: 1.0
     collisions: 10
     """
-    return arrange(parse(text).experiment, 0)
+    return starting_scene(parse(text).experiment, 0)
 
 
 def test_the_largest_ball_is_one_unit_of_the_last_digit_smaller_than_the_container() -> None:
@@ -128,7 +128,7 @@ def trace() -> Trace:
     wall_cor: 1.0
     collisions: 200
     """
-    found = simulate(arrange(parse(text).experiment, 0), collisions=200)
+    found = simulate(starting_scene(parse(text).experiment, 0), collisions=200)
     assert judged(SEVEN, found)[1] == []
     return found
 
@@ -202,7 +202,7 @@ def test_the_judge_finds_a_wrong_ending_and_silence(trace: Trace) -> None:
 
 
 def test_the_judge_finds_a_wrong_fact(trace: Trace) -> None:
-    found, faults = judged(replace(SEVEN, fact=hard_facts.nothing_happens), trace)
+    found, faults = judged(replace(SEVEN, fact=hard_case_checks.nothing_happens), trace)
     assert faults[0] == "collisions: 2e+02 is over 0"
     assert not found[-1].holds
 
@@ -214,7 +214,7 @@ def test_facts_can_fail(name: str) -> None:
     """Of a run one collision short, or of one later and harder than it was."""
     case = BY_NAME[name]
     experiment = load(FOLDER / f"{name}.yaml").points()[-1].experiment
-    scene = arrange(experiment, 0)
+    scene = starting_scene(experiment, 0)
     made = simulate(scene, collisions=experiment.collisions, time=experiment.time)
     assert case.fact is not None
     assert all(check.holds for check in case.fact(made))
@@ -259,7 +259,7 @@ def test_the_longest_run_of_a_summary_is_what_chance_would_give(trace: Trace) ->
 def test_the_billion_is_held_to_a_random_walk() -> None:
     """An energy that is off to one side by an epsilon of itself a collision is found."""
     case = BY_NAME["billion"]
-    scene = arrange(load(FOLDER / "billion.yaml").experiment, 0)
+    scene = starting_scene(load(FOLDER / "billion.yaml").experiment, 0)
     found = simulate(scene, collisions=100_000, summary=True)
     done, faults = judged(case, found)
     assert faults == []
@@ -283,7 +283,7 @@ def test_a_measurement_is_plain_data_and_tells_faults(tmp_path: Path) -> None:
     cases = [
         BY_NAME["touching"],
         replace(BY_NAME["newton-row"], endings=(StopReason.COLLAPSE,)),
-        replace(BY_NAME["touching-wall"], fact=hard_facts.newton_row),
+        replace(BY_NAME["touching-wall"], fact=hard_case_checks.newton_row),
     ]
     said: list[str] = []
     found = measured(cases, FOLDER, said.append)

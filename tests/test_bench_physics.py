@@ -15,15 +15,21 @@ import pytest
 from typer.testing import CliRunner
 
 from snooker_cli import theory
-from snooker_cli.bench import physics_cooling, physics_fluid, physics_speeds
-from snooker_cli.bench.physics import SIMULATED, full_plan, quick_plan, sentence, verdict
-from snooker_cli.bench.physics_figures import pictures
-from snooker_cli.bench.physics_gas import Gas
-from snooker_cli.bench.physics_rows import ALLOWED, EXACT, OWN, PUBLISHED, Row
-from snooker_cli.cli.commands import app
-from snooker_cli.gallery import Line, Points
-from snooker_cli.observables import meeting_temperature
-from snooker_cli.theory.state import PUBLISHED_RATIOS
+from snooker_cli.analysis.observables import meeting_temperature
+from snooker_cli.cli.app import app
+from snooker_cli.figures import Line, Points
+from snooker_cli.theory.equation_of_state import PUBLISHED_RATIOS
+from snooker_cli.validation import physics_measurements
+from snooker_cli.validation.physics_measurements import GasSample
+from snooker_cli.validation.physics_study import (
+    SIMULATED,
+    full_plan,
+    pictures,
+    quick_plan,
+    sentence,
+    verdict,
+)
+from snooker_cli.validation.study import ALLOWED, EXACT, OWN, PUBLISHED, KnownValue
 
 Record = dict[str, Any]
 
@@ -49,9 +55,9 @@ def of(record: Record, group: str) -> list[Record]:
     return found
 
 
-def a_row(**changes: Any) -> Row:
-    setting = Gas(100, 0.3, 50, 200, 12).setting()
-    row = Row("a group", "something", setting, 1.03, 0.01, 1.0, 0.0, PUBLISHED, "somebody")
+def a_row(**changes: Any) -> KnownValue:
+    setting = GasSample(100, 0.3, 50, 200, 12).setting()
+    row = KnownValue("a group", "something", setting, 1.03, 0.01, 1.0, 0.0, PUBLISHED, "somebody")
     return replace(row, **changes)
 
 
@@ -83,27 +89,32 @@ def test_what_is_left_is_judged(changes: dict[str, float], agrees: bool) -> None
 
 
 def test_a_gas_that_loses_energy_is_not_taken_for_an_elastic_one() -> None:
-    rows = physics_fluid.rows(Gas(100, 0.3, 50, 200, 6, cor=0.98))
+    rows = physics_measurements.fluid_rows(GasSample(100, 0.3, 50, 200, 6, cor=0.98))
     assert [row.agrees for row in rows] == [False, False]
 
 
 def test_equal_speeds_are_not_taken_for_the_beta_law() -> None:
     gas = quick_plan().speeds[0]
     counts = np.bincount([8] * gas.balls, minlength=32).astype(float)
-    shares = physics_speeds.expected_shares(gas.free, 50.0)
-    drawn = [physics_speeds.chi_square(one, shares) for one in physics_speeds.drawn_counts(gas)]
-    assert physics_speeds.chi_square(counts, shares) > np.mean(drawn) + ALLOWED * np.std(drawn)
+    shares = physics_measurements.expected_shares(gas.free, 50.0)
+    drawn = [
+        physics_measurements.chi_square(one, shares)
+        for one in physics_measurements.drawn_counts(gas)
+    ]
+    assert physics_measurements.chi_square(counts, shares) > np.mean(drawn) + ALLOWED * np.std(
+        drawn
+    )
 
 
 def test_the_command_says_what_does_not_agree_and_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     lossy = replace(
         quick_plan(),
-        fluids=(Gas(100, 0.3, 50, 200, 6, cor=0.98),),
+        fluids=(GasSample(100, 0.3, 50, 200, 6, cor=0.98),),
         cooling=(),
         cooling_denser=(),
         speeds=(),
     )
-    monkeypatch.setattr("snooker_cli.bench.physics.quick_plan", lambda: lossy)
+    monkeypatch.setattr("snooker_cli.validation.physics_study.quick_plan", lambda: lossy)
     ended = CliRunner().invoke(app, ["bench", "physics", "--quick"])
     assert ended.exit_code == 4
     assert "6 of 8 rows agree; not within 4 standard errors" in ended.stdout
@@ -149,7 +160,7 @@ def test_the_full_plan_has_all_that_was_asked_for() -> None:
     assert len({gas.packing for gas in plan.fluids}) >= 6
     assert set(SIMULATED) <= {gas.packing for gas in plan.fluids}
     assert len(SIMULATED) == 4
-    assert {0.8, 0.9} < {gas.cor for gas in plan.cooling} == set(physics_cooling.SIMULATED_A2)
+    assert {0.8, 0.9} < {gas.cor for gas in plan.cooling} == set(physics_measurements.SIMULATED_A2)
     assert all(gas.settling > 0 for gas in (*plan.fluids, *plan.cooling, *plan.speeds))
 
 
@@ -163,12 +174,14 @@ def test_published_is_said_of_nothing_else(record: Record) -> None:
         for whose in (PUBLISHED, EXACT, OWN)
     }
     assert sum(row["whose"] in by_whom for row in record["rows"]) == len(record["rows"])
-    for source in by_whom[PUBLISHED] - {physics_fluid.ENSKOG}:  # which names the source above it
+    for source in by_whom[PUBLISHED] - {
+        physics_measurements.ENSKOG
+    }:  # which names the source above it
         assert re.search(r"(Erpenbeck|Clisby|Haff|van Noije).* (19|20)\d\d", source), source
-    assert by_whom[EXACT] == {physics_speeds.BETA}
-    assert all(physics_cooling.INDEPENDENT in source for source in by_whom[OWN])
-    kurtoses = of(record, physics_cooling.RELAXATION)
-    a2 = of(record, physics_cooling.SHAPE)
+    assert by_whom[EXACT] == {physics_measurements.BETA}
+    assert all(physics_measurements.INDEPENDENT in source for source in by_whom[OWN])
+    kurtoses = of(record, physics_measurements.RELAXATION)
+    a2 = of(record, physics_measurements.SHAPE)
     assert {row["whose"] for row in kurtoses} == {OWN}
     assert [row["whose"] for row in a2] == [PUBLISHED, OWN]
     counts = [sum(row["whose"] == whose for row in record["rows"]) for whose in by_whom]
@@ -180,14 +193,14 @@ def test_published_is_said_of_nothing_else(record: Record) -> None:
 
 def test_states_and_rates_are_those_of_theory(record: Record) -> None:
     simulated = {one.packing: one for one in PUBLISHED_RATIOS}
-    for row in of(record, physics_fluid.STATE):
+    for row in of(record, physics_measurements.STATE):
         packing = row["setting"]["packing"]
-        if row["source"] == physics_fluid.VIRIALS:
+        if row["source"] == physics_measurements.VIRIALS:
             assert row["expected"] == theory.compressibility(packing)
         else:
             assert row["source"] == simulated[packing].source
             assert row["expected"] == simulated[packing].ratio
-    for row in of(record, physics_fluid.RATE):
+    for row in of(record, physics_measurements.RATE):
         packing, balls = row["setting"]["packing"], row["setting"]["balls"]
         density = packing / math.pi
         rate = theory.ball_ball_rate(
@@ -204,20 +217,20 @@ def test_cooling_is_that_of_theory(record: Record) -> None:
     rate = theory.ball_ball_rate(
         gas.packing / math.pi, 1.0, temperature, theory.contact_value(gas.packing)
     )
-    row, even, denser = of(record, physics_cooling.HAFF)
+    row, even, denser = of(record, physics_measurements.HAFF)
     assert row["expected"] == pytest.approx(
         theory.haff_rate(theory.cooling_rate(gas.cor, rate)), rel=1e-12
     )
     assert even["expected"] == 1.0
     assert denser["systematic"] > row["systematic"]
-    shape, simulated = of(record, physics_cooling.SHAPE)
+    shape, simulated = of(record, physics_measurements.SHAPE)
     assert shape["expected"] == theory.sonine_coefficient(gas.cor)
     assert shape["systematic"] >= abs(shape["expected"] - simulated["expected"])
 
 
 def test_speeds_are_those_of_theory(record: Record) -> None:
     for gas, first in zip(quick_plan().speeds, (0, 3), strict=True):
-        speed, kurtosis, _ = of(record, physics_speeds.SPEEDS)[first : first + 3]
+        speed, kurtosis, _ = of(record, physics_measurements.SPEEDS)[first : first + 3]
         free = gas.balls - (gas.shape == "periodic")
         assert speed["expected"] == pytest.approx(theory.fixed_energy_mean_speed(free, 50.0))
         assert kurtosis["expected"] == theory.fixed_energy_kurtosis(free)
@@ -228,24 +241,26 @@ def test_speeds_are_those_of_theory(record: Record) -> None:
 
 def test_a_dilute_gas_lacks_one_partner_of_n() -> None:
     # Z − 1 = 2x (N − 1)/N: as many pairs as there are.
-    assert physics_fluid.missing(1e-3, 50) == pytest.approx(2e-3 / 50, rel=0.01)
-    assert physics_fluid.missing(0.5, 400) == pytest.approx(physics_fluid.missing(0.5, 100) / 4)
+    assert physics_measurements.missing(1e-3, 50) == pytest.approx(2e-3 / 50, rel=0.01)
+    assert physics_measurements.missing(0.5, 400) == pytest.approx(
+        physics_measurements.missing(0.5, 100) / 4
+    )
 
 
 def test_the_mean_cube_of_a_component_on_a_sphere() -> None:
     # One ball: |cos³| is 4/3π on average, at a radius of √2 for a variance of 1, over √(8/π).
-    assert physics_cooling.mean_cube(1) == pytest.approx(
+    assert physics_measurements.mean_cube(1) == pytest.approx(
         2 * math.sqrt(2) * 4 / (3 * math.pi) / math.sqrt(8 / math.pi)
     )
-    assert physics_cooling.mean_cube(10_000) == pytest.approx(1 - 3 / 80_000, abs=1e-8)
+    assert physics_measurements.mean_cube(10_000) == pytest.approx(1 - 3 / 80_000, abs=1e-8)
 
 
 @pytest.mark.parametrize("gas", quick_plan().speeds)
-def test_draws_have_the_law_that_they_are_drawn_for(gas: Gas) -> None:
-    shares = physics_speeds.expected_shares(gas.free, 50.0)
+def test_draws_have_the_law_that_they_are_drawn_for(gas: GasSample) -> None:
+    shares = physics_measurements.expected_shares(gas.free, 50.0)
     assert shares.sum() == pytest.approx(1.0)
-    assert shares[-1] >= physics_speeds.LEAST_SHARE
-    counts = physics_speeds.drawn_counts(gas).sum(axis=0)
+    assert shares[-1] >= physics_measurements.LEAST_SHARE
+    counts = physics_measurements.drawn_counts(gas).sum(axis=0)
     merged = np.append(counts[: len(shares) - 1], counts[len(shares) - 1 :].sum())
     # Balls of one draw share an energy, which makes counts vary less than Poisson's law.
     assert np.all(abs(merged - counts.sum() * shares) < 4.5 * np.sqrt(counts.sum() * shares))
@@ -257,7 +272,7 @@ def test_draws_have_the_law_that_they_are_drawn_for(gas: Gas) -> None:
 def test_the_picture_has_each_source_and_what_is_known(record: Record) -> None:
     ((name, picture),) = pictures(record)
     assert name == "physics-state"
-    rows = of(record, physics_fluid.STATE)
+    rows = of(record, physics_measurements.STATE)
     points = [layer for layer in picture.layers if isinstance(layer, Points)]
     assert [each.label for each in points] == [
         f"less {source}" for source in dict.fromkeys(row["source"] for row in rows)
@@ -266,7 +281,7 @@ def test_the_picture_has_each_source_and_what_is_known(record: Record) -> None:
         row["difference"] for row in rows
     )
     (line,) = (layer for layer in picture.layers if isinstance(layer, Line))
-    assert line.y.tolist() == [-physics_fluid.missing(packing, 100) for packing in line.x]
+    assert line.y.tolist() == [-physics_measurements.missing(packing, 100) for packing in line.x]
 
 
 def test_the_reports_sentence_follows_the_record(record: Record) -> None:

@@ -97,7 +97,9 @@ def output_of(program: str, **environment: str) -> str:
     """What a Python process of its own prints; there, every warning is an error."""
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", program],
-        env=os.environ | {"PYTHONPATH": f"{TESTS}{os.pathsep}{TESTS.parent}"} | environment,
+        env=os.environ
+        | {"PYTHONPATH": os.pathsep.join(map(str, (TESTS, TESTS / "engine", TESTS.parent)))}
+        | environment,
         capture_output=True,
         text=True,
         check=False,

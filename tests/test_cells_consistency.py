@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from scenes import EPSILON, gas, lattice, scene_of
 
-from snooker_cli.engine import endings, layout, outlook, sampling
-from snooker_cli.engine.engines import InCells
-from snooker_cli.engine.tree import CHILDREN
+from snooker_cli.engine import cell_prediction, clock, kernel_state, sampling
+from snooker_cli.engine.event_queue import CHILDREN
+from snooker_cli.engine.simulation import InCells
 from snooker_cli.scene import Scene, Shape
 
 ROOM = 8192
@@ -22,29 +22,32 @@ ROOM = 8192
 
 def advance(engine: InCells, events: int) -> None:
     """Simulate so many events, or until time has come to an end."""
-    recorded, grid = layout.room_for(ROOM), sampling.no_grid()
+    recorded, grid = kernel_state.room_for(ROOM), sampling.no_grid()
     done = counted(engine) + events
     while counted(engine) < done:
-        assert engine.advance(recorded, grid, done - counted(engine)) == endings.FULL
+        assert engine.advance(recorded, grid, done - counted(engine)) == clock.FULL
 
 
 def counted(engine: InCells) -> int:
-    return int(engine.counts[layout.WALL_EVENTS] + engine.counts[layout.PAIR_EVENTS])
+    return int(engine.counts[kernel_state.WALL_EVENTS] + engine.counts[kernel_state.PAIR_EVENTS])
 
 
 def places(engine: InCells, now: float) -> np.ndarray:
     """Where the balls are at a time, in the engine's order and as seen from its origin; (N, 2)."""
     rows = engine.state
-    return (rows[[layout.X, layout.Y]] + rows[[layout.U, layout.V]] * (now - rows[layout.CLOCK])).T
+    return (
+        rows[[kernel_state.X, kernel_state.Y]]
+        + rows[[kernel_state.U, kernel_state.V]] * (now - rows[kernel_state.CLOCK])
+    ).T
 
 
 def rounding(engine: InCells, now: float) -> float:
     """What a place is off by, m: coordinates, clocks and times of contact are rounded, and the time
     of a crossing is, on a straight way, the last one's and a cell's, with another rounding."""
-    speeds = np.max(abs(engine.state[[layout.U, layout.V]]), axis=0)
+    speeds = np.max(abs(engine.state[[kernel_state.U, kernel_state.V]]), axis=0)
     away = float(np.max(abs(places(engine, now)))) if engine.container is not None else 0.0
     side = min(engine.mesh.width, engine.mesh.height)
-    crossings = float(np.max(speeds * (now - engine.state[layout.CLOCK]))) / side
+    crossings = float(np.max(speeds * (now - engine.state[kernel_state.CLOCK]))) / side
     size = max(engine.scene.size) + away + float(speeds.max()) * now
     return (64 + crossings) * EPSILON * size
 
@@ -54,7 +57,7 @@ def assert_consistent(engine: InCells) -> None:
     # When the next thing happens; all balls are in their cells until then.
     now = min(float(engine.tree.times[1]), renewal(engine))
     assert now < math.inf
-    assert now >= engine.sums[layout.NOW]
+    assert now >= engine.sums[kernel_state.NOW]
     assert_lines(engine)
     assert_members(engine)
     assert_in_their_cells(engine, now)
@@ -62,19 +65,19 @@ def assert_consistent(engine: InCells) -> None:
     assert_nothing_is_overlooked(engine, now)
     if engine.margin is not None:
         brink = engine.margin.brink[: engine.margin.brinks[0]]
-        assert np.array_equal(np.sort(brink), np.flatnonzero(engine.links[layout.BRINK]))
+        assert np.array_equal(np.sort(brink), np.flatnonzero(engine.links[kernel_state.BRINK]))
 
 
 def renewal(engine: InCells) -> float:
     """When all is put into cells anew, because a free container has moved too far; s."""
-    return math.inf if engine.margin is None else float(engine.margin.place[outlook.UNTIL])
+    return math.inf if engine.margin is None else float(engine.margin.place[cell_prediction.UNTIL])
 
 
 def assert_lines(engine: InCells) -> None:
     """Each ball has a line of the cache, and four children of the tree lie in one."""
     for memory in (engine.state, engine.tree.times):
-        assert memory.ctypes.data % layout.LINE == 0
-    assert engine.state.strides == (8, layout.LINE)
+        assert memory.ctypes.data % kernel_state.LINE == 0
+    assert engine.state.strides == (8, kernel_state.LINE)
     assert np.shares_memory(engine.state, engine.tags)
 
 
@@ -85,13 +88,13 @@ def assert_members(engine: InCells) -> None:
     cell, place = np.nonzero(np.arange(members.shape[1]) < occupancy[:, np.newaxis])
     balls = members[cell, place]
     assert np.array_equal(np.sort(balls), np.arange(engine.scene.number))
-    assert np.array_equal(engine.links[layout.CELL, balls], cell)
-    assert np.array_equal(engine.links[layout.PLACE, balls], place)
+    assert np.array_equal(engine.links[kernel_state.CELL, balls], cell)
+    assert np.array_equal(engine.links[kernel_state.PLACE, balls], place)
 
 
 def assert_in_their_cells(engine: InCells, now: float) -> None:
     """Nobody is outside of its cell, nor in a cell without others all round it."""
-    mesh, cell = engine.mesh, engine.links[layout.CELL]
+    mesh, cell = engine.mesh, engine.links[kernel_state.CELL]
     slack = rounding(engine, now)
     width, height = engine.scene.size
     at = places(engine, now)
@@ -112,7 +115,7 @@ def assert_queue(engine: InCells, now: float) -> None:
     times, rows = engine.tree.times, engine.state
     leaves = len(times) // 2
     number = engine.scene.number
-    earliest = np.min(rows[[layout.CONTACT_TIME, layout.CROSSING_TIME]], axis=0)
+    earliest = np.min(rows[[kernel_state.CONTACT_TIME, kernel_state.CROSSING_TIME]], axis=0)
     entries = times[leaves : leaves + number]
     assert np.all((entries == earliest) | ((entries > earliest) & (entries <= now)))
     assert np.all(times[leaves + number :] == math.inf)
@@ -129,7 +132,7 @@ def assert_nothing_is_overlooked(engine: InCells, now: float) -> None:
     the ball itself, or all is looked at anew before. By textbook formulas."""
     scene, labels = engine.scene, engine.labels
     radii = scene.radii[labels] if len(labels) else scene.radii
-    at, speeds = places(engine, now), engine.state[[layout.U, layout.V]].T
+    at, speeds = places(engine, now), engine.state[[kernel_state.U, kernel_state.V]].T
     leaves = len(engine.tree.times) // 2
     entries = engine.tree.times[leaves : leaves + scene.number]
     slack = rounding(engine, now)
@@ -181,7 +184,7 @@ def wall_delays(
 
 
 def begun(scene: Scene) -> InCells:
-    return InCells(scene, layout.Setup.of(scene))
+    return InCells(scene, kernel_state.Setup.of(scene))
 
 
 CONTAINERS = {
@@ -293,4 +296,4 @@ def test_cells_overflow_again_and_again_in_a_container_that_moves(drift, turns):
         assert_consistent(engine)
     assert overflows > 10
     if drift > 0:
-        assert engine.container[layout.X] > 100 * engine.mesh.width
+        assert engine.container[kernel_state.X] > 100 * engine.mesh.width

@@ -8,11 +8,11 @@ import pytest
 from scenes import EPSILON, gas, report_scene, same_events, scene_of
 from test_statistics import assert_nothing_comes_between
 
-from snooker_cli.engine import engines, replay, simulate
+from snooker_cli.engine import replay, simulate, simulation
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, StopReason, Trace
 
-SIMULATE = importlib.import_module("snooker_cli.engine.simulate")
+SIMULATE = importlib.import_module("snooker_cli.engine.simulation")
 
 CONTAINERS = {
     "circle": {},
@@ -227,7 +227,7 @@ def test_a_gas_in_a_wall_trap(repeat):
 
 def test_a_wall_trap_among_balls_that_have_changed_places(monkeypatch):
     """In memory, that is: who is trapped is told by the scene's number."""
-    monkeypatch.setattr(engines, "REORDERED", 4)
+    monkeypatch.setattr(simulation, "REORDERED", 4)
     scene = gas("circle", 37, 0.004, mixed=True, cor=0.8, container_mass=1e7)
     trace = simulate(scene, collisions=5000, engine="cells")
     assert trace.stop.reason is StopReason.WALL_TRAP
@@ -301,10 +301,10 @@ def test_a_pair_that_has_parted_does_not_meet_again_by_itself(container, cor):
 
 def test_which_engine_suits():
     for packing in (0.1, 0.001):
-        few = engines.few_at(gas("circle", 10, packing).packing_fraction, free=False)
-        assert engines.engine_for(gas("circle", few, packing)) is engines.AllPairs
-        assert engines.engine_for(gas("circle", few + 1, packing)) is engines.InCells
-    assert engines.engine_for(gas("box", 2, 0.01)) is engines.InCells
+        few = simulation.few_at(gas("circle", 10, packing).packing_fraction, free=False)
+        assert simulation.engine_for(gas("circle", few, packing)) is simulation.AllPairs
+        assert simulation.engine_for(gas("circle", few + 1, packing)) is simulation.InCells
+    assert simulation.engine_for(gas("box", 2, 0.01)) is simulation.InCells
     with pytest.raises(ValueError, match="allpairs knows no periodic"):
         simulate(gas("periodic", 20, 0.1), collisions=1, engine="allpairs")
 

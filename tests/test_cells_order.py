@@ -8,11 +8,11 @@ import pytest
 from scenes import EPSILON, gas, same_events
 from test_cells_twin import agreement
 
-from snooker_cli.engine import engines, replay, series, simulate
+from snooker_cli.engine import replay, series, simulate, simulation
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
 
-SIMULATE = importlib.import_module("snooker_cli.engine.simulate")
+SIMULATE = importlib.import_module("snooker_cli.engine.simulation")
 
 SCENES = {
     "circle": lambda: gas("circle", 120, 0.4, cor=0.95),
@@ -96,8 +96,8 @@ def assert_summary(trace: Trace, recorded: Trace) -> None:
 
 def in_order(monkeypatch: pytest.MonkeyPatch, after: int, chunk: int) -> None:
     """Put balls into the order of their cells after so many events a ball, looking in chunks."""
-    monkeypatch.setattr(engines, "REORDERED", 2)
-    monkeypatch.setattr(engines, "REORDER_AFTER", after)
+    monkeypatch.setattr(simulation, "REORDERED", 2)
+    monkeypatch.setattr(simulation, "REORDER_AFTER", after)
     monkeypatch.setattr(SIMULATE, "SMALL_CHUNK", chunk)
 
 
@@ -152,7 +152,7 @@ def test_a_summary_of_balls_in_another_order(monkeypatch):
 def test_many_balls_are_kept_in_order():
     """6000 of them, in the order of their cells three times over."""
     scene = gas("periodic", 6000, 0.35, cor=0.98, aspect=2.0)
-    assert scene.number > engines.REORDERED
+    assert scene.number > simulation.REORDERED
     trace = simulate(scene, collisions=250_000)
     assert trace.stop.reason is StopReason.COLLISIONS
     states = replay(trace, [trace.stop.time])

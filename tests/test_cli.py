@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 import yaml
 
-from snooker_cli import __version__, results, store
-from snooker_cli.cli import progress, running
+from snooker_cli import __version__, runs, store
+from snooker_cli.cli import progress_bar, run_command
 from snooker_cli.config import schema
 from snooker_cli.engine import jit, replay
-from snooker_cli.gallery.picture import Picture
+from snooker_cli.figures import FigureData
 from snooker_cli.trace import StopReason, Trace
 
 HEAVY = ("numba", "numpy", "scipy", "matplotlib", "h5py", "pydantic", "yaml", "jinja2", "typst")
@@ -76,7 +76,7 @@ def test_run_tells_its_points_in_a_table(here: Path, snooker: Snooker) -> None:
     assert ended.code == 0
     heading, first, second, *_, last = ended.out.splitlines()
     assert heading.split() == ["point", "repeats", "collisions", "ended"]
-    run = results.open_run("small")
+    run = runs.open_run("small")
     traces = {point.index: list(run.traces(point)) for point in run.points}
     for line, (index, cor) in zip((first, second), enumerate(("0.85", "1.0")), strict=True):
         name, repeats, collisions, *ended_as = line.split()
@@ -96,7 +96,7 @@ def test_run_tells_its_points_in_a_table(here: Path, snooker: Snooker) -> None:
 
 def test_run_tells_of_wall_traps(finished: Path, snooker: Snooker) -> None:
     ended = snooker("run", "small.yaml")
-    run = results.open_run("small")
+    run = runs.open_run("small")
     trapped = [
         f"point 0, repeat {repeat}: {trace.stop.message}"
         for repeat, trace in enumerate(run.traces(run.points[0]))
@@ -127,7 +127,7 @@ def test_run_prints_json(here: Path, snooker: Snooker) -> None:
     assert told["seconds"] >= 0
     assert isinstance(told["events_per_second"], int)
     assert told["events"] == sum(point["collisions"] for point in told["points"])
-    run = results.open_run("elsewhere")
+    run = runs.open_run("elsewhere")
     for point, said in zip(run.points, told["points"], strict=True):
         traces = list(run.traces(point))
         reasons = [str(trace.stop.reason) for trace in traces]
@@ -172,7 +172,7 @@ def test_overrides_set_and_sweep(here: Path, snooker: Snooker) -> None:
     assert [point["parameters"] for point in json.loads(ended.out)["points"]] == [
         {"cor": cor, "balls.rings": rings} for cor in (0.5, 0.75, 1.0) for rings in (0, 1)
     ]
-    experiment = results.open_run("small").experiment
+    experiment = runs.open_run("small").experiment
     assert (experiment.repeats, experiment.seed) == (1, 7)
 
 
@@ -211,7 +211,7 @@ def test_fresh_replaces_another_configs_results(finished: Path, snooker: Snooker
     assert refused.code == 2
     assert "give --fresh" in refused.err
     assert snooker("run", "small.yaml", "-o", "seed=2", "--fresh", "--no-progress").code == 0
-    assert results.open_run("small").experiment.seed == 2
+    assert runs.open_run("small").experiment.seed == 2
 
 
 def test_fresh_removes_the_fit_of_the_old_results(finished: Path, snooker: Snooker) -> None:
@@ -232,13 +232,13 @@ def test_fresh_removes_the_fit_of_the_old_results(finished: Path, snooker: Snook
 
 
 def test_the_figures_of_a_run_are_known_by_what_is_written_beside_them() -> None:
-    assert {field.name for field in fields(Picture)} >= results.FIGURE_KEYS
+    assert {field.name for field in fields(FigureData)} >= runs.FIGURE_KEYS
 
 
 def test_many_points_do_not_fill_the_terminal(
     here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(running, "MOST_ROWS", 3)
+    monkeypatch.setattr(run_command, "MOST_ROWS", 3)
     ended = snooker("run", "small.yaml", "-o", "cor=0.9:1.0:5", "-o", "repeats=1")
     lines = ended.out.splitlines()
     assert [line.split()[0] for line in lines[1:5]] == ["cor=0.9", "cor=0.925", "cor=0.95", "..."]
@@ -269,8 +269,8 @@ def test_a_command_that_compiles_says_so_once(
 
     monkeypatch.setattr(jit, "NOTICE_AFTER", 0.0)
     monkeypatch.setattr(jit, "cache_folder", lambda: None)
-    monkeypatch.setattr(progress, "say", lambda message: (print(message), shown.set()))
-    monkeypatch.setattr("snooker_cli.results.open_run", compiling)
+    monkeypatch.setattr(progress_bar, "say", lambda message: (print(message), shown.set()))
+    monkeypatch.setattr("snooker_cli.runs.open_run", compiling)
     jit.give_notice.cache_clear()
     assert snooker("export", "small").out.splitlines()[0] == jit.NOTICE
     assert snooker("export", "small").out.count("compiling") == 0

@@ -12,8 +12,8 @@ import pytest
 from conftest import Ended
 from repeating import made
 
-from snooker_cli.decay import LAWS, QUANTITIES, SAMPLING
-from snooker_cli.fit import NOTHING_DECAYS
+from snooker_cli.analysis.decay import LAWS, QUANTITIES, SAMPLING
+from snooker_cli.analysis.fitting import NOTHING_DECAYS
 
 Snooker = Callable[..., Ended]
 
@@ -135,13 +135,13 @@ def test_an_extension_that_is_not_finished_is_analysed_and_said(
 def test_what_cannot_be_saved_is_printed(
     finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from snooker_cli import results
+    from snooker_cli import runs
 
     def refused(path: Path, content: object) -> None:
         raise PermissionError(13, "Permission denied")
 
     printed = {command: snooker(command, "small").out for command in ("fit", "compare")}
-    monkeypatch.setattr(results, "write_json", refused)
+    monkeypatch.setattr(runs, "write_json", refused)
     for command in ("fit", "compare"):
         ended = snooker(command, "small")
         assert (ended.code, ended.out) == (2, printed[command])

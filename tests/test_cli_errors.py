@@ -130,7 +130,7 @@ def test_an_unforeseen_error_is_told_with_a_way_to_its_traceback(
         raise KeyError("lost")
 
     monkeypatch.setenv("SNOOKER_TRACEBACK", wanted)
-    monkeypatch.setattr("snooker_cli.results.open_run", lost)
+    monkeypatch.setattr("snooker_cli.runs.open_run", lost)
     ended = snooker("export", "small")
     assert (ended.code, ended.out) == (1, "")
     assert ("Traceback" in ended.err) == ("in lost" in ended.err) == (wanted == "1")
@@ -149,7 +149,7 @@ def test_an_unforeseen_error_in_a_repeat_has_its_traceback_too(
         raise KeyError("lost")
 
     monkeypatch.setenv("SNOOKER_TRACEBACK", wanted)
-    monkeypatch.setattr("snooker_cli.runner.repeat.versions", lost)
+    monkeypatch.setattr("snooker_cli.runs.repeat.versions", lost)
     ended = snooker("run", "small.yaml", "--no-progress", "-o", "repeats=8", "-j", "1")
     assert ended.code == 4
     said = [line for line in ended.err.splitlines() if line.startswith("snooker: point ")]
@@ -165,7 +165,7 @@ def test_what_the_system_refuses_is_no_fault_of_snookers(
     def refused(*_arguments: object) -> None:
         raise PermissionError(13, "Permission denied", "somewhere")
 
-    monkeypatch.setattr("snooker_cli.results.open_run", refused)
+    monkeypatch.setattr("snooker_cli.runs.open_run", refused)
     ended = snooker("export", "small")
     assert (ended.code, ended.out) == (2, "")
     assert ended.err == (

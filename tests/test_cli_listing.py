@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 from repeating import made
 
-from snooker_cli import results, store
+from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.runner import ledger
+from snooker_cli.runs.status import ledger
 from snooker_cli.trace import StopReason
 
 Snooker = Callable[..., Any]
@@ -46,7 +46,7 @@ def interrupt(path: Path) -> None:
 
 def test_a_finished_run_is_done(finished: Path, snooker: Snooker) -> None:
     (one,) = listed(snooker)
-    run = results.open_run("small")
+    run = runs.open_run("small")
     collisions = sum(trace.collisions for point in run.points for trace in run.traces(point))
     files = list(finished.glob("point-*/*.h5"))
     assert [one[name] for name in COUNTS] == [6, 0, 0, 0]
@@ -68,19 +68,19 @@ def test_the_list_is_a_table(finished: Path, snooker: Snooker) -> None:
     ]
     cells = re.split(r"\s{2,}", row)
     assert cells[:7] == ["small", "2", "3", "6", "0", "0", "0"]
-    assert cells[-2:] == [str(ENGINE_VERSION), results.open_run("small").identity]
+    assert cells[-2:] == [str(ENGINE_VERSION), runs.open_run("small").identity]
     assert snooker("ls", "runs/small").out == ended.out
 
 
 def test_each_repeat_is_in_one_column(finished: Path, snooker: Snooker) -> None:
-    run = results.open_run("small")
+    run = runs.open_run("small")
     run.path(0, 0).unlink()
     run.path(0, 1).write_text("not HDF5")
     run.path(1, 1).unlink()
     interrupt(run.path(1, 2))
-    results.note_failure(run, 0, 0, "no room")
-    results.note_failure(run, 1, 0, "of an attempt before; it is done now")
-    with (finished / results.FAILURES).open("a") as file:
+    runs.note_failure(run, 0, 0, "no room")
+    runs.note_failure(run, 1, 0, "of an attempt before; it is done now")
+    with (finished / runs.FAILURES).open("a") as file:
         file.write('{"point": 1, "repeat": 1, "err')  # a kill while it was written
     (one,) = listed(snooker)
     assert one["state"] == "unfinished"
@@ -99,7 +99,7 @@ def test_each_repeat_is_in_one_column(finished: Path, snooker: Snooker) -> None:
 def test_show_tells_what_there_is(finished: Path, snooker: Snooker) -> None:
     assert snooker("fit", "small").code == 0
     content = shown(snooker)
-    run = results.open_run("small")
+    run = runs.open_run("small")
     assert [point["parameters"] for point in content["ledger"]] == [{"cor": 0.85}, {"cor": 1.0}]
     for point, one in zip(run.points, content["ledger"], strict=True):
         reasons = [str(trace.stop.reason) for trace in run.traces(point)]
@@ -118,9 +118,9 @@ def test_show_tells_what_there_is(finished: Path, snooker: Snooker) -> None:
 
 def test_a_held_folder_is_running(finished: Path, snooker: Snooker) -> None:
     """The lock is asked for and the file that is begun is seen; without the lock it is a relic."""
-    run = results.open_run("small")
+    run = runs.open_run("small")
     run.path(1, 0).unlink()
-    with results.held(finished):
+    with runs.held(finished):
         store.part_beside(run.path(1, 0)).touch()
         (one,) = listed(snooker)
         assert one["state"] == "running"
@@ -136,7 +136,7 @@ def test_asking_does_not_keep_a_run_from_beginning(
     """Whoever asks has the folder for a moment; a run that begins waits for one."""
     asking = os.open(finished, os.O_RDONLY)
     fcntl.flock(asking, fcntl.LOCK_SH)
-    assert not results.is_held(finished)
+    assert not runs.is_held(finished)
     waited: list[float] = []
 
     def wait(seconds: float) -> None:
@@ -144,16 +144,16 @@ def test_asking_does_not_keep_a_run_from_beginning(
         if len(waited) == 3:
             os.close(asking)
 
-    monkeypatch.setattr("snooker_cli.results.folder.time.sleep", wait)
-    with results.held(finished):
-        assert results.is_held(finished)
+    monkeypatch.setattr("snooker_cli.runs.folder.time.sleep", wait)
+    with runs.held(finished):
+        assert runs.is_held(finished)
     assert len(waited) == 3
 
 
 def test_a_run_of_another_engine_version_is_told_as_it_is(finished: Path, snooker: Snooker) -> None:
-    manifest = json.loads((finished / results.MANIFEST).read_text())
+    manifest = json.loads((finished / runs.MANIFEST).read_text())
     manifest["engine_version"] = ENGINE_VERSION - 1
-    results.write_json(finished / results.MANIFEST, manifest)
+    runs.write_json(finished / runs.MANIFEST, manifest)
     (one,) = listed(snooker)
     assert one["engine_version"] == ENGINE_VERSION - 1
     assert one["to_do"] == 6
@@ -175,7 +175,7 @@ def test_an_extended_run_has_its_shorter_repeats_to_do(
 def test_a_folder_that_is_no_run_is_not_listed(finished: Path, snooker: Snooker) -> None:
     (finished.parent / "report").mkdir()
     (finished.parent / "broken").mkdir()
-    (finished.parent / "broken" / results.MANIFEST).write_text("{")
+    (finished.parent / "broken" / runs.MANIFEST).write_text("{")
     ended = snooker("ls")
     assert ended.code == 0
     assert len(ended.out.splitlines()) == 2

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from snooker_cli import results, store
-from snooker_cli.cli.planning import _duration
-from snooker_cli.words import size
+from snooker_cli import runs, store
+from snooker_cli.cli.run_command import _duration
+from snooker_cli.formatting import size
 
 Snooker = Callable[..., Any]
 
@@ -309,7 +309,7 @@ def fixed(here: Path) -> Path:
 def test_a_forced_engine_has_results_of_its_own(snooker: Snooker) -> None:
     assert snooker("run", "small.yaml", "--engine", "cells", "--no-progress").code == 0
     assert json.loads(Path("runs/small/run.json").read_text())["engine"] == "cells"
-    run = results.open_run("small")
+    run = runs.open_run("small")
     assert run.engine == "cells"
     told = store.check(run.path(0, 0)).provenance
     assert told.engine == "cells"
@@ -328,7 +328,7 @@ def test_a_forced_engine_has_results_of_its_own(snooker: Snooker) -> None:
 
 def test_results_without_a_forced_engine_are_as_before(finished: Path, snooker: Snooker) -> None:
     assert "engine" not in json.loads((finished / "run.json").read_text())
-    run = results.open_run(finished)
+    run = runs.open_run(finished)
     assert run.engine is None
     assert store.check(run.path(0, 0)).provenance.engine is None
     assert snooker("run", "small.yaml", "--engine", "allpairs").code == 2
@@ -368,7 +368,7 @@ def test_run_tells_what_the_engine_did(engine: str, here: Path, snooker: Snooker
     (point,) = told["points"]
     work = point["work"]
     assert set(work) == {"predictions", "crossings", "queue_updates"}
-    traces = list(results.open_run("gas").traces(results.open_run("gas").points[0]))
+    traces = list(runs.open_run("gas").traces(runs.open_run("gas").points[0]))
     collided = sum(trace.wall_events + 2 * trace.pair_events for trace in traces)
     assert point["collisions"] == sum(trace.collisions for trace in traces) == 10_000
     # Each ball that collides and each that crosses is entered anew; the others were stale.

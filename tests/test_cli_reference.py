@@ -12,8 +12,8 @@ from unittest import mock
 
 from typer.main import get_command
 
-from snooker_cli.cli.commands import app
-from snooker_cli.cli.endings import Exit
+from snooker_cli.cli.app import app
+from snooker_cli.cli.exit_codes import ExitCode
 
 REFERENCE = Path(__file__).parents[1] / "docs" / "cli.md"
 
@@ -42,7 +42,7 @@ MEANINGS = {
 def reference() -> str:
     """The whole file."""
     blocks = [f"## {path}\n\n```text\n{text}```\n" for path, text in helps("snooker", command())]
-    codes = [f"| {int(code)} | {MEANINGS[code.name]} |" for code in Exit]
+    codes = [f"| {int(code)} | {MEANINGS[code.name]} |" for code in ExitCode]
     table = "\n".join(["## Exit codes", "", "| code | meaning |", "|---|---|", *codes])
     return "\n".join([HEAD, *blocks, table]) + "\n"
 

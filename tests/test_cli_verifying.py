@@ -16,10 +16,11 @@ import numpy as np
 import pytest
 from repeating import StopsAfter, done, made
 
-from snooker_cli import results, store
+from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.engine.epochs import LEAST_EVENTS
-from snooker_cli.runner import execute, verify
+from snooker_cli.engine.clock import LEAST_EVENTS
+from snooker_cli.runs.execution import execute
+from snooker_cli.runs.verification import verify
 from snooker_cli.store import Stored
 from snooker_cli.trace import StopReason
 
@@ -144,7 +145,7 @@ def test_every_bad_file_has_its_line(finished: Path, snooker: Snooker) -> None:
 
 
 def test_what_is_not_done_is_no_fault(finished: Path, snooker: Snooker, small_config: str) -> None:
-    run = results.open_run("small")
+    run = runs.open_run("small")
     run.path(0, 0).unlink()
     content = verified(snooker)
     assert (content["done"], content["missing"]) == (5, 1)
@@ -175,9 +176,9 @@ def test_an_interrupted_repeat_is_simulated_as_far_as_it_went(
 def test_another_engine_versions_bits_cannot_be_made_again(
     finished: Path, snooker: Snooker
 ) -> None:
-    manifest = json.loads((finished / results.MANIFEST).read_text())
+    manifest = json.loads((finished / runs.MANIFEST).read_text())
     manifest["engine_version"] = old = ENGINE_VERSION - 1
-    results.write_json(finished / results.MANIFEST, manifest)
+    runs.write_json(finished / runs.MANIFEST, manifest)
     for path in finished.glob("point-*/*.h5"):
         stored = store.read(path)
         store.write(path, stored.trace, replace(stored.provenance, engine_version=old))
@@ -189,7 +190,7 @@ def test_another_engine_versions_bits_cannot_be_made_again(
 
 def test_verifying_needs_no_lock_and_writes_nothing(finished: Path, snooker: Snooker) -> None:
     before = {path: path.stat().st_mtime_ns for path in finished.rglob("*")}
-    with results.held(finished):
+    with runs.held(finished):
         assert verified(snooker, "--replay")["done"] == 6
     assert {path: path.stat().st_mtime_ns for path in finished.rglob("*")} == before
     assert list(finished.parent.iterdir()) == [finished]

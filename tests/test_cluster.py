@@ -19,12 +19,11 @@ import pytest
 from conftest import Ended
 from repeating import bytes_of, contents, done, made
 
-from snooker_cli import results, store
-from snooker_cli.arrange import arrange
+from snooker_cli import runs, store
 from snooker_cli.engine import simulate
-from snooker_cli.results import Run
-from snooker_cli.runner import cluster
-from snooker_cli.runner.remote import Order, fulfil, software, stop
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.runs import Run, dask_executor
+from snooker_cli.runs.dask_executor import Order, fulfil, software, stop
 from snooker_cli.trace import StopReason
 
 distributed = pytest.importorskip("distributed")
@@ -71,11 +70,11 @@ def executor(scheduler: distributed.LocalCluster, client: distributed.Client) ->
     """What ``--executor`` is given; both workers are there, and equally quick to begin."""
 
     def compile_first() -> None:
-        from snooker_cli.arrange import arrange
         from snooker_cli.config import parse
-        from snooker_cli.runner.compiling import compile_for
+        from snooker_cli.placement.starting_scene import starting_scene
+        from snooker_cli.runs.repeat import compile_for
 
-        compile_for(arrange(parse(LONG).experiment, 0), None)
+        compile_for(starting_scene(parse(LONG).experiment, 0), None)
 
     client.wait_for_workers(2, timeout=60)
     client.run(compile_first)
@@ -98,7 +97,7 @@ def test_a_cluster_gives_the_bits_of_threads(
     command = ["run", "small.yaml", "--out", "far", "--no-progress", "--executor", executor]
     ended = snooker(*command, *options)
     assert (ended.code, ended.err) == (0, "")
-    far = results.open_run(here / "far")
+    far = runs.open_run(here / "far")
     assert contents(far) == contents(local)
     for path in far.directory.glob("point-*/*.h5"):
         there = store.read(path).provenance
@@ -127,7 +126,8 @@ def test_a_local_run_needs_nothing_of_dask(here: Path, finished: Path) -> None:
         "try:\n"
         "    main()\n"
         "finally:\n"
-        "    assert not {'dask', 'distributed', 'snooker_cli.runner.cluster'} & sys.modules.keys()"
+        "    ours = 'snooker_cli.runs.dask_executor'\n"
+        "    assert not {'dask', 'distributed', ours} & sys.modules.keys()"
     )
     ended = subprocess.run(
         [sys.executable, "-c", script, "run", "small.yaml", "--no-progress", "-o", "repeats=4"],
@@ -195,7 +195,7 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
 def test_what_is_no_scheduler_is_a_usage_error(
     executor: str, sentence: str, snooker: Command, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cluster, "ANSWERS", 0.2)
+    monkeypatch.setattr(dask_executor, "ANSWERS", 0.2)
     ended = snooker("run", "small.yaml", "--executor", executor)
     assert (ended.code, ended.out) == (2, "")
     assert ended.err.startswith(f"snooker: {sentence}")
@@ -218,9 +218,9 @@ def test_workers_with_another_engine_are_refused(
     snooker: Command, here: Path, executor: str, client: distributed.Client
 ) -> None:
     def version(number: int | None) -> int:
-        from snooker_cli.runner import remote
+        from snooker_cli import engine
 
-        before, remote.ENGINE_VERSION = remote.ENGINE_VERSION, number or remote.ENGINE_VERSION
+        before, engine.ENGINE_VERSION = engine.ENGINE_VERSION, number or engine.ENGINE_VERSION
         return before
 
     worker, *_ = client.run(version, None)
@@ -241,7 +241,7 @@ def test_workers_with_another_engine_are_refused(
 @pytest.fixture
 def order(finished: Path) -> Order:
     """For the first repeat of the finished run."""
-    run = results.open_run(finished)
+    run = runs.open_run(finished)
     return Order(
         under_way=str(finished),
         software=software(),
@@ -359,14 +359,16 @@ def test_a_killed_worker_costs_the_repeat_that_it_was_at(
     with killing(here / "long", client) as killer:
         ended = snooker(*long_config, "--executor", executor)
     assert (ended.code, ended.err) == (0, "")
-    run = results.open_run(here / "long")
+    run = runs.open_run(here / "long")
     again = [repeat for repeat in killer.under_way if started(run, repeat) > killer.moment]
     assert len(again) == 1
     assert killer.whole.items() <= bytes_of(run.directory).items()
     assert not list(run.directory.rglob("*.part"))
     assert len(whole_files(run.directory)) == 5
     for repeat in killer.under_way:
-        alone = simulate(arrange(run.experiment, repeat), collisions=run.experiment.collisions)
+        alone = simulate(
+            starting_scene(run.experiment, repeat), collisions=run.experiment.collisions
+        )
         there = store.check(run.path(0, repeat))
         assert there.bits == store.content_hash(alone)
 
@@ -386,7 +388,7 @@ def test_a_repeat_whose_workers_all_die_fails_alone(
         # One repeat for each worker, so that none is given to it that it has not begun.
         ended = snooker(*long_config, "--executor", executor, "-j", "2")
     assert ended.code == 4
-    run = results.open_run(here / "long")
+    run = runs.open_run(here / "long")
     (failed,) = (repeat for repeat in range(5) if not run.path(0, repeat).exists())
     assert failed in killer.under_way
     said = (
@@ -394,4 +396,4 @@ def test_a_repeat_whose_workers_all_die_fails_alone(
     )
     assert ended.err.startswith(f"snooker: {said}"), ended.err
     assert "1 failed, 4 collisions" in ended.out or "4 collisions, 1 failed" in ended.out
-    assert list(results.failures(run)) == [(0, failed)]
+    assert list(runs.failures(run)) == [(0, failed)]

@@ -23,10 +23,10 @@ from scenes import (
 from test_twin import compared
 
 from snooker_cli import store
-from snooker_cli.arrange import arrange
 from snooker_cli.config import ConfigError, Experiment, parse, to_json
 from snooker_cli.config import digest as identity
 from snooker_cli.engine import replay, series, simulate
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance
 from snooker_cli.theory import wall_trap
@@ -181,10 +181,12 @@ def test_a_replay_has_the_runs_bits_in_a_box(change, shape):
 @pytest.mark.parametrize("change", SOFT, ids=str)
 def test_a_replay_has_the_bits_of_sorted_balls(change, monkeypatch):
     """A sum over balls, which the TC model needs, is made in the scene's order."""
-    engines = importlib.import_module("snooker_cli.engine.engines")
+    engines = importlib.import_module("snooker_cli.engine.simulation")
     monkeypatch.setattr(engines, "REORDERED", 2)
     monkeypatch.setattr(engines, "REORDER_AFTER", 1)
-    monkeypatch.setattr(importlib.import_module("snooker_cli.engine.simulate"), "SMALL_CHUNK", 100)
+    monkeypatch.setattr(
+        importlib.import_module("snooker_cli.engine.simulation"), "SMALL_CHUNK", 100
+    )
     scene = soft(gas("circle", 200, 0.4, cor=0.8), **change)
     assert_replayed(simulate(scene, collisions=3000, engine="cells"))
 
@@ -303,7 +305,10 @@ def test_a_config_comes_back(choice):
 
 
 def test_what_a_config_asks_for_is_in_the_scene():
-    lasting, slow = arrange(written("{tc: 0.01}"), 0), arrange(written("{elastic_below: 0.5}"), 0)
+    lasting, slow = (
+        starting_scene(written("{tc: 0.01}"), 0),
+        starting_scene(written("{elastic_below: 0.5}"), 0),
+    )
     assert (lasting.contact_duration, lasting.elastic_below) == (0.01, 0.0)
     assert (slow.contact_duration, slow.elastic_below) == (0.0, 0.5)
 

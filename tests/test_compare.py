@@ -9,12 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from snooker_cli import decay, theory
-from snooker_cli.arrange import arrange
-from snooker_cli.compare import Comparison, Comparisons, compare, record
+from snooker_cli import containers, theory
+from snooker_cli.analysis import decay
+from snooker_cli.analysis.comparison import compare, record
+from snooker_cli.analysis.observables import mean_and_error, reduced_speed_counts, series
+from snooker_cli.analysis.predictions import Comparison, Comparisons
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
-from snooker_cli.observables import mean_and_error, reduced_speed_counts, series
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.trace import CONTAINER, Events, Stop, StopReason, Trace
 
 SCENE = """\
@@ -34,7 +36,9 @@ def runs(number: int, *overrides: str, summary: bool = False) -> list[Trace]:
     experiment = parse(SCENE, overrides=overrides).experiment
     return [
         simulate(
-            arrange(experiment, repeat), collisions=experiment.collisions or 0, summary=summary
+            starting_scene(experiment, repeat),
+            collisions=experiment.collisions or 0,
+            summary=summary,
         )
         for repeat in range(number)
     ]
@@ -149,7 +153,7 @@ def test_cooling_is_compared_with_the_reports_own_constant(cooling: list[Trace])
     assert energy.measured == fitted["kinetic_energy", "exponential"].over_repeats.mean
     assert pressure.measured == fitted["pressure", "exponential"].over_repeats.mean
     haff = row(found, "Haff's α", "Enskog rates at the start")
-    rates = theory.collision_rates(NUMBER, 50.0, 1.0, theory.circle(10.0, 1.0))
+    rates = theory.collision_rates(NUMBER, 50.0, 1.0, containers.circle(10.0, 1.0))
     assert haff.predicted == pytest.approx(theory.cooling_rate(0.9, rates.ball_ball) / 2)
     assert haff.measured == fitted["kinetic_energy", "haff"].over_repeats.mean
 
@@ -266,7 +270,7 @@ def test_one_ball_has_no_ball_ball_rows() -> None:
 def test_what_does_not_hold_for_unequal_balls_is_said(
     change: str, cor: float, left_out: str
 ) -> None:
-    scene = arrange(parse(SCENE, overrides=[f"cor={cor}"]).experiment, 0)
+    scene = starting_scene(parse(SCENE, overrides=[f"cor={cor}"]).experiment, 0)
     unequal = np.linspace(0.8, 1.0, NUMBER)
     trace = simulate(replace(scene, **{change: unequal}), collisions=1000)
     found = compare([trace])

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 import typer
 
-from snooker_cli import results
-from snooker_cli.cli import completion
-from snooker_cli.gallery import KINDS
+from snooker_cli import runs
+from snooker_cli.cli import options
+from snooker_cli.figures import FIGURES
 
 SNOOKER = Path(sys.executable).with_name("snooker")
 
@@ -102,7 +102,7 @@ def test_runs(finished: Path, offered: Offered) -> None:
 
 
 def test_figures_of_plot_that_are_not_given_yet(here: Path, offered: Offered) -> None:
-    wanted = [name for name in KINDS if name.startswith("energy") and name != "energy"]
+    wanted = [name for name in FIGURES if name.startswith("energy") and name != "energy"]
     assert wanted
     assert offered("plot", "small", "energy", "energy") == wanted
 
@@ -147,4 +147,4 @@ def test_a_script_asked_for_by_python_m_is_that_of_the_command(tmp_path: Path) -
 
 
 def test_where_runs_are_is_what_results_say() -> None:
-    assert (completion.RUNS, completion.MANIFEST) == (results.RUNS, results.MANIFEST)
+    assert (options.RUNS, options.MANIFEST) == (runs.RUNS, runs.MANIFEST)

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from snooker_cli.config import (
     Ball,
     BallList,
-    Container,
+    ContainerConfig,
     Experiment,
     Rings,
     digest,
@@ -33,7 +33,7 @@ def test_rings_with_defaults() -> None:
     )
     assert read == Experiment(
         title=None,
-        container=Container(radius=10.0, mass=math.inf),
+        container=ContainerConfig(radius=10.0, mass=math.inf),
         balls=Rings(rings=0, radius=1.0, mass=1.0, speed=0.0, ring_extent=0.8),
         cor=0.0,
         wall_cor=None,
@@ -302,6 +302,6 @@ def test_schema_knows_what_is_required() -> None:
     assert document["required"] == ["container", "balls", "cor"]
     assert document["anyOf"] == [{"required": ["collisions"]}, {"required": ["time"]}]
     assert document["$defs"]["Rings"]["required"] == ["rings", "radius", "speed"]
-    assert document["$defs"]["Gas"]["required"] == ["count", "speed"]
+    assert document["$defs"]["BallCount"]["required"] == ["count", "speed"]
     assert document["$defs"]["Species"]["required"] == ["count", "speed"]
-    assert document["$defs"]["Container"]["properties"]["mass"]["default"] is None
+    assert document["$defs"]["ContainerConfig"]["properties"]["mass"]["default"] is None

@@ -9,11 +9,11 @@ from mutations import DATA, EDITS, FILES, OVERRIDES, SNIPPETS, VALID, edited, fl
 
 from snooker_cli.config import (
     Ball,
+    BallCount,
     BallList,
     ConfigError,
-    Container,
+    ContainerConfig,
     Experiment,
-    Gas,
     Rings,
     Species,
     digest,
@@ -86,7 +86,7 @@ TITLES = st.text(st.characters(exclude_categories=["C", "Z"]) | st.just(" "), mi
 SPEEDS = st.floats(min_value=0, allow_infinity=False)
 MASSES = st.floats(1e-100, 1e100)
 FRACTIONS = st.floats(0, 1, exclude_min=True)
-CIRCLES = st.builds(Container, radius=POSITIVE, mass=POSITIVE | st.just(math.inf))
+CIRCLES = st.builds(ContainerConfig, radius=POSITIVE, mass=POSITIVE | st.just(math.inf))
 RINGS = st.builds(
     Rings,
     rings=st.integers(0, 1000),
@@ -121,12 +121,12 @@ BOXES = st.sampled_from(["box", "periodic"])
 FILLED = (
     st.tuples(CIRCLES, RINGS | LISTS)
     | st.tuples(
-        st.builds(Container, shape=BOXES, width=POSITIVE, height=st.none() | POSITIVE),
-        LISTS | st.builds(Gas, **OF_SPECIES, start=STARTS, packing=FRACTIONS),
+        st.builds(ContainerConfig, shape=BOXES, width=POSITIVE, height=st.none() | POSITIVE),
+        LISTS | st.builds(BallCount, **OF_SPECIES, start=STARTS, packing=FRACTIONS),
     )
     | st.tuples(
-        st.builds(Container, shape=BOXES | st.just("circle"), packing=FRACTIONS),
-        st.builds(Gas, **OF_SPECIES, start=STARTS, radius=POSITIVE)
+        st.builds(ContainerConfig, shape=BOXES | st.just("circle"), packing=FRACTIONS),
+        st.builds(BallCount, **OF_SPECIES, start=STARTS, radius=POSITIVE)
         | st.tuples(
             st.builds(Species, **OF_SPECIES, radius=POSITIVE),
             st.builds(Species, **OF_SPECIES, start=STARTS, radius=POSITIVE),

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scenes import gas
 
-from snooker_cli import decay, observables
-from snooker_cli.compare import compare
+from snooker_cli.analysis import decay, observables
+from snooker_cli.analysis.comparison import compare
 from snooker_cli.engine import simulate
 from snooker_cli.engine.sampling import EARLY
 from snooker_cli.trace import Trace

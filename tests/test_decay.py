@@ -9,13 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from snooker_cli import decay
-from snooker_cli.arrange import arrange
+from snooker_cli.analysis import decay
+from snooker_cli.analysis.decay import LAWS, QUANTITIES, SKIPPED_COLLISIONS, WINDOWS, Decay
+from snooker_cli.analysis.fitting import NOTHING_DECAYS
+from snooker_cli.analysis.observables import energy_ratio, series, temperature
 from snooker_cli.config import parse
-from snooker_cli.decay import LAWS, QUANTITIES, SKIPPED_COLLISIONS, WINDOWS, Decay
 from snooker_cli.engine import simulate
-from snooker_cli.fit import NOTHING_DECAYS
-from snooker_cli.observables import energy_ratio, series, temperature
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import SPEED_BINS, Events, Series, Stop, StopReason, Summary, Trace
 
@@ -91,7 +91,7 @@ def repeats(number: int, *overrides: str) -> list[Trace]:
     """Real runs of nineteen balls."""
     experiment = parse(SCENE, overrides=overrides).experiment
     return [
-        simulate(arrange(experiment, repeat), collisions=experiment.collisions)
+        simulate(starting_scene(experiment, repeat), collisions=experiment.collisions)
         for repeat in range(number)
     ]
 

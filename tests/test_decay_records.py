@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from snooker_cli import decay
-from snooker_cli.arrange import arrange
+from snooker_cli.analysis import decay
+from snooker_cli.analysis.decay import Decay
+from snooker_cli.analysis.observables import series
 from snooker_cli.config import parse
-from snooker_cli.decay import Decay
 from snooker_cli.engine import simulate
-from snooker_cli.observables import series
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.trace import Events, Stop, StopReason, Trace
 
 SCENE = """\
@@ -32,7 +32,7 @@ def by_name(found: list[Decay]) -> dict[tuple[str, str], Decay]:
 def both_records(request: pytest.FixtureRequest) -> tuple[list[Trace], list[Trace]]:
     """Twenty repeats of the report's scene, every collision of them and a summary."""
     experiment = parse(SCENE, overrides=[f"cor={request.param}"]).experiment
-    scenes = [arrange(experiment, repeat) for repeat in range(20)]
+    scenes = [starting_scene(experiment, repeat) for repeat in range(20)]
     return (
         [simulate(scene, collisions=500) for scene in scenes],
         [simulate(scene, collisions=500, summary=True) for scene in scenes],
@@ -76,7 +76,7 @@ def test_the_reported_constant_is_the_reports_formula(
 
 
 def test_where_the_report_has_no_constant() -> None:
-    trace = simulate(arrange(parse(SCENE).experiment, 0), collisions=100)
+    trace = simulate(starting_scene(parse(SCENE).experiment, 0), collisions=100)
     scene = trace.start
     unequal = np.linspace(0.9, 1.0, scene.number)
     for start in (

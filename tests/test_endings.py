@@ -17,11 +17,11 @@ from scenes import (
     twin_collisions,
 )
 
-from snooker_cli.engine import epochs, simulate, specialisation
+from snooker_cli.engine import clock, simulate, specialisation
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, StopReason
 
-CHUNK = epochs.LEAST_EVENTS  # of few balls a chunk is an epoch
+CHUNK = clock.LEAST_EVENTS  # of few balls a chunk is an epoch
 
 
 def one_ball(**changes: float) -> Scene:
@@ -292,7 +292,7 @@ def test_interrupted():
 def test_the_size_of_chunks_changes_no_bit(monkeypatch):
     scene = report_scene(cor=0.9, wall_cor=1.0, container_mass=100.0)
     whole = simulate(scene, collisions=5000)
-    module = importlib.import_module("snooker_cli.engine.simulate")
+    module = importlib.import_module("snooker_cli.engine.simulation")
     for size in (1, 777):
         monkeypatch.setattr(module, "CHUNK", size)
         parts = simulate(scene, collisions=5000)

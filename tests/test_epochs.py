@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import EPSILON, gas
 
-from snooker_cli.engine import epochs, replay, series, simulate
-from snooker_cli.engine.layout import CLOCK, U, V, X, Y
+from snooker_cli.engine import clock, replay, series, simulate
+from snooker_cli.engine.kernel_state import CLOCK, U, V, X, Y
 from snooker_cli.engine.replay import _Again
 from snooker_cli.trace import Events
 
@@ -21,7 +21,7 @@ positive = st.floats(1e-300, 1e300)
 @settings(derandomize=True, deadline=None)
 def test_time_and_residual_hold_the_clock(epoch, clocks):
     clocks = np.array(sorted(clocks))
-    time, residual = epochs.times(epoch, clocks)
+    time, residual = clock.times(epoch, clocks)
     assert np.array_equal((time - epoch) + residual, clocks)
     exact = [Fraction(epoch) + Fraction(clock) for clock in clocks.tolist()]
     assert time.tolist() == [float(each) for each in exact]
@@ -30,7 +30,7 @@ def test_time_and_residual_hold_the_clock(epoch, clocks):
 @given(epoch=st.just(0.0) | positive, now=st.just(0.0) | positive)
 @settings(derandomize=True, deadline=None)
 def test_an_epoch_begins_no_later_than_its_last_event(epoch, now):
-    new, shift = epochs.following(epoch, now)
+    new, shift = clock.following(epoch, now)
     assert 0.0 <= shift <= now
     assert Fraction(now) - Fraction(shift) <= Fraction(math.ulp(new))
     if now <= epoch:
@@ -39,10 +39,10 @@ def test_an_epoch_begins_no_later_than_its_last_event(epoch, now):
 
 def test_a_first_epoch_has_no_residual():
     clocks = np.array([0.0, 1.0])
-    time, residual = epochs.times(0.0, clocks)
+    time, residual = clock.times(0.0, clocks)
     assert time is clocks
     assert residual is None
-    (part,) = epochs.parts(Events(clocks, *[np.zeros(2, np.int32)] * 2, clocks), 37)
+    (part,) = clock.parts(Events(clocks, *[np.zeros(2, np.int32)] * 2, clocks), 37)
     assert part.shift == 0.0
     assert part.clocks.tolist() == [0.0, 1.0]
 
@@ -50,7 +50,7 @@ def test_a_first_epoch_has_no_residual():
 @pytest.fixture(scope="module")
 def long_trace():
     """Thirty-seven balls for some sixteen epochs."""
-    return simulate(gas("circle", 37, 0.37), collisions=16 * epochs.LEAST_EVENTS + 100)
+    return simulate(gas("circle", 37, 0.37), collisions=16 * clock.LEAST_EVENTS + 100)
 
 
 def test_contacts_are_as_exact_late_as_early(long_trace):
@@ -59,7 +59,7 @@ def test_contacts_are_as_exact_late_as_early(long_trace):
     A place of at most R has three roundings, a flight of v t two; without epochs the clock would be
     ten times as long at the end, and the last contacts ten times as far out as the bound.
     """
-    trace, size = long_trace, epochs.length(37)
+    trace, size = long_trace, clock.length(37)
     again, worst = _Again(trace), []
     fastest = float(np.max(np.hypot(*trace.start.velocities.T))) * math.sqrt(37)
     for first in (size - 300, 15 * size - 300):
@@ -71,8 +71,8 @@ def test_contacts_are_as_exact_late_as_early(long_trace):
                 x, y = again.balls[[X, Y], i] - again.balls[[X, Y], j]
                 gaps.append(abs(math.hypot(x, y) - 2 * trace.start.radii[0]))
         worst.append(max(gaps))
-    clock = float(np.diff(trace.events.time[size - 1 :: size]).max())
-    assert max(worst) <= EPSILON * (3 * trace.start.container_radius + 2 * fastest * clock)
+    latest = float(np.diff(trace.events.time[size - 1 :: size]).max())
+    assert max(worst) <= EPSILON * (3 * trace.start.container_radius + 2 * fastest * latest)
     assert worst[1] <= 4 * worst[0]
 
 
@@ -96,7 +96,7 @@ def test_a_replay_without_the_residual_does_not(long_trace):
 def test_times_never_decrease(long_trace):
     assert np.all(np.diff(long_trace.events.time) >= 0)
     assert len(long_trace.events.residual) == len(long_trace.events)
-    assert not long_trace.events.residual[: epochs.length(37)].any()
+    assert not long_trace.events.residual[: clock.length(37)].any()
     assert np.all(abs(long_trace.events.residual) <= np.spacing(long_trace.events.time))
 
 

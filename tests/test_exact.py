@@ -10,14 +10,19 @@ import pytest
 from error_growth import growth
 from scenes import EPSILON, scene_of
 
-from snooker_cli.bench.catalogue import along_the_wall, galperin, mixture, rings, wall_trap
-from snooker_cli.bench.exact import trajectory
-from snooker_cli.bench.horizon import first_different
-from snooker_cli.bench.ledger import total_energy, total_momentum
+from snooker_cli import theory
 from snooker_cli.engine import simulate
 from snooker_cli.scene import Scene
-from snooker_cli.theory import limits
 from snooker_cli.trace import CONTAINER
+from snooker_cli.validation.accuracy_study import total_energy, total_momentum
+from snooker_cli.validation.exact_twin import first_different, trajectory
+from snooker_cli.validation.reference_scenes import (
+    along_the_wall,
+    galperin,
+    mixture,
+    rings,
+    wall_trap,
+)
 
 
 def box(*balls: tuple[float, float, float, float, float, float], restitution: float = 1.0) -> Scene:
@@ -68,7 +73,7 @@ def test_galperin():
 def test_wall_trap():
     """Infinitely many bounces in finite time: after 300 the rest is below a rounding."""
     truth = trajectory(wall_trap(), 300)
-    expected = limits.wall_trap(6.0, 8.0, 0.9, 9.0)
+    expected = theory.wall_trap(6.0, 8.0, 0.9, 9.0)
     rest = 2 * 9 * 6 / 8**2 * 0.9**300 / (1 - 0.9)
     assert truth.certain == 300
     assert expected.duration - truth.events.time[-1] == pytest.approx(rest, abs=20 * EPSILON * 14)

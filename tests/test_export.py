@@ -14,12 +14,12 @@ import pytest
 from pyh5md import File, element
 from scenes import gas
 
-from snooker_cli import results, store
+from snooker_cli import export, runs, store
 from snooker_cli.engine import replay, simulate
+from snooker_cli.errors import ExportError
 from snooker_cli.export import (
     EVENTS,
     STATES,
-    ExportError,
     csv_lines,
     events_table,
     frames,
@@ -28,7 +28,7 @@ from snooker_cli.export import (
     write_parquet,
 )
 from snooker_cli.scene import Scene
-from snooker_cli.store import Provenance, reading
+from snooker_cli.store import Provenance, reader
 from snooker_cli.trace import Trace
 
 Snooker = Callable[..., Any]
@@ -142,7 +142,7 @@ def test_long_repeats_are_streamed_in_row_groups(
     trace: Trace, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """No more than a batch is in memory: each is written before the next is read."""
-    monkeypatch.setattr(reading, "AT_ONCE", 40)
+    monkeypatch.setattr(reader, "AT_ONCE", 40)
     file = read_parquet(exported(snooker, "events.parquet"))
     assert [file.metadata.row_group(k).num_rows for k in range(4)] == [40, 40, 40, 30]
     assert trace.events is not None
@@ -208,7 +208,7 @@ def written(
     times = np.linspace(0, trace.stop.time, 7)
     batches = frames(trace, times, most=2 * trace.start.number)
     path = tmp_path / "states.h5md"
-    store.write_states(path, trace.start, times, batches, provenance, "bits")
+    export.write_states(path, trace.start, times, batches, provenance, "bits")
     return path, trace, replay(trace, times)
 
 
@@ -293,7 +293,7 @@ def test_what_does_not_go_together_is_said(
 
 
 def test_a_damaged_repeat_is_not_exported(finished: Path, snooker: Snooker) -> None:
-    run = results.open_run("small")
+    run = runs.open_run("small")
     path = run.path(1, 2)
     image = bytearray(path.read_bytes())
     image[image.index(store.read(path).trace.finish.velocities.tobytes()) + 2] ^= 16

@@ -10,16 +10,19 @@ PROGRAM = """
 import json
 import numpy as np
 from scenes import gas
-from snooker_cli.engine import cells, engines, fetching, layout
+from snooker_cli.engine import event_queue
+from snooker_cli.engine import simulation
+from snooker_cli.engine import cells
+from snooker_cli.engine import kernel_state
 from snooker_cli.engine.sampling import no_grid
 
 EVENTS, AGO = 400, 20
 fetched, foreseen = [], []
-fetching.LINK = 1
-fetching.fetch = lambda array, place: fetched.append((id(array), int(place)))
+event_queue.LINK = 1
+event_queue.fetch = lambda array, place: fetched.append((id(array), int(place)))
 
 def events():
-    recorded = layout.room_for(EVENTS)
+    recorded = kernel_state.room_for(EVENTS)
     engine.advance(recorded, no_grid(), EVENTS)
     return recorded
 
@@ -30,8 +33,8 @@ def noted(*arguments):
 def seen(bits):
     i = first(bits)
     recent = set(fetched[steps[-AGO] if len(steps) > AGO else 0 :])
-    around = engine.cells.members[engine.links[layout.CELL, i]]
-    number = engine.cells.occupancy[engine.links[layout.CELL, i]]
+    around = engine.cells.members[engine.links[kernel_state.CELL, i]]
+    number = engine.cells.occupancy[engine.links[kernel_state.CELL, i]]
     needs = [(id(engine.state), 8 * k) for k in around[:number]]
     foreseen.append(all(each in recent for each in needs))
     return i
@@ -39,9 +42,9 @@ def seen(bits):
 results = []
 follow, first, steps = cells.fetch_ahead, cells.first, []
 for large in (False, True):
-    cells.LARGE = 0 if large else 1 << 62
+    event_queue.LARGE = 0 if large else 1 << 62
     scene = gas("periodic", 1024, 0.4, cor=0.95)
-    engine = engines.InCells(scene, layout.Setup.of(scene))
+    engine = simulation.InCells(scene, kernel_state.Setup.of(scene))
     results.append((engine, events()))
     if not large:
         assert not fetched

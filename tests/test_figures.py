@@ -23,26 +23,25 @@ from galleries import ELASTIC, WARM, made
 from matplotlib.axis import Axis
 from matplotlib.text import Text
 
-from snooker_cli.cli import plotting
-from snooker_cli.cli.endings import Exit, guarded
-from snooker_cli.figures import draw, save, to_json
-from snooker_cli.figures.style import colour, dashes, marker, styled
-from snooker_cli.gallery import (
-    KINDS,
+from snooker_cli.cli import figure_commands
+from snooker_cli.cli.exit_codes import ExitCode, guarded
+from snooker_cli.figures import (
+    FIGURES,
     NEUTRAL,
     Band,
+    FigureData,
     Histogram,
     Line,
     Note,
-    Picture,
     Points,
     Reference,
     Selection,
 )
-from snooker_cli.results import Run
+from snooker_cli.figures.drawing import colour, dashes, draw, marker, save, styled, to_json
+from snooker_cli.runs import Run
 
 X = np.array([0.1, 0.2, 0.3])
-EVERYTHING = Picture(
+EVERYTHING = FigureData(
     kind="everything",
     title="Every kind of layer, under a title that is so long that it needs a second line",
     x_label="time (s)",
@@ -65,7 +64,7 @@ EVERYTHING = Picture(
 
 
 @pytest.fixture(scope="module")
-def pictures(decaying: Run, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Picture]:
+def pictures(decaying: Run, tmp_path_factory: pytest.TempPathFactory) -> dict[str, FigureData]:
     """One picture of every kind, made of small runs."""
     folder = tmp_path_factory.mktemp("gases")
     runs = {
@@ -79,7 +78,7 @@ def pictures(decaying: Run, tmp_path_factory: pytest.TempPathFactory) -> dict[st
         name: kind.make(
             runs.get(name, decaying), Selection({"cor": 0.8} if kind.each_point else {})
         )
-        for name, kind in KINDS.items()
+        for name, kind in FIGURES.items()
     }
 
 
@@ -112,8 +111,8 @@ def tick_labels(axis: Axis) -> list[Text]:
     return [label for at, label in pairs if low <= at <= high and label.get_text()]
 
 
-@pytest.mark.parametrize("name", [*KINDS, "everything"])
-def test_every_kind_is_drawn_legibly(name: str, pictures: dict[str, Picture]) -> None:
+@pytest.mark.parametrize("name", [*FIGURES, "everything"])
+def test_every_kind_is_drawn_legibly(name: str, pictures: dict[str, FigureData]) -> None:
     picture = {**pictures, "everything": EVERYTHING}[name]
     with styled():
         figure = draw(picture)
@@ -141,7 +140,7 @@ def test_every_kind_is_drawn_legibly(name: str, pictures: dict[str, Picture]) ->
 
 
 @pytest.mark.parametrize("name", ["momentum-x", "pressure"])
-def test_files_stay_small(name: str, pictures: dict[str, Picture], tmp_path: Path) -> None:
+def test_files_stay_small(name: str, pictures: dict[str, FigureData], tmp_path: Path) -> None:
     picture = pictures[name]
     many = [layer for layer in picture.layers if isinstance(layer, Line) and len(layer.x) > 100]
     assert many
@@ -172,7 +171,7 @@ def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
     assert [heights.tolist(), edges.tolist()] == [histogram["heights"], histogram["edges"]]
 
 
-def test_json_keeps_every_double(pictures: dict[str, Picture]) -> None:
+def test_json_keeps_every_double(pictures: dict[str, FigureData]) -> None:
     for picture in pictures.values():
         content = json.loads(to_json(picture))
         for layer, written in zip(picture.layers, content["layers"], strict=True):
@@ -184,9 +183,9 @@ def test_json_keeps_every_double(pictures: dict[str, Picture]) -> None:
 ELSEWHERE = """
 import pickle, sys
 from pathlib import Path
-import snooker_cli.gallery
+import snooker_cli.figures
 assert "matplotlib" not in sys.modules
-from snooker_cli.figures import save
+from snooker_cli.figures.drawing import save
 assert "matplotlib.pyplot" not in sys.modules
 save(pickle.loads(Path("picture").read_bytes()), Path("third"))
 """
@@ -210,7 +209,7 @@ def test_the_same_bytes_every_time(saved: list[Path], tmp_path: Path) -> None:
     assert [(tmp_path / f"third.{ending}").read_bytes() for ending in endings] == first
 
 
-def test_formats_share_one_layout(pictures: dict[str, Picture]) -> None:
+def test_formats_share_one_layout(pictures: dict[str, FigureData]) -> None:
     figure = draw(pictures["energy-fit"])
     (axes,) = figure.axes
     before = axes.get_position().bounds
@@ -228,7 +227,7 @@ def test_images_carry_the_caption_and_no_date(saved: list[Path]) -> None:
     assert b"Software" not in png.read_bytes()
 
 
-def test_one_style_of_units_and_signs(pictures: dict[str, Picture]) -> None:
+def test_one_style_of_units_and_signs(pictures: dict[str, FigureData]) -> None:
     for picture in pictures.values():
         words = [picture.title, picture.x_label, picture.y_label, picture.caption]
         words += [getattr(layer, "label", None) or "" for layer in picture.layers]
@@ -253,7 +252,7 @@ Plot = Callable[..., tuple[int, str, str]]
 def plot(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Plot:
     """``snooker plot`` with arguments: its exit code, stdout and stderr."""
     app = typer.Typer(pretty_exceptions_enable=False)
-    app.command()(plotting.plot)
+    app.command()(figure_commands.plot)
 
     def call(*arguments: str | Path) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["plot", *map(str, arguments)])
@@ -270,7 +269,7 @@ def test_plot_writes_figures_and_prints_their_paths(
     plot: Plot, decaying: Run, tmp_path: Path
 ) -> None:
     code, out, err = plot(decaying.directory, "energy-fit", "--out", tmp_path)
-    assert code == Exit.DONE
+    assert code == ExitCode.DONE
     stems = ("energy-fit-cor-0.8", "energy-fit-cor-0.9")
     assert out.splitlines() == [
         str(tmp_path / f"{stem}.{ending}") for stem in stems for ending in ("svg", "png", "json")
@@ -282,19 +281,19 @@ def test_plot_writes_figures_and_prints_their_paths(
 def test_plot_gives_all_that_a_run_can(plot: Plot, tmp_path: Path) -> None:
     run = made(tmp_path / "run", *ELASTIC, "collisions=20", "repeats=1")
     code, out, err = plot(run.directory, "--json")
-    assert code == Exit.DONE
+    assert code == ExitCode.DONE
     content = json.loads(out)
     names = [figure["kind"] for figure in content["figures"]]
     assert names == ["energy", "pressure", "ideal-ratio"]
     assert all((run.directory / "figures" / f"{name}.png").exists() for name in names)
-    assert [each["kind"] for each in content["skipped"]] == [k for k in KINDS if k not in names]
+    assert [each["kind"] for each in content["skipped"]] == [k for k in FIGURES if k not in names]
     assert "momentum-x left out: it needs velocities" in err
 
 
 def test_plot_selects_and_names_files_after_it(plot: Plot, decaying: Run, tmp_path: Path) -> None:
     where = ("--where", "cor=0.8,1.0", "--where", "record=events", "--repeat", "2")
     code, out, _ = plot(decaying.directory, "momentum-x", *where, "--out", tmp_path, "--json")
-    assert code == Exit.DONE
+    assert code == ExitCode.DONE
     (figure,) = json.loads(out)["figures"]
     assert Path(figure["files"][0]).name == "momentum-x-cor-0.8-1.0-record-events-repeat-2.svg"
     assert [point["parameters"]["cor"] for point in figure["numbers"]["points"]] == [0.8, 1.0]
@@ -309,7 +308,7 @@ def test_plot_draws_what_is_there_of_an_unfinished_run(
         (tmp_path / "run" / repeat).unlink()
     shutil.rmtree(tmp_path / "run" / "point-0002")
     code, out, err = plot(tmp_path / "run", "energy", "energy-fit", "--json")
-    assert code == Exit.DONE
+    assert code == ExitCode.DONE
     missing = "2 of 3 at CoR 0.8, 2 of 3 at CoR 0.9 and none of 3 at CoR 1 are there."
     assert err == f"snooker: The run is unfinished: {missing}\n"
     energy, *fits = json.loads(out)["figures"]
@@ -317,17 +316,17 @@ def test_plot_draws_what_is_there_of_an_unfinished_run(
     assert [fit["numbers"]["repeat"] for fit in fits] == [0, 1]
     assert all("2 of 3 repeats are there" in fit["caption"] for fit in fits)
     code, out, err = plot(tmp_path / "run", "--where", "cor=1.0")
-    assert (code, out) == (Exit.USAGE, "")
+    assert (code, out) == (ExitCode.USAGE, "")
     assert "no repeat is there yet; run the config again" in err
 
 
 def test_plot_lists_the_figures(plot: Plot) -> None:
     code, out, _ = plot("--list")
-    assert code == Exit.DONE
-    assert [line.split()[0] for line in out.splitlines()] == ["figure", *KINDS]
+    assert code == ExitCode.DONE
+    assert [line.split()[0] for line in out.splitlines()] == ["figure", *FIGURES]
     code, out, _ = plot("--list", "--json")
     assert {each["name"]: each["needs"] for each in json.loads(out)} == {
-        name: kind.needs for name, kind in KINDS.items()
+        name: kind.needs for name, kind in FIGURES.items()
     }
 
 
@@ -345,15 +344,15 @@ def test_plot_says_what_is_wrong(
     plot: Plot, decaying: Run, arguments: list[str], sentence: str
 ) -> None:
     code, out, err = plot(decaying.directory, *arguments)
-    assert (code, out) == (Exit.USAGE, "")
+    assert (code, out) == (ExitCode.USAGE, "")
     assert sentence in err
     assert "Traceback" not in err
 
 
 def test_plot_needs_a_run(plot: Plot, tmp_path: Path) -> None:
     code, _, err = plot()
-    assert code == Exit.USAGE
+    assert code == ExitCode.USAGE
     assert "give the RUN" in err
     code, _, err = plot(tmp_path / "nowhere", "energy")
-    assert code == Exit.USAGE
+    assert code == ExitCode.USAGE
     assert "there is no run here" in err

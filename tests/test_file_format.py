@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from scenes import gas
 
-from snooker_cli import results, store
+from snooker_cli import export, runs, store
 from snooker_cli.engine import simulate
-from snooker_cli.engine.epochs import LEAST_EVENTS
+from snooker_cli.engine.clock import LEAST_EVENTS
 from snooker_cli.export import frames
 from snooker_cli.scene import Scene
 from snooker_cli.store import SCHEMA_VERSION, Provenance
@@ -240,18 +240,18 @@ def test_the_page_is_of_this_schema() -> None:
 
 
 def test_a_runs_folder_has_what_the_page_says(finished: Path, snooker: Snooker) -> None:
-    run = results.open_run(finished)
+    run = runs.open_run(finished)
     for command in (["fit", "small"], ["compare", "small"]):
         assert snooker(*command).code == 0
-    results.note_failure(run, 0, 1, "it failed")
+    runs.note_failure(run, 0, 1, "it failed")
     folder, manifest = tables("## A run's folder")
     names = {name for row in folder for name in row["name"].split(", ")}
     there = {re.sub(r"\d{4}", "0000", str(path.relative_to(finished))) for path in walk(finished)}
     there |= {f"{run.figures_folder.relative_to(finished)}/"}
     assert there == names - {"*.part"}
-    (failure,) = (finished / results.FAILURES).read_text().splitlines()
+    (failure,) = (finished / runs.FAILURES).read_text().splitlines()
     assert [f"`{key}`" in PAGE for key in json.loads(failure)] == [True] * 3
-    content = json.loads((finished / results.MANIFEST).read_text())
+    content = json.loads((finished / runs.MANIFEST).read_text())
     compare_keys(content, [row for row in manifest if row["default"] == "–"])
     (points,) = (row["what"] for row in manifest if row["key"] == "points")
     assert all(key in points for key in content["points"][0])
@@ -269,7 +269,7 @@ def test_exported_states_are_what_the_page_says(
 ) -> None:
     trace, times = trace_of(scene, "events"), np.array([0.0, 0.1, 0.1])
     out = tmp_path / "states.h5md"
-    store.write_states(out, trace.start, times, frames(trace, times), provenance, "bits")
+    export.write_states(out, trace.start, times, frames(trace, times), provenance, "bits")
     data, attrs = tables("### States: `.h5md`")
     with h5py.File(out) as file:
         compare(file, data, attrs, {"all"}, {"N": trace.start.number, "t": 3}, "string")

@@ -1,4 +1,4 @@
-"""Fits of `snooker_cli.fit`: exact curves, honest errors, every scale, and every way to fail."""
+"""Fits: exact curves, honest errors, every scale, and every way to fail."""
 
 import dataclasses
 import math
@@ -11,7 +11,7 @@ from numpy.random import PCG64
 from scenes import EPSILON
 from scipy import optimize, stats
 
-from snooker_cli.fit import NOTHING_DECAYS, fit, fitted_curve
+from snooker_cli.analysis.fitting import NOTHING_DECAYS, fit, fitted_curve
 
 pytestmark = pytest.mark.filterwarnings("error")
 STEADY = settings(derandomize=True, deadline=None)

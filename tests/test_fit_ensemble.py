@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from snooker_cli.fit import Ensemble, FitResult, ensemble, fit
-from snooker_cli.observables import mean_and_error
+from snooker_cli.analysis.fitting import FitResult, RepeatMean, ensemble, fit
+from snooker_cli.analysis.observables import mean_and_error
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -124,7 +124,7 @@ def test_fewer_than_two_repeats_have_no_spread(values, mean):
     assert found.mean == pytest.approx(mean, rel=1e-11, nan_ok=True)
     spreads = [
         getattr(found, item.name)
-        for item in dataclasses.fields(Ensemble)
+        for item in dataclasses.fields(RepeatMean)
         if item.name not in ("count", "failed", "mean")
     ]
     assert len(spreads) == 6

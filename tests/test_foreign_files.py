@@ -11,7 +11,7 @@ import pytest
 from conftest import SMALL, Ended
 from repeating import done, made
 
-from snooker_cli import results
+from snooker_cli import runs
 from snooker_cli.config import parse
 
 Snooker = Callable[..., Ended]
@@ -114,13 +114,13 @@ def test_an_analysis_tells_of_the_repeats_that_it_has_read(
     last = Path("runs/small/point-0001/repeat-0002.h5")
     there = last.read_bytes()
     last.unlink()
-    read = results.Run.read
+    read = runs.Run.read
 
     def slow(*arguments: object) -> object:
         last.write_bytes(there)
         return read(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(results.Run, "read", slow)
+    monkeypatch.setattr(runs.Run, "read", slow)
     told = json.loads(snooker("fit", "small", "--json").out)
     counts = {
         row["parameters"]["cor"]: row["repeats"] + row["failed"]
@@ -140,7 +140,7 @@ def test_what_is_analysed_while_a_run_goes_on_does_not_outlive_it(
     finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Path("runs/small/point-0001/repeat-0002.h5").unlink()
-    from snooker_cli.runner import execution
+    from snooker_cli.runs import execution
 
     do = execution.do
 
@@ -159,7 +159,7 @@ def test_an_extension_that_is_taken_back_leaves_no_analysis_of_it(
     finished: Path, snooker: Snooker
 ) -> None:
     longer = parse(SMALL, overrides=["collisions=300"]).experiment
-    results.create(finished, longer)
+    runs.create(finished, longer)
     assert snooker("fit", "small").code == 0
     note = "end where the run did before it was extended"
     assert note in Path("runs/small/fit.json").read_text()

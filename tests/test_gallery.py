@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from galleries import ELASTIC, layers, made, shown, traces, why_not
 
-from snooker_cli import theory
-from snooker_cli.decay import curve, fit_curve
+from snooker_cli import containers, theory
+from snooker_cli.analysis.decay import curve, fit_curve
+from snooker_cli.analysis.fitting import ensemble, fitted_curve
 from snooker_cli.engine import replay, series
-from snooker_cli.fit import ensemble, fitted_curve
-from snooker_cli.gallery import NEUTRAL, Band, Histogram, Line, Note, Points, Reference
-from snooker_cli.results import Run
+from snooker_cli.figures import NEUTRAL, Band, Histogram, Line, Note, Points, Reference
+from snooker_cli.formatting import exact, with_error
+from snooker_cli.runs import Run
 from snooker_cli.trace import SPEED_BIN, Trace
-from snooker_cli.words import exact, with_error
 
 EPSILON = 2.0**-52
 
@@ -175,7 +175,7 @@ def test_pressure_of_one_repeat_has_no_band(decaying: Run) -> None:
 
 def in_circle(temperature: float, radius: float) -> float:
     """Pressure of 19 hard disks in the circle of 10 m, by theory."""
-    circle = theory.circle(10.0, radius)
+    circle = containers.circle(10.0, radius)
     return theory.fluid_state(19, temperature, radius, circle).pressure
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from galleries import ELASTIC, layers, made, shown, traces, why_not
 
-from snooker_cli.gallery import Line, Points, Selection, unfinished
-from snooker_cli.gallery.caption import early
-from snooker_cli.gallery.repeats import Facts
-from snooker_cli.results import Run, open_run
+from snooker_cli.figures import Line, Points, Selection, unfinished
+from snooker_cli.figures.captions import early
+from snooker_cli.figures.selection import Facts
+from snooker_cli.runs import Run, open_run
 from snooker_cli.trace import StopReason
 
 

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from galleries import layers, made, shown, traces, why_not
 
-from snooker_cli import kinetic, theory
-from snooker_cli.decay import curve, fit_curve, reported_constant
+from snooker_cli import theory
+from snooker_cli.analysis import predictions
+from snooker_cli.analysis.decay import curve, fit_curve, reported_constant
+from snooker_cli.analysis.fitting import ensemble
 from snooker_cli.engine import series
-from snooker_cli.fit import ensemble
-from snooker_cli.gallery import Line, Points, Reference
-from snooker_cli.results import Run
+from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason, Trace
 
 IN_LINE = """\
@@ -192,9 +193,9 @@ def test_balls_that_circle_along_the_wall_are_at_their_floor(tmp_path: Path) -> 
     )
     text = "container: {radius: 10.0, mass: %s}\nballs: {list: [%s]}\ncor: 0.9\ncollisions: 1\n"
     (at_wall,) = traces(made(tmp_path / "fixed", text=text % (".inf", balls)), 0)
-    assert kinetic.floor(at_wall.start) == pytest.approx(1.0, rel=1e-15)
+    assert predictions.floor(at_wall.start) == pytest.approx(1.0, rel=1e-15)
     (light,) = traces(made(tmp_path / "light", text=text % ("100.0", balls)), 0)
-    assert math.isnan(kinetic.floor(light.start))  # which takes angular momentum
+    assert math.isnan(predictions.floor(light.start))  # which takes angular momentum
 
 
 # A clock that stands still

@@ -12,19 +12,11 @@ import pytest
 from galleries import BASE, layers, made, shown, why_not
 
 from snooker_cli.config import parse
-from snooker_cli.gallery import (
-    KINDS,
-    Line,
-    PictureError,
-    Reference,
-    Selection,
-    described,
-    plain,
-    selected,
-)
-from snooker_cli.gallery.selection import evenly
-from snooker_cli.results import Run
-from snooker_cli.words import exact, listed, short, with_error
+from snooker_cli.errors import FigureError
+from snooker_cli.figures import FIGURES, Line, Reference, Selection, described, plain, selected
+from snooker_cli.figures.selection import evenly
+from snooker_cli.formatting import exact, listed, short, with_error
+from snooker_cli.runs import Run
 
 # What a run cannot give
 
@@ -93,8 +85,8 @@ def test_selections(warm: Run) -> None:
     ],
 )
 def test_what_cannot_be_selected(warm: Run, selection: Selection, sentence: str) -> None:
-    with pytest.raises(PictureError, match=sentence):
-        KINDS["speeds"].make(warm, selection)
+    with pytest.raises(FigureError, match=sentence):
+        FIGURES["speeds"].make(warm, selection)
 
 
 def test_many_points_along_one_key_are_thinned_evenly() -> None:
@@ -102,7 +94,7 @@ def test_many_points_along_one_key_are_thinned_evenly() -> None:
     assert [point.index for point in evenly(eleven)] == [0, 2, 4, 6, 8, 10]
     assert evenly(eleven[:6]) == list(eleven[:6])
     grid = parse(BASE, overrides=["cor=0.5:0.9:5", "balls.radius=0.5,1"]).points()
-    with pytest.raises(PictureError, match=r"10 points over cor and balls\.radius are too many"):
+    with pytest.raises(FigureError, match=r"10 points over cor and balls\.radius are too many"):
         evenly(grid)
 
 
@@ -123,10 +115,10 @@ def test_points_in_words() -> None:
 
 
 def test_every_kind_is_described() -> None:
-    assert [figure for kind in KINDS.values() for figure in kind.report_figures] == list(
+    assert [figure for kind in FIGURES.values() for figure in kind.report_figures] == list(
         range(1, 19)
     )
-    for name, kind in KINDS.items():
+    for name, kind in FIGURES.items():
         assert kind.name == name
         assert kind.needs.endswith(".")
 
@@ -142,11 +134,11 @@ def test_layers_keep_read_only_copies() -> None:
 
 def test_numbers_of_a_picture_are_json(decaying: Run, warm: Run) -> None:
     for run in (decaying, warm):
-        for kind in KINDS.values():
+        for kind in FIGURES.values():
             where = {"cor": 0.8} if run is decaying else {"balls.speed": 10.0}
             try:
                 picture = kind.make(run, Selection(where))
-            except PictureError:
+            except FigureError:
                 continue
             assert picture.kind == kind.name
             assert json.loads(json.dumps(picture.numbers, allow_nan=False)) == picture.numbers

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from galleries import layers, made, shown, traces, why_not
 
-from snooker_cli import observables, theory
-from snooker_cli.gallery import KINDS, Histogram, Line, Picture, PictureError, Reference, Selection
-from snooker_cli.results import Run
+from snooker_cli import containers, theory
+from snooker_cli.analysis import observables
+from snooker_cli.errors import FigureError
+from snooker_cli.figures import FIGURES, FigureData, Histogram, Line, Reference, Selection
+from snooker_cli.runs import Run
 
 BOX = """\
 container: {shape: box, width: 20, height: 14}
@@ -54,14 +56,14 @@ def periodic(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return made(tmp_path_factory.mktemp("periodic") / "run", text=PERIODIC)
 
 
-def all_of(run: Run) -> tuple[dict[str, Picture], dict[str, str]]:
+def all_of(run: Run) -> tuple[dict[str, FigureData], dict[str, str]]:
     """Every picture that a run can give, and why it cannot give the others."""
     pictures, lacking = {}, {}
-    for name, kind in KINDS.items():
+    for name, kind in FIGURES.items():
         selection = Selection({"cor": 0.9} if kind.each_point else {})
         try:
             pictures[name] = kind.make(run, selection)
-        except PictureError as error:
+        except FigureError as error:
             lacking[name] = str(error)
     return pictures, lacking
 
@@ -154,7 +156,7 @@ def test_pressure_against_area_and_number_of_boxes(tmp_path: Path) -> None:
     assert ideal.x[[0, -1]].tolist() == pytest.approx([400, 900])
     assert ideal.y == pytest.approx(37 * 50 / ideal.x, rel=1e-12)
     curve = next(line for line in layers(found, Line) if line.style == "dotted" and len(line.x))
-    state = theory.fluid_state(37, 50.0, 0.6, theory.box(20.0, 20.0, 0.6))
+    state = theory.fluid_state(37, 50.0, 0.6, containers.box(20.0, 20.0, 0.6))
     assert curve.y[0] == pytest.approx(state.pressure, rel=1e-12)
     many = made(tmp_path / "many", *elastic, "balls.count=20,40", text=PERIODIC)
     found = shown(many, "pressure-number")

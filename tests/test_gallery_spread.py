@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from galleries import layers, made, shown, traces
 
-from snooker_cli.decay import curve
+from snooker_cli.analysis.decay import curve
 from snooker_cli.engine import series
-from snooker_cli.gallery import Band, Line
-from snooker_cli.gallery.spread import SPREAD, at_common_times, bands
-from snooker_cli.results import Run
+from snooker_cli.figures import Band, Line
+from snooker_cli.figures.figure_data import SPREAD, at_common_times, bands
+from snooker_cli.runs import Run
 
 
 def around(band: Band, curves: list[tuple[Any, Any]]) -> None:

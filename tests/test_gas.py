@@ -8,11 +8,12 @@ import pytest
 from scenes import EPSILON
 from scipy import stats
 
-from snooker_cli.arrange import arrange
-from snooker_cli.arrange.streams import logarithm, random_directions, random_normals
-from snooker_cli.bench.ledger import total_momentum
 from snooker_cli.config import Experiment, digest, parse, points, to_json
-from snooker_cli.scene import Scene, SceneError
+from snooker_cli.errors import SceneError
+from snooker_cli.placement.random_numbers import logarithm, random_directions, random_normals
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.scene import Scene
+from snooker_cli.validation.accuracy_study import total_momentum
 
 SHAPES = ("circle", "box", "periodic")
 
@@ -23,7 +24,7 @@ def experiment(container: str, balls: str, *overrides: str) -> Experiment:
 
 
 def gas(container: str, balls: str, repeat: int = 0) -> Scene:
-    return arrange(experiment(container, balls), repeat)
+    return starting_scene(experiment(container, balls), repeat)
 
 
 # --- sizes ----------------------------------------------------------------------------------
@@ -293,12 +294,17 @@ def test_every_key_can_be_swept():
         "balls.start=lattice,random",
         "balls.speeds=equal,maxwell",
     )
-    scenes = [arrange(point.experiment, 0) for point in points(swept)]
+    scenes = [starting_scene(point.experiment, 0) for point in points(swept)]
     assert len(scenes) == 48
     assert {scene.shape for scene in scenes} == set(SHAPES)
     assert {round(scene.packing_fraction, 9) for scene in scenes} == {0.1, 0.3}
     mixed = experiment(*MIXTURE, "balls[1].count=60,6", "container.packing=0.2,0.3")
-    assert [arrange(point.experiment, 0).number for point in points(mixed)] == [90, 90, 36, 36]
+    assert [starting_scene(point.experiment, 0).number for point in points(mixed)] == [
+        90,
+        90,
+        36,
+        36,
+    ]
 
 
 def test_errors_stand_where_the_key_was_written():

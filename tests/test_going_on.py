@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from snooker_cli.cli.commands import app
-from snooker_cli.cli.going_on import SLIDE, SLIDE_IF_FIXED, TC
+from snooker_cli.cli.app import app
+from snooker_cli.cli.run_command import SLIDE, SLIDE_IF_FIXED, TC
 
 HARD = Path(__file__).parents[1] / "configs" / "hard"
 

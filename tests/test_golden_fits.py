@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from scenes import report_scene
 
-from snooker_cli.decay import Decay, decays, reported_constant
+from snooker_cli.analysis.decay import Decay, decays, reported_constant
 from snooker_cli.engine import simulate
 from snooker_cli.trace import Trace
 

@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scenes import EPSILON
 
-from snooker_cli.engine.impact import normal_part, relative_change, shares
+from snooker_cli.engine.collision import normal_part, relative_change, shares
 from snooker_cli.engine.jit import fused
 
 STEADY = settings(derandomize=True, deadline=None, max_examples=200)

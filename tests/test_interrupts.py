@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from snooker_cli.cli.interrupts import raising
+from snooker_cli.cli.exit_codes import raising
 
 AS_A_MODULE_LOADS = """
 import os, signal, sys
@@ -33,7 +33,7 @@ main()
 
 AS_A_THREAD_READS = """
 import os, signal, threading
-from snooker_cli.cli.endings import guarded
+from snooker_cli.cli.exit_codes import guarded
 
 def command():
     threading.Thread(target=threading.Event().wait).start()
@@ -86,7 +86,7 @@ def ended(script: str, *arguments: str, folder: Path) -> tuple[int, str, str]:
     ("module", "number", "command"),
     [
         ("typer", signal.SIGINT, "run"),
-        ("snooker_cli.cli.completion", signal.SIGTERM, "run"),
+        ("snooker_cli.cli.options", signal.SIGTERM, "run"),
         ("numpy", signal.SIGINT, "run"),
         ("h5py", signal.SIGTERM, "run"),
         ("pydantic", signal.SIGINT, "validate"),

@@ -111,10 +111,11 @@ def test_events_and_summaries_have_one_kernel() -> None:
     """Though the one has no rows in its grid and the other none in its columns of events."""
     program = """
 from scenes import report_scene
-from snooker_cli.engine import allpairs, simulate
+from snooker_cli.engine import all_pairs
+from snooker_cli.engine import simulate
 for summary in (False, True):
     simulate(report_scene(), collisions=5, summary=summary)
-print(len(allpairs.advance.compiled.signatures))
+print(len(all_pairs.advance.compiled.signatures))
 """
     assert output_of(program) == "1\n"
 
@@ -123,9 +124,10 @@ print(len(allpairs.advance.compiled.signatures))
 def test_the_same_bits_with_and_without_a_cache(tmp_path: Path) -> None:
     program = """
 from scenes import digest, report_scene
-from snooker_cli.engine import allpairs, simulate
+from snooker_cli.engine import all_pairs
+from snooker_cli.engine import simulate
 print(digest(simulate(report_scene(), collisions=200).events))
-print(sum(allpairs.advance.compiled.stats.cache_hits.values()))
+print(sum(all_pairs.advance.compiled.stats.cache_hits.values()))
 """
     empty, full = (output_of(program, NUMBA_CACHE_DIR=str(tmp_path)).split() for _ in range(2))
     assert empty[0] == full[0]
@@ -136,7 +138,7 @@ def test_numba_is_imported_with_the_first_kernel_that_is_called() -> None:
     """Its import takes longer than commands that simulate nothing."""
     program = """
 import sys
-import snooker_cli.cli, snooker_cli.engine, snooker_cli.observables, snooker_cli.runner
+import snooker_cli.cli, snooker_cli.analysis.observables, snooker_cli.runs.execution
 print("numba" in sys.modules)
 from scenes import report_scene
 snooker_cli.engine.specialisation(report_scene())

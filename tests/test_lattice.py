@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from snooker_cli.arrange.lattice import lattice
+from snooker_cli.placement.places import lattice
 from snooker_cli.scene import Scene, check
 
 SHAPES = ("circle", "box", "periodic")

@@ -9,19 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from snooker_cli import observables
-from snooker_cli.arrange import arrange
+from snooker_cli.analysis import observables
 from snooker_cli.config import parse
 from snooker_cli.engine import replay, simulate
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import EPSILON, Scene
-from snooker_cli.trace import (
-    SPEED_BIN,
-    SPEED_BINS,
-    Events,
-    Stop,
-    StopReason,
-    Trace,
-)
+from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Events, Stop, StopReason, Trace
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +64,7 @@ collisions: 400
 @pytest.fixture(scope="module")
 def scene() -> Scene:
     """Nineteen balls in a container that they move."""
-    return arrange(parse(SCENE).experiment, 0)
+    return starting_scene(parse(SCENE).experiment, 0)
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from snooker_cli import observables
-from snooker_cli.arrange import arrange
+from snooker_cli.analysis import observables
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import (
     SERIES_UNITS,
@@ -35,7 +35,7 @@ collisions: 400
 @pytest.fixture(scope="module")
 def scene() -> Scene:
     """Nineteen balls in a container that they move."""
-    return arrange(parse(SCENE).experiment, 0)
+    return starting_scene(parse(SCENE).experiment, 0)
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +142,7 @@ def test_the_rows_of_a_summary_come_near_those_after_collisions(
 def test_of_many_collisions_some_are_read_evenly(
     simulated: Trace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(observables.course, "MOST_POINTS", 40)
+    monkeypatch.setattr(observables, "MOST_POINTS", 40)
     found = observables.after_collisions(simulated)
     counts = found.wall_events + found.pair_events
     assert len(counts) == 41
@@ -154,7 +154,7 @@ def test_of_many_collisions_some_are_read_evenly(
 def test_a_collapse_is_one_instant(summary: bool) -> None:
     """At a CoR of 0.05 the clock comes to stand still, and thousands of collisions go on."""
     changes = ["balls.rings=3", "container.mass=1e7", "cor=0.05", "wall_cor=1"]
-    scene = arrange(parse(SCENE, overrides=changes).experiment, 0)
+    scene = starting_scene(parse(SCENE, overrides=changes).experiment, 0)
     trace = simulate(scene, collisions=5000, summary=summary)
     assert trace.stop.reason is StopReason.COLLAPSE
     found = observables.after_collisions(trace)

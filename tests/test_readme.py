@@ -19,11 +19,11 @@ import yaml
 from snooker_cli import __version__
 from snooker_cli.config import digest, load, parse
 from snooker_cli.engine.jit import NOTICE
-from snooker_cli.report.accuracy import finding, saved
-from snooker_cli.report.published import PUBLISHED, published
-from snooker_cli.report.search import LIKELY, TARGETS, pressures, search
-from snooker_cli.results import Run, create
-from snooker_cli.runner import Watcher, execute
+from snooker_cli.report.setting_search import LIKELY, TARGETS, pressures, search
+from snooker_cli.report.source_values import PUBLISHED, published
+from snooker_cli.report.supplements import finding, saved
+from snooker_cli.runs import Run, create
+from snooker_cli.runs.execution import Watcher, execute
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")

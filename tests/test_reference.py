@@ -14,10 +14,14 @@ import pytest
 from make_reference import Reference
 from scenes import EPSILON
 
-from snooker_cli.bench.exact import trajectory
-from snooker_cli.bench.ledger import total_angular_momentum, total_energy, total_momentum
 from snooker_cli.engine import replay, simulate
 from snooker_cli.trace import CONTAINER, StopReason
+from snooker_cli.validation.accuracy_study import (
+    total_angular_momentum,
+    total_energy,
+    total_momentum,
+)
+from snooker_cli.validation.exact_twin import trajectory
 
 ROUNDINGS = 8
 """An event rounds the quadratic's coefficients and root, a clock, a place and a velocity: eight

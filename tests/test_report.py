@@ -13,14 +13,16 @@ from pathlib import Path
 import pytest
 
 from snooker_cli.config import load
-from snooker_cli.report import sliding
+from snooker_cli.errors import RunError
+from snooker_cli.report import supplements
 from snooker_cli.report.audit import ALONE, EXPLAINED, FOLLOWS, REPRODUCED, UNEXPLAINED
 from snooker_cli.report.build import LABELS, build
-from snooker_cli.report.plates import PLATES, RUNS
-from snooker_cli.report.published import PUBLISHED
-from snooker_cli.report.search import TARGETS
-from snooker_cli.results import RunError, create, open_run
-from snooker_cli.runner import Watcher, execute, kinds
+from snooker_cli.report.content import PLATES, RUNS
+from snooker_cli.report.setting_search import TARGETS
+from snooker_cli.report.source_values import PUBLISHED
+from snooker_cli.runs import create, open_run
+from snooker_cli.runs.execution import Watcher, execute
+from snooker_cli.runs.plan import scene_classes
 from snooker_cli.trace import StopReason
 
 ROOT = Path(__file__).parent.parent
@@ -61,7 +63,7 @@ def report(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("config", CONFIGS, ids=lambda path: path.stem)
 def test_every_config_is_valid_as_it_stands(config: Path) -> None:
-    kinds(load(config).points())
+    scene_classes(load(config).points())
 
 
 @pytest.mark.long
@@ -161,7 +163,7 @@ def test_figure_17_past_its_wall_traps(runs: Path, report: Path) -> None:
     figures = json.loads((report / "numbers.json").read_text(encoding="utf-8"))["figures"]
     assert {each.experiment.collapse for each in run.points} == {"stop", "slide"}
     assert math.isinf(run.points[0].experiment.container.mass)
-    for name, radius in sliding.RADII.items():
+    for name, radius in supplements.RADII.items():
         pairs = figures[name]["pairs"]
         assert [pair["cor"] for pair in pairs] == [0.8, 0.9]
         for pair in pairs:

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from repeating import done, made
 
-from snooker_cli import results, store
+from snooker_cli import runs, store
 from snooker_cli.config import Experiment, digest, parse
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.results import MANIFEST, Run, RunError
-from snooker_cli.store import StoreError
+from snooker_cli.errors import RunError, StoreError
+from snooker_cli.runs import MANIFEST, Run
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def test_manifest_says_what_identifies_the_points(finished_run: Run) -> None:
 
 def test_a_run_is_found_by_its_folder(finished_run: Run) -> None:
     for name in (finished_run.directory, str(finished_run.directory)):
-        assert results.open_run(name) == finished_run
+        assert runs.open_run(name) == finished_run
 
 
 def test_a_run_is_found_by_its_name_under_runs(
@@ -59,7 +59,7 @@ def test_a_run_is_found_by_its_name_under_runs(
 ) -> None:
     shutil.move(copied_run, tmp_path / "runs" / "cooling")
     monkeypatch.chdir(tmp_path)
-    run = results.open_run("cooling")
+    run = runs.open_run("cooling")
     assert run.directory == Path("runs/cooling")
     assert run.name == "cooling"
 
@@ -76,7 +76,7 @@ def test_traces_come_in_the_order_of_the_repeats(finished_run: Run) -> None:
 
 
 def test_the_repeats_of_an_interrupted_run_are_those_present(copied_run: Path) -> None:
-    run = results.open_run(copied_run)
+    run = runs.open_run(copied_run)
     first, second = run.points
     whole = [store.content_hash(trace) for trace in run.traces(first)]
     run.path(0, 1).unlink()
@@ -85,7 +85,7 @@ def test_the_repeats_of_an_interrupted_run_are_those_present(copied_run: Path) -
 
 
 def test_a_point_without_repeats_is_said(copied_run: Path) -> None:
-    run = results.open_run(copied_run)
+    run = runs.open_run(copied_run)
     shutil.rmtree(copied_run / "point-0001")
     assert run.present(run.points[1]) == []
     with pytest.raises(RunError, match=r"copied: no repeat of the point cor=1\.0 is there yet"):
@@ -93,7 +93,7 @@ def test_a_point_without_repeats_is_said(copied_run: Path) -> None:
 
 
 def test_a_repeat_that_cannot_be_read_is_no_missing_one(copied_run: Path) -> None:
-    run = results.open_run(copied_run)
+    run = runs.open_run(copied_run)
     run.path(0, 1).write_text("not HDF5")
     assert run.present(run.points[0]) == [0, 1, 2]
     traces = run.traces(run.points[0])
@@ -104,7 +104,7 @@ def test_a_repeat_that_cannot_be_read_is_no_missing_one(copied_run: Path) -> Non
 
 def test_making_a_run_again_changes_nothing(copied_run: Path, experiment: Experiment) -> None:
     before = files(copied_run)
-    assert results.create(copied_run, experiment) == results.open_run(copied_run)
+    assert runs.create(copied_run, experiment) == runs.open_run(copied_run)
     assert files(copied_run) == before
 
 
@@ -114,8 +114,8 @@ def test_what_is_no_physics_shares_the_results(
 ) -> None:
     before = files(copied_run)
     changed = parse(small_config, overrides=[override]).experiment
-    results.create(copied_run, changed)
-    assert results.open_run(copied_run).experiment == changed
+    runs.create(copied_run, changed)
+    assert runs.open_run(copied_run).experiment == changed
     after = files(copied_run)
     assert before.pop(MANIFEST) != after.pop(MANIFEST)
     assert after == before
@@ -129,10 +129,10 @@ def test_another_experiment_is_refused(override: str, copied_run: Path, small_co
     before = files(copied_run)
     other = parse(small_config, overrides=[override, "collisions=151"]).experiment
     with pytest.raises(RunError, match=r"copied: holds results of another config .* --fresh") as no:
-        results.create(copied_run, other)
+        runs.create(copied_run, other)
     key = override.partition("=")[0].partition(".")[0]
     assert key in str(no.value).replace("sweep", "cor")
-    assert results.extension(results.planned(copied_run, other, fresh=True)) == ""
+    assert runs.extension(runs.planned(copied_run, other, fresh=True)) == ""
     assert files(copied_run) == before
 
 
@@ -150,22 +150,22 @@ def test_more_of_the_same_extends_a_run(
 ) -> None:
     before = files(copied_run)
     more = parse(small_config, overrides=overrides).experiment
-    run = results.planned(copied_run, more)
+    run = runs.planned(copied_run, more)
     assert files(copied_run) == before
-    sentence = results.extension(run)
+    sentence = runs.extension(run)
     assert sentence.partition(";")[0] == (f"this extends {copied_run}: {said}" if said else "")
-    assert results.create(copied_run, more) == run == results.open_run(copied_run)
-    assert results.extension(run) == ""
+    assert runs.create(copied_run, more) == run == runs.open_run(copied_run)
+    assert runs.extension(run) == ""
 
 
 def test_fewer_repeats_are_said_and_lose_no_file(copied_run: Path, small_config: str) -> None:
     fewer = parse(small_config, overrides=("repeats=2",)).experiment
-    sentence = results.extension(results.planned(copied_run, fewer))
+    sentence = runs.extension(runs.planned(copied_run, fewer))
     assert sentence.startswith(f"{copied_run} has 3 repeats, of which this config takes 2; ")
     repeats = set(copied_run.glob("*/*.h5"))
-    results.create(copied_run, fewer)
+    runs.create(copied_run, fewer)
     assert set(copied_run.glob("*/*.h5")) == repeats
-    assert results.extension(results.planned(copied_run, fewer)) == ""
+    assert runs.extension(runs.planned(copied_run, fewer)) == ""
 
 
 @pytest.mark.parametrize(
@@ -192,14 +192,14 @@ def test_nothing_is_cut_off(
     swept = "," in before[0]
     bare = small_config if swept else small_config.replace("collisions: 150\n", "")
     bare = bare.replace("repeats: 3", "repeats: 1")
-    done(results.create(tmp_path, parse(bare, overrides=before).experiment))
+    done(runs.create(tmp_path, parse(bare, overrides=before).experiment))
     changed = parse(bare, overrides=after).experiment
     if cut:
         with pytest.raises(RunError, match=rf"may go on longer .*\({cut}\), .* --fresh"):
-            results.create(tmp_path, changed)
+            runs.create(tmp_path, changed)
     else:
-        results.create(tmp_path, changed)
-        assert results.open_run(tmp_path).experiment == changed
+        runs.create(tmp_path, changed)
+        assert runs.open_run(tmp_path).experiment == changed
 
 
 def test_an_old_manifest_whose_digests_are_others_is_no_run_to_extend(
@@ -207,10 +207,10 @@ def test_an_old_manifest_whose_digests_are_others_is_no_run_to_extend(
 ) -> None:
     manifest = json.loads((copied_run / MANIFEST).read_text())
     manifest["points"][0]["digest"] = "0" * 64
-    results.write_json(copied_run / MANIFEST, manifest)
+    runs.write_json(copied_run / MANIFEST, manifest)
     longer = parse(small_config, overrides=["collisions=151"]).experiment
     with pytest.raises(RunError, match="holds results of another config"):
-        results.create(copied_run, longer)
+        runs.create(copied_run, longer)
 
 
 def test_an_engine_that_is_forced_is_part_of_what_a_run_is(
@@ -218,28 +218,28 @@ def test_an_engine_that_is_forced_is_part_of_what_a_run_is(
 ) -> None:
     before = files(copied_run)
     with pytest.raises(RunError, match=r"copied: holds results of another --engine, .* --fresh"):
-        results.create(copied_run, experiment, engine="cells")
+        runs.create(copied_run, experiment, engine="cells")
     assert files(copied_run) == before
-    forced = results.create(tmp_path / "forced", experiment, engine="cells")
-    assert results.open_run(tmp_path / "forced") == forced
-    assert results.create(tmp_path / "forced", experiment, engine="cells") == forced
+    forced = runs.create(tmp_path / "forced", experiment, engine="cells")
+    assert runs.open_run(tmp_path / "forced") == forced
+    assert runs.create(tmp_path / "forced", experiment, engine="cells") == forced
     for other in (None, "allpairs"):
         with pytest.raises(RunError, match="another --engine"):
-            results.create(tmp_path / "forced", experiment, engine=other)
+            runs.create(tmp_path / "forced", experiment, engine=other)
 
 
 def test_a_plan_is_the_run_and_writes_nothing(
     copied_run: Path, experiment: Experiment, small_config: str, tmp_path: Path
 ) -> None:
     before = files(tmp_path)
-    assert results.planned(copied_run, experiment) == results.open_run(copied_run)
-    assert results.planned(tmp_path / "new", experiment).directory == tmp_path / "new"
+    assert runs.planned(copied_run, experiment) == runs.open_run(copied_run)
+    assert runs.planned(tmp_path / "new", experiment).directory == tmp_path / "new"
     other = parse(small_config, overrides=["seed=2"]).experiment
     with pytest.raises(RunError, match="another config"):
-        results.planned(copied_run, other)
-    assert results.planned(copied_run, other, fresh=True).experiment == other
+        runs.planned(copied_run, other)
+    assert runs.planned(copied_run, other, fresh=True).experiment == other
     with pytest.raises(RunError, match="not a run of snooker"):
-        results.planned(tmp_path, experiment)
+        runs.planned(tmp_path, experiment)
     assert files(tmp_path) == before
     assert not (tmp_path / "new").exists()
 
@@ -247,24 +247,24 @@ def test_a_plan_is_the_run_and_writes_nothing(
 def test_another_engines_results_are_refused(copied_run: Path, experiment: Experiment) -> None:
     manifest = json.loads((copied_run / MANIFEST).read_text())
     manifest["engine_version"] += 1
-    results.write_json(copied_run / MANIFEST, manifest)
+    runs.write_json(copied_run / MANIFEST, manifest)
     with pytest.raises(RunError, match=r"of engine version .* may give other bits; give --fresh"):
-        results.create(copied_run, experiment)
+        runs.create(copied_run, experiment)
 
 
 def test_fresh_replaces_another_experiments_results(copied_run: Path, small_config: str) -> None:
     (copied_run / "notes.txt").write_text("mine")
     other = parse(small_config, overrides=["seed=2"]).experiment
-    run = results.create(copied_run, other, fresh=True)
+    run = runs.create(copied_run, other, fresh=True)
     assert sorted(files(copied_run)) == ["notes.txt", MANIFEST]
-    assert results.open_run(copied_run) == run
+    assert runs.open_run(copied_run) == run
     assert run.experiment == other
 
 
 def analysed(directory: Path) -> list[str]:
     """What snooker would have written of a run, beside a user's own files; the former's names."""
     (directory / "figures").mkdir()
-    figure = dict.fromkeys(results.FIGURE_KEYS) | {"series": []}
+    figure = dict.fromkeys(runs.FIGURE_KEYS) | {"series": []}
     (directory / "figures" / "energy-cor-0.8.json").write_text(json.dumps(figure))
     for name in ("fit.json", "compare.json", "figures/energy-cor-0.8.svg"):
         (directory / name).write_text("[]")
@@ -279,18 +279,18 @@ def test_fresh_removes_what_was_made_of_the_old_results(
     before = set(files(copied_run))
     ours = analysed(copied_run)
     theirs = set(files(copied_run)) - before - set(ours)
-    run = results.create(copied_run, experiment)
+    run = runs.create(copied_run, experiment)
     assert sorted(str(path.relative_to(copied_run)) for path in run.analyses() + run.figures()) == (
         ours
     )
-    results.create(copied_run, experiment, fresh=True)
+    runs.create(copied_run, experiment, fresh=True)
     assert set(files(copied_run)) == {MANIFEST, *theirs}
 
 
 def test_fewer_repeats_remove_the_fits_of_all(copied_run: Path, small_config: str) -> None:
     def made(repeats: int) -> list[str]:
         override = f"repeats={repeats}"
-        run = results.create(copied_run, parse(small_config, overrides=[override]).experiment)
+        run = runs.create(copied_run, parse(small_config, overrides=[override]).experiment)
         return [path.name for path in run.analyses()]
 
     analysed(copied_run)
@@ -304,7 +304,7 @@ def test_a_folder_that_is_no_run_is_refused(
 ) -> None:
     (tmp_path / "thesis.tex").write_text("irreplaceable")
     with pytest.raises(RunError, match="is not empty and not a run of snooker; give --out"):
-        results.create(tmp_path, experiment, fresh=fresh)
+        runs.create(tmp_path, experiment, fresh=fresh)
     assert files(tmp_path) == {"thesis.tex": b"irreplaceable"}
 
 
@@ -312,19 +312,19 @@ def test_a_run_killed_while_it_was_made_can_be_made_again(
     tmp_path: Path, experiment: Experiment
 ) -> None:
     store.part_beside(tmp_path / MANIFEST).write_text('{"schema_ver')
-    with results.held(tmp_path):
-        results.create(tmp_path, experiment)
+    with runs.held(tmp_path):
+        runs.create(tmp_path, experiment)
     assert list(files(tmp_path)) == [MANIFEST]
 
 
 def test_only_what_this_machine_left_is_cleared_away(finished_run: Run, copied_run: Path) -> None:
     """Another machine, on the same disk, may still be writing its own."""
-    run = results.open_run(copied_run)
+    run = runs.open_run(copied_run)
     for path in (run.path(0, 1), run.path(1, 2), copied_run / "fit.json"):
         store.part_beside(path).write_text("left behind by a kill")
     other = copied_run / "point-0000" / "repeat-0000.h5.elsewhere-0123456789abcdef.part"
     other.write_text("under way")
-    with results.held(copied_run):
+    with runs.held(copied_run):
         assert set(files(copied_run)) == {
             *files(finished_run.directory),
             str(other.relative_to(copied_run)),
@@ -338,20 +338,20 @@ def test_two_parts_of_one_file_have_names_of_their_own(tmp_path: Path) -> None:
 
 
 def test_a_folder_is_held_once_at_a_time(tmp_path: Path) -> None:
-    with results.held(tmp_path / "run"):
+    with runs.held(tmp_path / "run"):
         with (
             pytest.raises(RunError, match=r"run: another `snooker run` is writing here; .* --out"),
-            results.held(tmp_path / "run"),
+            runs.held(tmp_path / "run"),
         ):
             pytest.fail("held twice")
-        with results.held(tmp_path / "other"):
+        with runs.held(tmp_path / "other"):
             pass
-    with results.held(tmp_path / "run"):
+    with runs.held(tmp_path / "run"):
         pass
 
 
 def test_an_empty_folder_will_do(tmp_path: Path, experiment: Experiment) -> None:
-    run = results.create(tmp_path, experiment)
+    run = runs.create(tmp_path, experiment)
     assert list(files(tmp_path)) == [MANIFEST]
     assert run.path(12, 345) == tmp_path / "point-0012" / "repeat-0345.h5"
 
@@ -361,8 +361,8 @@ def test_a_file_in_the_folders_place_is_said(tmp_path: Path, experiment: Experim
     for place in (tmp_path / "plain", tmp_path / "plain" / "inside"):
         for fresh in (False, True):
             with pytest.raises(RunError, match=r"plain.*: cannot be written .* --out"):
-                results.create(place, experiment, fresh=fresh)
-        with pytest.raises(RunError, match="cannot be written"), results.held(place):
+                runs.create(place, experiment, fresh=fresh)
+        with pytest.raises(RunError, match="cannot be written"), runs.held(place):
             pytest.fail("held a file")
 
 
@@ -375,37 +375,37 @@ def test_a_damaged_manifest_is_said(content: str, copied_run: Path, experiment: 
         content.encode("utf-16" if content == "\ufffe" else "utf-8")
     )
     with pytest.raises(RunError, match=r"run\.json: cannot be read .*; put a copy of it back, or"):
-        results.open_run(copied_run)
+        runs.open_run(copied_run)
     with pytest.raises(RunError, match="--fresh"):
-        results.create(copied_run, experiment)
-    results.create(copied_run, experiment, fresh=True)
-    assert results.open_run(copied_run).experiment == experiment
+        runs.create(copied_run, experiment)
+    runs.create(copied_run, experiment, fresh=True)
+    assert runs.open_run(copied_run).experiment == experiment
 
 
 def test_nothing_there_is_said(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     for place in (tmp_path / "empty", tmp_path / "absent", "absent"):
         with pytest.raises(RunError, match=r"there is no run here .* `snooker run CONFIG`"):
-            results.open_run(place)
+            runs.open_run(place)
 
 
 def test_a_fixed_and_a_free_container_can_be_swept(tmp_path: Path, small_config: str) -> None:
     """JSON has no infinity, and a manifest is JSON."""
     swept = parse(small_config, overrides=["container.mass=1e7,.inf"]).experiment
-    run = results.create(tmp_path, swept)
+    run = runs.create(tmp_path, swept)
     json.loads((tmp_path / MANIFEST).read_text(), parse_constant=pytest.fail)
-    opened = results.open_run(tmp_path)
+    opened = runs.open_run(tmp_path)
     assert opened == run
     masses = {point.experiment.container.mass for point in opened.points}
     assert masses == {1e7, np.inf}
-    results.create(tmp_path, swept)
+    runs.create(tmp_path, swept)
 
 
 def test_json_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     path = tmp_path / "numbers.json"
-    results.write_json(path, {"k": 0.1 + 0.2})
+    runs.write_json(path, {"k": 0.1 + 0.2})
     with pytest.raises(ValueError, match="nan"):
-        results.write_json(path, {"k": float("nan")})
+        runs.write_json(path, {"k": float("nan")})
     assert json.loads(path.read_text()) == {"k": 0.1 + 0.2}
 
 

@@ -12,15 +12,16 @@ from pathlib import Path
 import pytest
 from repeating import StopsAfter, bytes_of, contents, done, made
 
-from snooker_cli import results, store
-from snooker_cli.arrange import arrange
+from snooker_cli import runs, store
 from snooker_cli.config import digest, parse, points
 from snooker_cli.engine import ENGINE_VERSION, simulate
-from snooker_cli.results import Run
-from snooker_cli.runner import Kind, Outcome, Watcher, execute, kinds, ledger
-from snooker_cli.runner.threads import Threads
-from snooker_cli.scene import SceneError
-from snooker_cli.store import StoreError
+from snooker_cli.errors import SceneError, StoreError
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.runs import Run
+from snooker_cli.runs.execution import ThreadExecutor, Watcher, execute
+from snooker_cli.runs.plan import SceneClass, scene_classes
+from snooker_cli.runs.repeat import Outcome
+from snooker_cli.runs.status import ledger
 from snooker_cli.trace import StopReason
 
 
@@ -60,7 +61,7 @@ class Notes(Watcher):
 def copied(finished_run: Run, tmp_path: Path) -> Run:
     """A copy of the finished run, to be changed."""
     shutil.copytree(finished_run.directory, tmp_path / "copied")
-    return results.open_run(tmp_path / "copied")
+    return runs.open_run(tmp_path / "copied")
 
 
 # Resuming
@@ -182,8 +183,8 @@ def test_fewer_repeats_keep_the_others(copied: Run, small_config: str) -> None:
 def test_new_repeats_make_old_fits_outdated(copied: Run, small_config: str) -> None:
     figure = copied.directory / "figures" / "speeds.json"
     figure.parent.mkdir()
-    figure.write_text(json.dumps(dict.fromkeys(results.FIGURE_KEYS)))
-    for name in results.ANALYSES:
+    figure.write_text(json.dumps(dict.fromkeys(runs.FIGURE_KEYS)))
+    for name in runs.ANALYSES:
         (copied.directory / name).write_text("[]")
     nothing_new, more = Notes(), Notes()
     done(copied, watcher=nothing_new)
@@ -227,7 +228,7 @@ def test_the_file_tells_how_to_make_the_repeat_again(finished_run: Run) -> None:
             assert experiment == point.experiment
             assert told.digest == digest(experiment)
             again = simulate(
-                arrange(experiment, told.repeat),
+                starting_scene(experiment, told.repeat),
                 collisions=experiment.collisions,
                 time=experiment.time,
             )
@@ -265,20 +266,20 @@ def test_one_failing_repeat_does_not_stop_the_others(copied: Run, finished_run: 
     assert "repeat-0001.h5: cannot write the result" in failed[0].error
     assert failed[0].stop is None
     assert failed[0] in notes.outcomes
-    assert results.failures(copied) == {(0, 1): failed[0].error}
+    assert runs.failures(copied) == {(0, 1): failed[0].error}
     first, second = ledger(copied).points
     assert (first.done, first.failed, first.to_do, second.done) == (2, 1, 0, 3)
     assert first.remarks == [(1, f"failed: {failed[0].error}")]
     copied.path(0, 1).rmdir()
     assert [each.cached for each in done(copied)] == [True, False, True, True, True, True]
-    assert results.failures(copied) == {}
-    assert not (copied.directory / results.FAILURES).exists()
+    assert runs.failures(copied) == {}
+    assert not (copied.directory / runs.FAILURES).exists()
     assert contents(copied) == contents(finished_run)
 
 
 def test_a_failure_is_noted_once_there_is_room_for_it(copied: Run) -> None:
     """Other repeats under way may have filled the disk when one fails."""
-    path, record = copied.path(0, 1), copied.directory / results.FAILURES
+    path, record = copied.path(0, 1), copied.directory / runs.FAILURES
     path.unlink()
     path.mkdir()
     record.mkdir()
@@ -289,13 +290,13 @@ def test_a_failure_is_noted_once_there_is_room_for_it(copied: Run) -> None:
                 record.rmdir()
 
     execute(copied, workers=1, watcher=MakesRoom(), cancelled=threading.Event())
-    assert list(results.failures(copied)) == [(0, 1)]
+    assert list(runs.failures(copied)) == [(0, 1)]
 
 
 def test_a_scene_that_cannot_exist_tells_its_point(small_config: str) -> None:
     swept = parse(small_config, overrides=["balls.radius=1.0,3.0"]).experiment
     with pytest.raises(SceneError, match=r"\(at the point .*balls\.radius=3\.0\)") as caught:
-        kinds(points(swept))
+        scene_classes(points(swept))
     assert caught.value.key == "balls.radius"
 
 
@@ -312,9 +313,9 @@ collisions: 10
 
 def test_repeats_of_given_balls_are_refused() -> None:
     """They would be the same bits again: nothing in a list is random."""
-    kinds(points(parse(TWO_BALLS).experiment))
+    scene_classes(points(parse(TWO_BALLS).experiment))
     with pytest.raises(SceneError, match=r"^4 repeats of balls\.list .*; set repeats: 1") as caught:
-        kinds(points(parse(TWO_BALLS, overrides=["repeats=4"]).experiment))
+        scene_classes(points(parse(TWO_BALLS, overrides=["repeats=4"]).experiment))
     assert caught.value.key == "repeats"
 
 
@@ -343,8 +344,8 @@ KERNEL = {
 LOSSES = {"losses between balls": False, "losses at the wall": False, "wall traps": False}
 
 
-def kinds_of(text: str, *overrides: str, engine: str | None = None) -> list[Kind]:
-    return kinds(points(parse(text, overrides=overrides).experiment), engine)
+def kinds_of(text: str, *overrides: str, engine: str | None = None) -> list[SceneClass]:
+    return scene_classes(points(parse(text, overrides=overrides).experiment), engine)
 
 
 def test_kinds_tell_what_is_modelled(small_config: str) -> None:
@@ -415,7 +416,7 @@ def test_an_unforeseen_error_keeps_its_traceback(
         raise KeyError("lost")
 
     shutil.rmtree(copied.directory / "point-0001")
-    monkeypatch.setattr("snooker_cli.runner.repeat.versions", lost)
+    monkeypatch.setattr("snooker_cli.runs.repeat.versions", lost)
     failed = [outcome for outcome in done(copied) if outcome.error]
     assert [(each.point, each.repeat, each.error) for each in failed] == [
         (1, repeat, "KeyError: 'lost'") for repeat in range(3)
@@ -465,12 +466,12 @@ def test_what_has_nothing_to_keep_is_left_behind() -> None:
         told.release()
         return item
 
-    with Threads(2, cancelled) as threads:
-        results = threads.each(slow, [0, 1, 2, 3, 4, 5, 6])
-        assert next(results) == 0
+    with ThreadExecutor(2, cancelled) as threads:
+        runs = threads.each(slow, [0, 1, 2, 3, 4, 5, 6])
+        assert next(runs) == 0
         assert begun.wait(60)
         cancelled.set()
-        assert list(results) == []
+        assert list(runs) == []
     assert kept == []
     goes_on.set()
     assert told.acquire(timeout=60)
@@ -486,18 +487,18 @@ def test_what_has_something_to_keep_is_waited_for() -> None:
         assert cancelled.wait(60)
         return item
 
-    with Threads(1, cancelled) as threads:
-        results = threads.each(slow, range(7))
+    with ThreadExecutor(1, cancelled) as threads:
+        runs = threads.each(slow, range(7))
         threading.Thread(target=lambda: (begun.wait(60), cancelled.set())).start()
         # One is under way, and another may have begun before the cancelling was seen.
-        assert 0 in results
+        assert 0 in runs
 
 
 def test_what_goes_wrong_in_a_thread_is_raised() -> None:
     def wrong(item: int, keep: Callable[[], bool]) -> int:
         raise ValueError(f"item {item}")
 
-    with Threads(1, threading.Event()) as threads, pytest.raises(ValueError, match="item 3"):
+    with ThreadExecutor(1, threading.Event()) as threads, pytest.raises(ValueError, match="item 3"):
         list(threads.each(wrong, [3]))
 
 

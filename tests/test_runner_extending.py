@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from repeating import StopsAfter, bytes_of, contents, done, made
 
-from snooker_cli import results, store
+from snooker_cli import runs, store
 from snooker_cli.config import parse
-from snooker_cli.results import RunError
-from snooker_cli.runner import execute
+from snooker_cli.errors import RunError
+from snooker_cli.runs.execution import execute
 from snooker_cli.trace import StopReason
 
 
@@ -47,7 +47,7 @@ def test_a_longer_end_keeps_what_went_before(small_config: str, tmp_path: Path) 
     done(run)
     before = {point.index: list(run.traces(point)) for point in run.points}
     done(made(tmp_path, small_config, "collisions=300"))
-    run = results.open_run(tmp_path)
+    run = runs.open_run(tmp_path)
     for point in run.points:
         for old, new in zip(before[point.index], run.traces(point), strict=True):
             assert old.events is not None
@@ -93,7 +93,7 @@ def test_what_an_interrupted_extension_leaves_is_all_there(
     done(made(tmp_path, elastic))
     done(made(tmp_path, elastic, "collisions=151", "repeats=1"))
     made(tmp_path, elastic, "collisions=151")
-    run = results.open_run(tmp_path)
+    run = runs.open_run(tmp_path)
     (point,) = run.points
     assert (len(run.present(point)), run.shorter(point)) == (3, 2)
     assert [trace.collisions for trace in run.traces(point)] == [151, 150, 150]
@@ -109,7 +109,7 @@ def test_an_extension_that_has_extended_nothing_can_be_taken_back(
     before = bytes_of(tmp_path)
     made(tmp_path, small_config, "collisions=300")
     shorter = parse(small_config).experiment
-    assert results.extension(results.planned(tmp_path, shorter)) == (
+    assert runs.extension(runs.planned(tmp_path, shorter)) == (
         f"{tmp_path} ends earlier than was meant: collisions from 300 to 150; no repeat there is "
         "longer"
     )

@@ -15,9 +15,9 @@ import h5py
 import pytest
 from repeating import contents, done, made
 
-from snooker_cli import results, store
-from snooker_cli.results import Run
-from snooker_cli.runner import verify
+from snooker_cli import runs, store
+from snooker_cli.runs import Run
+from snooker_cli.runs.verification import verify
 
 pytestmark = pytest.mark.long
 
@@ -76,13 +76,15 @@ if kind == "tmpfs":
 else:
     nothing, little = simulated(0), simulated(60_000)
 verify = said("verify", run, "--json")
-from snooker_cli import results, runner, store
-book = [(point.done, point.failed) for point in runner.ledger(results.open_run(run)).points]
+from snooker_cli import runs
+from snooker_cli.runs import status
+from snooker_cli import store
+book = [(point.done, point.failed) for point in status.ledger(runs.open_run(run)).points]
 parts = len(list(Path(run).rglob("*.part")))
 if kind == "tmpfs":
     subprocess.run(["mount", "-o", "remount,size=64m", disk], check=True)
 again = simulated()
-opened = results.open_run(run)
+opened = runs.open_run(run)
 hashes = [
     store.check(opened.path(point.index, repeat)).bits for point in opened.points
     for repeat in range(3)
@@ -192,7 +194,7 @@ def test_a_read_only_folder_is_read_and_nothing_else(
 
 def test_bad_files_are_told_and_made_anew(finished: Path, here: Path, finished_run: Run) -> None:
     """Truncated, with a flipped bit, of another program, and of another run."""
-    run = results.open_run(finished)
+    run = runs.open_run(finished)
     truncated, flipped, foreign, other = (
         run.path(1, 0),
         run.path(0, 0),

@@ -15,8 +15,8 @@ import pytest
 from forging import Forged, forge
 from repeating import contents, done, made
 
-from snooker_cli import results, runner, store
-from snooker_cli.results import State
+from snooker_cli import runs, store
+from snooker_cli.runs import State, status
 from snooker_cli.trace import StopReason
 
 pytestmark = pytest.mark.long
@@ -70,9 +70,9 @@ def assert_completes(directory: Path, text: str, reference: Path) -> None:
         store.read(path)
     repeats = 1 + max(int(path.name[7:].split(".")[0]) for path in left)
     run = made(directory, text, f"repeats={repeats}")
-    jobs = runner.jobs(run)
-    kept = [each.path for job in jobs if (each := runner.entry(run, job)).state is State.DONE]
-    with results.held(directory):
+    jobs = status.jobs(run)
+    kept = [each.path for job in jobs if (each := status.entry(run, job)).state is State.DONE]
+    with runs.held(directory):
         outcomes = done(run, workers=2)
     assert [run.path(0, each.repeat) for each in outcomes if each.cached] == kept
     assert not list(directory.rglob("*.part"))
@@ -223,13 +223,13 @@ def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path
     config.write_text(MANY.replace("5000", "1000000"))
     script = (
         "import os, signal, sys\n"
-        "from snooker_cli import runner\n"
-        "from snooker_cli.arrange import arrange\n"
+        "from snooker_cli.runs import plan\n"
+        "from snooker_cli.placement.starting_scene import starting_scene\n"
         "from snooker_cli.cli import main\n"
         "def interrupted(*arguments):\n"
         "    os.kill(os.getpid(), signal.SIGINT)\n"
-        "    return arrange(*arguments)\n"
-        "runner.kinds.__globals__['arranged'] = interrupted\n"
+        "    return starting_scene(*arguments)\n"
+        "plan.scene_classes.__globals__['arranged'] = interrupted\n"
         "main()\n"
     )
     done = subprocess.run(
@@ -266,11 +266,12 @@ def test_a_second_run_in_the_same_folder_is_refused(one_point: str, tmp_path: Pa
 UNHELD = """
 import sys, threading
 from pathlib import Path
-from snooker_cli import results
+from snooker_cli import runs
 from snooker_cli.config import parse
-from snooker_cli.runner import Watcher, execute
+from snooker_cli.runs.execution import Watcher
+from snooker_cli.runs.execution import execute
 
-run = results.create(Path(sys.argv[1]), parse(sys.stdin.read()).experiment)
+run = runs.create(Path(sys.argv[1]), parse(sys.stdin.read()).experiment)
 for outcome in execute(run, workers=2, watcher=Watcher(), cancelled=threading.Event()):
     assert outcome.error is None, outcome.error
 """
@@ -296,7 +297,7 @@ def test_two_runs_that_meet_leave_whole_files(one_point: str, tmp_path: Path) ->
         process.stdin.close()
     for process in processes:
         assert process.wait() == 0, process.stderr and process.stderr.read()
-    run = results.open_run(tmp_path / "shared")
+    run = runs.open_run(tmp_path / "shared")
     alone = made(tmp_path / "alone", text)
     done(alone)
     assert contents(run) == contents(alone)

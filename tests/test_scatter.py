@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from snooker_cli.arrange import arrange
 from snooker_cli.config import Experiment
+from snooker_cli.errors import SceneError
 from snooker_cli.neighbours import near_pairs
-from snooker_cli.scene import Scene, SceneError
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.scene import Scene
 
 SHAPES = ("circle", "box", "periodic")
 
@@ -30,7 +31,7 @@ def experiment(shape: str, *species: dict, packing: float, **more: object) -> Ex
 
 def scattered(shape: str, *species: dict, packing: float, repeat: int = 0) -> Scene:
     """Its overlaps have been looked for by ``arrange``."""
-    return arrange(experiment(shape, *species, packing=packing), repeat)
+    return starting_scene(experiment(shape, *species, packing=packing), repeat)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -92,7 +93,7 @@ def test_repeats_have_places_of_their_own_and_points_share_them():
     other = scattered("box", {"count": 50}, packing=0.3, repeat=1)
     assert np.array_equal(first.positions, again.positions)
     assert not np.isin(first.positions, other.positions).any()
-    point = arrange(experiment("box", {"count": 50, "speed": 9.0}, packing=0.3, cor=0.5), 0)
+    point = starting_scene(experiment("box", {"count": 50, "speed": 9.0}, packing=0.3, cor=0.5), 0)
     assert np.array_equal(first.positions, point.positions)
 
 
@@ -142,5 +143,5 @@ def test_a_ball_wider_than_its_box_is_refused():
         }
     )
     with pytest.raises(SceneError, match=r"reach a packing of 0\.0235, and 0\.09425") as caught:
-        arrange(wide, 0)
+        starting_scene(wide, 0)
     assert caught.value.key == "balls.radius"

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from scenes import report_scene
 
-from snooker_cli import kinetic, observables, theory
-from snooker_cli.arrange import arrange
+from snooker_cli import theory
+from snooker_cli.analysis import observables, predictions
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
-from snooker_cli.observables import course
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import CONTAINER, SPEED_BIN, Trace
 
@@ -49,7 +49,7 @@ def head_on(shape: str) -> Scene:
 
 
 def gas(*overrides: str, repeat: int = 0) -> Scene:
-    return arrange(parse(GAS, overrides=overrides).experiment, repeat)
+    return starting_scene(parse(GAS, overrides=overrides).experiment, repeat)
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +121,7 @@ def test_virial_and_wall_pressure_obey_the_virial_theorem(shape: str) -> None:
         walls = arm * observables.mean_pressure(trace) * scene.wall_length * end
     else:
         hits = np.flatnonzero(trace.events.j == CONTAINER)
-        states = course.engine.replay(trace, trace.events.time[hits])
+        states = observables.engine.replay(trace, trace.events.time[hits])
         rooms = np.array(scene.size) / 2 - scene.radii[0]
         walls = 0.0
         for row, hit in enumerate(hits):
@@ -161,10 +161,10 @@ def test_pair_distances_are_those_of_the_nearest_images(cooling: Trace) -> None:
 
 def test_the_temperature_at_which_balls_meet_leaves_out_what_they_share() -> None:
     scene = gas()
-    assert kinetic.at_rest(scene)
+    assert predictions.at_rest(scene)
     drift = np.array([3.0, -4.0])
     moving = replace(scene, velocities=scene.velocities + drift)
-    assert not kinetic.at_rest(moving)
+    assert not predictions.at_rest(moving)
     assert observables.drift_energy(moving) == pytest.approx(64 * 25 / 2, rel=1e-12)
     met = observables.meeting_temperature(scene.kinetic_energy, scene)
     assert met == pytest.approx(scene.kinetic_energy / 63, rel=1e-12)
@@ -178,11 +178,11 @@ def test_the_temperature_at_which_balls_meet_leaves_out_what_they_share() -> Non
 
 def test_floors_are_of_what_the_shape_conserves() -> None:
     scene = gas()
-    assert kinetic.floor(scene) == pytest.approx(0, abs=1e-12)
+    assert predictions.floor(scene) == pytest.approx(0, abs=1e-12)
     moving = replace(scene, velocities=scene.velocities + np.array([3.0, -4.0]))
     share = 64 * 25 / 2 / moving.kinetic_energy
-    assert kinetic.floor(moving) == pytest.approx(share, rel=1e-12)
-    assert math.isnan(kinetic.floor(replace(moving, shape="box")))
+    assert predictions.floor(moving) == pytest.approx(share, rel=1e-12)
+    assert math.isnan(predictions.floor(replace(moving, shape="box")))
 
 
 def test_a_cooling_periodic_gas_keeps_its_momentum_s_energy() -> None:
@@ -190,20 +190,20 @@ def test_a_cooling_periodic_gas_keeps_its_momentum_s_energy() -> None:
     scene = gas("cor=0.8", "container.packing=0.05")
     scene = replace(scene, velocities=scene.velocities + np.array([5.0, 0.0]))
     last = observables.energy_ratio(observables.series(simulate(scene, collisions=1000)))[-1]
-    floor = kinetic.floor(scene)
+    floor = predictions.floor(scene)
     left = theory.energy_ratio_by_events(64, 0.8, 1000, 1.0, 0)
     assert floor < last < floor + 10 * left
 
 
 def test_free_velocities() -> None:
     scene = gas()
-    assert kinetic.free_velocities(scene) == 63
-    assert kinetic.free_velocities(replace(scene, shape="box")) == 64
+    assert predictions.free_velocities(scene) == 63
+    assert predictions.free_velocities(replace(scene, shape="box")) == 64
     moving = replace(scene, velocities=scene.velocities + 1.0)
-    assert kinetic.free_velocities(moving) is None
+    assert predictions.free_velocities(moving) is None
     masses = np.linspace(1.0, 2.0, 64)
     still = scene.velocities - masses @ scene.velocities / masses.sum()
-    assert kinetic.free_velocities(replace(scene, masses=masses, velocities=still)) is None
+    assert predictions.free_velocities(replace(scene, masses=masses, velocities=still)) is None
 
 
 def test_speeds_without_total_momentum_have_the_law_of_one_ball_less() -> None:
@@ -235,7 +235,7 @@ def test_long_traces_of_many_balls_are_measured_every_few_collisions(
     full = observables.series(cooling)
     pressures = observables.mean_pressure(cooling), observables.mean_pressure(cooling, 1.0)
     _, windows = observables.window_pressure(cooling, 4)
-    monkeypatch.setattr(course, "MOST_MEASURED", 101 * 64)
+    monkeypatch.setattr(observables, "MOST_MEASURED", 101 * 64)
     again = replace(cooling)
     thin = observables.series(again)
     rows = np.arange(101) * 20
@@ -252,5 +252,5 @@ def test_long_traces_of_many_balls_are_measured_every_few_collisions(
 def test_states_of_many_balls_fit_in_memory(
     cooling: Trace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(observables.states, "MOST_BALLS", 10 * 64)
+    monkeypatch.setattr(observables, "MOST_BALLS", 10 * 64)
     assert len(observables.at_collisions(cooling).time) == 10

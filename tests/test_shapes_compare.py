@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from snooker_cli import decay, theory
-from snooker_cli.arrange import arrange
-from snooker_cli.compare import Comparison, Comparisons, compare
+from snooker_cli import theory
+from snooker_cli.analysis import decay
+from snooker_cli.analysis.comparison import compare
+from snooker_cli.analysis.predictions import Comparison, Comparisons
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.trace import Trace
 
 PERIODIC = """\
@@ -36,7 +38,9 @@ def runs(text: str, number: int, *overrides: str) -> list[Trace]:
     experiment = parse(text, overrides=overrides).experiment
     summary = experiment.record == "summary"
     return [
-        simulate(arrange(experiment, repeat), collisions=experiment.collisions, summary=summary)
+        simulate(
+            starting_scene(experiment, repeat), collisions=experiment.collisions, summary=summary
+        )
         for repeat in range(number)
     ]
 
@@ -187,7 +191,7 @@ def test_pressure_decays_with_the_energy_where_there_are_no_walls(cooling: list[
 
 
 def test_the_pressure_s_curve_is_the_same_of_a_summary() -> None:
-    scene = arrange(parse(PERIODIC, overrides=["balls.count=64", "cor=0.9"]).experiment, 0)
+    scene = starting_scene(parse(PERIODIC, overrides=["balls.count=64", "cor=0.9"]).experiment, 0)
     full, grid = (
         decay.curve(simulate(scene, collisions=1500, summary=each), "pressure")
         for each in (False, True)

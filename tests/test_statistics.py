@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from scenes import is_wall, report_scene, twin_collisions
 from scipy import stats
 
-from snooker_cli.decay import curve, fit_curve
+from snooker_cli.analysis.decay import curve, fit_curve
+from snooker_cli.analysis.fitting import fit
+from snooker_cli.analysis.observables import energy_ratio, series
 from snooker_cli.engine import replay, simulate
-from snooker_cli.fit import fit
-from snooker_cli.observables import energy_ratio, series
 from snooker_cli.trace import CONTAINER, StopReason, Trace
 
 N, R, SPEED = 37, 10.0, 10.0

@@ -19,8 +19,9 @@ from hypothesis.extra.numpy import arrays
 from pyh5md import File, element
 
 from snooker_cli import store
+from snooker_cli.errors import StoreError
 from snooker_cli.scene import Scene
-from snooker_cli.store import Provenance, StoreError
+from snooker_cli.store import Provenance
 from snooker_cli.trace import (
     SERIES_UNITS,
     SPEED_BINS,
@@ -297,6 +298,7 @@ def test_a_flipped_bit_in_any_array_is_refused(image: bytes, tmp_path: Path) -> 
 DAMAGE = """
 import random, sys
 from pathlib import Path
+from snooker_cli import errors
 from snooker_cli import store
 
 image, path = Path(sys.argv[1]).read_bytes(), Path(sys.argv[2])
@@ -319,7 +321,7 @@ for place in places:
     print("byte", place, file=sys.stderr, flush=True)
     try:
         found = store.read(path)
-    except store.StoreError:
+    except errors.StoreError:
         continue
     except Exception as error:
         print(f"byte {place}: {type(error).__name__}: {error}")

@@ -15,9 +15,9 @@ import pytest
 from pyh5md import File, element
 
 from snooker_cli import store
-from snooker_cli.arrange import arrange
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.store import Provenance
 from snooker_cli.trace import SERIES_UNITS, Trace
 
@@ -169,7 +169,7 @@ def test_units_are_written_as_the_units_module_wants_them(
 def test_large_columns_are_compressed_by_what_every_reader_has(
     small_config: str, tmp_path: Path, provenance: Provenance
 ) -> None:
-    elastic = arrange(parse(small_config, overrides=["cor=1"]).experiment, 0)
+    elastic = starting_scene(parse(small_config, overrides=["cor=1"]).experiment, 0)
     store.write(tmp_path / "large.h5", simulate(elastic, collisions=5000), provenance)
     with h5py.File(tmp_path / "large.h5", "r") as file:
         impulse, mass = file["observables/impulse/value"], file["particles/balls/mass"]

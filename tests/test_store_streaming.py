@@ -15,12 +15,12 @@ import pytest
 from pyh5md import File, element
 
 from snooker_cli import store
-from snooker_cli.arrange import arrange
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance, Recorder
-from snooker_cli.store.recording import ROWS, WAITING
+from snooker_cli.store.writer import ROWS, WAITING
 from snooker_cli.trace import Events, Trace, joined
 
 LONG = 3 * ROWS + 1000
@@ -28,7 +28,7 @@ LONG = 3 * ROWS + 1000
 
 @pytest.fixture(scope="module")
 def scene(small_config: str) -> Scene:
-    return arrange(parse(small_config, overrides=["cor=1"]).experiment, 0)
+    return starting_scene(parse(small_config, overrides=["cor=1"]).experiment, 0)
 
 
 @pytest.fixture(scope="module")
@@ -141,11 +141,12 @@ FULL = """
 import resource, signal, sys
 from pathlib import Path
 from snooker_cli import store
-from snooker_cli.arrange import arrange
+from snooker_cli import errors
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 
-scene = arrange(parse(sys.stdin.read()).experiment, 0)
+scene = starting_scene(parse(sys.stdin.read()).experiment, 0)
 told = store.Provenance("{}", "", "{}", 0, 0, 1, "{}", "", "", "", 0.0)
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 for case in sys.argv[2:]:
@@ -155,7 +156,7 @@ for case in sys.argv[2:]:
     for _ in range(2):
         try:
             store.write(Path(sys.argv[1]), trace, told)
-        except store.StoreError as error:
+        except errors.StoreError as error:
             print(error)
     resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
 """

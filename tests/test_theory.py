@@ -10,8 +10,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy import optimize
 
-from snooker_cli import theory
-from snooker_cli.theory import state
+from snooker_cli import containers, theory
+from snooker_cli.theory import equation_of_state
 
 STEADY = settings(derandomize=True, deadline=None)
 
@@ -30,7 +30,7 @@ def digits(value: float, text: str) -> bool:
 
 
 def in_circle(number: float, radius: float) -> theory.FluidState:
-    return theory.fluid_state(number, T, radius, theory.circle(R, radius))
+    return theory.fluid_state(number, T, radius, containers.circle(R, radius))
 
 
 def test_ideal_gas_numbers_and_round_trip():
@@ -46,7 +46,7 @@ def test_wall_pressure_of_one_ball_is_its_momentum_flux():
     # A ball bouncing along a diameter at v: impulse 2 m v every 2a/v, over the perimeter 2πR.
     speed, radius = 3.0, 1.5
     accessible = R - radius
-    circle = theory.circle(R, radius)
+    circle = containers.circle(R, radius)
     flux = 2 * speed * speed / (2 * accessible) / (2 * math.pi * R)
     assert theory.accessible_wall_pressure(1, speed**2 / 2, circle) == pytest.approx(flux)
 
@@ -72,8 +72,8 @@ def test_van_der_waals_has_the_second_virial_coefficient():
 def test_known_virial_ratios_have_their_closed_forms():
     b3 = 4 / 3 - math.sqrt(3) / math.pi
     b4 = 2 - 9 * math.sqrt(3) / (2 * math.pi) + 10 / math.pi**2
-    assert digits(b3, f"{state.VIRIAL_RATIOS[2]:.7f}")
-    assert digits(b4, f"{state.VIRIAL_RATIOS[3]:.7f}")
+    assert digits(b3, f"{equation_of_state.VIRIAL_RATIOS[2]:.7f}")
+    assert digits(b4, f"{equation_of_state.VIRIAL_RATIOS[3]:.7f}")
 
 
 @pytest.mark.parametrize(
@@ -96,11 +96,11 @@ def test_pade_reproduces_every_virial_ratio():
     # (|x| = 0.886): exact but for aliasing ρ^64 and rounding ε/ρ^9.
     rho, points = 0.5, 64
     x = rho * np.exp(2j * np.pi * np.arange(points) / points)
-    p = np.polynomial.polynomial.polyval(x, state._PADE_CONTACT)
-    q = np.polynomial.polynomial.polyval(x, state._PADE_DENOMINATOR)
+    p = np.polynomial.polynomial.polyval(x, equation_of_state._PADE_CONTACT)
+    q = np.polynomial.polynomial.polyval(x, equation_of_state._PADE_DENOMINATOR)
     taylor = (np.fft.fft(1 + x * p / q) / points).real / rho ** np.arange(points)
     # The ratio of neighbouring Taylor coefficients aliased: (ρ/0.886)^64 < 2e-16.
-    np.testing.assert_allclose(taylor[:10], state.VIRIAL_RATIOS, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(taylor[:10], equation_of_state.VIRIAL_RATIOS, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -181,7 +181,7 @@ def test_circle_state_solves_its_own_equations(number, radius):
 
 
 def test_circle_state_of_tiny_balls_is_the_ideal_one():
-    ideal = theory.accessible_wall_pressure(N, T, theory.circle(R, 1e-7))
+    ideal = theory.accessible_wall_pressure(N, T, containers.circle(R, 1e-7))
     assert in_circle(N, 1e-7).pressure == pytest.approx(ideal, rel=1e-12)
 
 
@@ -221,7 +221,7 @@ def test_a_circle_s_virial_is_its_wall_s():
 def test_box_forces_are_the_derivative_of_the_grand_potential(radius):
     """The work of moving one wall, and of scaling the box, at one bulk density, numerically."""
     width, height, step = 30.0, 18.0, 1e-5
-    found = theory.fluid_state(N, T, radius, theory.box(width, height, radius))
+    found = theory.fluid_state(N, T, radius, containers.box(width, height, radius))
     eta = found.bulk_packing
     density = eta / (math.pi * radius**2)
     bulk = density * T * theory.compressibility(eta)
@@ -231,7 +231,7 @@ def test_box_forces_are_the_derivative_of_the_grand_potential(radius):
         across, along = wide - 2 * radius, high - 2 * radius
         return bulk * across * along - tension * 2 * (across + along)
 
-    assert density * theory.box(width, height, radius).accessible_area < N
+    assert density * containers.box(width, height, radius).accessible_area < N
     right = (work(width + step, height) - work(width - step, height)) / (2 * step)
     top = (work(width, height + step) - work(width, height - step)) / (2 * step)
     # Central differences of a form of second degree are exact but for rounding, ε·work/step.
@@ -244,13 +244,13 @@ def test_box_forces_are_the_derivative_of_the_grand_potential(radius):
 
 
 def test_tiny_balls_in_a_box_are_an_ideal_gas():
-    box = theory.box(20.0, 12.0, 1e-7)
+    box = containers.box(20.0, 12.0, 1e-7)
     found = theory.fluid_state(N, T, 1e-7, box)
     ideal = theory.accessible_wall_pressure(N, T, box)
     assert found.pressure == pytest.approx(ideal, rel=1e-12)
     assert found.virial_ratio == pytest.approx(1.0, rel=1e-12)
     # One ball that flies along x at v hits each of two walls every 2(w − 2r)/v.
-    alone = theory.box(20.0, 12.0, 1.0)
+    alone = containers.box(20.0, 12.0, 1.0)
     along_x, along_y = 2 * 3.0**2 / 18.0, 2 * 3.0**2 / 10.0
     mean = (along_x + along_y) / 2 / alone.wall
     assert theory.accessible_wall_pressure(1, 3.0**2 / 2, alone) == pytest.approx(mean, rel=1e-15)
@@ -260,7 +260,7 @@ def test_tiny_balls_in_a_box_are_an_ideal_gas():
 def test_a_periodic_box_is_bulk(eta):
     width, height = 30.0, 18.0
     radius = math.sqrt(eta * width * height / (math.pi * N))
-    found = theory.fluid_state(N, T, radius, theory.periodic_box(width, height))
+    found = theory.fluid_state(N, T, radius, containers.periodic_box(width, height))
     z = theory.compressibility(eta)
     assert found.bulk_packing == pytest.approx(eta, rel=1e-14)
     assert found.virial_ratio == pytest.approx(z, rel=1e-13)

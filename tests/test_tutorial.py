@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from snooker_cli.cli.templates import templates
+from snooker_cli.cli.options import templates
 from snooker_cli.config import digest, parse
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -4,7 +4,7 @@ import gc
 import os
 from functools import partial
 
-from snooker_cli.cli.interrupts import at_once
+from snooker_cli.cli.exit_codes import at_once
 
 RARELY = 100_000
 """New objects after which to look for garbage: modules make many, and all of them stay."""
@@ -17,7 +17,7 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(RARELY)
     with at_once():
-        from snooker_cli.cli.commands import app
-        from snooker_cli.cli.endings import guarded
+        from snooker_cli.cli.app import app
+        from snooker_cli.cli.exit_codes import guarded
 
         guarded(partial(app, prog_name="snooker"))

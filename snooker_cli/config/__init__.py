@@ -8,26 +8,29 @@ from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
-from snooker_cli.config.axes import Value, unzipped
-from snooker_cli.config.balls import Ball, BallList, Container, Gas, Rings, Species
-from snooker_cli.config.document import document, text_of
-from snooker_cli.config.dump import to_json
-from snooker_cli.config.models import Experiment
-from snooker_cli.config.overrides import overridden
-from snooker_cli.config.paths import rendered, shown
-from snooker_cli.config.problems import ConfigError, Position, Problem
-from snooker_cli.config.schema import schema
-from snooker_cli.config.sweep import LIMITS, Point, digest, extends, points
-from snooker_cli.config.validation import validated
+from snooker_cli.config.axes import Value, overridden, unzipped
+from snooker_cli.config.models import (
+    Ball,
+    BallCount,
+    BallList,
+    ContainerConfig,
+    Experiment,
+    Rings,
+    Species,
+    schema,
+)
+from snooker_cli.config.points import LIMITS, Point, digest, extends, points, to_json, validated
+from snooker_cli.config.problems import ConfigError, Position, Problem, rendered, shown
+from snooker_cli.config.yaml_document import document, text_of
 
 __all__ = [
     "LIMITS",
     "Ball",
+    "BallCount",
     "BallList",
     "ConfigError",
-    "Container",
+    "ContainerConfig",
     "Experiment",
-    "Gas",
     "Loaded",
     "Point",
     "Position",
@@ -36,12 +39,19 @@ __all__ = [
     "Species",
     "Value",
     "digest",
+    "document",
     "extends",
     "load",
+    "overridden",
     "parse",
     "points",
+    "rendered",
     "schema",
+    "shown",
+    "text_of",
     "to_json",
+    "unzipped",
+    "validated",
 ]
 
 

@@ -1,28 +1,410 @@
 """The frozen model of an experiment: what may be written, in which unit, in which range."""
 
+import difflib
+import math
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
-from pydantic import Field, PlainSerializer, PlainValidator, ValidationInfo, field_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    SerializerFunctionWrapHandler,
+    Tag,
+    ValidationInfo,
+    field_validator,
+    model_serializer,
+)
+from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import PydanticCustomError
 
-from snooker_cli.config import quantities as q
-from snooker_cli.config.agreement import (
-    AnyBalls,
-    faults_of_balls,
-    faults_of_container,
-    faults_of_slide,
-)
-from snooker_cli.config.axes import Axes, axes, written
-from snooker_cli.config.balls import Balls, Container, Gas, Model, Species
-from snooker_cli.config.collapse import Collapse, ContactDuration, ElasticBelow
-from snooker_cli.config.problems import refusal
+from snooker_cli.config import field_types as q
+from snooker_cli.config.axes import WHOLE_RUN, ZIP, Axes, axes, written
+from snooker_cli.config.field_types import MAX_BALLS
+from snooker_cli.config.problems import Complaint, KeyPath, refusal
+
+# The models of a container and of the balls in it: what may be written, and in which unit.
+
+
+class Model(BaseModel):
+    """Frozen, and strict about keys, types and finite numbers."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class _Sparse(Model):
+    """Written without the keys that are absent, as if they did not exist.
+
+    So a container that is a circle is written as before there were others, with its old digest.
+    """
+
+    @model_serializer(mode="wrap")
+    def _written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        data: dict[str, Any] = handler(self)
+        return {
+            key: value
+            for key, value in data.items()
+            if value is not None and (key, value) != ("shape", "circle")
+        }
+
+
+class ContainerConfig(_Sparse):
+    """The container, centred at the origin."""
+
+    shape: q.Shape = Field(
+        default="circle",
+        description="What it is: a circle, a box with four walls, or a periodic box without any.",
+    )
+    radius: q.Positive | None = Field(
+        default=None,
+        description="Inner radius of the circle, m; absent: follows from packing.",
+    )
+    width: q.Positive | None = Field(
+        default=None,
+        description="Inner width of the box, along x, m; absent: follows from packing.",
+    )
+    height: q.Positive | None = Field(
+        default=None,
+        description="Inner height of the box, along y, m; absent: as width, a square.",
+    )
+    packing: q.Fraction | None = Field(
+        default=None,
+        description="Fraction of the container's area that balls given by count cover together. "
+        "Of this, the container's size and the balls' radii two are given, the third follows.",
+    )
+    mass: q.WallMass = Field(
+        default=math.inf,
+        description="Mass of a circle, kg; .inf (the default), or null, is a fixed wall. Boxes "
+        "are fixed.",
+    )
+
+    @property
+    def size(self) -> tuple[float, float] | None:
+        """Width and height, m, where they are given; of a circle both are the diameter."""
+        if self.shape == "circle":
+            return None if self.radius is None else (2 * self.radius, 2 * self.radius)
+        if self.width is None:
+            return None
+        return self.width, self.width if self.height is None else self.height
+
+
+class Rings(Model):
+    """Equal balls on concentric rings, one at the centre: 1 + 3n(n+1) balls for n rings.
+
+    Ring k of n holds 6k balls at radius k/n · ring_extent · container.radius.
+    """
+
+    rings: q.RingNumber = Field(
+        description="Number of rings n around the central ball; 1 + 3n(n+1) balls."
+    )
+    radius: q.Positive = Field(description="Radius of every ball, m.")
+    mass: q.Mass = Field(default=1.0, description="Mass of every ball, kg.")
+    speed: q.NotNegative = Field(description="Speed of every ball at the start, m/s.")
+    ring_extent: q.Fraction = Field(
+        default=0.8,
+        description="Radius of the outermost ring, as a fraction of the container radius.",
+    )
+
+
+class Ball(Model):
+    """One ball."""
+
+    position: q.Pair = Field(description="Position [x, y] of the ball's centre at the start, m.")
+    velocity: q.Pair = Field(description="Velocity [u, v] at the start, m/s.")
+    radius: q.Positive = Field(description="Radius of the ball, m.")
+    mass: q.Mass = Field(default=1.0, description="Mass of the ball, kg.")
+
+
+class BallList(Model):
+    """Balls given one by one."""
+
+    list: Annotated[tuple[Ball, ...], Field(min_length=1), BeforeValidator(q.as_tuple)] = Field(
+        description="The balls, each with position, velocity, radius and (default 1 kg) mass."
+    )
+
+
+class Species(_Sparse):
+    """Any number of equal balls."""
+
+    count: q.Number = Field(description="Number of balls.")
+    radius: q.Positive | None = Field(
+        default=None, description="Radius of every ball, m; absent: follows from packing."
+    )
+    mass: q.Mass = Field(default=1.0, description="Mass of every ball, kg.")
+    speed: q.NotNegative = Field(
+        description="Speed of every ball at the start, m/s; for speeds: maxwell the root mean "
+        "square. In a periodic box the velocity of the centre of mass is taken off all and the "
+        "kinetic energy then restored."
+    )
+    speeds: q.Speeds = Field(
+        default="equal",
+        description="Speeds at the start: equal, or those of Maxwell's distribution. Directions "
+        "are random.",
+    )
+    start: q.Start | None = Field(
+        default=None,
+        description="Places at the start: a hexagonal lattice over the whole container (the "
+        "default), or random. Of several species one says it for all.",
+    )
+
+
+class BallCount(Species):
+    """Any number of equal balls that fill the container."""
+
+    packing: q.Fraction | None = Field(
+        default=None,
+        description="Fraction of the container's area that the balls cover. Of this, the "
+        "container's size and the balls' radius two are given, the third follows.",
+    )
+
+
+BALLS: Mapping[str, type[Rings] | type[BallList] | type[BallCount]] = {
+    "rings": Rings,
+    "list": BallList,
+    "count": BallCount,
+}
+"""The ways to give balls in a mapping, by the key that tells them apart."""
+
+
+def balls_variant(value: object) -> str | None:
+    """The key in BALLS that `balls:` evidently goes by, misspelt or not; None when unclear.
+
+    A list is one of species.
+    """
+    if isinstance(value, list | tuple):
+        return "species"
+    for key, model in BALLS.items():
+        if isinstance(value, model):
+            return key
+    if not isinstance(value, Mapping):
+        return None
+    given = [key for key in BALLS if key in value]
+    if not given:
+        known = {name for model in BALLS.values() for name in model.model_fields}
+        unknown = [str(key).lower() for key in value if key not in known]
+        given = [key for key in BALLS if difflib.get_close_matches(key, unknown, cutoff=0.7)]
+    return given[0] if len(given) == 1 else None
+
+
+AllSpecies = Annotated[tuple[Species, ...], Field(min_length=1), BeforeValidator(q.as_tuple)]
+
+Balls = Annotated[
+    Annotated[Rings, Tag("rings")]
+    | Annotated[BallList, Tag("list")]
+    | Annotated[BallCount, Tag("count")]
+    | Annotated[AllSpecies, Tag("species")],
+    Discriminator(
+        balls_variant,
+        custom_error_type="balls",
+        custom_error_message="one of rings, list and count is needed",
+    ),
+]
+
+
+# The models of what is done about infinitely many collisions in finite time.
+
+
+class ContactDuration(Model):
+    """Contacts last: a ball whose last contact was a moment ago collides without loss.
+
+    The TC model of Luding and McNamara, Granular Matter 1, 113 (1998).
+    """
+
+    tc: q.Fraction = Field(
+        description="How long a contact lasts, in mean free times as they are at present, at most "
+        "1: a collision is elastic if a ball in it had another contact more recently."
+    )
+
+
+class ElasticBelow(Model):
+    """Slow collisions are elastic."""
+
+    elastic_below: q.Positive = Field(
+        description="Relative normal speed, m/s, below which a collision is elastic."
+    )
+
+
+REGULARISED: Mapping[str, type[ContactDuration] | type[ElasticBelow]] = {
+    "tc": ContactDuration,
+    "elastic_below": ElasticBelow,
+}
+"""The ways to give it as a mapping, by their key."""
+
+NEEDS = "stop, slide, {tc: NUMBER} or {elastic_below: NUMBER}"
+
+
+def collapse_variant(value: object) -> str | None:
+    """The key in REGULARISED that `collapse:` goes by, "word" for a text; None when unclear."""
+    if isinstance(value, str):
+        return "word"
+    for key, model in REGULARISED.items():
+        if isinstance(value, model):
+            return key
+    given = list(value) if isinstance(value, Mapping) else []
+    return given[0] if len(given) == 1 and given[0] in REGULARISED else None
+
+
+Collapse = Annotated[
+    Annotated[q.CollapseWord, Tag("word")]
+    | Annotated[ContactDuration, Tag("tc")]
+    | Annotated[ElasticBelow, Tag("elastic_below")],
+    Discriminator(
+        collapse_variant,
+        custom_error_type="needs",
+        custom_error_message="{needs} is needed",
+        custom_error_context={"needs": NEEDS},
+    ),
+]
+
+
+# What the keys of a container and of the balls in it must agree on.
+
+AnyBalls = Rings | BallList | BallCount | tuple[Species, ...]
+
+
+def faults_of_container(container: ContainerConfig) -> Iterator[Complaint]:
+    """What is wrong with a container whatever the balls are."""
+    shape = container.shape
+    if shape == "circle":
+        for key, value in (("width", container.width), ("height", container.height)):
+            if value is not None:
+                sentence = f"a circle has no {key}; give its radius, or set shape: box or periodic"
+                yield Complaint(("container", key), sentence, about_key=True)
+        return
+    box = f"a {shape} box" if shape == "periodic" else "a box"
+    if container.radius is not None:
+        sentence = f"{box} has no radius; give width and height, or remove shape for a circle"
+        yield Complaint(("container", "radius"), sentence, about_key=True)
+    if container.height is not None and container.width is None:
+        sentence = f"the height of {box} is given without its width; add width"
+        yield Complaint(("container", "height"), sentence, about_key=True)
+    if math.isfinite(container.mass):
+        sentence = f"{box} is fixed and has no mass; remove it, or remove shape for a circle"
+        yield Complaint(("container", "mass"), sentence, about_key=True)
+
+
+def faults_of_slide(container: ContainerConfig) -> Iterator[Complaint]:
+    """Balls slide along the fixed wall of a circle and nowhere else."""
+    if container.shape != "circle":
+        wall = "walls are straight" if container.shape == "box" else "there is no wall"
+        sentence = (
+            f"slide is for a circle, and with shape: {container.shape} {wall}; set collapse: stop, "
+            "{tc: 0.01} or {elastic_below: 1e-6}"
+        )
+        yield Complaint(("collapse",), sentence)
+    elif math.isfinite(container.mass):
+        sentence = (
+            f"slide needs a fixed wall, and container.mass is {container.mass:g} kg; remove it, or "
+            "set collapse: stop, {tc: 0.01} or {elastic_below: 1e-6}"
+        )
+        yield Complaint(("collapse",), sentence)
+
+
+def faults_of_balls(container: ContainerConfig, balls: AnyBalls) -> Iterator[Complaint]:
+    """What is wrong with balls in a sound container."""
+    if isinstance(balls, Rings | BallList):
+        yield from _faults_of_places(container, balls)
+        return
+    species = balls if isinstance(balls, tuple) else (balls,)
+    paths: list[KeyPath] = (
+        [("balls", k) for k in range(len(balls))] if isinstance(balls, tuple) else [("balls",)]
+    )
+    if (number := sum(each.count for each in species)) > MAX_BALLS:
+        sentence = f"the species have {number:,} balls in all, of at most {MAX_BALLS:,}; give fewer"
+        yield Complaint(("balls",), sentence)
+    yield from _faults_of_starts(species, paths)
+    if container.shape == "periodic" and sum(each.count for each in species) == 1:
+        sentence = "one ball in a periodic box meets nothing; give two or more"
+        yield Complaint((*paths[0], "count"), sentence)
+    yield from _faults_of_sizes(container, balls, paths)
+
+
+def _size_key(container: ContainerConfig) -> str:
+    return "radius" if container.shape == "circle" else "width"
+
+
+def _faults_of_places(container: ContainerConfig, balls: Rings | BallList) -> Iterator[Complaint]:
+    """Rings need a circle, and balls that have their places a container that has its size."""
+    kind = "rings" if isinstance(balls, Rings) else "list"
+    if kind == "rings" and container.shape != "circle":
+        sentence = f"rings are for a circle, not for shape: {container.shape}; give count or list"
+        yield Complaint(("balls", "rings"), sentence, about_key=True)
+        return
+    if container.packing is not None:
+        sentence = f"packing is for balls given by count, not for {kind}; remove it"
+        yield Complaint(("container", "packing"), sentence, about_key=True)
+    key = _size_key(container)
+    if container.size is None:
+        inner = "inner radius of the circle, m" if key == "radius" else "inner width of the box, m"
+        sentence = f"the key is missing; add it: {inner}"
+        yield Complaint(("container", key), sentence, about_key=True)
+
+
+def _faults_of_starts(species: tuple[Species, ...], paths: list[KeyPath]) -> Iterator[Complaint]:
+    """All species start alike."""
+    said = [(each.start, path) for each, path in zip(species, paths, strict=True) if each.start]
+    for start, path in said[1:]:
+        if start != said[0][0]:
+            sentence = (
+                f"{start} is given where another species has {said[0][0]}; all species start "
+                "alike, so say it once"
+            )
+            yield Complaint((*path, "start"), sentence)
+
+
+def _faults_of_sizes(
+    container: ContainerConfig, balls: BallCount | tuple[Species, ...], paths: list[KeyPath]
+) -> Iterator[Complaint]:
+    """Of the container's size, the balls' radii and packing two are given."""
+    packings: list[KeyPath] = [("container", "packing")] if container.packing is not None else []
+    if isinstance(balls, BallCount) and balls.packing is not None:
+        packings.append(("balls", "packing"))
+    if len(packings) == 2:
+        sentence = "packing is given here and as container.packing; keep one of them"
+        yield Complaint(("balls", "packing"), sentence, about_key=True)
+        return
+    species = balls if isinstance(balls, tuple) else (balls,)
+    without = [path for each, path in zip(species, paths, strict=True) if each.radius is None]
+    if without and len(without) < len(species):
+        sentence = (
+            "the radius is missing, where other species have one; give it in each species, or in "
+            "none if one radius of all is to follow from packing"
+        )
+        yield from (Complaint((*path, "radius"), sentence, about_key=True) for path in without)
+        return
+    size = f"container.{_size_key(container)}"
+    given = [
+        name
+        for name, there in (
+            (size, container.size is not None),
+            ("radius of the balls", not without),
+            ("packing", bool(packings)),
+        )
+        if there
+    ]
+    if len(given) == 3:
+        sentence = (
+            f"packing follows from {size} and the radius of the balls, which are given too; remove "
+            "one of the three"
+        )
+        yield Complaint(packings[0], sentence, about_key=True)
+    elif len(given) < 2:
+        sentence = (
+            f"of {size}, radius of the balls and packing two are needed, and the third follows; "
+            f"{given[0] if given else 'none'} is given, so add {'one' if given else 'two'}"
+        )
+        yield Complaint(("balls",), sentence)
 
 
 class Experiment(Model):
     """A snooker experiment: inelastic hard disks in a container."""
 
     title: q.Title | None = Field(default=None, description="Name shown in tables.")
-    container: Container = Field(description="Container: a circle, a box or a periodic box.")
+    container: ContainerConfig = Field(description="Container: a circle, a box or a periodic box.")
     balls: Balls = Field(
         description="Balls at the start: a count of equal balls, a list of several such species, "
         "rings of equal balls, or a list of single balls."
@@ -70,7 +452,7 @@ class Experiment(Model):
 
     @field_validator("container")
     @classmethod
-    def _is_sound(cls, container: Container) -> Container:
+    def _is_sound(cls, container: ContainerConfig) -> ContainerConfig:
         if found := tuple(faults_of_container(container)):
             raise refusal(found)
         return container
@@ -118,7 +500,7 @@ class Experiment(Model):
     @property
     def species(self) -> tuple[Species, ...]:
         """The species of balls given by count; none of rings or a list."""
-        if isinstance(self.balls, Gas):
+        if isinstance(self.balls, BallCount):
             return (self.balls,)
         return self.balls if isinstance(self.balls, tuple) else ()
 
@@ -132,6 +514,90 @@ class Experiment(Model):
         """The key that gives the packing, and its value."""
         if self.container.packing is not None:
             return "container.packing", self.container.packing
-        if isinstance(self.balls, Gas) and self.balls.packing is not None:
+        if isinstance(self.balls, BallCount) and self.balls.packing is not None:
             return "balls.packing", self.balls.packing
         return None
+
+
+# The JSON schema of a configuration file, for editors and other programs.
+
+_SEVERAL = {
+    "type": ["array", "string"],
+    "minItems": 1,
+    "pattern": r"^\s*(range\s*\(.*\)|[^:]+:[^:]+:[^:]+)\s*$",
+}
+"""A list of values, or the text of a range."""
+
+
+class _Generator(GenerateJsonSchema):
+    """Pydantic's generator without invented titles, and with null for the infinite default."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        return False
+
+    def encode_default(self, dft: Any) -> Any:
+        return None if dft == math.inf else super().encode_default(dft)
+
+
+def schema() -> dict[str, Any]:
+    """A JSON schema (draft 2020-12) made from the models; `sweep` lists what can be swept."""
+    document = Experiment.model_json_schema(schema_generator=_Generator)
+    properties, definitions = document["properties"], document["$defs"]
+    swept: dict[str, Any] = {}
+    for key, entry in properties.items():
+        homes = _models(entry)
+        for inner, inner_entry in (
+            pair for home in homes for pair in definitions[home]["properties"].items()
+        ):
+            if not _models(inner_entry.get("items", {})):
+                swept[f"{key}.{inner}"] = _axis(inner_entry)
+        words = [each for each in entry.get("oneOf", ()) if each.get("type") == "string"]
+        if words:
+            swept[key] = _axis({**words[0], "description": entry["description"]})
+        elif not homes and key not in WHOLE_RUN:
+            swept[key] = _axis(entry)
+    patterns = {rf"^{key}\[[0-9]+\]\.": _SEVERAL for key in ("balls", r"balls\.list")}
+    group = {
+        "type": "object",
+        "properties": {
+            key: {**_SEVERAL, "items": {"$ref": f"#/properties/sweep/properties/{key}/items"}}
+            for key in swept
+        },
+        "patternProperties": patterns,
+        "additionalProperties": False,
+    }
+    zipped = {
+        "description": "Keys that walk together: lists of as many values each, or several such "
+        "groups as a list.",
+        "anyOf": [group, {"type": "array", "items": group}],
+    }
+    properties["sweep"] = {
+        "type": "object",
+        "description": properties["sweep"]["description"],
+        "properties": {**swept, ZIP: zipped},
+        "patternProperties": patterns,
+        "additionalProperties": False,
+    }
+    return {
+        "$schema": GenerateJsonSchema.schema_dialect,
+        **document,
+        "title": "snooker experiment",
+        "anyOf": [{"required": ["collisions"]}, {"required": ["time"]}],
+    }
+
+
+def _models(entry: dict[str, Any]) -> list[str]:
+    """The models that a schema refers to, itself or as alternatives."""
+    alternatives = (entry, *entry.get("oneOf", ()))
+    return [each["$ref"].rsplit("/", 1)[1] for each in alternatives if "$ref" in each]
+
+
+def _axis(entry: dict[str, Any]) -> dict[str, Any]:
+    """The schema of a list of values of one key."""
+    value = {name: part for name, part in entry.items() if name not in ("default", "description")}
+    return {
+        **_SEVERAL,
+        "description": entry["description"],
+        "items": value,
+        "uniqueItems": True,
+    }

@@ -1,10 +1,7 @@
 """The simulator: arrays and floats in, a trace out; it knows no config, no files, no plots."""
 
 from snooker_cli.engine.replay import States, replay, series, times_within
-from snooker_cli.engine.simulate import simulate, specialisation
-
-ENGINE_VERSION = 6
-"""Goes up when the same config may give other bits; results of two versions are never mixed."""
+from snooker_cli.engine.simulation import simulate, specialisation
 
 __all__ = [
     "ENGINE_VERSION",
@@ -15,3 +12,7 @@ __all__ = [
     "specialisation",
     "times_within",
 ]
+
+
+ENGINE_VERSION = 6
+"""Goes up when the same config may give other bits; results of two versions are never mixed."""

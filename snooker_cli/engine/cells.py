@@ -15,18 +15,30 @@ The ideas, and where they come from:
 
 from __future__ import annotations
 
-from snooker_cli.engine.collide import (
-    add_up,
-    contact_lasts,
-    hit_pair,
-    hit_side,
-    hit_wall,
-    move,
-    touched,
-    wrap,
+from snooker_cli.engine.cell_grid import (
+    Cells,
+    Mesh,
+    cell_at,
+    column_of,
+    crossing_delays,
+    put_into,
+    put_out,
+    row_of,
 )
-from snooker_cli.engine.contact import NEVER, nearest_image
-from snooker_cli.engine.endings import (
+from snooker_cli.engine.cell_prediction import (
+    UNTIL,
+    Margin,
+    collect,
+    enqueue,
+    enter_contact,
+    nearest,
+    parted_from,
+    predict,
+    predict_crossing,
+    push,
+    time_at_wall,
+)
+from snooker_cli.engine.clock import (
     CELL_FULL,
     CLOCK_DIGITS,
     COLLAPSE,
@@ -38,9 +50,20 @@ from snooker_cli.engine.endings import (
     TIME,
     WALL_TRAP,
 )
-from snooker_cli.engine.fetching import LARGE, fetch_ahead, no_chains
+from snooker_cli.engine.collision import (
+    add_up,
+    contact_lasts,
+    hit_pair,
+    hit_side,
+    hit_wall,
+    move,
+    touched,
+    wrap,
+)
+from snooker_cli.engine.contact import NEVER, nearest_image
+from snooker_cli.engine.event_queue import LARGE, Tree, fetch_ahead, first, no_chains
 from snooker_cli.engine.jit import inlined, kernel
-from snooker_cli.engine.layout import (
+from snooker_cli.engine.kernel_state import (
     BOUNCES,
     CELL,
     CLOCK,
@@ -78,23 +101,8 @@ from snooker_cli.engine.layout import (
     Y,
     ahead,
 )
-from snooker_cli.engine.mesh import Cells, Mesh, cell_at, column_of, put_into, put_out, row_of
-from snooker_cli.engine.outlook import (
-    UNTIL,
-    Margin,
-    crossing_delays,
-    enqueue,
-    enter_contact,
-    parted_from,
-    predict,
-    predict_crossing,
-    push,
-    time_at_wall,
-)
-from snooker_cli.engine.predict import contact_distance, is_trapped, never_elastic
+from snooker_cli.engine.prediction import contact_distance, is_trapped, never_elastic
 from snooker_cli.engine.sampling import Grid, sample_until
-from snooker_cli.engine.search import collect, nearest
-from snooker_cli.engine.tree import Tree, first
 
 # A crossing is no event: after this many for each event that there is room for the kernel returns,
 # so that a run in which nothing happens can be stopped too.

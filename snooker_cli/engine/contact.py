@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from snooker_cli.engine.jit import inlined
-from snooker_cli.engine.layout import Floats
+from snooker_cli.engine.kernel_state import Floats
 
 NEVER = math.inf
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.engine import epochs, sampling
-from snooker_cli.engine.collide import (
+from snooker_cli.engine import clock, sampling
+from snooker_cli.engine.collision import (
     add_up,
     contact_lasts,
     hit_pair,
@@ -24,7 +24,7 @@ from snooker_cli.engine.collide import (
     wrap,
 )
 from snooker_cli.engine.jit import inlined, kernel
-from snooker_cli.engine.layout import (
+from snooker_cli.engine.kernel_state import (
     CLOCK,
     CONTACT_LASTS,
     EPOCH,
@@ -50,14 +50,15 @@ from snooker_cli.engine.layout import (
     slides_of,
     unlike,
 )
-from snooker_cli.engine.predict import contact_distance
-from snooker_cli.engine.slide import FLIES, pressing, slide_on, write_states
+from snooker_cli.engine.prediction import contact_distance
+from snooker_cli.engine.sliding import FLIES, pressing, slide_on, write_states
 from snooker_cli.trace import Series
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from snooker_cli.trace import Trace
+
 
 NONE_KEPT = np.zeros(0, dtype=np.int64)
 NO_ROWS = np.zeros((0, sampling.COLUMNS))
@@ -159,7 +160,7 @@ class _Again:
         assert trace.events is not None
         scene = trace.start
         self.events, self.done = trace.events, 0
-        self.parts = epochs.parts(trace.events, scene.number)
+        self.parts = clock.parts(trace.events, scene.number)
         self.part = next(self.parts)
         self.balls, self.container = balls_of(scene), container_of(scene)
         self.setup, self.slides = Setup.of(scene), slides_of(scene)

@@ -17,14 +17,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.engine import layout
-from snooker_cli.engine.collide import mass_of
+from snooker_cli.engine import kernel_state
+from snooker_cli.engine.collision import mass_of
 from snooker_cli.engine.jit import inlined, kernel
-from snooker_cli.engine.layout import Floats, Integers, Setup, U, V
+from snooker_cli.engine.kernel_state import Floats, Integers, Setup, U, V
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
 if TYPE_CHECKING:
     from snooker_cli.scene import Scene
+
 
 ROWS = 512
 EARLY = 32
@@ -186,10 +187,10 @@ def sample(
     """Write a whole row, as things are after the last event."""
     measure(row, balls, container, setup, masses)
     count_speeds(histogram, row[KINETIC_ENERGY], balls, setup, masses)
-    row[WALL_IMPULSE] = sums[layout.WALL_IMPULSE] + sums[layout.WALL_IMPULSE_REST]
-    row[PAIR_VIRIAL] = sums[layout.PAIR_VIRIAL] + sums[layout.PAIR_VIRIAL_REST]
-    row[WALL_EVENTS] = counts[layout.WALL_EVENTS]
-    row[PAIR_EVENTS] = counts[layout.PAIR_EVENTS]
+    row[WALL_IMPULSE] = sums[kernel_state.WALL_IMPULSE] + sums[kernel_state.WALL_IMPULSE_REST]
+    row[PAIR_VIRIAL] = sums[kernel_state.PAIR_VIRIAL] + sums[kernel_state.PAIR_VIRIAL_REST]
+    row[WALL_EVENTS] = counts[kernel_state.WALL_EVENTS]
+    row[PAIR_EVENTS] = counts[kernel_state.PAIR_EVENTS]
 
 
 @kernel
@@ -204,7 +205,7 @@ def sample_until(
     counts: Integers,
 ) -> None:
     """Fill the rows whose time is before clocks are at ``now``: no velocity has changed since."""
-    while grid.used[0] * grid.step[0] - sums[layout.EPOCH] < now:
+    while grid.used[0] * grid.step[0] - sums[kernel_state.EPOCH] < now:
         if grid.used[0] > ROWS:
             halve(grid)
             continue

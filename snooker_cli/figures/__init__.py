@@ -1,7 +1,36 @@
-"""Pictures -> matplotlib figures and files; the one home of matplotlib."""
+"""A run -> figures: their data, then their files."""
 
-from snooker_cli.figures.draw import draw
-from snooker_cli.figures.movie import MovieError, save_movie
-from snooker_cli.figures.save import save, to_json
+from snooker_cli.figures.captions import unfinished
+from snooker_cli.figures.figure_data import (
+    NEUTRAL,
+    Band,
+    FigureData,
+    Histogram,
+    Layer,
+    Line,
+    Note,
+    Points,
+    Reference,
+    plain,
+)
+from snooker_cli.figures.registry import FIGURES, FigureSpec
+from snooker_cli.figures.selection import Selection, described, selected
 
-__all__ = ["MovieError", "draw", "save", "save_movie", "to_json"]
+__all__ = [
+    "FIGURES",
+    "NEUTRAL",
+    "Band",
+    "FigureData",
+    "FigureSpec",
+    "Histogram",
+    "Layer",
+    "Line",
+    "Note",
+    "Points",
+    "Reference",
+    "Selection",
+    "described",
+    "plain",
+    "selected",
+    "unfinished",
+]

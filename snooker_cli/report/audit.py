@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from snooker_cli import theory
-from snooker_cli.report.claims import Claim, claims
-from snooker_cli.report.published import COEFFICIENTS, PUBLISHED, Ours, Published, published
-from snooker_cli.report.search import (
+from snooker_cli.report.reproduction import Claim, Stated, as_stated, claims
+from snooker_cli.report.setting_search import (
     LIKELY,
     Candidate,
     Search,
@@ -20,8 +19,14 @@ from snooker_cli.report.search import (
     search,
     simplest,
 )
-from snooker_cli.report.stated import Stated, as_stated
-from snooker_cli.results import open_run
+from snooker_cli.report.source_values import (
+    COEFFICIENTS,
+    PUBLISHED,
+    OurValue,
+    SourceValue,
+    published,
+)
+from snooker_cli.runs import open_run
 
 RUNS = ("decay", "temperature", "radius", "dilute", "speeds", "restitution", "audit")
 """The runs the audit is made from."""
@@ -34,7 +39,7 @@ UNEXPLAINED = "not explained"
 
 
 @dataclass(frozen=True)
-class Row:
+class AuditRow:
     """A printed number and what becomes of it.
 
     ours : for the scene as stated
@@ -42,11 +47,11 @@ class Row:
     alone : what explains this number best by itself, in words and as a value
     """
 
-    number: Published
-    ours: Ours
-    common: Ours | None
+    number: SourceValue
+    ours: OurValue
+    common: OurValue | None
     alone: str
-    value: Ours | None
+    value: OurValue | None
     verdict: str
 
 
@@ -60,12 +65,12 @@ class Audit:
     repeats : at each CoR behind ours as stated; early : those of them that ended early
     """
 
-    rows: tuple[Row, ...]
+    rows: tuple[AuditRow, ...]
     claims: tuple[Claim, ...]
     profile: tuple[Candidate, ...]
     search: Search
     near: int
-    free: Ours
+    free: OurValue
     repeats: int
     early: int
 
@@ -74,7 +79,7 @@ class Audit:
         """The setting that explains the measured numbers best."""
         return self.profile[0]
 
-    def row(self, name: str) -> Row:
+    def row(self, name: str) -> AuditRow:
         """The row of a printed number."""
         return next(row for row in self.rows if row.number.name == name)
 
@@ -103,16 +108,16 @@ def audit(folder: Path) -> Audit:
 
 
 def _row(
-    number: Published, stated: Stated, found: Search, reasons: Mapping[str, tuple[str, Ours]]
-) -> Row:
+    number: SourceValue, stated: Stated, found: Search, reasons: Mapping[str, tuple[str, OurValue]]
+) -> AuditRow:
     """The verdict on a number: the scene as stated first, then its own numbers, then settings."""
     ours, common = stated.numbers[number.name], found.ranked[0].beside(number)
     if ours.agrees(number):
-        return Row(number, ours, common, "", None, REPRODUCED)
+        return AuditRow(number, ours, common, "", None, REPRODUCED)
     if number.name in reasons:
         words, value = reasons[number.name]
         verdict = FOLLOWS if number.name in _own() else EXPLAINED
-        return Row(
+        return AuditRow(
             number, ours, common, words, value, verdict if value.rounds_to(number) else UNEXPLAINED
         )
     # Our own rings have been judged already, by more repeats.
@@ -121,7 +126,7 @@ def _row(
     ]
     offer = simplest(others, number)
     if offer is None:
-        return Row(number, ours, common, "", None, UNEXPLAINED)
+        return AuditRow(number, ours, common, "", None, UNEXPLAINED)
     setting, value = offer[0].setting, offer[1]
     if not value.agrees(number):
         verdict = UNEXPLAINED
@@ -129,33 +134,33 @@ def _row(
         verdict = REPRODUCED  # the report leaves open where the balls start
     else:
         verdict = EXPLAINED if common is not None and common.agrees(number) else ALONE
-    return Row(number, ours, common, setting.words(), value, verdict)
+    return AuditRow(number, ours, common, setting.words(), value, verdict)
 
 
-def _own() -> dict[str, tuple[str, Ours]]:
+def _own() -> dict[str, tuple[str, OurValue]]:
     """Printed numbers that follow from other printed numbers, with the arithmetic."""
     path = published("mean_free_path")
     mean, abstract = published("energy_mean_0.8"), published("energy_abstract_0.8")
-    found = {abstract.name: (f"{mean.digits} of {mean.where}, rounded", Ours(mean.value))}
+    found = {abstract.name: (f"{mean.digits} of {mean.where}, rounded", OurValue(mean.value))}
     for cor in COEFFICIENTS:
         speed, pressure = published(f"speed_{cor}"), published(f"pressure_mean_{cor}")
         tau = path.value / speed.value
         constant = -2 * math.log(cor) / tau
         found |= {
-            f"tau_{cor}": (f"{path.digits}/{speed.digits} = {tau:.3f}", Ours(tau)),
+            f"tau_{cor}": (f"{path.digits}/{speed.digits} = {tau:.3f}", OurValue(tau)),
             f"theory_{cor}": (
                 f"−2 ln {cor:g} × {speed.digits}/{path.digits} = {constant:.4f}",
-                Ours(constant),
+                OurValue(constant),
             ),
             f"doubled_{cor}": (
                 f"2 × {pressure.digits} = {2 * pressure.value:g}",
-                Ours(2 * pressure.value),
+                OurValue(2 * pressure.value),
             ),
         }
     return found
 
 
-def _reasons(stated: Stated, factor: float) -> dict[str, tuple[str, Ours]]:
+def _reasons(stated: Stated, factor: float) -> dict[str, tuple[str, OurValue]]:
     """What explains the numbers that come from a formula, not from a simulation."""
     density, radius = stated.numbers["density"].value, float(stated.scene.radii[0])
     path = theory.boltzmann_mean_free_path(density, radius)
@@ -163,10 +168,10 @@ def _reasons(stated: Stated, factor: float) -> dict[str, tuple[str, Ours]]:
     return _own() | {
         "mean_free_path": (
             f"{factor:g} × 1/(√2 n 4r) at r = {radius:g} m, or that of r = {radius / factor:g} m",
-            Ours(factor * path),
+            OurValue(factor * path),
         ),
         "cross_section": (
             f"what its λ needs, which is 4r at r = {implied / 4:.4f} m",
-            Ours(implied),
+            OurValue(implied),
         ),
     }

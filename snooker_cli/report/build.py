@@ -9,17 +9,17 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from snooker_cli.analysis.decay import decays, record
 from snooker_cli.animation import embedded, film, page
-from snooker_cli.decay import decays, record
-from snooker_cli.figures import save
-from snooker_cli.gallery import KINDS, Picture, Selection
-from snooker_cli.report import accuracy, content, sliding
-from snooker_cli.report.audit import Audit, Row, audit
-from snooker_cli.report.plates import PLATES, RUNS
-from snooker_cli.report.published import Ours, published
-from snooker_cli.report.rendering import write_html, write_pdf
-from snooker_cli.report.search import TARGETS
-from snooker_cli.results import Run, open_run, write_json
+from snooker_cli.figures import FIGURES, FigureData, Selection
+from snooker_cli.figures.drawing import save
+from snooker_cli.report import content, supplements
+from snooker_cli.report.audit import Audit, AuditRow, audit
+from snooker_cli.report.content import PLATES, RUNS
+from snooker_cli.report.document import write_html, write_pdf
+from snooker_cli.report.setting_search import TARGETS
+from snooker_cli.report.source_values import OurValue, published
+from snooker_cli.runs import Run, open_run, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,7 +31,7 @@ MEASURED = ("error", "hard", "billion", "physics")
 And once of ``snooker bench hard billion``, which writes its JSON as hard.json.
 """
 
-LABELS = accuracy.LABELS | sliding.LABELS
+LABELS = supplements.ACCURACY_LABELS | supplements.SLIDING_LABELS
 """The figures that are no plates, by file."""
 
 
@@ -51,15 +51,17 @@ def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
         initargs=(signal.SIGINT, signal.SIG_IGN),
     ) as other:
         judging = other.submit(audit, runs)
-        pictures: dict[str, Picture] = {}
+        pictures: dict[str, FigureData] = {}
         drawing = []
         for plate in PLATES:
-            say(f"{plate.label}: {KINDS[plate.kind].title}")
-            picture = KINDS[plate.kind].make(opened[plate.run], Selection(where=plate.where))
+            say(f"{plate.label}: {FIGURES[plate.kind].title}")
+            picture = FIGURES[plate.kind].make(opened[plate.run], Selection(where=plate.where))
             drawing.append(other.submit(save, picture, out / "figures" / plate.file))
             pictures[plate.file] = picture
-        saved = {name: accuracy.saved(name) for name in MEASURED}
-        ours = accuracy.pictures(saved["error"]) | sliding.pictures(opened["sliding"])
+        saved = {name: supplements.saved(name) for name in MEASURED}
+        ours = supplements.accuracy_pictures(saved["error"]) | supplements.sliding_pictures(
+            opened["sliding"]
+        )
         for file, picture in ours.items():
             say(f"{LABELS[file]}: {picture.title}")
             drawing.append(other.submit(save, picture, out / "figures" / file))
@@ -99,7 +101,7 @@ def _fits(run: Run) -> list[dict[str, Any]]:
 
 
 def _numbers(
-    pictures: dict[str, Picture], judged: Audit, fits: list[dict[str, Any]]
+    pictures: dict[str, FigureData], judged: Audit, fits: list[dict[str, Any]]
 ) -> dict[str, Any]:
     """Everything the report says, as numbers."""
     return {
@@ -138,7 +140,7 @@ def rounded(content: Any) -> Any:
     return float(f"{content:.6g}") if isinstance(content, float) else content
 
 
-def _row(row: Row) -> dict[str, Any]:
+def _row(row: AuditRow) -> dict[str, Any]:
     """A row of the audit as JSON."""
     return {
         "name": row.number.name,
@@ -160,6 +162,6 @@ def _row(row: Row) -> dict[str, Any]:
     }
 
 
-def _value(ours: Ours | None) -> dict[str, float] | None:
+def _value(ours: OurValue | None) -> dict[str, float] | None:
     """A value of ours as JSON."""
     return None if ours is None else asdict(ours)

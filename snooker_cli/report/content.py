@@ -5,21 +5,321 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from snooker_cli.arrange import arrange
-from snooker_cli.gallery.selection import distinct
-from snooker_cli.report import accuracy, sliding, tables, trials
-from snooker_cli.report.audit import ALONE, EXPLAINED, FOLLOWS, REPRODUCED, UNEXPLAINED, Audit
-from snooker_cli.report.document import Block, Document, Figure, Heading, Paragraph
-from snooker_cli.report.plates import BEYOND, ENERGY, IDEAL, MOTION, PRESSURE, SPEEDS, Plate
-from snooker_cli.report.published import COEFFICIENTS, LORD, Property, published
-from snooker_cli.report.search import LIKELY, TARGETS
-from snooker_cli.words import listed, short, with_error
+from snooker_cli.figures.selection import distinct
+from snooker_cli.formatting import listed, short, with_error
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.report import supplements
+from snooker_cli.report.audit import (
+    ALONE,
+    EXPLAINED,
+    FOLLOWS,
+    REPRODUCED,
+    UNEXPLAINED,
+    Audit,
+    AuditRow,
+)
+from snooker_cli.report.document import (
+    Block,
+    Figure,
+    Heading,
+    Paragraph,
+    ReportDocument,
+    ReportTable,
+)
+from snooker_cli.report.setting_search import LIKELY, TARGETS, Candidate
+from snooker_cli.report.source_values import (
+    COEFFICIENTS,
+    LORD,
+    OurValue,
+    Property,
+    SourceValue,
+    published,
+)
 
 if TYPE_CHECKING:
-    from snooker_cli.gallery import Picture
-    from snooker_cli.results import Run
+    from snooker_cli.figures import FigureData
+    from snooker_cli.runs import Run
+
+
+# The report's tables, every cell from the results.
+
+Fits = Sequence[Mapping[str, Any]]
+
+
+def decay_constants(label: str, fits: Fits, repeats: int) -> ReportTable:
+    """The fits to the report's scene."""
+    found = {(one["parameters"]["cor"], one["quantity"], one["model"]): one for one in fits}
+    rows = [
+        (
+            f"{cor:g}",
+            quantity.replace("_", " "),
+            *(
+                cell
+                for law in ("exponential", "haff")
+                for cell in (
+                    with_error(
+                        found[cor, quantity, law]["value"], found[cor, quantity, law]["error"]
+                    ),
+                    short(found[cor, quantity, law]["max_min_half_range"], 2),
+                    f"{found[cor, quantity, law]['r_squared']:.3f}",
+                )
+            ),
+        )
+        for cor, quantity, model in found
+        if cor < 1.0 and model == "exponential"
+    ]
+    return ReportTable(
+        label,
+        f"Decay constants over {repeats} repeats, each fitted by itself: k of the exponential and "
+        "α of Haff's law, mean and standard error; half of largest − smallest, the report's ±; "
+        "R². Pressure is the mean since the start; local is in windows of time.",
+        (
+            "CoR",
+            "quantity",
+            "k, 1/s",
+            "half range, 1/s",
+            "R²",
+            "α, 1/s",
+            "half range, 1/s",
+            "R²",
+        ),
+        tuple(rows),
+        (True, False, *(True,) * 6),
+        (0.5, 1.4, 1.3, 1.1, 0.7, 1.3, 1.1, 0.7),
+    )
+
+
+def audit_rows(label: str, audit: Audit) -> ReportTable:
+    """Every printed number."""
+    return ReportTable(
+        label,
+        "Every number that the report prints about its results. As stated: the report's scene, "
+        f"{audit.repeats} repeats at each CoR, {audit.early} of them ending early in a wall trap; "
+        "± is the standard error of a mean and, for one run, the spread of single runs. "
+        f"Common setting: {audit.finding.setting.words()}.",
+        (
+            "where",
+            "what",
+            "unit",
+            "printed",
+            "as stated",
+            "common setting",
+            "best by itself",
+            "verdict",
+        ),
+        tuple(
+            (
+                row.number.where,
+                row.number.what,
+                "" if row.number.unit == "1" else row.number.unit,
+                row.number.printed,
+                _exactly(row) if row.number.exact else _table_value(row.ours),
+                "" if row.common is None else _table_value(row.common),
+                _by_itself(row),
+                row.verdict,
+            )
+            for row in audit.rows
+        ),
+        (False, False, False, True, True, True, False, False),
+        (1.2, 2.7, 0.65, 1.45, 1.65, 1.6, 2.8, 1.35),
+    )
+
+
+def _table_value(ours: OurValue) -> str:
+    return with_error(ours.value, ours.error)
+
+
+def _exactly(row: AuditRow) -> str:
+    """A number that is meant exactly, by how far ours is from it."""
+    if row.ours.error > 0:
+        return _table_value(row.ours)
+    off = row.ours.value - row.number.value
+    return row.number.digits + (f" {'+' if off > 0 else '−'} {short(abs(off), 1)}" if off else "")
+
+
+def _by_itself(row: AuditRow) -> str:
+    """What explains a number best by itself, and what that gives."""
+    if row.value is None or row.verdict == FOLLOWS:
+        return row.alone
+    value = _table_value(row.value) if row.value.error > 0 else short(row.value.value, 6)
+    return f"{'' if row.value.agrees(row.number) else 'nearest: '}{row.alone}: {value}"
+
+
+def candidates(label: str, audit: Audit) -> ReportTable:
+    """The best settings, and what each other choice costs."""
+    numbers = [published(name) for name in TARGETS]
+    symbols = {
+        "energy decay": "k",
+        "pressure decay": "κ",
+        "mean speed": "⟨v⟩",
+        "pressure": "P",
+    }
+    headings = tuple(
+        f"{symbols[number.of]}{'' if number.cor is None else f' at {number.cor:g}'}, {number.unit}"
+        for number in numbers
+    )
+    rows = [("printed", *(number.printed for number in numbers), "")]
+    rows += [
+        (
+            one.setting.words(),
+            *(_to_its_digits(one, number) for number in numbers),
+            f"{one.score:.1f}" if one.score < 100 else f"{one.score:.0f}",
+        )
+        for one in audit.profile
+    ]
+    return ReportTable(
+        label,
+        "The best setting of all, and the best for every other choice of ball radius, wall, rings, "
+        "fitted collisions, amplitude and slip: what each costs. k is the decay constant of "
+        f"energy, κ that of pressure, ⟨v⟩ the mean speed, P the pressure at CoR 1; χ² is the sum "
+        f"of {len(numbers)} squared differences in uncertainties.",
+        ("setting", *headings, "χ²"),
+        tuple(rows),
+        (False, *(True for _ in numbers), True),
+        (3.2, *(1.1 for _ in numbers), 0.65),
+    )
+
+
+def _to_its_digits(one: Candidate, number: SourceValue) -> str:
+    """What a setting gives for a number, to the printed decimals, one for a whole number."""
+    ours = one.beside(number)
+    return "–" if ours is None else f"{ours.value:.{max(number.decimals, 1)}f}"
+
+
+def sentences(label: str, audit: Audit) -> ReportTable:
+    """The report's sentences that can be checked."""
+    return ReportTable(
+        label,
+        "Sentences of the report that can be checked, with its own numbers or with ours.",
+        ("where", "sentence", "check", "holds"),
+        tuple(
+            (one.where, one.claim, one.check, "yes" if one.holds else "no") for one in audit.claims
+        ),
+        (False, False, False, False),
+        (1.0, 2.2, 4.0, 0.45),
+    )
+
+
+def many_coefficients(label: str, pictures: Mapping[str, FigureData]) -> ReportTable:
+    """The decay constants of the energy over all CoR."""
+    stated, elastic = (
+        pictures[name].numbers["points"] for name in ("decay-against-cor", "decay-elastic-wall")
+    )
+    rows = [
+        (
+            f"{first['parameters']['cor']:g}",
+            *(
+                cell
+                for one in (first, second)
+                for cell in (
+                    with_error(one["k"], one["k_error"]),
+                    with_error(one["alpha"], one["alpha_error"]),
+                    str(one["ended_early"]),
+                )
+            ),
+        )
+        for first, second in zip(stated, elastic, strict=True)
+    ]
+    return ReportTable(
+        label,
+        "Decay constants of the energy, exponential k and Haff's α, mean and standard error over "
+        f"{stated[0]['repeats']} repeats with the wall's CoR as the balls' and "
+        f"{elastic[0]['repeats']} with an elastic wall, and how many ended early, in a wall trap. "
+        "At CoR 1 nothing decays.",
+        (
+            "CoR",
+            "k, 1/s",
+            "α, 1/s",
+            "early",
+            "elastic wall: k, 1/s",
+            "α, 1/s",
+            "early",
+        ),
+        tuple(rows),
+        (True,) * 7,
+        (0.5, 1.3, 1.3, 0.6, 1.3, 1.3, 0.6),
+    )
+
+
+# Which picture of which run is which figure of the report.
+
+
+@dataclass(frozen=True)
+class ReportFigure:
+    """A figure of the report: its file, its label, and where its picture comes from."""
+
+    file: str
+    label: str
+    run: str
+    kind: str
+    where: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _numbered(number: int, run: str, kind: str, **where: Any) -> ReportFigure:
+    """One of the source report's 18 figures."""
+    keys = {key.replace("__", "."): value for key, value in where.items()}
+    return ReportFigure(f"fig{number:02d}", f"Figure {number}", run, kind, keys)
+
+
+MOTION = (
+    _numbered(1, "decay", "central-distances", cor=1.0),
+    _numbered(2, "decay", "pair-distances", cor=1.0),
+)
+ENERGY = (
+    _numbered(3, "decay", "energy"),
+    _numbered(4, "decay", "momentum-x"),
+    _numbered(5, "decay", "momentum-y"),
+    _numbered(6, "decay", "energy-fit", cor=0.8),
+    _numbered(7, "decay", "energy-fit", cor=0.9),
+    _numbered(8, "decay", "temperature-fit", cor=0.8),
+    _numbered(9, "decay", "temperature-fit", cor=0.9),
+)
+PRESSURE = (
+    _numbered(10, "decay", "pressure"),
+    _numbered(11, "decay", "pressure-fit", cor=0.8),
+    _numbered(12, "decay", "pressure-fit", cor=0.9),
+)
+IDEAL = (
+    _numbered(13, "temperature", "pressure-temperature"),
+    _numbered(14, "area", "pressure-area"),
+    _numbered(15, "number", "pressure-number"),
+    _numbered(16, "radius", "temperature-ratio"),
+    _numbered(17, "dilute", "ideal-ratio", balls__radius=published("ratio_caption").radius),
+    ReportFigure(
+        "fig17-text",
+        "Figure 17, text",
+        "dilute",
+        "ideal-ratio",
+        {"balls.radius": published("ratio_text").radius},
+    ),
+)
+SPEEDS = (_numbered(18, "speeds", "speeds"),)
+BEYOND = (
+    ReportFigure("decay-against-cor", "Figure 19", "restitution", "decay-against-cor"),
+    ReportFigure("decay-elastic-wall", "Figure 20", "elastic-wall", "decay-against-cor"),
+    ReportFigure("haff-time", "Figure 21", "elastic-wall", "haff-time"),
+    ReportFigure("event-decay", "Figure 22", "elastic-wall", "event-decay"),
+)
+PLATES = (*MOTION, *ENERGY, *PRESSURE, *IDEAL, *SPEEDS, *BEYOND)
+
+RUNS = (
+    "decay",
+    "temperature",
+    "area",
+    "number",
+    "radius",
+    "dilute",
+    "speeds",
+    "restitution",
+    "elastic-wall",
+    "sliding",
+    "audit",
+)
+"""The runs the report is made from: those of the configs of the same names."""
+
 
 TITLE = (
     "Effect of the coefficient of restitution on thermodynamic properties: the report reproduced"
@@ -46,17 +346,16 @@ _PARTS = {
 }
 """The parts of a setting, in words."""
 
-Fits = tables.Fits
 Runs = Mapping[str, "Run"]
-Pictures = Mapping[str, "Picture"]
+Pictures = Mapping[str, "FigureData"]
 
 
 def document(
     pictures: Pictures, audit: Audit, fits: Fits, runs: Runs, saved: Mapping[str, dict[str, Any]]
-) -> Document:
+) -> ReportDocument:
     """The whole report as data; ``saved`` are the measurements kept with it, by name."""
 
-    def figures(plates: Sequence[Plate]) -> list[Block]:
+    def figures(plates: Sequence[ReportFigure]) -> list[Block]:
         return [
             Figure(plate.label, f"figures/{plate.file}", pictures[plate.file].caption)
             for plate in plates
@@ -77,7 +376,7 @@ def document(
         Heading("Momentum, kinetic energy and temperature"),
         Paragraph(_energy_text(fits)),
         *figures(ENERGY),
-        tables.decay_constants("Table 1", fits, runs["decay"].experiment.repeats),
+        decay_constants("Table 1", fits, runs["decay"].experiment.repeats),
         Heading("Pressure"),
         Paragraph(_pressure_text(fits, audit)),
         *figures(PRESSURE),
@@ -88,20 +387,20 @@ def document(
         *figures(SPEEDS),
         Heading("Audit: every printed number", after_figures=True),
         *(Paragraph(text) for text in _audit_texts(audit, runs["audit"])),
-        tables.audit_rows("Table 2", audit),
-        tables.candidates("Table 3", audit),
-        tables.sentences("Table 4", audit),
+        audit_rows("Table 2", audit),
+        candidates("Table 3", audit),
+        sentences("Table 4", audit),
         Heading("More coefficients, a τ that changes, many repeats"),
         Paragraph(_beyond_text(pictures, runs)),
         *figures(BEYOND),
-        tables.many_coefficients("Table 5", pictures),
-        *accuracy.blocks(saved["error"], pictures),
-        *sliding.blocks(pictures),
-        *trials.blocks(saved["hard"], saved["billion"], saved["physics"]),
+        many_coefficients("Table 5", pictures),
+        *supplements.accuracy_blocks(saved["error"], pictures),
+        *supplements.sliding_blocks(pictures),
+        *supplements.trial_blocks(saved["hard"], saved["billion"], saved["physics"]),
         Heading("Conclusion", after_figures=True),
         Paragraph(_conclusion_text(audit, pictures)),
     ]
-    return Document(TITLE, _summary(audit), tuple(blocks))
+    return ReportDocument(TITLE, _summary(audit), tuple(blocks))
 
 
 def _summary(audit: Audit) -> tuple[str, ...]:
@@ -144,7 +443,7 @@ def _scene_text(run: Run) -> str:
     experiment: Any = run.experiment
     balls, container = experiment.balls, experiment.container
     return (
-        f"Unless a caption says otherwise: {arrange(experiment, 0).number} balls of radius "
+        f"Unless a caption says otherwise: {starting_scene(experiment, 0).number} balls of radius "
         f"{balls.radius:g} m and mass {balls.mass:g} kg on {balls.rings} rings around one in the "
         f"middle, {balls.speed:g} m/s in random directions; a container of radius "
         f"{container.radius:g} m and mass {short(container.mass, 1)} kg that is free to move; the "

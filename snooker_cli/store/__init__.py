@@ -5,32 +5,27 @@ and deflate filters, which every reader has. A file is written beside its place,
 and then renamed, so that a finished file can never be torn.
 """
 
-from snooker_cli.store.fingerprint import Fingerprint, content_hash
-from snooker_cli.store.parts import part_beside, parts_of_this_machine, whole
-from snooker_cli.store.reading import About, about, check, events, glance, read
-from snooker_cli.store.recording import Recorder, write
-from snooker_cli.store.records import (
+from snooker_cli.store.file_format import (
     SCHEMA_VERSION,
-    AbsentError,
     Checked,
+    Fingerprint,
     Provenance,
+    RepeatHeader,
     Stored,
-    StoreError,
-    Told,
+    content_hash,
 )
-from snooker_cli.store.states import write_states
+from snooker_cli.store.reader import About, about, check, events, glance, read
+from snooker_cli.store.writer import Recorder, part_beside, parts_of_this_machine, whole, write
 
 __all__ = [
     "SCHEMA_VERSION",
     "About",
-    "AbsentError",
     "Checked",
     "Fingerprint",
     "Provenance",
     "Recorder",
-    "StoreError",
+    "RepeatHeader",
     "Stored",
-    "Told",
     "about",
     "check",
     "content_hash",
@@ -41,5 +36,4 @@ __all__ = [
     "read",
     "whole",
     "write",
-    "write_states",
 ]

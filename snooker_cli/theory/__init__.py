@@ -19,7 +19,7 @@ e, e_w    coefficient of restitution between balls, and at the wall
 ========  ==========================================================================
 """
 
-from snooker_cli.theory.collisions import (
+from snooker_cli.theory.collision_rates import (
     CollisionRates,
     ball_ball_rate,
     boltzmann_mean_free_path,
@@ -29,8 +29,8 @@ from snooker_cli.theory.collisions import (
     wall_rate,
     wall_rate_from_pressure,
 )
-from snooker_cli.theory.container import Container, box, circle, periodic_box
-from snooker_cli.theory.cooling import (
+from snooker_cli.theory.cooling_laws import (
+    angular_momentum_floor,
     cooling_rate,
     energy_ratio_by_events,
     haff_rate,
@@ -38,20 +38,23 @@ from snooker_cli.theory.cooling import (
     report_decay_constant,
     report_pressure_decay_constant,
     sonine_coefficient,
+    wall_trap,
 )
-from snooker_cli.theory.gas import (
+from snooker_cli.theory.equation_of_state import (
+    FluidState,
     accessible_wall_pressure,
+    bulk_pressure,
+    compressibility,
+    contact_value,
+    fluid_state,
     ideal_gas_pressure,
     ideal_gas_temperature,
     number_density,
     packing_fraction,
+    published_ratio,
     van_der_waals_pressure,
 )
-from snooker_cli.theory.limits import (
-    angular_momentum_floor,
-    wall_trap,
-)
-from snooker_cli.theory.speeds import (
+from snooker_cli.theory.speed_distributions import (
     fixed_energy_factor,
     fixed_energy_kurtosis,
     fixed_energy_mean_speed,
@@ -62,26 +65,15 @@ from snooker_cli.theory.speeds import (
     maxwell_speed_density,
     sonine_speed_cdf,
 )
-from snooker_cli.theory.state import (
-    FluidState,
-    bulk_pressure,
-    compressibility,
-    contact_value,
-    fluid_state,
-    published_ratio,
-)
 
 __all__ = [
     "CollisionRates",
-    "Container",
     "FluidState",
     "accessible_wall_pressure",
     "angular_momentum_floor",
     "ball_ball_rate",
     "boltzmann_mean_free_path",
-    "box",
     "bulk_pressure",
-    "circle",
     "collision_rates",
     "compressibility",
     "contact_value",
@@ -103,7 +95,6 @@ __all__ = [
     "maxwell_speed_density",
     "number_density",
     "packing_fraction",
-    "periodic_box",
     "published_ratio",
     "report_decay_constant",
     "report_mean_free_path",

@@ -1,0 +1,1 @@
+"""Traces -> observables, fits, decay constants and comparisons with theory."""

@@ -1,0 +1,126 @@
+"""The kinds of values in a configuration: in which range, and what is said of any other."""
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
+from pydantic_core import PydanticCustomError
+
+MAX_RINGS = 1000
+"""1 + 3·1000·1001 = 3,003,001 balls."""
+
+MAX_COUNT = 1_000_000
+"""Balls of one species."""
+
+MAX_BALLS = 10_000_000
+"""Balls of all species; a start of so many takes half a minute and 2 GB."""
+
+MAX_INTEGER = 2**63 - 1
+"""What fits a 64-bit integer, and so every file and array."""
+
+
+def _needs(phrase: str) -> WrapValidator:
+    """One error for whatever is wrong with a value, which says what is needed instead."""
+
+    def checked(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+        try:
+            return handler(value)
+        except ValidationError:
+            raise PydanticCustomError("needs", "{needs} is needed", {"needs": phrase}) from None
+
+    return WrapValidator(checked)
+
+
+def _whole(value: object) -> object:
+    """3.0 and 1e6 are whole numbers too."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _positive_zero(value: float) -> float:
+    """−0.0 means 0.0, and must not change a digest."""
+    return value + 0.0
+
+
+def _infinite_if_absent(value: object) -> object:
+    """JSON has no infinity, so null stands for it."""
+    return math.inf if value is None else value
+
+
+def _printable(title: str) -> str:
+    if not title.isprintable():
+        raise ValueError
+    return title
+
+
+def as_tuple(value: object) -> object:
+    """A list as something that cannot be changed."""
+    return tuple(value) if isinstance(value, list) else value
+
+
+Coordinate = Annotated[float, AfterValidator(_positive_zero)]
+Pair = Annotated[
+    tuple[Coordinate, Coordinate],
+    BeforeValidator(as_tuple),
+    _needs("a pair of finite numbers [x, y]"),
+]
+Positive = Annotated[float, Field(gt=0), _needs("a finite number above 0")]
+Mass = Annotated[float, Field(ge=1e-100, le=1e100), _needs("a number from 1e-100 to 1e100")]
+NotNegative = Annotated[
+    float, Field(ge=0), AfterValidator(_positive_zero), _needs("a finite number of 0 or more")
+]
+Fraction = Annotated[float, Field(gt=0, le=1), _needs("a number above 0, at most 1")]
+Restitution = Annotated[
+    float, Field(ge=0, le=1), AfterValidator(_positive_zero), _needs("a number from 0 to 1")
+]
+Count = Annotated[
+    int,
+    Field(ge=1, le=MAX_INTEGER),
+    BeforeValidator(_whole),
+    _needs("a whole number of 1 or more (below 2^63)"),
+]
+Seed = Annotated[
+    int,
+    Field(ge=0, le=MAX_INTEGER),
+    BeforeValidator(_whole),
+    _needs("a whole number of 0 or more (below 2^63)"),
+]
+RingNumber = Annotated[
+    int,
+    Field(ge=0, le=MAX_RINGS),
+    BeforeValidator(_whole),
+    _needs(f"a whole number from 0 to {MAX_RINGS}"),
+]
+Number = Annotated[
+    int,
+    Field(ge=1, le=MAX_COUNT),
+    BeforeValidator(_whole),
+    _needs(f"a whole number from 1 to {MAX_COUNT:,}"),
+]
+WallMass = Annotated[
+    float,
+    Field(gt=0, allow_inf_nan=True),
+    BeforeValidator(
+        _infinite_if_absent, json_schema_input_type=Annotated[float, Field(gt=0)] | None
+    ),
+    _needs("a number above 0, or .inf for a fixed wall"),
+]
+Title = Annotated[
+    str,
+    Field(min_length=1, max_length=200),
+    AfterValidator(_printable),
+    _needs("one line of printable text of at most 200 characters"),
+]
+Shape = Annotated[Literal["circle", "box", "periodic"], _needs("one of circle, box, periodic")]
+Start = Annotated[Literal["lattice", "random"], _needs("one of lattice, random")]
+Speeds = Annotated[Literal["equal", "maxwell"], _needs("one of equal, maxwell")]
+CollapseWord = Annotated[
+    Literal["stop", "slide"], _needs("stop, slide, {tc: NUMBER} or {elastic_below: NUMBER}")
+]
+Record = Annotated[Literal["events", "summary"], _needs("one of events, summary")]

@@ -1,0 +1,308 @@
+"""A picture -> a matplotlib figure; pure: pyplot and its global state are not touched."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from contextlib import AbstractContextManager
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+import matplotlib.style
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+from snooker_cli.figures.figure_data import (
+    NEUTRAL,
+    Band,
+    Histogram,
+    Line,
+    Note,
+    Points,
+    Reference,
+    plain,
+)
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+
+    from snooker_cli.figures.figure_data import FigureData, Layer
+
+
+# How every figure looks: size, fonts, colours, markers, dashes.
+
+WIDTH = 3.4
+"""Width of a figure, inches: a column of a two-column page."""
+
+HEIGHT = 2.4
+"""Height of a figure with a title of one line and nothing else around the axes, inches."""
+
+LINE_HEIGHT = 0.14
+"""Height of a further line of text, inches."""
+
+_COLOURS = matplotlib.color_sequences["petroff10"]
+_MARKERS = ("o", "s", "^", "D", "v", "P")
+_DASHES: tuple[Any, ...] = (
+    "solid",
+    (0, (5, 1.5)),
+    (0, (6, 1.5, 1.2, 1.5)),
+    (0, (1.2, 1.2)),
+    (0, (6, 1.5, 1.2, 1.5, 1.2, 1.5)),
+    (0, (2.5, 1.2)),
+)
+_SHARED_DASHES: dict[str, Any] = {
+    "solid": "solid",
+    "dashed": (0, (4, 1.6)),
+    "dashdot": (0, (4, 1.4, 1, 1.4)),
+    "dotted": (0, (1, 1.2)),
+}
+_NEUTRAL_COLOUR = "0.3"
+
+_SETTINGS: dict[str, Any] = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the same everywhere
+    "font.size": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.titleweight": "bold",
+    "axes.labelsize": 8.0,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "grid.color": "0.9",
+    "grid.linewidth": 0.5,
+    "xtick.labelsize": 7.0,
+    "ytick.labelsize": 7.0,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "legend.fontsize": 7.0,
+    "legend.frameon": False,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4.0,
+    "errorbar.capsize": 1.5,
+    # Letters as outlines look the same where the font is missing.
+    "svg.fonttype": "path",
+    "svg.hashsalt": "snooker",
+    # The layout is that of the PNG.
+    "figure.dpi": 200,
+    "savefig.dpi": 200,
+}
+
+
+def styled() -> AbstractContextManager[None]:
+    """While inside, matplotlib has our style and nothing of the user's own settings."""
+    return matplotlib.style.context(["default", _SETTINGS])
+
+
+def colour(series: int) -> str:
+    """The colour of a series, from a palette that the colour-blind can tell apart."""
+    return _NEUTRAL_COLOUR if series == NEUTRAL else to_hex(_COLOURS[series % len(_COLOURS)])
+
+
+def marker(series: int) -> str:
+    """The marker of a series."""
+    return "o" if series == NEUTRAL else _MARKERS[series % len(_MARKERS)]
+
+
+def dashes(style: str, series: int) -> Any:
+    """The dash pattern of a line: its series' own, or one that all series share."""
+    if style == "series":
+        return _DASHES[series % len(_DASHES)]
+    return _SHARED_DASHES[style]
+
+
+# How many characters fit: of the bold title, of a note, of the y label beside the axes.
+TITLE_WIDTH, NOTE_WIDTH, LABEL_WIDTH = 42, 54, 31
+
+LEGEND_WIDTH = 65
+"""Characters that fit the legend's width."""
+
+SAMPLE_WIDTH = 9
+"""Width of a column of the legend without its text, in characters."""
+
+FEW_DECADES = 10**2.5
+"""A logarithmic axis from low to less than so many times low has its ticks at 1, 2, 5, 10, ..."""
+
+MANY_MARKERS = 20
+"""More markers of a series are drawn smaller."""
+
+MANY_VERTICES = 400
+"""Lines of more vertices are mostly noise, and drawn thinner."""
+
+
+def draw(picture: FigureData) -> Figure:
+    """The figure of a picture, with a legend below the axes, where it covers no data."""
+    title = textwrap.wrap(picture.title, TITLE_WIDTH)
+    notes = [
+        line
+        for layer in picture.layers
+        if isinstance(layer, Note)
+        for line in textwrap.wrap(layer.text, NOTE_WIDTH)
+    ]
+    with styled():
+        layout = ConstrainedLayoutEngine()
+        figure = Figure(layout=layout)
+        FigureCanvasAgg(figure)
+        axes = figure.add_subplot()
+        entries = [
+            (getattr(layer, "series", NEUTRAL) == NEUTRAL, artist, label)
+            for depth, layer in enumerate(picture.layers)
+            if (artist := _added(axes, layer, 2 + depth / 10))
+            and (label := getattr(layer, "label", None))
+        ]
+        entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
+        _scale(axes, picture)
+        axes.set_xlabel(picture.x_label)
+        axes.set_ylabel(textwrap.fill(picture.y_label, LABEL_WIDTH))
+        axes.set_title("\n".join(title), loc="left", pad=4 + 10 * len(notes))
+        axes.annotate(
+            "\n".join(notes),
+            (0, 1),
+            (0, 3),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            va="bottom",
+            fontsize=7,
+        )
+        columns = _columns([label for _, _, label in entries])
+        figure.legend(
+            [artist for _, artist, _ in entries],
+            [label for _, _, label in entries],
+            loc="outside lower center",
+            ncols=columns,
+        )
+        lines = len(title) - 1 + len(notes) - (-len(entries) // columns)
+        figure.set_size_inches(WIDTH, HEIGHT + LINE_HEIGHT * lines)
+        # Once for all formats: laying out takes as long as drawing.
+        layout.execute(figure)
+        figure.set_layout_engine(None)
+    return figure
+
+
+def _added(axes: Axes, layer: Layer, order: float) -> Any:
+    """Draw a layer at a depth; its artist for the legend, ``None`` for a note."""
+    match layer:
+        case Line():
+            return axes.plot(
+                layer.x,
+                layer.y,
+                color=colour(layer.series),
+                linestyle=dashes(layer.style, layer.series),
+                drawstyle="steps-post" if layer.steps else "default",
+                linewidth=_width(layer),
+                alpha=0.45 if layer.broad else None,
+                zorder=order,
+            )[0]
+        case Band():
+            return axes.fill_between(
+                layer.x,
+                layer.low,
+                layer.high,
+                color=colour(layer.series),
+                alpha=0.22,
+                linewidth=0,
+                zorder=order,
+            )
+        case Points():
+            return axes.errorbar(
+                layer.x,
+                layer.y,
+                yerr=layer.y_error,
+                xerr=layer.x_error,
+                color=colour(layer.series),
+                linestyle="none",
+                elinewidth=0.8,
+                marker=marker(layer.series),
+                markersize=2.8 if len(layer.x) > MANY_MARKERS else 4.0,
+                markerfacecolor=colour(layer.series) if layer.filled else "none",
+                markeredgewidth=0.7,
+                zorder=order,
+            )
+        case Histogram():
+            return axes.stairs(
+                layer.heights,
+                layer.edges,
+                color=colour(layer.series),
+                linestyle=dashes("series", layer.series),
+                linewidth=1.2,
+                zorder=order,
+            )
+        case Reference():
+            across = axes.axvline if layer.axis == "x" else axes.axhline
+            return across(layer.value, color=colour(NEUTRAL), linewidth=0.8, zorder=order)
+        case Note():
+            return None  # above the axes, see `draw`
+
+
+def _width(layer: Line) -> float:
+    """How wide a line is, points."""
+    if layer.broad:
+        return 2.6
+    return 0.8 if len(layer.x) > MANY_VERTICES else 1.2
+
+
+def _scale(axes: Axes, picture: FigureData) -> None:
+    """Set the axes' scales and limits."""
+    if picture.x_log:
+        axes.set_xscale("log")
+    if picture.y_log:
+        axes.set_yscale("log")
+    axes.set_xlim(*picture.x_limits)
+    axes.set_ylim(*picture.y_limits)
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = axis.get_view_interval()
+        if axis.get_scale() == "log" and high < FEW_DECADES * low:
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_minor_formatter(NullFormatter())
+
+
+def _columns(labels: list[str]) -> int:
+    """The most columns, up to three, in which a legend fits the figure's width."""
+    for columns in (3, 2):
+        split = np.array_split(np.array([len(text) for text in labels]), columns)
+        if sum(SAMPLE_WIDTH + int(max(part, default=0)) for part in split) <= LEGEND_WIDTH:
+            return columns
+    return 1
+
+
+# A picture -> SVG, PNG and the JSON of the numbers it shows, the same bytes every time.
+
+
+def save(picture: FigureData, stem: Path) -> list[Path]:
+    """Write ``stem.svg``, ``stem.png`` and ``stem.json``; the folder is made if need be.
+
+    Title and caption are also in the metadata of the images.
+    """
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    # Not with_suffix: a stem may have a point, as in `energy-fit-cor-0.8`.
+    paths = [stem.with_name(f"{stem.name}.{ending}") for ending in ("svg", "png", "json")]
+    svg, png, data = paths
+    said = {"Title": picture.title, "Description": picture.caption}
+    with styled():
+        figure = draw(picture)
+        figure.savefig(svg, metadata={**said, "Date": None, "Creator": "snooker"})
+        figure.savefig(png, metadata={**said, "Software": None})
+    data.write_text(to_json(picture), encoding="utf-8")
+    return paths
+
+
+def to_json(picture: FigureData) -> str:
+    """The picture as JSON: its words, its numbers, and the data of each layer.
+
+    Numbers have the shortest decimals that mean the same doubles; what is not finite is null.
+    """
+    content = {each.name: plain(getattr(picture, each.name)) for each in fields(picture)}
+    content["layers"] = [
+        {"type": type(layer).__name__.lower()}
+        | {each.name: plain(getattr(layer, each.name)) for each in fields(layer)}
+        for layer in picture.layers
+    ]
+    return json.dumps(content, ensure_ascii=False, allow_nan=False, indent=1) + "\n"

@@ -1,0 +1,82 @@
+"""Numbers and lists -> words, the same way in tables, figures and the report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def short(value: float | None, digits: int = 3) -> str:
+    """A number to so many digits, large and small ones as 1.2 × 10⁻¹⁵; a dash for none."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    text = f"{value:.{digits}g}"
+    mantissa, separator, exponent = text.partition("e")
+    if separator:
+        text = f"{mantissa} × 10{str(int(exponent)).translate(_RAISED)}"
+    return text.replace("-", "−")
+
+
+def exact(value: float) -> str:
+    """The shortest decimals that mean this double."""
+    return repr(float(value)).removesuffix(".0").replace("-", "−")
+
+
+def with_error(value: float | None, error: float | None, unit: str = "") -> str:
+    """``1.234 ± 0.012 s⁻¹``: the error to two digits, the value to the same place."""
+    unit = f" {unit}" if unit else ""
+    if value is None or error is None or not math.isfinite(error) or error <= 0:
+        return f"{short(value, 4)}{unit}"
+    places = 1 - math.floor(math.log10(error))
+    if 0 <= places <= 8 and abs(value) < 1e7:
+        text = f"{value:.{places}f} ± {error:.{places}f}"
+        return f"{text.replace('-', '−')}{unit}"
+    return f"({short(value, 4)} ± {short(error, 2)}){unit}"
+
+
+def listed(words: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def counted(number: int, noun: str) -> str:
+    """``1 repeat``, ``1,200 repeats``."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
+def size(number: float) -> str:
+    """A number of bytes to two digits: ``520 kB``."""
+    for unit, scale in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if number >= 0.95 * scale:
+            return f"{rough(number / scale)} {unit}"
+    return f"{number:.0f} bytes"
+
+
+def rough(value: float) -> str:
+    """A number of 1 or more to two digits: ``1.2``, ``17``, ``2,700``."""
+    short = float(f"{value:.2g}")
+    return f"{short:,.0f}" if short >= 10 else f"{short:g}"
+
+
+class Column(NamedTuple):
+    """A column's heading and whether its values stand on the right, as numbers do."""
+
+    heading: str
+    right: bool = False
+
+
+def table_lines(columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows under headings, columns as wide as their widest value."""
+    table = [[column.heading for column in columns], *rows]
+    widths = [max(len(row[k]) for row in table) for k in range(len(columns))]
+    lines = []
+    for row in table:
+        cells = [
+            cell.rjust(width) if column.right else cell.ljust(width)
+            for cell, width, column in zip(row, widths, columns, strict=True)
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return lines

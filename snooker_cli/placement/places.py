@@ -1,0 +1,386 @@
+"""Random places without overlaps: balls inserted one after the other, and grown where that jams."""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal, localcontext
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from snooker_cli.errors import JammedError, SceneError
+from snooker_cli.neighbours import near, near_pairs
+from snooker_cli.placement.random_numbers import points_in_disc, uniforms
+from snooker_cli.scene import EPSILON
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from snooker_cli.config import Rings
+    from snooker_cli.scene import Shape
+
+    Floats = NDArray[np.float64]
+    Integers = NDArray[np.int64]
+    Indices = NDArray[np.int64]
+
+
+# Rings of balls: their places, from regular polygons whose corners are correctly rounded.
+
+DIGITS = 40
+PI = Decimal("3.1415926535897932384626433832795028841971693993751")
+
+
+def ring_positions(rings: int, extent: float) -> NDArray[np.float64]:
+    """One ball at the centre and 6k on ring k of n, at k/n of ``extent``; (*N*, 2), m."""
+    positions = [(0.0, 0.0)]
+    for ring in range(1, rings + 1):
+        radius = ring / rings * extent
+        positions += [(radius * x, radius * y) for x, y in unit_polygon(6 * ring)]
+    return np.array(positions)
+
+
+@cache
+def unit_polygon(corners: int) -> tuple[tuple[float, float], ...]:
+    """The corners of a regular polygon on the unit circle, each coordinate correctly rounded."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        cosine, sine = cosine_and_sine(2 * PI / corners)
+        x, y = Decimal(1), Decimal(0)
+        points = []
+        for _ in range(corners):
+            points.append((float(round(x, DIGITS - 5)), float(round(y, DIGITS - 5))))
+            x, y = x * cosine - y * sine, x * sine + y * cosine
+    return tuple(points)
+
+
+def cosine_and_sine(angle: Decimal) -> tuple[Decimal, Decimal]:
+    """Their Taylor series, to the context's precision, for an angle up to 2 pi."""
+    term, parts = Decimal(1), [Decimal(0), Decimal(0)]
+    order = 0
+    while order < 8 or abs(term) > Decimal(10) ** -(DIGITS + 5):
+        sign = 1 if order % 4 < 2 else -1
+        parts[order % 2] += sign * term
+        order += 1
+        term = term * angle / order
+    return parts[0], parts[1]
+
+
+def check_rings(balls: Rings, container_radius: float) -> None:
+    """Raise ``SceneError`` where the rings are too tight, with the radius that would fit."""
+    if balls.rings == 0:
+        return
+    extent = balls.ring_extent * container_radius
+    spacing = extent / balls.rings
+    largest = min(spacing / 2, container_radius - extent)
+    if balls.radius > largest * (1 + 1e-12):
+        raise SceneError(
+            "balls.radius",
+            f"{balls.rings} rings within {balls.ring_extent:g} of the container's radius are "
+            f"{spacing:.6g} m apart and leave {container_radius - extent:.6g} m to the wall, too "
+            f"tight for balls of radius {balls.radius:.6g} m; the largest radius that fits is "
+            f"{largest!r} m",
+        )
+
+
+# Places on a hexagonal lattice that is fitted into a circle, a box or a periodic box.
+
+HALVINGS = 60
+"""Steps to a diameter that is as exact as doubles are."""
+
+ROUNDINGS = 4
+"""By how many, each of the container's size, places may be nearer than without any rounding."""
+
+
+class Lattice(NamedTuple):
+    """Places for the centres of balls, (*N*, 2), and the largest diameter that fits there, m."""
+
+    positions: Floats
+    diameter: float
+
+
+def lattice(shape: Shape, size: tuple[float, float], number: int) -> Lattice:
+    """The places for so many balls, as far from one another and from the wall as may be.
+
+    size : width and height, m, of the container or of the square round a circle
+    """
+    if shape == "circle":
+        found = _in_circle(size[0] / 2, number)
+    else:
+        layout = _in_periodic if shape == "periodic" else _in_box
+        found, lying = layout(*size, number), layout(*size[::-1], number)
+        if lying.diameter > found.diameter:
+            found = Lattice(np.ascontiguousarray(lying.positions[:, ::-1]), lying.diameter)
+    return Lattice(found.positions, found.diameter - ROUNDINGS * EPSILON * max(size))
+
+
+def _in_circle(radius: float, number: int) -> Lattice:
+    """The places of a lattice nearest to the middle, which is a place, or between two or three.
+
+    With neighbours at a distance of 6, a place is at (u + v/2, v sqrt(3)/2) for whole numbers u
+    and v that leave a fixed rest by 6, and u^2 + uv + v^2 is its exact squared distance.
+    """
+    # N places fill a disc of radius sqrt(N sqrt(3) / (2 pi)), where |v| is up to 2 / sqrt(3) times
+    # as large: 0.607 sqrt(N).
+    reach = int(0.607 * math.sqrt(number)) + 2
+    steps = 6 * np.arange(-reach, reach + 1)
+    best: tuple[float, Floats] | None = None
+    for rest in ((0, 0), (3, 0), (2, 2)):
+        u, v = (axis.ravel() for axis in np.meshgrid(steps + rest[0], steps + rest[1]))
+        squares = u * u + u * v + v * v
+        nearest = np.argsort(squares, kind="stable")[:number]
+        farthest = math.sqrt(int(squares[nearest[-1]])) / 6
+        spacing = radius / (farthest + 0.5)
+        if best is None or spacing > best[0]:
+            x, y = u[nearest] + v[nearest] / 2, v[nearest] * (math.sqrt(3) / 2)
+            best = spacing, np.column_stack([x, y]) * (spacing / 6)
+    assert best is not None
+    return Lattice(best[1], best[0])
+
+
+def _in_periodic(width: float, height: float, number: int) -> Lattice:
+    """Rows along x, each half a spacing beside the last; an even number of them, so they close."""
+    rows = 2 * _numbers_of_rows(width, height, number)
+    columns = -(-number // rows)
+    across, up = width / columns, height / rows
+    aslant = np.sqrt((across / 2) * (across / 2) + up * up)
+    diameters = np.minimum(np.minimum(across, 2 * up), aslant)
+    best = int(np.argmax(diameters))
+    column, row = _kept(number, int(columns[best]), int(rows[best]), 0)
+    x = ((column + row % 2 / 2 + 0.25) / columns[best] - 0.5) * width
+    y = ((row + 0.5) / rows[best] - 0.5) * height
+    return Lattice(np.column_stack([x, y]), float(diameters[best]))
+
+
+def _in_box(width: float, height: float, number: int) -> Lattice:
+    """Rows from wall to wall along x; every other one is half a spacing further in, and has as
+    many places or one less."""
+    rows = _numbers_of_rows(width, height, number)
+    layouts = []
+    for fewer in (0, 1):
+        columns = -(-(number + fewer * (rows // 2)) // rows)
+        # Of a row's length in spacings, half a one is for the rows that are further in.
+        length = np.where(rows > 1, columns - (1 + fewer) / 2, columns - 1.0)
+        diameters = _diameters_in_box(width, height, columns, rows, length)
+        k = int(np.argmax(diameters))
+        layouts.append(
+            (float(diameters[k]), int(columns[k]), int(rows[k]), float(length[k]), fewer)
+        )
+    diameter, columns_, rows_, length_, fewer = max(layouts)
+    column, row = _kept(number, columns_, rows_, fewer)
+    x = (column + row % 2 / 2 - length_ / 2) * ((width - diameter) / (length_ or 1.0))
+    y = (row - (rows_ - 1) / 2) * ((height - diameter) / ((rows_ - 1) or 1))
+    return Lattice(np.column_stack([x, y]), diameter)
+
+
+def _diameters_in_box(
+    width: float, height: float, columns: Integers, rows: Integers, length: Floats
+) -> Floats:
+    """The largest diameter for each number of rows, by halving, m."""
+    low, high = np.zeros(len(rows)), np.full(len(rows), min(width, height))
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        across = (width - middle) / np.where(length > 0, length, math.inf)
+        up = (height - middle) / np.maximum(rows - 1, 1)
+        aslant = np.sqrt((across / 2) * (across / 2) + up * up)
+        fits = (
+            ((columns == 1) | (across >= middle))
+            & ((rows == 1) | (aslant >= middle))
+            & ((rows <= 2) | (2 * up >= middle))
+        )
+        low, high = np.where(fits, middle, low), np.where(fits, high, middle)
+    return low
+
+
+def _numbers_of_rows(width: float, height: float, number: int) -> Integers:
+    """Numbers of rows, the best among them: up to twice that of equal triangles."""
+    ideal = math.sqrt(2 / math.sqrt(3) * number * min(height / width, float(number)))
+    return np.arange(1, min(number, int(2 * ideal) + 3) + 1)
+
+
+def _kept(number: int, columns: int, rows: int, fewer: int) -> tuple[Integers, Integers]:
+    """Column and row of so many places, evenly taken from all; odd rows may have one fewer."""
+    of_two_rows = 2 * columns - fewer
+    places = rows // 2 * of_two_rows + rows % 2 * columns
+    pair, rest = np.divmod(np.arange(number) * places // number, of_two_rows)
+    odd = rest >= columns
+    return rest - columns * odd, 2 * pair + odd
+
+
+INSERTED = 0.4
+"""Packing up to which balls are inserted at their size. Insertion jams at 0.547 (Feder 1980,
+doi:10.1016/0022-5193(80)90358-6), and needs ever more attempts on the way."""
+
+ATTEMPTS = 100
+"""A ball, after which inserting has jammed; at a packing of 0.4 there are 5 or so."""
+
+JAMMED = 0.84
+"""Random close packing of disks (Berryman 1983, doi:10.1103/PhysRevA.27.1053)."""
+
+GROWN = 0.82
+"""Packing beyond which growth is not tried: it takes ever longer towards jamming."""
+
+SWEEPS = 2000
+"""Pushes of all balls after which growth has failed; to a packing of 0.82 there are 800 or so."""
+
+PUSH, MEMORY = 0.3, 0.9
+"""Of an overlap, how much a push takes away; of a ball's last step, how much goes into its next."""
+
+SKIN = 0.6
+"""Beyond touching, up to which gap pairs are kept in sight, in mean radii."""
+
+
+class Room(NamedTuple):
+    """A container at rest with its middle at the origin; width and height in m."""
+
+    shape: Shape
+    size: tuple[float, float]
+
+    @property
+    def period(self) -> tuple[float, float] | None:
+        """Width and height of a periodic box, m."""
+        return self.size if self.shape == "periodic" else None
+
+    def places(self, generator: np.random.PCG64, number: int, radius: float) -> Floats:
+        """Uniform places for the centres of balls of a radius (m), (*number*, 2)."""
+        if self.shape == "circle":
+            return (self.size[0] / 2 - radius) * points_in_disc(generator, number, 0.0)
+        margin = 2 * radius if self.shape == "box" else 0.0
+        return np.asarray((uniforms(generator, number) - 0.5) * (np.array(self.size) - margin))
+
+    def between(self, points: Floats, others: Floats) -> tuple[Floats, Floats]:
+        """x and y of points seen from others, or from their nearest images, (*n*,) each, m."""
+        x, y = points[:, 0] - others[:, 0], points[:, 1] - others[:, 1]
+        if self.period is not None:
+            x -= self.period[0] * np.rint(x / self.period[0])
+            y -= self.period[1] * np.rint(y / self.period[1])
+        return x, y
+
+    def put_inside(self, positions: Floats, radii: Floats) -> None:
+        """Move back what has left the room, and in a periodic box in by the other side."""
+        if self.shape == "circle":
+            farthest = self.size[0] / 2 - radii
+            distances = np.sqrt(positions[:, 0] ** 2 + positions[:, 1] ** 2)
+            out = distances > farthest
+            positions[out] *= (farthest[out] / distances[out])[:, None]
+        elif self.shape == "box":
+            corners = np.array(self.size) / 2 - radii[:, None]
+            np.clip(positions, -corners, corners, out=positions)
+        else:
+            positions -= np.array(self.size) * np.rint(positions / np.array(self.size))
+
+
+def scattered(
+    room: Room, radii: Sequence[float], counts: Sequence[int], generator: np.random.PCG64
+) -> Floats:
+    """Random places for so many balls of each radius (m), in that order; (*N*, 2), m.
+
+    Raises ``JammedError`` where they find none.
+    """
+    each = np.repeat(np.asarray(radii, dtype=np.float64), counts)
+    packing = packing_of(room, each)
+    if packing > GROWN * (1 + 1e-9):
+        raise JammedError(GROWN)
+    wide = 2 * max(radii) / min(room.size)
+    if wide > 1:
+        raise JammedError(packing / (wide * wide))
+    inserted = min(packing, INSERTED)
+    while True:
+        scale = math.sqrt(inserted / packing)
+        positions = _inserted(room, radii, counts, generator, scale)
+        if positions is not None:
+            break
+        inserted /= 2
+    if scale < 1:
+        # In strips, what is near is near in memory too.
+        strips = np.floor(positions[:, 1] / (4 * _mean(each)))
+        order = np.lexsort((positions[:, 0], strips))
+        positions[order] = _grown(room, positions[order], each[order], packing)
+    return positions
+
+
+def packing_of(room: Room, radii: Floats) -> float:
+    """Area of balls over that of the room."""
+    squares = math.fsum((radii * radii).tolist())
+    if room.shape == "circle":
+        return 4 * squares / (room.size[0] * room.size[0])
+    return math.pi * squares / (room.size[0] * room.size[1])
+
+
+def _inserted(
+    room: Room,
+    radii: Sequence[float],
+    counts: Sequence[int],
+    generator: np.random.PCG64,
+    scale: float,
+) -> Floats | None:
+    """Places of balls whose radii are ``scale`` of theirs, the largest first; None if jammed."""
+    found: dict[int, Floats] = {}
+    for k in sorted(range(len(radii)), key=lambda k: -radii[k]):
+        found[k] = np.empty((0, 2))
+        attempts, accepted = 0, 1.0
+        while (missing := counts[k] - len(found[k])) > 0:
+            if attempts > ATTEMPTS * counts[k]:
+                return None
+            number = int(missing / accepted) + 8
+            tried = room.places(generator, number, radii[k])
+            attempts += number
+            for other, places in found.items():
+                tried = tried[~_blocked(room, tried, places, scale * (radii[k] + radii[other]))]
+            tried = tried[~_blocked(room, tried, tried, scale * 2 * radii[k])]
+            accepted = max(len(tried) / number, 0.05)
+            found[k] = np.concatenate([found[k], tried[:missing]])
+    return np.concatenate([found[k] for k in range(len(radii))])
+
+
+def _blocked(room: Room, tried: Floats, places: Floats, reach: float) -> NDArray[np.bool_]:
+    """Which places are within reach (m) of others, or of earlier ones among themselves."""
+    blocked = np.zeros(len(tried), dtype=np.bool_)
+    for a, b, distances in near(tried, places, reach, room.period):
+        close = distances < reach
+        if tried is places:
+            close &= b < a
+        blocked[a[close]] = True
+    return blocked
+
+
+def _grown(room: Room, positions: Floats, radii: Floats, packing: float) -> Floats:
+    """The positions of balls pushed apart until none overlap. Raises ``JammedError``.
+
+    They are pushed as if they were larger by a quarter of what jamming leaves room for, so that
+    all are free soon, and keep going as if they had mass.
+    """
+    wanted = radii * (1 + max(0.25 * (math.sqrt(JAMMED / packing) - 1), 1e-4))
+    skin = SKIN * _mean(radii)
+    steps, moved = np.zeros_like(positions), np.full(len(radii), math.inf)
+    for _ in range(SWEEPS):
+        if 2 * np.max(moved) > skin:
+            room.put_inside(positions, radii)
+            pairs = list(near_pairs(positions, wanted, skin, room.period))
+            i, j, _ = (np.concatenate(one) for one in zip(*pairs, strict=True))
+            seen = positions.copy()
+        x, y = room.between(positions[i], positions[j])
+        distances = np.sqrt(x * x + y * y)
+        close = np.flatnonzero(distances < wanted[i] + wanted[j])
+        a, b, apart = i[close], j[close], distances[close]
+        if np.all(apart >= radii[a] + radii[b]):
+            room.put_inside(positions, radii)
+            return positions
+        part = PUSH / 2 * (wanted[a] + wanted[b] - apart) / apart
+        for axis, offsets in enumerate((x, y)):
+            push = part * offsets[close]
+            steps[:, axis] *= MEMORY
+            steps[:, axis] += np.bincount(a, push, len(radii)) - np.bincount(b, push, len(radii))
+        positions += steps
+        if room.period is None:
+            room.put_inside(positions, radii)
+        moved = np.sqrt(np.sum((positions - seen) ** 2, axis=1))
+    ratio = float(np.min(apart / (radii[a] + radii[b])))
+    raise JammedError(packing * ratio * ratio)
+
+
+def _mean(values: Floats) -> float:
+    """Correctly rounded, and so the same on every machine."""
+    return math.fsum(values.tolist()) / len(values)

@@ -1,0 +1,86 @@
+"""Random numbers for starts: places, directions and Maxwell's velocities, the same everywhere.
+
+They are built on PCG64's raw 64-bit output, whose stream NumPy guarantees for ever, by +, -, *, /
+and square roots alone, which are correctly rounded on every machine; the library's sin, cos and
+log are not.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+    Indices = NDArray[np.int64]
+
+
+PLACES, MAXWELL = 1, 2
+"""Streams of a repeat beside that of its directions."""
+
+LOG_2 = 0.6931471805599453
+TERMS = 11
+"""Of the series of the logarithm, whose next is below 2e-19 of the first for |z| < 0.1716."""
+
+
+def stream(seed: int, repeat: int, *purpose: int) -> np.random.PCG64:
+    """The random bits of a repeat for a purpose."""
+    return np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(repeat, *purpose)))
+
+
+def random_directions(number: int, seed: int, repeat: int) -> Floats:
+    """Random unit vectors, (*number*, 2): points in an annulus of the unit disc, normalised."""
+    inside = points_in_disc(stream(seed, repeat), number, 0.0625)
+    return np.asarray(inside / np.sqrt(inside[:, :1] ** 2 + inside[:, 1:] ** 2))
+
+
+def random_normals(number: int, seed: int, repeat: int) -> Floats:
+    """Pairs of independent normal deviates of variance 1, (*number*, 2), by Marsaglia's polar
+    method: doi:10.1137/1006063."""
+    inside = points_in_disc(stream(seed, repeat, MAXWELL), number, 0.0)
+    squares = inside[:, 0] ** 2 + inside[:, 1] ** 2
+    return np.asarray(inside * np.sqrt(-2.0 * logarithm(squares) / squares)[:, None])
+
+
+def points_in_disc(generator: np.random.PCG64, number: int, least: float) -> Floats:
+    """Uniform points of the unit disc, (*number*, 2), whose squared radius is over ``least``."""
+    found: list[Floats] = []
+    missing = number
+    while missing > 0:
+        points = 2.0 * uniforms(generator, missing + missing // 2 + 8) - 1.0
+        squares = points[:, 0] ** 2 + points[:, 1] ** 2
+        inside = points[(squares > least) & (squares <= 1.0)][:missing]
+        found.append(inside)
+        missing -= len(inside)
+    return np.concatenate(found) if found else np.empty((0, 2))
+
+
+def uniforms(generator: np.random.PCG64, number: int) -> Floats:
+    """Uniform points of the unit square, (*number*, 2), in multiples of 2^-53."""
+    raw = generator.random_raw(2 * number)
+    return np.asarray((raw >> np.uint64(11)).astype(np.float64) * 2.0**-53).reshape(-1, 2)
+
+
+def shuffled(generator: np.random.PCG64, number: int) -> Indices:
+    """The whole numbers below ``number`` in random order."""
+    return np.argsort(generator.random_raw(number), kind="stable")
+
+
+def logarithm(values: Floats) -> Floats:
+    """Natural logarithm to a few units in the last place, the same bits on every machine.
+
+    ln(m 2^k) = k ln 2 + 2 (z + z^3/3 + z^5/5 + ...) with z = (m - 1)/(m + 1).
+    """
+    mantissa, exponent = np.frexp(values)
+    low = mantissa < math.sqrt(0.5)
+    mantissa, exponent = np.where(low, 2.0 * mantissa, mantissa), exponent - low
+    z = (mantissa - 1.0) / (mantissa + 1.0)
+    square = z * z
+    series = np.full_like(z, 1.0 / (2 * TERMS + 1))
+    for odd in range(2 * TERMS - 1, 0, -2):
+        series = series * square + 1.0 / odd
+    return np.asarray(exponent * LOG_2 + 2.0 * z * series)

@@ -1,0 +1,40 @@
+"""A run: its folder, its points and repeats, and how they are simulated."""
+
+from snooker_cli.runs.folder import (
+    FAILURES,
+    RUNS,
+    create,
+    extension,
+    failures,
+    forget_failures,
+    held,
+    holds_results,
+    is_held,
+    note_failure,
+    open_run,
+    planned,
+    runs_in,
+)
+from snooker_cli.runs.run import ANALYSES, FIGURE_KEYS, MANIFEST, Run, State, write_json
+
+__all__ = [
+    "ANALYSES",
+    "FAILURES",
+    "FIGURE_KEYS",
+    "MANIFEST",
+    "RUNS",
+    "Run",
+    "State",
+    "create",
+    "extension",
+    "failures",
+    "forget_failures",
+    "held",
+    "holds_results",
+    "is_held",
+    "note_failure",
+    "open_run",
+    "planned",
+    "runs_in",
+    "write_json",
+]

@@ -1,0 +1,167 @@
+"""Scenes to be right about: the report's, light containers, and those that the theory knows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from decimal import Decimal, localcontext
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from snooker_cli.config import parse
+from snooker_cli.placement.places import DIGITS, cosine_and_sine
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.scene import Scene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+RADIUS = 10.0
+"""Of every container here, m."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene with its name, what it is, and how many of its collisions to follow."""
+
+    name: str
+    what: str
+    collisions: int
+    start: Callable[[], Scene]
+
+
+def rings(
+    repeat: int = 0,
+    *,
+    radius: float = 1.0,
+    restitution: float = 1.0,
+    wall_restitution: float | None = None,
+    container_mass: float = 1e7,
+    number: int = 3,
+) -> Scene:
+    """The report's balls: on rings, at 10 m/s in random directions, the repeat's own."""
+    experiment = parse(
+        f"""
+        container: {{radius: {RADIUS}, mass: {str(container_mass).replace("inf", ".inf")}}}
+        balls: {{rings: {number}, radius: {radius}, speed: 10.0, ring_extent: 0.8}}
+        cor: {restitution}
+        wall_cor: {"null" if wall_restitution is None else wall_restitution}
+        collisions: 500
+        seed: 1
+        """
+    ).experiment
+    return starting_scene(experiment, repeat)
+
+
+def mixture() -> Scene:
+    """The report's balls with radii from 0.4 m to 1 m, masses from 0.2 kg to 5 kg, cor 0.9."""
+    scene = rings(restitution=0.9, container_mass=20.0)
+    return replace(
+        scene,
+        radii=np.linspace(1.0, 0.4, scene.number),
+        masses=geometric(0.2, 5.0, scene.number),
+    )
+
+
+def geometric(first: float, last: float, number: int) -> NDArray[np.float64]:
+    """A geometric sequence of ``number`` > 1 values from first to last, each correctly rounded.
+
+    NumPy's ``geomspace`` rounds differently on different processors.
+    """
+    with localcontext() as context:
+        context.prec = DIGITS
+        start, ratio = Decimal(first), Decimal(last) / Decimal(first)
+        powers = (ratio ** (Decimal(k) / (number - 1)) for k in range(number))
+        return np.array([float(start * power) for power in powers])
+
+
+Ball = tuple[float, float, float, float, float, float]
+"""x, y (m), u, v (m/s), radius (m), mass (kg)."""
+
+
+def fixed(balls: Sequence[Ball], restitution: float = 1.0, wall_restitution: float = 1.0) -> Scene:
+    """Balls given one by one in a fixed container."""
+    table = np.array(balls, dtype=np.float64)
+    return Scene(
+        positions=table[:, 0:2].copy(),
+        velocities=table[:, 2:4].copy(),
+        radii=table[:, 4].copy(),
+        masses=table[:, 5].copy(),
+        container_radius=RADIUS,
+        container_mass=math.inf,
+        container_position=np.zeros(2),
+        container_velocity=np.zeros(2),
+        restitution=restitution,
+        wall_restitution=wall_restitution,
+    )
+
+
+def row() -> Scene:
+    """Newton's row of five with gaps, along a diameter; the first one moves."""
+    balls: list[Ball] = [(1.5 * k - 6.5, 0.0, 0.0, 0.0, 0.5, 1.0) for k in range(5)]
+    balls[0] = (-6.5, 0.0, 10.0, 0.0, 0.5, 1.0)
+    return fixed(balls, restitution=0.9)
+
+
+def galperin() -> Scene:
+    """A light ball at rest between the wall and one 10,000 times heavier that comes along."""
+    return fixed([(-9.4, 0.0, 0.0, 0.0, 0.1, 1.0), (-8.7, 0.0, -1.0, 0.0, 0.1, 1e4)])
+
+
+def along_the_wall(angle: float) -> Scene:
+    """One ball of 1 m at the wall, moving inwards at an angle to it, rad."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        cosine, sine = cosine_and_sine(Decimal(angle))
+    return fixed([(RADIUS - 1.0, 0.0, -10.0 * float(sine), 10.0 * float(cosine), 1.0, 1.0)])
+
+
+def wall_trap() -> Scene:
+    """One ball that has just left a wall of restitution 0.9 at 6 m/s, with 8 m/s along it."""
+    return fixed([(RADIUS - 1.0, 0.0, -6.0, 8.0, 1.0, 1.0)], wall_restitution=0.9)
+
+
+CASES = (
+    Case("report", "the report's scene, elastic", 500, rings),
+    Case("report-cor-0.8", "the report's scene, cor 0.8", 500, lambda: rings(restitution=0.8)),
+    Case(
+        "report-fixed",
+        "the report's balls, elastic, in a fixed container",
+        500,
+        lambda: rings(1, container_mass=math.inf),
+    ),
+    Case("dilute", "the report's balls with a radius of 0.1 m", 150, lambda: rings(radius=0.1)),
+    Case(
+        "dilute-fixed-cor-0.8",
+        "balls of 0.1 m, cor 0.8, in a fixed container with an elastic wall",
+        150,
+        lambda: rings(
+            1, radius=0.1, restitution=0.8, wall_restitution=1.0, container_mass=math.inf
+        ),
+    ),
+    Case("mixture", "unequal radii and masses, cor 0.9, container of 20 kg", 300, mixture),
+    Case(
+        "light-container",
+        "seven balls of 1 kg, elastic, in a container of 5 kg",
+        300,
+        lambda: rings(number=1, container_mass=5.0),
+    ),
+    Case("row", "Newton's row of five, cor 0.9, and back from the elastic wall", 60, row),
+    Case("galperin", "Galperin's billiard with a mass ratio of 10,000", 314, galperin),
+    Case(
+        "whispering-gallery",
+        "one elastic ball along the wall, at 0.001 rad to it",
+        500,
+        lambda: along_the_wall(1e-3),
+    ),
+    Case(
+        "star",
+        "one elastic ball on a star of five corners",
+        500,
+        lambda: along_the_wall(0.4 * math.pi),
+    ),
+    Case("wall-trap", "one ball into a wall trap, wall cor 0.9", 300, wall_trap),
+)
