@@ -23,7 +23,7 @@ from snooker_cli.scene import Scene
 from snooker_cli.store import SCHEMA_VERSION, Provenance
 from snooker_cli.trace import StopReason, Trace
 
-PAGE = (Path(__file__).parents[1] / "docs" / "file-format.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "file-format.md").read_text(encoding="utf-8")
 
 Row = dict[str, str]
 Snooker = Callable[..., Any]

@@ -18,7 +18,7 @@ from snooker_cli.engine import simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[1] / "data"
 CONTAINERS = {
     "circle": {"shape": "circle"},
     "light circle": {"shape": "circle", "container_mass": 20.0},

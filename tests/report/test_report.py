@@ -25,7 +25,7 @@ from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.plan import scene_classes
 from snooker_cli.trace import StopReason
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
 
 REPEATS = 2

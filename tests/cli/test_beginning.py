@@ -17,7 +17,7 @@ from snooker_cli.runs import open_run
 from snooker_cli.theory import published_ratio
 from snooker_cli.trace import StopReason
 
-CONFIGS = Path(__file__).parents[1] / "configs"
+CONFIGS = Path(__file__).parents[2] / "configs"
 NAMES = list(templates())
 
 SHORT = {

@@ -19,7 +19,7 @@ import pytest
 import snooker_cli
 from snooker_cli.engine import jit
 
-TESTS = Path(__file__).parent
+TESTS = Path(__file__).parents[1]
 
 if os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}:
     pytest.skip("nothing is compiled here", allow_module_level=True)

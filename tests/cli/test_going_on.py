@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from snooker_cli.cli.app import app
 from snooker_cli.cli.run_command import SLIDE, SLIDE_IF_FIXED, TC
 
-HARD = Path(__file__).parents[1] / "configs" / "hard"
+HARD = Path(__file__).parents[2] / "configs" / "hard"
 
 
 @pytest.mark.parametrize(

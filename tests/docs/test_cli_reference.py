@@ -15,7 +15,7 @@ from typer.main import get_command
 from snooker_cli.cli.app import app
 from snooker_cli.cli.exit_codes import ExitCode
 
-REFERENCE = Path(__file__).parents[1] / "docs" / "cli.md"
+REFERENCE = Path(__file__).parents[2] / "docs" / "cli.md"
 
 HEAD = """\
 # The commands

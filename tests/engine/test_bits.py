@@ -18,7 +18,7 @@ from snooker_cli.engine import ENGINE_VERSION, replay, series, simulate
 from snooker_cli.scene import Scene, Shape
 from snooker_cli.trace import Trace
 
-TESTS = Path(__file__).parent
+TESTS = Path(__file__).parents[1]
 
 
 def numpy_found() -> list[str]:

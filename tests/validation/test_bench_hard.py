@@ -26,7 +26,7 @@ from snooker_cli.validation.hard_cases import CASES, INVARIANTS, Hard, judged, m
 
 Snooker = Callable[..., Any]
 
-FOLDER = Path(__file__).parents[1] / "configs" / "hard"
+FOLDER = Path(__file__).parents[2] / "configs" / "hard"
 BY_NAME = {case.name: case for case in CASES}
 SHORT = 2000
 """Collisions of those that take more than a second."""

@@ -16,7 +16,7 @@ from snooker_cli.analysis.decay import Decay, decays, reported_constant
 from snooker_cli.engine import simulate
 from snooker_cli.trace import Trace
 
-GOLDEN = Path(__file__).with_name("golden") / "fits.json"
+GOLDEN = Path(__file__).parents[1].joinpath("golden") / "fits.json"
 
 TOLERANCE = 1e-9
 """Relative. Sums, exp and log that other processors round differently change a fit by a few 1e-15;

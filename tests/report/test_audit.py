@@ -42,7 +42,7 @@ from snooker_cli.report.source_values import (
 )
 from snooker_cli.runs import Run
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 REPORT = ROOT / "snooker_cli" / "report"
 
 

@@ -145,7 +145,7 @@ def test_what_our_starter_has_us_ignore_is_ignored() -> None:
 
 def test_one_ends_the_jobs_that_the_script_for_slurm_has_begun(tmp_path: Path) -> None:
     """The script of the page, with others in the place of SLURM and of snooker."""
-    page = (Path(__file__).parents[1] / "docs" / "cluster.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "cluster.md").read_text(encoding="utf-8")
     (script,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     (tmp_path / "on_slurm.py").write_text(script)
     (tmp_path / "dask_jobqueue.py").write_text(SLURM)

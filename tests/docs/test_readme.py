@@ -25,7 +25,7 @@ from snooker_cli.report.supplements import finding, saved
 from snooker_cli.runs import Run, create
 from snooker_cli.runs.execution import Watcher, execute
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```console\n(.*?)```", README, flags=re.DOTALL)
 TIMING = re.compile(r" in [\d.]+ s \([\d,]+ events/s\)( after \d+ s of compiling)?")

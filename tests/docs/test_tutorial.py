@@ -18,7 +18,7 @@ import pytest
 from snooker_cli.cli.options import templates
 from snooker_cli.config import digest, parse
 
-DOCS = Path(__file__).parents[1] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 TUTORIAL = DOCS / "tutorial.md"
 CONSOLE = re.compile(r"```console\n\$ (.*)\n((?:.*\n)*?)```")
 VARIES = re.compile(

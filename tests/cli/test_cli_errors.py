@@ -15,7 +15,7 @@ import pytest
 import yaml
 
 TABLE: dict[str, Any] = yaml.safe_load(
-    (Path(__file__).parent / "data" / "bad_configs.yaml").read_text(encoding="utf-8")
+    (Path(__file__).parents[1] / "data" / "bad_configs.yaml").read_text(encoding="utf-8")
 )
 
 Snooker = Callable[..., Any]

@@ -13,7 +13,7 @@ import yaml
 from snooker_cli.config import ConfigError, load, parse
 
 TABLE: dict[str, Any] = yaml.safe_load(
-    (Path(__file__).parent / "data" / "bad_configs.yaml").read_text(encoding="utf-8")
+    (Path(__file__).parents[1] / "data" / "bad_configs.yaml").read_text(encoding="utf-8")
 )
 BASE: str = TABLE["base"]
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-GOLDEN = Path(__file__).parent / "golden" / "cli"
+GOLDEN = Path(__file__).parents[1] / "golden" / "cli"
 
 MASKS = (
     # Only the first run of a kind of scene compiles.

@@ -24,7 +24,7 @@ from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
 
-GOLDEN = Path(__file__).with_name("golden") / "engine.json"
+GOLDEN = Path(__file__).parents[1].joinpath("golden") / "engine.json"
 
 
 class Case(NamedTuple):
