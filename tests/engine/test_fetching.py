@@ -42,7 +42,7 @@ def seen(bits):
 results = []
 follow, first, steps = cells.fetch_ahead, cells.first, []
 for large in (False, True):
-    event_queue.LARGE = 0 if large else 1 << 62
+    cells.LARGE = 0 if large else 1 << 62
     scene = gas("periodic", 1024, 0.4, cor=0.95)
     engine = simulation.InCells(scene, kernel_state.Setup.of(scene))
     results.append((engine, events()))
