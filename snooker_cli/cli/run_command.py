@@ -100,20 +100,6 @@ def _ways_on(experiment: Experiment, reason: StopReason) -> Iterator[str]:
 
 # ``snooker run --dry-run``: what a run would do, what it models, and about how long it takes.
 
-BYTES_AN_EVENT = 14.5
-SHORT, BYTES_A_SHORT_EVENT = 4096, 32
-"""Shorter repeats are not compressed."""
-
-BYTES_A_BALL = 80
-BYTES_A_REPEAT = 16_000
-BYTES_A_SUMMARY = 60_000
-
-COLD = 2.0**-104
-"""Of the energy: the part at which speeds are those of rounding, ε times what they were."""
-
-PATIENCE = 7 * 86400.0
-"""Seconds that a run may take, by its estimate, without being asked for twice."""
-
 
 def show(content: dict[str, Any], *, as_json: bool) -> None:
     """Print a plan."""
@@ -126,168 +112,20 @@ def show(content: dict[str, Any], *, as_json: bool) -> None:
         tell(line)
 
 
-def plan(
-    run: Run, kinds: Sequence[SceneClass], workers: int, fresh: bool = False
-) -> dict[str, Any]:
-    """What ``--json`` prints: repeats that are there and to do, kinds of scenes, time and disk.
-
-    Estimates are ``None`` where the number of collisions is not known beforehand; where a gas may
-    cool until it drifts as a whole, the one of time is too low, and ``cools_out`` says so.
-    """
-    to_do = _to_do(run, fresh=fresh)
-    shown = [_kind(kind, to_do, run.engine) for kind in kinds]
-    missing = sum(to_do.values())
-    seconds = _total(shown, "processor_seconds")
-    threads = max(1, min(workers, missing))
-    return {
-        "run": str(run.directory),
-        "points": len(run.points),
-        "repeats": run.experiment.repeats,
-        "cached": len(run.points) * run.experiment.repeats - missing,
-        "to_do": missing,
-        "kinds": shown,
-        "collisions": _total(shown, "collisions"),
-        "threads": threads,
-        "seconds": None if seconds is None else seconds / threads,
-        "cools_out": any(
-            to_do[point.index] > 0 and _cools_out(kind, point, number)
-            for kind in kinds
-            for point, number in zip(kind.points, kind.balls, strict=True)
-        ),
-        "bytes": _total(shown, "bytes"),
-        "free_bytes": _free(run.directory),
-    }
-
-
 def refuse_excess(run: Run, kinds: Sequence[SceneClass], workers: int, fresh: bool = False) -> None:
     """Raise ``UserError`` for what may take very long or more disk than is free."""
     from snooker_cli.errors import UserError
+    from snooker_cli.runs.plan import is_excessive, run_plan
 
     # The files that are there are checked only if all of them anew would be too much.
-    if not _is_excessive(plan(run, kinds, workers, fresh=True)):
+    if not is_excessive(run_plan(run, kinds, workers, fresh=True)):
         return
-    content = plan(run, kinds, workers, fresh)
-    if _is_excessive(content):
+    content = run_plan(run, kinds, workers, fresh)
+    if is_excessive(content):
         raise UserError(
             f"{_estimate(content)}; give fewer collisions or repeats, or record: summary to take "
             "less disk, or --yes if it is meant"
         )
-
-
-def _is_excessive(content: dict[str, Any]) -> bool:
-    """Whether a plan needs more disk than is free, or very long."""
-    seconds, free = content["seconds"] or 0.0, content["free_bytes"]
-    return seconds > PATIENCE or (free is not None and (content["bytes"] or 0.0) > free)
-
-
-def _free(directory: Path) -> int | None:
-    """Bytes that are free where a folder is or will be; none if the system does not tell."""
-    import shutil
-
-    there = next((each for each in (directory, *directory.parents) if each.exists()), directory)
-    try:
-        disk = shutil.disk_usage(there)
-    except OSError:
-        return None
-    return disk.free if disk.total else None
-
-
-def _to_do(run: Run, *, fresh: bool) -> dict[int, int]:
-    """The number of repeats that each point lacks; those that are there are checked."""
-    from snooker_cli.runs import State
-    from snooker_cli.runs.status import entry, jobs
-
-    found = dict.fromkeys((point.index for point in run.points), run.experiment.repeats)
-    if fresh or not run.directory.is_dir():
-        return found
-    for job in jobs(run):
-        found[job.point.index] -= entry(run, job).state is State.DONE
-    return found
-
-
-def _kind(kind: SceneClass, to_do: dict[int, int], engine: str | None) -> dict[str, Any]:
-    """One kind of scenes, and what its repeats ask for."""
-    numbers = dict(zip((point.index for point in kind.points), kind.balls, strict=True))
-    estimates = [
-        {
-            "collisions": _times(to_do[point.index], point.experiment.collisions),
-            "processor_seconds": _times(to_do[point.index], _seconds(kind, point, numbers)),
-            "bytes": _times(to_do[point.index], _bytes(point, numbers)),
-        }
-        for point in kind.points
-    ]
-    return {
-        "points": [point.as_json() for point in kind.points],
-        "balls": sorted(set(kind.balls)),
-        "shape": kind.shape,
-        "engine": "cells" if kind.models["cells"] else "allpairs",
-        "because": _because(kind, engine),
-        "to_do": sum(to_do[point.index] for point in kind.points),
-        "models": kind.models,
-        **{name: _total(estimates, name) for name in estimates[0]},
-    }
-
-
-def _because(kind: SceneClass, engine: str | None) -> str:
-    """Why the kind's engine is what it is."""
-    if engine is not None:
-        return f"as --engine {engine} says"
-    if kind.shape != "circle":
-        return f"a {kind.shape} container" if kind.shape == "periodic" else "a box"
-    if kind.models["sliding along the wall"]:
-        return "balls slide"
-    return f"{'many' if kind.models['cells'] else 'few'} balls in a circle"
-
-
-def _seconds(kind: SceneClass, point: Point, numbers: dict[int, int]) -> float | None:
-    """About how long one thread takes for a repeat, s; dilute gases among cells take longer.
-
-    Rates as of `snooker bench speed`: for all pairs a constant and so much a ball, for cells a
-    power of the number, as the memory that more balls lie in is slower.
-    """
-    number, collisions = numbers[point.index], point.experiment.collisions
-    if collisions is None:
-        return None
-    setting_up = 3e-3 + 5e-6 * number
-    if not kind.models["cells"]:
-        return setting_up + collisions * (1.5e-7 + 5e-9 * number)
-    return float(setting_up + collisions * 6e-7 * max(1.0, number / 1000) ** 0.3)
-
-
-def _cools_out(kind: SceneClass, point: Point, number: int) -> bool:
-    """Whether balls without walls cool until they drift together, all but at rest to each other.
-
-    Between two collisions they then cross ever more cells. A collision of equal balls takes
-    (1 - CoR²) / N of the energy, on average over directions and speeds (Haff's law by collisions),
-    unless they cluster.
-    """
-    experiment = point.experiment
-    lost = (experiment.collisions or 0) * (1.0 - experiment.cor**2) / number
-    lasting = kind.shape == "periodic" and experiment.elastic_below == 0.0
-    return lasting and lost > -math.log(COLD)
-
-
-def _bytes(point: Point, numbers: dict[int, int]) -> float | None:
-    """About how large a repeat's file becomes."""
-    experiment = point.experiment
-    frame = BYTES_A_REPEAT + BYTES_A_BALL * numbers[point.index]
-    if experiment.record == "summary":
-        return frame + BYTES_A_SUMMARY
-    if experiment.collisions is None:
-        return None
-    short = experiment.collisions < SHORT
-    return frame + experiment.collisions * (BYTES_A_SHORT_EVENT if short else BYTES_AN_EVENT)
-
-
-def _times(repeats: int, each: float | None) -> float | None:
-    """So many times a value that may not be known."""
-    return 0 if repeats == 0 else None if each is None else repeats * each
-
-
-def _total(parts: Sequence[dict[str, Any]], name: str) -> float | None:
-    """A sum, unless one of its parts is not known."""
-    values = [part[name] for part in parts]
-    return None if None in values else sum(values)
 
 
 def _lines(content: dict[str, Any]) -> Iterator[str]:
@@ -459,6 +297,7 @@ def run(
     from snooker_cli.cli.exit_codes import ExitCode, leave
     from snooker_cli.cli.progress_bar import Bar, Lines, awaited, stopping_on_signals
     from snooker_cli.runs.execution import execute
+    from snooker_cli.runs.plan import run_plan
 
     scheduler = scheduler_of(executor)
     cancelled = threading.Event()
@@ -478,7 +317,7 @@ def run(
             target = runs.planned(directory, loaded.experiment, fresh=fresh, engine=engine)
             _say_extension(target, fresh)
             show(
-                awaited(lambda: plan(target, scene_classes, threads, fresh), cancelled),
+                awaited(lambda: run_plan(target, scene_classes, threads, fresh), cancelled),
                 as_json=as_json,
             )
             return
