@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from snooker_cli.scene import Scene
-    from snooker_cli.trace import Series, Trace
+    from snooker_cli.trace import Events, Series, Trace
 
     Array = NDArray[np.float64]
 
@@ -230,6 +230,38 @@ ROUNDING = 1e-12
 def temperature(found: Series, number: int) -> Array:
     """Temperature by equipartition in two dimensions, T = <KE>, J (k_B = 1)."""
     return found.kinetic_energy / number
+
+
+def total_energy(scene: Scene) -> float:
+    """Kinetic energy of the balls and the container, J."""
+    return scene.kinetic_energy + scene.container_energy
+
+
+def losses(start: Scene, events: Events) -> float:
+    """Energy that collisions take, J: the sum of (1 - e)/(1 + e) J^2/(2 mu).
+
+    Of a run without lasting contacts, elastic slow collisions and sliding balls.
+    """
+    masses = np.append(start.masses, start.container_mass)  # j = -1 is the last
+    e = np.where(events.at_wall, start.wall_restitution, start.restitution)
+    inverse = 1 / masses[events.i] + 1 / masses[events.j]
+    return float(np.sum((1 - e) / (1 + e) * events.impulse**2 * inverse / 2))
+
+
+def total_momentum(scene: Scene) -> Array:
+    """Momentum of the balls and of a free container; (2,), kg m/s."""
+    total = scene.masses @ scene.velocities
+    return total + scene.container_mass * scene.container_velocity if scene.free else total
+
+
+def total_angular_momentum(scene: Scene) -> float:
+    """Angular momentum about the origin, kg m^2/s; a free container counts as a point mass."""
+    (x, y), (u, v) = scene.positions.T, scene.velocities.T
+    total = float(np.sum(scene.masses * (x * v - y * u)))
+    if scene.free:
+        (x, y), (u, v) = scene.container_position, scene.container_velocity
+        total += scene.container_mass * float(x * v - y * u)
+    return total
 
 
 def drift_energy(scene: Scene) -> float:
@@ -468,6 +500,7 @@ __all__ = [
     "ideal_gas_ratio",
     "instants",
     "integrals",
+    "losses",
     "mean_and_error",
     "mean_pressure",
     "mean_temperature",
@@ -483,6 +516,9 @@ __all__ = [
     "temperature",
     "time_mean",
     "time_means",
+    "total_angular_momentum",
+    "total_energy",
+    "total_momentum",
     "virial_ratio",
     "window_energy",
     "window_pressure",

@@ -11,6 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from snooker_cli.analysis.observables import (
+    losses,
+    total_angular_momentum,
+    total_energy,
+    total_momentum,
+)
 from snooker_cli.figures import NEUTRAL, FigureData, Layer, Line, Points, Reference, plain
 from snooker_cli.formatting import short
 from snooker_cli.scene import EPSILON, Scene
@@ -27,10 +33,7 @@ from snooker_cli.validation.reference_scenes import CASES, Case, rings
 from snooker_cli.validation.study import machine, origin
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from snooker_cli.scene import Scene
-    from snooker_cli.trace import Events
     from snooker_cli.validation.methods import Method, Trajectory
 
 
@@ -64,35 +67,6 @@ def ledger(course: Trajectory) -> ConservationErrors:
         momentum=float(momentum / np.sum(start.masses * speeds)) if start.free else None,
         angular_momentum=turned / float(np.sum(start.masses * arms * speeds)),
     )
-
-
-def total_energy(scene: Scene) -> float:
-    """Of the balls and the container, J."""
-    return scene.kinetic_energy + scene.container_energy
-
-
-def losses(start: Scene, events: Events) -> float:
-    """The sum of (1 - e)/(1 + e) J^2/(2 mu) over the collisions, J."""
-    masses = np.append(start.masses, start.container_mass)  # j = -1 is the last
-    e = np.where(events.at_wall, start.wall_restitution, start.restitution)
-    inverse = 1 / masses[events.i] + 1 / masses[events.j]
-    return float(np.sum((1 - e) / (1 + e) * events.impulse**2 * inverse / 2))
-
-
-def total_momentum(scene: Scene) -> NDArray[np.float64]:
-    """Of the balls and of a container that moves, kg m/s."""
-    total = scene.masses @ scene.velocities
-    return total + scene.container_mass * scene.container_velocity if scene.free else total
-
-
-def total_angular_momentum(scene: Scene) -> float:
-    """About the origin, with a container that moves as a point mass, kg m^2/s."""
-    (x, y), (u, v) = scene.positions.T, scene.velocities.T
-    total = float(np.sum(scene.masses * (x * v - y * u)))
-    if scene.free:
-        (x, y), (u, v) = scene.container_position, scene.container_velocity
-        total += scene.container_mass * float(x * v - y * u)
-    return total
 
 
 CHECKPOINTS = (1, 2, 5, 10, 20, 50, 100, 150, 200, 300, 500)

@@ -26,15 +26,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli.engine import States, replay, series
-from snooker_cli.scene import EPSILON
-from snooker_cli.trace import CONTAINER, StopReason
-from snooker_cli.validation.accuracy_study import (
+from snooker_cli.analysis.observables import (
     losses,
     total_angular_momentum,
     total_energy,
     total_momentum,
 )
+from snooker_cli.engine import States, replay, series
+from snooker_cli.scene import EPSILON
+from snooker_cli.trace import CONTAINER, StopReason
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

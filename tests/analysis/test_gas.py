@@ -8,12 +8,12 @@ import pytest
 from scenes import EPSILON
 from scipy import stats
 
+from snooker_cli.analysis.observables import total_momentum
 from snooker_cli.config import Experiment, digest, parse, points, to_json
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.random_numbers import logarithm, random_directions, random_normals
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
-from snooker_cli.validation.accuracy_study import total_momentum
 
 SHAPES = ("circle", "box", "periodic")
 

@@ -12,14 +12,14 @@ import pytest
 from scenes import EPSILON, energy_losses, gas, is_wall, scene_of
 from test_invariants import MILLION, NEARLY_ELASTIC, WALK, largest_momentum
 
-from snooker_cli.engine import replay, simulate
-from snooker_cli.scene import Scene
-from snooker_cli.trace import StopReason, Trace
-from snooker_cli.validation.accuracy_study import (
+from snooker_cli.analysis.observables import (
     total_angular_momentum,
     total_energy,
     total_momentum,
 )
+from snooker_cli.engine import replay, simulate
+from snooker_cli.scene import Scene
+from snooker_cli.trace import StopReason, Trace
 
 SCENES = {
     "circle": lambda: gas("circle", 150, 0.4, cor=NEARLY_ELASTIC),

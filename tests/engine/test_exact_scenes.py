@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from scenes import EPSILON, Ball, energy_losses, is_wall, scene_of
 
+from snooker_cli.analysis.observables import (
+    total_angular_momentum,
+    total_energy,
+    total_momentum,
+)
 from snooker_cli.engine import replay, simulate
 from snooker_cli.placement.places import unit_polygon
 from snooker_cli.placement.random_numbers import random_directions
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, StopReason
-from snooker_cli.validation.accuracy_study import (
-    total_angular_momentum,
-    total_energy,
-    total_momentum,
-)
 
 A = 9.0  # accessible radius of a ball of 1 m in the container of 10 m
 SPEED = 10.0

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from scenes import EPSILON, energy_losses, is_wall, mixed_scene, report_scene
 
-from snooker_cli.engine import replay, simulate
-from snooker_cli.scene import Scene
-from snooker_cli.trace import Trace
-from snooker_cli.validation.accuracy_study import (
+from snooker_cli.analysis.observables import (
     total_angular_momentum,
     total_energy,
     total_momentum,
 )
+from snooker_cli.engine import replay, simulate
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Trace
 
 MILLION = 1_000_000
 WALK = 6 * math.sqrt(MILLION) * 4 * EPSILON

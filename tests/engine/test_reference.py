@@ -14,13 +14,13 @@ import pytest
 from make_reference import Reference
 from scenes import EPSILON
 
-from snooker_cli.engine import replay, simulate
-from snooker_cli.trace import CONTAINER, StopReason
-from snooker_cli.validation.accuracy_study import (
+from snooker_cli.analysis.observables import (
     total_angular_momentum,
     total_energy,
     total_momentum,
 )
+from snooker_cli.engine import replay, simulate
+from snooker_cli.trace import CONTAINER, StopReason
 from snooker_cli.validation.exact_twin import trajectory
 
 ROUNDINGS = 8

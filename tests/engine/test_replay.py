@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scenes import EPSILON, digest, is_wall, mixed_scene, report_scene, scene_of
 
+from snooker_cli.analysis.observables import total_energy
 from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, StopReason
-from snooker_cli.validation.accuracy_study import total_energy
 
 SCENES = {
     "fixed": lambda: report_scene(cor=0.9, wall_cor=1.0),

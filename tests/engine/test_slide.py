@@ -9,7 +9,7 @@ from scenes import EPSILON, digest, report_scene, same_events, scene_of
 from test_bits import output_of
 
 from snooker_cli import store
-from snooker_cli.analysis.observables import cumulative_pressure, so_far
+from snooker_cli.analysis.observables import cumulative_pressure, so_far, total_angular_momentum
 from snooker_cli.config import ConfigError, parse
 from snooker_cli.engine import replay, series, simulate, specialisation
 from snooker_cli.engine.sliding import cosine_and_sine
@@ -17,7 +17,6 @@ from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance
 from snooker_cli.theory import wall_trap
 from snooker_cli.trace import CONTAINER, SLIDE, Events, StopReason, Trace
-from snooker_cli.validation.accuracy_study import total_angular_momentum
 
 TRAP = wall_trap(6.0, 8.0, 0.9, 9.0)
 

@@ -11,10 +11,10 @@ from error_growth import growth
 from scenes import EPSILON, scene_of
 
 from snooker_cli import theory
+from snooker_cli.analysis.observables import total_energy, total_momentum
 from snooker_cli.engine import simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER
-from snooker_cli.validation.accuracy_study import total_energy, total_momentum
 from snooker_cli.validation.exact_twin import first_different, trajectory
 from snooker_cli.validation.reference_scenes import (
     along_the_wall,
