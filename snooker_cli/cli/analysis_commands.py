@@ -12,14 +12,11 @@ from snooker_cli.cli.output import tell
 from snooker_cli.cli.run_command import AsJson
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable
 
+    from snooker_cli.analysis.run_analysis import Records, RunAnalysis
     from snooker_cli.formatting import Column
     from snooker_cli.runs import Run
-    from snooker_cli.trace import Trace
-
-    Records = list[dict[str, Any]]
-    Analysis = Callable[[Iterator[Trace], dict[str, Any]], tuple[Records, Sequence[str]]]
 
 
 RUN = typer.Argument(
@@ -35,15 +32,10 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
     error, the bootstrap's, and (largest - smallest)/2, which is the report's way. Saved in
     RUN/fit.json.
     """
-    from snooker_cli.analysis.decay import SAMPLING, decays, notes, record
+    from snooker_cli.analysis.decay import SAMPLING
+    from snooker_cli.analysis.run_analysis import fits
     from snooker_cli.cli.output import point_label
     from snooker_cli.formatting import Column, short, with_error
-
-    def analysis(
-        traces: Iterator[Trace], parameters: dict[str, Any]
-    ) -> tuple[Records, Sequence[str]]:
-        found = decays(traces)
-        return [record(one, parameters) for one in found], notes(found)
 
     def cells(one: dict[str, Any]) -> list[str]:
         return [
@@ -69,7 +61,7 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
         Column("rms residual", True),
         Column("repeats", True),
     ]
-    _tell(run, "fit.json", analysis, as_json, columns, cells, SAMPLING)
+    _tell(run, fits, as_json, columns, cells, SAMPLING)
 
 
 def compare(run: RunName, as_json: AsJson = False) -> None:
@@ -78,16 +70,9 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
     Each row: measured mean and standard error, prediction, difference, and the difference in its
     standard errors. Saved in RUN/compare.json.
     """
-    from snooker_cli.analysis.comparison import compare as comparisons
-    from snooker_cli.analysis.comparison import record
+    from snooker_cli.analysis.run_analysis import comparisons
     from snooker_cli.cli.output import point_label
     from snooker_cli.formatting import Column, short, with_error
-
-    def analysis(
-        traces: Iterator[Trace], parameters: dict[str, Any]
-    ) -> tuple[Records, Sequence[str]]:
-        found = comparisons(traces)
-        return [record(row, parameters) for row in found.rows], found.notes
 
     def cells(one: dict[str, Any]) -> list[str]:
         return [
@@ -111,13 +96,12 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
         Column("difference", True),
         Column("in errors", True),
     ]
-    _tell(run, "compare.json", analysis, as_json, columns, cells)
+    _tell(run, comparisons, as_json, columns, cells)
 
 
 def _tell(
     name: str,
-    file: str,
-    analysis: Analysis,
+    analyse: Callable[[Run], RunAnalysis],
     as_json: bool,
     columns: list[Column],
     cells: Callable[[dict[str, Any]], list[str]],
@@ -130,67 +114,15 @@ def _tell(
     from snooker_cli.runs import open_run
 
     run = open_run(name)
-    rows, notes = _analysed(run, analysis)
+    found = analyse(run)
     if as_json:
-        tell(json.dumps(rows))
+        tell(json.dumps(found.rows))
     else:
-        print_table(columns, [cells(one) for one in rows])
+        print_table(columns, [cells(one) for one in found.rows])
         if footer:
             tell(footer)
-        _print_notes(notes, len(run.points))
-    _save(run, file, rows, notes)
-
-
-def _analysed(run: Run, analysis: Analysis) -> tuple[Records, Records]:
-    """The rows of an analysis of every point, and notes.
-
-    Points of an unfinished run are analysed as far as they are. Raises ``RunError`` if no repeat is
-    there.
-    """
-    rows: Records = []
-    notes: Records = []
-    wanted = run.experiment.repeats
-    present = {point.index: run.present(point) for point in run.points}
-    for point in run.points:
-        parameters, there = point.as_json(), len(present[point.index])
-        if there < wanted:
-            are = "the repeat is not" if wanted == 1 else f"{there} of {wanted} repeats are"
-            said = f"{are} there; run the config again for the rest"
-            notes.append({"parameters": parameters, "note": said})
-        if said := not_extended(run.shorter(point), there):
-            notes.append({"parameters": parameters, "note": said})
-        # Where there is none at all, the first point says so.
-        if there or not any(present.values()):
-            found, sentences = analysis(run.traces(point, present[point.index]), parameters)
-            rows += found
-            notes += [{"parameters": parameters, "note": sentence} for sentence in sentences]
-    return rows, notes
-
-
-def _save(run: Run, name: str, rows: Records, notes: Records) -> None:
-    """Save an analysis, printed already, in the run's folder. Raises ``RunError``."""
-    from snooker_cli.errors import RunError
-    from snooker_cli.runs import write_json
-
-    try:
-        write_json(run.directory / name, {"rows": rows, "notes": notes})
-    except OSError as error:
-        raise RunError(
-            f"{run.directory / name}: cannot be written ({error.strerror}), so that the result is "
-            "only printed; make the run's folder writable, or copy it"
-        ) from None
-
-
-def not_extended(shorter: int, there: int) -> str:
-    """How many repeats an extension that is not finished has left as they were, if it has any."""
-    if not shorter:
-        return ""
-    which = "the repeat" if there == 1 else f"{shorter} of {there} repeats"
-    verb = "ends" if shorter == 1 else "end"
-    return (
-        f"{which} {verb} where the run did before it was extended; run the config again for the "
-        "rest"
-    )
+        _print_notes(found.notes, len(run.points))
+    found.save()
 
 
 def _print_notes(notes: Records, points: int) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from snooker_cli.cli import options
-from snooker_cli.cli.analysis_commands import RUN, RunName, not_extended
+from snooker_cli.cli.analysis_commands import RUN, RunName
 from snooker_cli.cli.config_commands import PointNumber, RepeatNumber
 from snooker_cli.cli.output import tell
 from snooker_cli.cli.run_command import AsJson
@@ -77,6 +77,7 @@ def plot(
         raise UserError("give the RUN to plot, or --list for the names of the figures")
     kinds = _kinds(figures or ())
 
+    from snooker_cli.analysis.run_analysis import shorter_note
     from snooker_cli.errors import FigureError
     from snooker_cli.figures import Selection, selected, unfinished
     from snooker_cli.figures.drawing import save
@@ -94,7 +95,7 @@ def plot(
     if what := unfinished(opened, selection):
         say(what)
     there = sum(len(opened.present(point)) for point in points)
-    if what := not_extended(sum(map(opened.shorter, points)), there):
+    if what := shorter_note(sum(map(opened.shorter, points)), there):
         say(what)
     for kind, one, stem in _jobs(opened, kinds, selection):
         try:

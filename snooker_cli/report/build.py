@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import signal
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from dataclasses import asdict
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from snooker_cli.analysis.decay import decays, record
+from snooker_cli.analysis import run_analysis
 from snooker_cli.animation import embedded, film, page
+from snooker_cli.errors import RunError
 from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.drawing import save
 from snooker_cli.report import content, supplements
@@ -66,13 +68,15 @@ def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
             say(f"{LABELS[file]}: {picture.title}")
             drawing.append(other.submit(save, picture, out / "figures" / file))
             pictures[file] = picture
-        fits = _fits(opened["decay"])
+        fitted = run_analysis.fits(opened["decay"])
+        with suppress(RunError):  # The report needs no copy in the run's folder.
+            fitted.save()
         say("the audit: every printed number beside ours")
         judged = judging.result()
         for each in drawing:
             each.result()
-    write_json(out / "numbers.json", rounded(_numbers(pictures, judged, fits)))
-    document = content.document(pictures, judged, fits, opened, saved)
+    write_json(out / "numbers.json", rounded(_numbers(pictures, judged, fitted.rows)))
+    document = content.document(pictures, judged, fitted.rows, opened, saved)
     say("the pages")
     return [
         write_html(document, _players(opened["decay"]), out),
@@ -89,15 +93,6 @@ def _players(run: Run) -> list[str]:
         shown = film(next(iter(run.traces(point))), title, "the first repeat")
         found.append(embedded(page(shown), f"Player, {title}"))
     return found
-
-
-def _fits(run: Run) -> list[dict[str, Any]]:
-    """The decay constants of a run."""
-    return [
-        record(decay, point.as_json())
-        for point in run.points
-        for decay in decays(run.traces(point))
-    ]
 
 
 def _numbers(

@@ -36,7 +36,7 @@ COMPARE_KEYS = {
 def saved(folder: Path, name: str) -> dict[str, Any]:
     """What an analysis has left in the run's folder."""
     content: dict[str, Any] = json.loads((folder / name).read_text(encoding="utf-8"))
-    assert set(content) == {"rows", "notes"}
+    assert set(content) == {"made_from", "rows", "notes"}
     for note in content["notes"]:
         assert set(note) == {"parameters", "note"}
     return content
@@ -135,13 +135,15 @@ def test_an_extension_that_is_not_finished_is_analysed_and_said(
 def test_what_cannot_be_saved_is_printed(
     finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from snooker_cli import runs
+    from snooker_cli.analysis import run_analysis
 
     def refused(path: Path, content: object) -> None:
         raise PermissionError(13, "Permission denied")
 
     printed = {command: snooker(command, "small").out for command in ("fit", "compare")}
-    monkeypatch.setattr(runs, "write_json", refused)
+    for saved_file in ("fit.json", "compare.json"):
+        (finished / saved_file).unlink()
+    monkeypatch.setattr(run_analysis, "write_json", refused)
     for command in ("fit", "compare"):
         ended = snooker(command, "small")
         assert (ended.code, ended.out) == (2, printed[command])

@@ -1,0 +1,77 @@
+"""``fit.json`` and ``compare.json`` are read while they are of the repeats that are there."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from galleries import made
+
+from snooker_cli.analysis import run_analysis
+from snooker_cli.errors import RunError
+from snooker_cli.runs import Run
+
+ANALYSES = {"fit.json": run_analysis.fits, "compare.json": run_analysis.comparisons}
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    return made(tmp_path / "run", "cor=0.9,1.0", "repeats=2")
+
+
+def no_analysis(*_: Any) -> Any:
+    raise AssertionError("this analysis is in the file")
+
+
+@pytest.mark.parametrize("name", ANALYSES)
+def test_a_saved_analysis_is_read_and_not_made_again(
+    name: str, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = ANALYSES[name](run)
+    assert not first.saved
+    assert {row["parameters"]["cor"] for row in first.rows} == {0.9, 1.0}
+    first.save()
+    written = (run.directory / name).stat().st_mtime_ns
+    for module, function in ((run_analysis.decay, "decays"), (run_analysis.comparison, "compare")):
+        monkeypatch.setattr(module, function, no_analysis)
+    again = ANALYSES[name](run)
+    assert again.saved
+    assert (again.rows, again.notes) == (first.rows, first.notes)
+    again.save()
+    assert (run.directory / name).stat().st_mtime_ns == written
+
+
+def test_other_repeats_or_other_code_make_a_new_analysis(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_analysis.fits(run).save()
+    one, other = run.path(0, 0), run.path(0, 1)
+    whole = one.read_bytes()
+    one.unlink()
+    fewer = run_analysis.fits(run)
+    assert not fewer.saved
+    assert {row["repeats"] + row["failed"] for row in fewer.rows} == {1, 2}
+    assert [note["note"] for note in fewer.notes if "1 of 2" in note["note"]]
+    fewer.save()
+    one.write_bytes(whole)
+    assert not run_analysis.fits(run).saved
+    run_analysis.fits(run).save()
+    assert run_analysis.fits(run).saved
+    monkeypatch.setattr(run_analysis, "_code", lambda: "other code")
+    assert not run_analysis.fits(run).saved
+    for path in (one, other, run.path(1, 0), run.path(1, 1)):
+        path.unlink()
+    with pytest.raises(RunError):
+        run_analysis.fits(run)
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", "{}", '{"made_from": ""}'])
+def test_a_file_that_is_no_analysis_is_replaced(content: str, run: Run) -> None:
+    path = run.directory / "compare.json"
+    path.write_text(content)
+    found = run_analysis.comparisons(run)
+    assert not found.saved
+    found.save()
+    assert json.loads(path.read_text())["rows"] == found.rows
