@@ -1,64 +1,94 @@
-"""Errors that end a command with a sentence for the user."""
+"""Errors that a user can cause and fix, each with an exit code."""
 
 from __future__ import annotations
 
+from enum import IntEnum
+from typing import Any, ClassVar
 
-class SceneError(ValueError):
-    """A scene that cannot exist; ``key`` names the config key to change, ``ball`` who is wrong."""
 
-    def __init__(self, key: str, message: str, ball: int | None = None) -> None:
-        super().__init__(message)
+class ExitCode(IntEnum):
+    """Exit codes of ``snooker``."""
+
+    DONE = 0
+    UNEXPECTED = 1
+    UNSOUND = 1  # a result file cannot be trusted
+    USAGE = 2
+    CONFIG = 3
+    SOME_FAILED = 4
+    COLLAPSED = 5
+    INTERRUPTED = 130
+
+
+class SnookerError(Exception):
+    """Base class of all errors that a user can fix; its text is one sentence.
+
+    problem : what is wrong
+    advice : what the user can do; the text is then ``problem; advice``
+    code : names the problem for programs and tests, which never depend on the text
+
+    Every subclass has the exit code of a command that it ends.
+    """
+
+    exit_code: ClassVar[ExitCode] = ExitCode.USAGE
+
+    def __init__(self, problem: str, advice: str = "", *, code: str = "") -> None:
+        super().__init__(f"{problem}; {advice}" if advice else problem)
+        self.problem = problem
+        self.code = code
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the fields as they are: ``__init__`` of a subclass takes other arguments."""
+        return type(self).__new__, (type(self), *self.args), self.__dict__
+
+
+class UserError(SnookerError):
+    """A command or setting that cannot work: a wrong argument, a missing library, a full disk."""
+
+
+class SceneError(SnookerError):
+    """A scene that cannot exist.
+
+    key : the config key to change
+    ball : the number of the ball that is wrong, if it is one
+    """
+
+    exit_code = ExitCode.CONFIG
+
+    def __init__(self, key: str, problem: str, ball: int | None = None) -> None:
+        super().__init__(problem)
         self.key = key
         self.ball = ball
 
 
 class JammedError(Exception):
-    """Balls that found no room; ``packing`` is what they reached."""
+    """Random places that could not be found; ``packing`` is the packing fraction reached."""
 
     def __init__(self, packing: float) -> None:
         super().__init__(packing)
         self.packing = packing
 
 
-class StoreError(Exception):
-    """A result file that cannot be read or trusted; one sentence."""
+class StoreError(SnookerError):
+    """A result file that cannot be read or trusted."""
+
+    exit_code = ExitCode.UNSOUND
 
 
 class AbsentError(StoreError):
-    """A result file that is not there, or that cannot be written; one sentence."""
+    """A result file that is missing or cannot be written."""
+
+    exit_code = ExitCode.USAGE
 
 
-class RunError(Exception):
-    """A run's folder that cannot be used; one sentence."""
+class RunError(SnookerError):
+    """A run's folder, or its workers, that cannot be used."""
 
 
 class DamagedError(RunError):
-    """A run of which what it is cannot be read."""
+    """A run's folder whose manifest cannot be read."""
+
+    exit_code = ExitCode.UNSOUND
 
 
-class ClusterError(RunError):
-    """Workers that cannot be had; one sentence."""
-
-
-class FigureError(Exception):
-    """A picture that a run cannot give; one sentence that says why and what to do."""
-
-
-class FilmError(Exception):
-    """A film that cannot be made of a repeat; one sentence."""
-
-
-class MovieError(Exception):
-    """A movie that cannot be written; one sentence."""
-
-
-class ExportError(Exception):
-    """A file that cannot be made; one sentence."""
-
-
-class RenderingError(Exception):
-    """A report that cannot be laid out; one sentence."""
-
-
-class UserError(Exception):
-    """A wrong argument that the parser could not see; one sentence."""
+class FigureError(SnookerError):
+    """A figure or film that a run cannot give."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.engine import replay, times_within
-from snooker_cli.errors import AbsentError, ExportError
+from snooker_cli.errors import AbsentError, UserError
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance, hdf5, whole
 from snooker_cli.store.file_format import write_header
@@ -37,14 +37,14 @@ if TYPE_CHECKING:
 def written(path: Path) -> Iterator[Path]:
     """A name for what becomes the file at the end; its folder is made.
 
-    Raises ``ExportError`` if the system refuses.
+    Raises ``UserError`` if the system refuses.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with whole(path) as part:
             yield part
     except OSError as error:
-        raise ExportError(
+        raise UserError(
             f"{path}: cannot be written ({error.strerror or error}); make room or choose another "
             "file"
         ) from None
@@ -242,7 +242,7 @@ def _columns(container: NDArray[np.float64], balls: NDArray[np.float64]) -> NDAr
 
 
 def write_csv(path: Path, units: Mapping[str, str], tables: Iterable[Table]) -> None:
-    """Write the CSV of tables, whole or not at all. Raises ``ExportError``."""
+    """Write the CSV of tables, whole or not at all. Raises ``UserError``."""
     with written(path) as part, part.open("x", encoding="ascii", newline="") as file:
         file.writelines(csv_lines(units, tables))
 
@@ -259,13 +259,13 @@ def write_parquet(
 
     about : where they come from; JSON of the schema's metadata ``snooker``
 
-    Raises ``ExportError`` without pyarrow, or if the file cannot be written.
+    Raises ``UserError`` without pyarrow, or if the file cannot be written.
     """
     try:
         import pyarrow as pa
         from pyarrow import parquet
     except ImportError:
-        raise ExportError(
+        raise UserError(
             "a Parquet file needs pyarrow; install it with `pip install 'snooker[parquet]'`, or "
             "export as CSV"
         ) from None
@@ -290,7 +290,6 @@ def write_parquet(
 __all__ = [
     "EVENTS",
     "STATES",
-    "ExportError",
     "Table",
     "csv_lines",
     "events_table",

@@ -16,7 +16,7 @@ from scenes import gas
 
 from snooker_cli import export, runs, store
 from snooker_cli.engine import replay, simulate
-from snooker_cli.errors import ExportError
+from snooker_cli.errors import UserError
 from snooker_cli.export import (
     EVENTS,
     STATES,
@@ -183,7 +183,7 @@ def test_without_pyarrow_it_is_told_how_to_get_it(
 def test_a_file_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     (tmp_path / "a").mkdir()
-    with pytest.raises(ExportError, match="a: cannot be written"):
+    with pytest.raises(UserError, match="a: cannot be written"):
         write_parquet(tmp_path / "a", EVENTS, [], {})
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
 

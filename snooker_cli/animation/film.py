@@ -9,7 +9,7 @@ import numpy as np
 
 from snooker_cli.analysis.observables import integrals, series
 from snooker_cli.engine import replay
-from snooker_cli.errors import FilmError
+from snooker_cli.errors import FigureError
 from snooker_cli.trace import CONTAINER, SLIDE
 
 if TYPE_CHECKING:
@@ -198,19 +198,19 @@ def film(
     """The film of a repeat from a time to another (s), of at most so many collisions.
 
     It ends with the last of them if there are more; without ``most``, ``MOST_COLLISIONS``.
-    Raises ``FilmError`` for a repeat without events, a span outside it, and too many balls.
+    Raises ``FigureError`` for a repeat without events, a span outside it, and too many balls.
     """
     events, scene = trace.events, trace.start
     if events is None:
-        raise FilmError(
+        raise FigureError(
             "was recorded as a summary, which has no collisions to show; run it with "
             "`record: events`"
         )
     if scene.number > MOST_BALLS:
-        raise FilmError(f"has {scene.number:,} balls; a film shows at most {MOST_BALLS:,}")
+        raise FigureError(f"has {scene.number:,} balls; a film shows at most {MOST_BALLS:,}")
     end = trace.stop.time if until is None else until
     if not 0 <= since < end <= trace.stop.time:
-        raise FilmError(
+        raise FigureError(
             f"cannot be shown from {since!r} s to {end!r} s: give a span within 0 and "
             f"{trace.stop.time!r} s"
         )

@@ -17,7 +17,7 @@ from matplotlib.patches import Circle, Rectangle
 from PIL import Image
 
 from snooker_cli.animation.frames import SPEED_COLOURS, frames, view
-from snooker_cli.errors import MovieError
+from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
 from snooker_cli.formatting import short
 
@@ -304,18 +304,18 @@ def save_movie(
     rate : frames a second; a GIF's last for whole hundredths of a second
     magnify : by how much the container's motion is enlarged
 
-    Raises ``MovieError`` for an MP4 without ffmpeg, or if that fails, and for a GIF of more than
+    Raises ``UserError`` for an MP4 without ffmpeg, or if that fails, and for a GIF of more than
     ``MOST_FRAMES``.
     """
     gif = path.suffix.lower() == ".gif"
     if not gif and shutil.which("ffmpeg") is None:
-        raise MovieError(
+        raise UserError(
             f"{path}: an MP4 needs ffmpeg, which is not on the PATH; install it, or give a name "
             "that ends in .gif or .html"
         )
     count = max(2, round(seconds * rate))
     if gif and count > MOST_FRAMES:
-        raise MovieError(
+        raise UserError(
             f"{path}: {count:,} frames are more than the {MOST_FRAMES:,} that a GIF is given, as "
             "it holds them all in memory; take fewer seconds or frames a second, or give a name "
             "that ends in .mp4"
@@ -335,7 +335,7 @@ def save_movie(
                     shown.set_data(screen.image(frame))
                     writer.grab_frame()
         except subprocess.CalledProcessError as error:
-            raise MovieError(
+            raise UserError(
                 f"{path}: ffmpeg could not write it (it ended with {error.returncode}); give a "
                 "name that ends in .gif or .html"
             ) from None

@@ -101,8 +101,8 @@ def physics(
     Each with its standard error, and how many of them lie between. It takes two to four minutes,
     and ends with exit code 4 if a row does not agree.
     """
-    from snooker_cli.cli.exit_codes import ExitCode
     from snooker_cli.cli.progress_bar import say
+    from snooker_cli.errors import ExitCode
     from snooker_cli.validation.physics_study import (
         full_plan,
         lines_of_physics,
@@ -134,8 +134,8 @@ def hard(
     Everything that must be true is measured beside what rounding alone could do. It takes half a
     minute, and ends with exit code 4 if a case fails.
     """
-    from snooker_cli.cli.exit_codes import ExitCode
     from snooker_cli.cli.progress_bar import say
+    from snooker_cli.errors import ExitCode
     from snooker_cli.validation.hard_cases import chosen, lines_of_hard, measured
 
     measurement = measured(chosen(cases or [], configs), configs, say)

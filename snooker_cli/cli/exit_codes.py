@@ -8,8 +8,9 @@ import sys
 import traceback
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from enum import IntEnum
 from typing import Any, NoReturn
+
+from snooker_cli.errors import ExitCode, SnookerError
 
 # Ctrl-C and SIGTERM: answered from the first moment on, with a sentence, and never lost.
 
@@ -81,31 +82,6 @@ def raising() -> Iterator[list[int]]:
         sys.unraisablehook = before
 
 
-class ExitCode(IntEnum):
-    """Exit codes of ``snooker``."""
-
-    DONE = 0
-    UNEXPECTED = 1
-    UNSOUND = 1  # a result's file cannot be trusted
-    USAGE = 2
-    CONFIG = 3
-    SOME_FAILED = 4
-    COLLAPSED = 5
-    INTERRUPTED = 130
-
-
-OURS = {
-    "ConfigError": ExitCode.CONFIG,
-    "StoreError": ExitCode.UNSOUND,
-    "AbsentError": ExitCode.USAGE,
-    "DamagedError": ExitCode.UNSOUND,
-    "RunError": ExitCode.USAGE,
-    "FigureError": ExitCode.USAGE,
-    "RenderingError": ExitCode.USAGE,
-    "UserError": ExitCode.USAGE,
-}
-"""Errors that are a sentence for people, by name: whoever raised one has loaded its room."""
-
 TRACEBACK = "SNOOKER_TRACEBACK"
 """The environment variable with which an unexpected error shows its traceback."""
 
@@ -175,9 +151,8 @@ def until_nobody_reads() -> Iterator[None]:
 
 def _explain(error: Exception) -> NoReturn:
     """The sentence and code for an error; our own kinds speak for themselves."""
-    for kind in type(error).__mro__:
-        if kind.__module__.startswith("snooker_cli.") and kind.__name__ in OURS:
-            fail(str(error), OURS[kind.__name__])
+    if isinstance(error, SnookerError):
+        fail(str(error), error.exit_code)
     if isinstance(error, OSError):
         what = f"{error.filename}: " if error.filename else ""
         fail(f"{what}{error.strerror or error}; check the disk and its permissions", ExitCode.USAGE)

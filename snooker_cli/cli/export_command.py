@@ -190,20 +190,16 @@ def _write_tables(
     import sys
 
     from snooker_cli.cli.exit_codes import until_nobody_reads
-    from snooker_cli.errors import ExportError, UserError
     from snooker_cli.export import csv_lines, write_csv, write_parquet
 
     if out is None:
         with until_nobody_reads():
             sys.stdout.writelines(csv_lines(units, tables))
         return
-    try:
-        if form is Format.CSV:
-            write_csv(out, units, tables)
-        else:
-            write_parquet(out, units, tables, about)
-    except ExportError as error:
-        raise UserError(str(error)) from None
+    if form is Format.CSV:
+        write_csv(out, units, tables)
+    else:
+        write_parquet(out, units, tables, about)
 
 
 def _source(checked: Checked) -> dict[str, Any]:

@@ -277,7 +277,7 @@ def animate(
     from snooker_cli.animation import film
     from snooker_cli.cli.config_commands import trace_of
     from snooker_cli.cli.progress_bar import say
-    from snooker_cli.errors import FilmError, UserError
+    from snooker_cli.errors import FigureError, UserError
     from snooker_cli.runs import open_run
 
     _check(out, seconds, fps, magnify)
@@ -294,7 +294,7 @@ def animate(
             until=until,
             most=collisions,
         )
-    except FilmError as error:
+    except FigureError as error:
         raise UserError(f"repeat {repeat} of {opened.name} {error}") from None
     if made.left_out and collisions is None:
         say(
@@ -357,16 +357,12 @@ def _write(
         out.write_text(text, encoding="utf-8")
         return None
     from snooker_cli.animation.movie import save_movie
-    from snooker_cli.errors import MovieError, UserError
 
-    try:
-        return save_movie(
-            film,
-            reel(film, pace.value),
-            out,
-            seconds=seconds or SECONDS,
-            rate=fps or FRAMES_A_SECOND,
-            magnify=magnify,
-        )
-    except MovieError as error:
-        raise UserError(str(error)) from None
+    return save_movie(
+        film,
+        reel(film, pace.value),
+        out,
+        seconds=seconds or SECONDS,
+        rate=fps or FRAMES_A_SECOND,
+        magnify=magnify,
+    )

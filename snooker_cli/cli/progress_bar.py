@@ -12,7 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Self, TypeVar
 
-from snooker_cli.cli.exit_codes import STOPPING, ExitCode, answered, fault, leave, wants_traceback
+from snooker_cli.cli.exit_codes import STOPPING, answered, fault, leave, wants_traceback
+from snooker_cli.errors import ExitCode
 from snooker_cli.formatting import listed
 from snooker_cli.runs.execution import LOOK, Watcher
 from snooker_cli.runs.repeat import Outcome

@@ -15,7 +15,7 @@ import typer
 
 from snooker_cli.cli import options
 from snooker_cli.cli.output import tell
-from snooker_cli.errors import UserError
+from snooker_cli.errors import ExitCode, UserError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -38,7 +38,7 @@ THREADS = "threads"
 def scheduler_of(executor: str) -> str | None:
     """The address of the dask scheduler that ``--executor`` names; none for threads.
 
-    Raises ``UserError`` for another kind and ``ClusterError`` for what is no address.
+    Raises ``UserError`` for another kind and ``RunError`` for what is no address.
     """
     kind, _, address = executor.partition("=")
     if executor == THREADS:
@@ -55,7 +55,7 @@ def scheduler_of(executor: str) -> str | None:
 
 
 def reached(address: str, at_once: int | None, cancelled: threading.Event) -> DaskExecutor:
-    """The workers of a scheduler; tells that none are there. Raises ``ClusterError``."""
+    """The workers of a scheduler; tells that none are there. Raises ``RunError``."""
     from snooker_cli.cli.progress_bar import say
     from snooker_cli.runs.dask_executor import DaskExecutor
 
@@ -294,7 +294,7 @@ def run(
     from contextlib import ExitStack
 
     from snooker_cli import runs
-    from snooker_cli.cli.exit_codes import ExitCode, leave
+    from snooker_cli.cli.exit_codes import leave
     from snooker_cli.cli.progress_bar import Bar, Lines, awaited, stopping_on_signals
     from snooker_cli.runs.execution import execute
     from snooker_cli.runs.plan import run_plan

@@ -227,7 +227,7 @@ def verify(
     """
     import json
 
-    from snooker_cli.cli.exit_codes import ExitCode
+    from snooker_cli.errors import ExitCode
     from snooker_cli.runs import State, open_run
 
     opened = open_run(run)

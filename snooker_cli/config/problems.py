@@ -7,6 +7,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 from pydantic_core import PydanticCustomError
 
+from snooker_cli.errors import ExitCode, SnookerError
+
 # Key paths: naming, reading and replacing one value inside nested data.
 
 KeyPath: TypeAlias = tuple[str | int, ...]
@@ -143,17 +145,15 @@ MOST_SHOWN = 20
 """Problems that are worth a line; a file with more has one cause for many of them."""
 
 
-class ConfigError(Exception):
+class ConfigError(SnookerError):
     """A configuration that cannot be used; `problems` holds everything found, in file order."""
 
+    exit_code = ExitCode.CONFIG
     problems: tuple[Problem, ...]
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems = tuple(sorted(problems, key=lambda problem: problem.position))
-        super().__init__(self.problems)
-
-    def __str__(self) -> str:
         lines = [str(problem) for problem in self.problems[:MOST_SHOWN]]
         if (more := len(self.problems) - MOST_SHOWN) > 0:
             lines.append(f"... and {more:,} more; put these right first")
-        return "\n".join(lines)
+        super().__init__("\n".join(lines))

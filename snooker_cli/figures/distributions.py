@@ -244,7 +244,7 @@ def _farthest(scene: Scene) -> float:
 
 
 def _points_with_states(run: Run, selection: Selection, least: int) -> list[Point]:
-    """The points to show. Raises ``PictureError`` if their states cannot be had or are too many."""
+    """The points to show. Raises ``FigureError`` if their states cannot be had or are too many."""
     if run.experiment.record == "summary":
         raise FigureError("it needs positions; run the config with `record: events`")
     points = series_of_points(run, selection)

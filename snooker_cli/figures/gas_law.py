@@ -277,7 +277,7 @@ def _ideal_over_theory(scene: Scene, number: float, radius: float, scale: float 
 
 
 def _state(run: Run, point: Point, selection: Selection) -> _State:
-    """A point's repeats. Raises ``PictureError`` if one has no collisions with the wall."""
+    """A point's repeats. Raises ``FigureError`` if one has no collisions with the wall."""
     pressures, temperatures = [], []
     for trace in repeats(run, point, selection):
         pressures.append(mean_pressure(trace))
@@ -365,7 +365,7 @@ def _key(text: str, *, filled: bool) -> Points:
 
 
 def _ratios(trace: Trace) -> tuple[float, float, float, float]:
-    """Mean temperature, ratio there, final temperature, ratio there. Raises ``PictureError``."""
+    """Mean temperature, ratio there, final temperature, ratio there. Raises ``FigureError``."""
     ratio, mean = ideal_gas_ratio(trace), mean_temperature(trace)
     end = float(temperature(series(trace), trace.start.number)[-1])
     if not (ratio > 0 and end > 0):

@@ -23,7 +23,7 @@ class FigureSpec:
     """A kind of picture.
 
     needs : what a run must have, as a sentence
-    make : a run and a selection of its points -> the picture; raises ``PictureError`` if the run
+    make : a run and a selection of its points -> the picture; raises ``FigureError`` if the run
         cannot give it, ``StoreError`` if a repeat cannot be read
     report_figures : the source report's figures of this kind
     each_point : whether a picture shows one point, so that several points make several pictures

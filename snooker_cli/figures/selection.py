@@ -142,7 +142,7 @@ class Selection:
 
 
 def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
-    """The selected points of which a repeat is there, at least one. Raises ``PictureError``."""
+    """The selected points of which a repeat is there, at least one. Raises ``FigureError``."""
     points = tuple(point for point in matching(run, selection) if there(run, point, selection))
     if not points:
         what = "no repeat is" if selection.repeat is None else f"repeat {selection.repeat} is not"
@@ -151,7 +151,7 @@ def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
 
 
 def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
-    """The points that are selected, simulated or not, at least one. Raises ``PictureError``."""
+    """The points that are selected, simulated or not, at least one. Raises ``FigureError``."""
     repeats = run.experiment.repeats
     if selection.repeat is not None and not 0 <= selection.repeat < repeats:
         raise FigureError(
@@ -176,7 +176,7 @@ def there(run: Run, point: Point, selection: Selection) -> list[int]:
 
 
 def value_at(point: Point, key: str) -> Any:
-    """A point's value of a key such as ``balls.radius``. Raises ``PictureError``."""
+    """A point's value of a key such as ``balls.radius``. Raises ``FigureError``."""
     parameters = dict(point.parameters)
     if key in parameters:
         return parameters[key]
@@ -206,7 +206,7 @@ def series_of_points(run: Run, selection: Selection) -> list[Point]:
 def evenly(points: Sequence[Point], most: int = MOST_SERIES) -> list[Point]:
     """Points as series of one picture; of too many along one key, an even choice.
 
-    Raises ``PictureError`` for too many points over several keys.
+    Raises ``FigureError`` for too many points over several keys.
     """
     if len(points) <= most:
         return list(points)
@@ -220,7 +220,7 @@ def evenly(points: Sequence[Point], most: int = MOST_SERIES) -> list[Point]:
 
 
 def single_point(run: Run, selection: Selection) -> Point:
-    """The one selected point. Raises ``PictureError`` if there are several."""
+    """The one selected point. Raises ``FigureError`` if there are several."""
     points = selected(run, selection)
     if len(points) > 1:
         keys = listed(varying(points))
@@ -233,7 +233,7 @@ def single_point(run: Run, selection: Selection) -> Point:
 def along(points: Sequence[Point], *xs: str, series: str | None = None) -> list[list[Point]]:
     """Points in order of one of the keys ``xs``, a list for each value of the key ``series``.
 
-    Raises ``PictureError`` if each of ``xs`` has one value only, or if other keys have several.
+    Raises ``FigureError`` if each of ``xs`` has one value only, or if other keys have several.
     """
     keys = varying(points)
     x = next((key for key in xs if key in keys), None)
@@ -265,7 +265,7 @@ def elastic(point: Point) -> bool:
 
 
 def elastic_points(run: Run, selection: Selection) -> list[Point]:
-    """The selected points without any loss. Raises ``PictureError`` if there are none."""
+    """The selected points without any loss. Raises ``FigureError`` if there are none."""
     points = [point for point in selected(run, selection) if elastic(point)]
     if not points:
         raise FigureError("it is about the equilibrium of elastic balls; run it at cor 1")
@@ -273,7 +273,7 @@ def elastic_points(run: Run, selection: Selection) -> list[Point]:
 
 
 def inelastic_points(run: Run, selection: Selection) -> list[Point]:
-    """The selected points that lose energy. Raises ``PictureError`` if there are none."""
+    """The selected points that lose energy. Raises ``FigureError`` if there are none."""
     points = [point for point in selected(run, selection) if not elastic(point)]
     if not points:
         raise FigureError("nothing decays where all collisions are elastic; run it at cor below 1")
@@ -281,7 +281,7 @@ def inelastic_points(run: Run, selection: Selection) -> list[Point]:
 
 
 def require_motion(scene: Scene) -> None:
-    """Raise ``PictureError`` where nothing moves at the start, so that no ratio to it exists."""
+    """Raise ``FigureError`` where nothing moves at the start, so that no ratio to it exists."""
     if scene.kinetic_energy == 0:
         raise FigureError("nothing moves at the start, so that there is no ratio to it")
 

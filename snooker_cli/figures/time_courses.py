@@ -161,14 +161,14 @@ def _momentum(run: Run, selection: Selection, component: int, name: str) -> Figu
 
 
 def _ratio(trace: Trace) -> tuple[Array, Array]:
-    """Times (s) and the energy over that at the start. Raises ``PictureError``."""
+    """Times (s) and the energy over that at the start. Raises ``FigureError``."""
     require_motion(trace.start)
     found = series(trace)
     return found.time, energy_ratio(found)
 
 
 def _total(trace: Trace, component: int, name: str) -> tuple[Array, Array]:
-    """Times and one component of the total momentum, s and kg m/s. Raises ``PictureError``."""
+    """Times and one component of the total momentum, s and kg m/s. Raises ``FigureError``."""
     scene = trace.start
     if scene.shape == "box":
         raise FigureError("the walls of a box are fixed and take momentum")

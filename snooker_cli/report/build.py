@@ -41,7 +41,7 @@ def build(runs: Path, out: Path, say: Callable[[str], None]) -> list[Path]:
     """Write the report; the files a reader opens.
 
     Raises ``RunError`` or ``StoreError`` for a run that is missing or cannot be read,
-    ``PictureError`` for one that cannot give its figure, and ``RenderingError``.
+    ``FigureError`` for one that cannot give its figure, and ``UserError``.
     """
     opened = {name: open_run(runs / name) for name in RUNS}
     out.mkdir(parents=True, exist_ok=True)

@@ -11,7 +11,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from snooker_cli.errors import RenderingError
+from snooker_cli.errors import UserError
 
 
 @dataclass(frozen=True)
@@ -79,12 +79,12 @@ EPOCH = 0
 def write_html(document: ReportDocument, players: Sequence[str], folder: Path) -> Path:
     """Write ``report.html`` with every figure inside it, and players, which are HTML themselves.
 
-    Raises ``RenderingError``.
+    Raises ``UserError``.
     """
     try:
         import jinja2
     except ImportError:
-        raise RenderingError(_missing("jinja2")) from None
+        raise UserError(_missing("jinja2")) from None
     images = {
         block.file: _as_data(folder / f"{block.file}.svg")
         for block in document.blocks
@@ -100,11 +100,11 @@ def write_html(document: ReportDocument, players: Sequence[str], folder: Path) -
 
 
 def write_pdf(document: ReportDocument, folder: Path) -> Path:
-    """Write ``report.pdf``. Raises ``RenderingError``."""
+    """Write ``report.pdf``. Raises ``UserError``."""
     try:
         import typst
     except ImportError:
-        raise RenderingError(_missing("typst")) from None
+        raise UserError(_missing("typst")) from None
     path = folder / "report.pdf"
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
         # Typst reads only below its root: the template and the data stand beside the figures.
@@ -118,7 +118,7 @@ def write_pdf(document: ReportDocument, folder: Path) -> Path:
                 str(source), output=str(path), root=str(folder.resolve()), timestamp=EPOCH
             )
         except RuntimeError as error:
-            raise RenderingError(f"{path}: typst could not lay it out ({error})") from None
+            raise UserError(f"{path}: typst could not lay it out ({error})") from None
     return path
 
 

@@ -322,7 +322,7 @@ RADII = {
 def sliding_pictures(run: Run) -> dict[str, FigureData]:
     """The section's figures, by file: figure 17's axes, each start stopped and sliding.
 
-    Raises ``PictureError`` if the run has no such pairs, ``StoreError`` if it cannot be read.
+    Raises ``FigureError`` if the run has no such pairs, ``StoreError`` if it cannot be read.
     """
     return {
         name: _picture(run, Selection({"balls.radius": RADII[name]})) for name in SLIDING_LABELS

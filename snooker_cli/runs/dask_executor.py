@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, Self
 
 from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import ClusterError, RunError, SceneError
+from snooker_cli.errors import RunError, SceneError
 from snooker_cli.runs.execution import RepeatExecutor, Result
 from snooker_cli.runs.folder import open_run
 from snooker_cli.runs.plan import arranged
@@ -160,10 +160,10 @@ _ADDRESS = re.compile(r"(?:tcp|tls)://(?:\[[0-9A-Fa-f:.%]+\]|[^\s/:\[\]]+):(\d{1
 
 
 def check_address(address: str) -> None:
-    """Raise ``ClusterError`` for what cannot be a scheduler's address."""
+    """Raise ``RunError`` for what cannot be a scheduler's address."""
     match = _ADDRESS.fullmatch(address)
     if match is None or not 0 < int(match[1]) < 65536:
-        raise ClusterError(
+        raise RunError(
             f"--executor dask={address}: no address of a scheduler; it looks like "
             "dask=tcp://HOST:8786, as `dask scheduler` says when it starts"
         )
@@ -175,7 +175,7 @@ class DaskExecutor(RepeatExecutor):
     at_once : repeats that the scheduler has at a time
     threads : of all workers that are there at the beginning; others may come and go
 
-    Raises ``ClusterError`` if there is no scheduler or a worker has other software.
+    Raises ``RunError`` if there is no scheduler or a worker has other software.
     """
 
     def __init__(self, address: str, at_once: int | None, cancelled: threading.Event) -> None:
@@ -184,7 +184,7 @@ class DaskExecutor(RepeatExecutor):
             import distributed
             from distributed.utils import silence_logging_cmgr
         except ImportError:
-            raise ClusterError(
+            raise RunError(
                 "--executor dask needs dask: install it with `pip install 'snooker[cluster]'`"
             ) from None
         self.address = address
@@ -199,12 +199,12 @@ class DaskExecutor(RepeatExecutor):
             self._exits.callback(self._client.close, 1.0)
             self._check_software()
             self.threads = sum(self._client.nthreads().values())
-        except ClusterError:
+        except RunError:
             self._exits.close()
             raise
         except Exception as error:
             self._exits.close()
-            raise ClusterError(
+            raise RunError(
                 f"no dask scheduler answers at {address} ({_short(error)}); start one with "
                 "`dask scheduler` and its workers with `dask worker`, or correct the address"
             ) from None
@@ -240,7 +240,7 @@ class DaskExecutor(RepeatExecutor):
             _clear_away(run, jobs)
 
     def _check_software(self) -> None:
-        """Raise ``ClusterError`` for a worker with other software than this process has."""
+        """Raise ``RunError`` for a worker with other software than this process has."""
         mine = software()
         for address, theirs in self._client.run(software, on_error="return").items():
             if theirs == mine or isinstance(theirs, OSError):  # of a worker that has just gone
@@ -250,7 +250,7 @@ class DaskExecutor(RepeatExecutor):
                 if isinstance(theirs, tuple)
                 else f"has no such snooker ({_short(theirs)})"
             )
-            raise ClusterError(
+            raise RunError(
                 f"the worker at {address} {what}, where this is {mine}; install the same snooker "
                 "everywhere and start the workers again"
             )

@@ -33,7 +33,7 @@ from snooker_cli.animation import (
 from snooker_cli.animation.frames import container_path
 from snooker_cli.animation.movie import save_movie
 from snooker_cli.engine import replay, series, simulate
-from snooker_cli.errors import FilmError, MovieError
+from snooker_cli.errors import FigureError, UserError
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events, Stop, StopReason, Trace
 
@@ -139,7 +139,7 @@ def test_a_part_of_a_film_knows_who_slides_and_who_is_about_to() -> None:
 
 
 def test_what_cannot_be_shown_is_said(traces: dict[str, Trace], shown: dict[str, Trace]) -> None:
-    with pytest.raises(FilmError, match=r"recorded as a summary.*run it with `record: events`"):
+    with pytest.raises(FigureError, match=r"recorded as a summary.*run it with `record: events`"):
         film(traces["summary"], "")
     for span in (
         {"since": -1.0},
@@ -147,7 +147,7 @@ def test_what_cannot_be_shown_is_said(traces: dict[str, Trace], shown: dict[str,
         {"since": 0.5, "until": 0.5},
         {"since": math.nan},
     ):
-        with pytest.raises(FilmError, match="give a span within 0 and"):
+        with pytest.raises(FigureError, match="give a span within 0 and"):
             film(shown["fixed"], "", **span)
     number = animation.MOST_BALLS + 1
     side = np.arange(number) * 3.0
@@ -165,7 +165,7 @@ def test_what_cannot_be_shown_is_said(traces: dict[str, Trace], shown: dict[str,
     )
     none = Events(np.empty(0), *np.empty((2, 0), dtype=np.int32), np.empty(0))
     stop = Stop(StopReason.TIME, 1.0, (), "")
-    with pytest.raises(FilmError, match="has 10,001 balls; a film shows at most 10,000"):
+    with pytest.raises(FigureError, match="has 10,001 balls; a film shows at most 10,000"):
         film(Trace(many, many, stop, 0, 0, none, None), "")
 
 
@@ -258,7 +258,7 @@ def test_a_gif_has_its_frames_and_nothing_else(films: dict[str, Film], tmp_path:
     again = tmp_path / "again.gif"
     save_movie(made, reel(made, "events"), again, seconds=0.2, rate=20)
     assert again.read_bytes() == path.read_bytes()
-    with pytest.raises(MovieError, match="2,000 frames are more than the 1,200"):
+    with pytest.raises(UserError, match="2,000 frames are more than the 1,200"):
         save_movie(made, reel(made, "time"), path, seconds=100, rate=20)
 
 
@@ -267,13 +267,13 @@ def test_an_mp4_without_a_working_ffmpeg_is_refused(
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     path = tmp_path / "film.mp4"
-    with pytest.raises(MovieError, match=r"film\.mp4: an MP4 needs ffmpeg, which is not on"):
+    with pytest.raises(UserError, match=r"film\.mp4: an MP4 needs ffmpeg, which is not on"):
         save_movie(films["free"], reel(films["free"], "time"), path, seconds=1, rate=20)
     assert not path.exists()
     failing = tmp_path / "ffmpeg"
     failing.write_text("#!/bin/sh\nexit 3\n")
     failing.chmod(0o755)
-    with pytest.raises(MovieError, match=r"film\.mp4: ffmpeg could not write it \(it ended with 3"):
+    with pytest.raises(UserError, match=r"film\.mp4: ffmpeg could not write it \(it ended with 3"):
         save_movie(films["free"], reel(films["free"], "time"), path, seconds=0.1, rate=20)
 
 

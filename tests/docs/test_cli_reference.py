@@ -13,7 +13,7 @@ from unittest import mock
 from typer.main import get_command
 
 from snooker_cli.cli.app import app
-from snooker_cli.cli.exit_codes import ExitCode
+from snooker_cli.errors import ExitCode
 
 REFERENCE = Path(__file__).parents[2] / "docs" / "cli.md"
 

@@ -24,7 +24,8 @@ from matplotlib.axis import Axis
 from matplotlib.text import Text
 
 from snooker_cli.cli import figure_commands
-from snooker_cli.cli.exit_codes import ExitCode, guarded
+from snooker_cli.cli.exit_codes import guarded
+from snooker_cli.errors import ExitCode
 from snooker_cli.figures import (
     FIGURES,
     NEUTRAL,
