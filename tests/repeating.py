@@ -38,7 +38,7 @@ def made(directory: Path, text: str, *overrides: str) -> Run:
 def contents(run: Run) -> dict[tuple[int, int], str]:
     """The content hash of every repeat; each file is read and checked for it."""
     return {
-        (point.index, repeat): store.content_hash(store.read(run.path(point.index, repeat)).trace)
+        (point.index, repeat): store.content_hash(store.read(run.path(point.index, repeat))[0])
         for point in run.points
         for repeat in range(run.experiment.repeats)
     }

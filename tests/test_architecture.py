@@ -14,12 +14,13 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 
 # A part is a module or a folder of the package. It may import the parts named beside it. Those
 # stand above it in the table, so data flows in one direction and there are no circles.
-SIMULATING = ("containers", "errors", "neighbours", "scene", "trace")
+SIMULATING = ("containers", "errors", "files", "neighbours", "scene", "trace")
 RUNNING = (*SIMULATING, "config", "engine", "formatting", "placement", "runs", "store")
 PARTS: dict[str, tuple[str, ...]] = {
     "__init__": (),
     # Nothing of ours below
     "errors": (),
+    "files": (),
     "formatting": (),
     "neighbours": (),
     "containers": (),
@@ -31,9 +32,9 @@ PARTS: dict[str, tuple[str, ...]] = {
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "neighbours", "scene"),
     "engine": ("scene", "trace"),
-    "store": ("errors", "scene", "trace"),
+    "store": ("errors", "files", "scene", "trace"),
     "runs": (*SIMULATING, "config", "engine", "formatting", "placement", "store"),
-    "export": ("engine", "errors", "scene", "store", "trace"),
+    "export": ("engine", "errors", "files", "scene", "store", "trace"),
     # From repeats to conclusions
     "analysis": (*RUNNING, "theory"),
     "figures": (*RUNNING, "analysis", "theory"),

@@ -28,7 +28,7 @@ from snooker_cli.export import (
     write_parquet,
 )
 from snooker_cli.scene import Scene
-from snooker_cli.store import Provenance, reader
+from snooker_cli.store import Provenance, RepeatHeader, reader
 from snooker_cli.trace import Trace
 
 Snooker = Callable[..., Any]
@@ -39,7 +39,7 @@ POINT = ("small", "--point", "1", "--repeat", "2")
 @pytest.fixture
 def trace(finished: Path) -> Trace:
     """Point 1, repeat 2, of the finished run."""
-    return store.read(finished / "point-0001" / "repeat-0002.h5").trace
+    return store.read(finished / "point-0001" / "repeat-0002.h5")[0]
 
 
 def exported(snooker: Snooker, out: str, *options: str) -> Path:
@@ -80,9 +80,9 @@ def test_batches_make_the_same_table_as_all_at_once(traces: dict[str, Trace]) ->
     trace = traces["events"]
     times = np.linspace(0, trace.stop.time, 23)
     (whole,) = frames(trace, times)
-    few = list(frames(trace, times, most=3 * trace.start.number))
+    few = list(frames(trace, times, batch=3 * trace.start.number))
     assert [len(batch.time) for batch in few] == [3] * 7 + [2]
-    (single,) = zip(*(batch.time for batch in frames(trace, times, most=1)), strict=True)
+    (single,) = zip(*(batch.time for batch in frames(trace, times, batch=1)), strict=True)
     assert list(single) == times.tolist()
     lines = "".join(csv_lines(STATES, [states_table(whole)]))
     assert "".join(csv_lines(STATES, map(states_table, few))) == lines
@@ -94,7 +94,7 @@ def test_times_that_are_none_are_refused_before_anything_is_replayed(
     times: list[float], traces: dict[str, Trace]
 ) -> None:
     with pytest.raises(ValueError, match="times must ascend within 0 and"):
-        frames(traces["events"], np.array(times), most=1)
+        frames(traces["events"], np.array(times), batch=1)
 
 
 # Parquet
@@ -122,7 +122,7 @@ def test_parquet_tells_where_it_comes_from(finished: Path, snooker: Snooker) -> 
         schema = read_parquet(exported(snooker, "a.parquet", *options)).schema_arrow
         about = json.loads(schema.metadata[b"snooker"])
         assert about.items() >= size.items()
-        assert about["bits"] == checked.bits
+        assert about["bits"] == checked.fingerprint
         assert about["provenance"] == vars(checked.provenance)
         assert about["ending"] == {**vars(checked.stop), "balls": list(checked.stop.balls)}
 
@@ -142,7 +142,7 @@ def test_long_repeats_are_streamed_in_row_groups(
     trace: Trace, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """No more than a batch is in memory: each is written before the next is read."""
-    monkeypatch.setattr(reader, "AT_ONCE", 40)
+    monkeypatch.setattr(reader, "EVENTS_AT_A_TIME", 40)
     file = read_parquet(exported(snooker, "events.parquet"))
     assert [file.metadata.row_group(k).num_rows for k in range(4)] == [40, 40, 40, 30]
     assert trace.events is not None
@@ -206,9 +206,10 @@ def written(
     """States of a scene in a file, its trace and the states."""
     trace = simulate(SCENES[request.param](), collisions=60)
     times = np.linspace(0, trace.stop.time, 7)
-    batches = frames(trace, times, most=2 * trace.start.number)
+    batches = frames(trace, times, batch=2 * trace.start.number)
     path = tmp_path / "states.h5md"
-    export.write_states(path, trace.start, times, batches, provenance, "bits")
+    header = RepeatHeader(trace.stop, 60, provenance, trace.start, "bits")
+    export.write_states(path, header, times, batches)
     return path, trace, replay(trace, times)
 
 
@@ -296,7 +297,7 @@ def test_a_damaged_repeat_is_not_exported(finished: Path, snooker: Snooker) -> N
     run = runs.open_run("small")
     path = run.path(1, 2)
     image = bytearray(path.read_bytes())
-    image[image.index(store.read(path).trace.finish.velocities.tobytes()) + 2] ^= 16
+    image[image.index(store.read(path)[0].finish.velocities.tobytes()) + 2] ^= 16
     path.write_bytes(image)
     for options in ((), ("--out", "a.csv"), ("--out", "a.parquet"), ("--out", "a.h5md")):
         ended = snooker("export", *POINT, *options)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from snooker_cli import store
 from snooker_cli.analysis import comparison, decay
 from snooker_cli.errors import RunError
-from snooker_cli.runs import write_json
+from snooker_cli.files import write_json
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
@@ -141,7 +141,7 @@ def _content(path: Path) -> dict[str, Any]:
 def _made_from(run: Run, present: Mapping[int, list[int]]) -> str:
     """SHA-256 over the run, the size and date of each repeat's file, and the code."""
     files = [
-        (index, repeat, store.about(run.path(index, repeat)))
+        (index, repeat, store.file_info(run.path(index, repeat)))
         for index, numbers in present.items()
         for repeat in numbers
     ]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from snooker_cli.config import Point
     from snooker_cli.export import Table
     from snooker_cli.runs import Run
-    from snooker_cli.store import Checked
+    from snooker_cli.store import RepeatHeader
 
 
 class Format(StrEnum):
@@ -133,10 +133,10 @@ def _export_events(run: Run, point: Point, repeat: int, out: Path | None, form: 
     from snooker_cli.export import EVENTS, events_table
 
     path = run.path(point.index, repeat)
-    checked = store.check(path)
-    run.accept(point, repeat, checked)
-    tables = (events_table(events) for events in store.events(path))
-    _write_tables(EVENTS, tables, out, form, {"events": checked.collisions, **_source(checked)})
+    header = store.check(path)
+    run.accept(point, repeat, header)
+    tables = (events_table(events) for events in store.read_events(path))
+    _write_tables(EVENTS, tables, out, form, {"events": header.collisions, **_source(header)})
 
 
 def _export_states(
@@ -156,9 +156,8 @@ def _export_states(
     from snooker_cli.errors import UserError
     from snooker_cli.export import STATES, frames, states_table
 
-    stored = store.read(run.path(point.index, repeat))
-    trace = stored.trace
-    run.accept(point, repeat, stored.told)
+    trace, header = store.read(run.path(point.index, repeat))
+    run.accept(point, repeat, header)
     end = trace.stop.time
     if every is not None:
         wanted = _every(every, end)
@@ -170,13 +169,11 @@ def _export_states(
         batches = frames(trace, wanted)
     except ValueError as error:
         raise UserError(f"--times {times}: {error}") from None
-    bits = store.content_hash(trace)
     if form is Format.H5MD and out is not None:
-        export.write_states(out, trace.start, wanted, batches, stored.provenance, bits)
+        export.write_states(out, header, wanted, batches)
         return
-    checked = store.Checked(trace.stop, trace.collisions, stored.provenance, trace.start, bits)
     tables = (states_table(states) for states in batches)
-    _write_tables(STATES, tables, out, form, {"frames": len(wanted), **_source(checked)})
+    _write_tables(STATES, tables, out, form, {"frames": len(wanted), **_source(header)})
 
 
 def _write_tables(
@@ -202,7 +199,7 @@ def _write_tables(
         write_parquet(out, units, tables, about)
 
 
-def _source(checked: Checked) -> dict[str, Any]:
+def _source(header: RepeatHeader) -> dict[str, Any]:
     """What a Parquet file says of the repeat that it is made from."""
     from dataclasses import asdict
 
@@ -210,9 +207,9 @@ def _source(checked: Checked) -> dict[str, Any]:
 
     return {
         "snooker": __version__,
-        "bits": checked.bits,
-        "ending": asdict(checked.stop),
-        "provenance": asdict(checked.provenance),
+        "bits": header.fingerprint,
+        "ending": asdict(header.stop),
+        "provenance": asdict(header.provenance),
     }
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from snooker_cli.config import Point
     from snooker_cli.runs import Run
     from snooker_cli.scene import Scene
-    from snooker_cli.store import Stored
+    from snooker_cli.store import RepeatHeader
     from snooker_cli.trace import StopReason, Trace
 
 
@@ -63,27 +63,27 @@ def facts(run: Run, point: Point, selection: Selection, *, single: bool) -> list
 
 def _read(run: Run, point: Point, number: int) -> Trace:
     """A repeat of this run from its file, or from memory, see ``_stored``."""
-    stored = _stored(run.path(point.index, number))
-    run.accept(point, number, stored.told)
-    return stored.trace
+    trace, header = _stored(run.path(point.index, number))
+    run.accept(point, number, header)
+    return trace
 
 
-def _stored(path: Path) -> Stored:
+def _stored(path: Path) -> tuple[Trace, RepeatHeader]:
     """What is in a file, or in memory if the file is small and unchanged."""
-    about = store.about(path)
-    if about is None or about.bytes > REMEMBERED_SIZE:
+    about = store.file_info(path)
+    if about is None or about.size > REMEMBERED_SIZE:
         return store.read(path)
     return _remembered(path, about.modified)
 
 
 def _modified(path: Path) -> int:
     """When a repeat's file was put in its place, ns since 1970; 0 if it is gone."""
-    about = store.about(path)
+    about = store.file_info(path)
     return 0 if about is None else about.modified
 
 
 @lru_cache(maxsize=8192)
-def _remembered(path: Path, modified: int) -> Stored:
+def _remembered(path: Path, modified: int) -> tuple[Trace, RepeatHeader]:
     """What is in a file as it was at one time."""
     return store.read(path)
 
@@ -91,7 +91,7 @@ def _remembered(path: Path, modified: int) -> Stored:
 @lru_cache(maxsize=65536)
 def _facts(path: Path, modified: int) -> Facts:
     """The facts of a repeat as its file was at one time."""
-    trace = _stored(path).trace
+    trace = _stored(path)[0]
     start, finish = trace.start, trace.finish
     # Doubling all speeds changes no rounding, so that the quotients stay the same to the bit.
     speed = float(np.sqrt(np.max(np.sum(start.velocities**2, axis=1)))) or 1.0

@@ -15,13 +15,14 @@ from snooker_cli.animation import embedded, film, page
 from snooker_cli.errors import RunError
 from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.drawing import save
+from snooker_cli.files import write_json
 from snooker_cli.report import content, supplements
 from snooker_cli.report.audit import Audit, AuditRow, audit
 from snooker_cli.report.content import PLATES, RUNS
 from snooker_cli.report.document import write_html, write_pdf
 from snooker_cli.report.setting_search import TARGETS
 from snooker_cli.report.source_values import OurValue, published
-from snooker_cli.runs import Run, open_run, write_json
+from snooker_cli.runs import Run, open_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable

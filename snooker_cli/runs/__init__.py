@@ -15,7 +15,7 @@ from snooker_cli.runs.folder import (
     planned,
     runs_in,
 )
-from snooker_cli.runs.run import ANALYSES, FIGURE_KEYS, MANIFEST, Run, State, write_json
+from snooker_cli.runs.run import ANALYSES, FIGURE_KEYS, MANIFEST, Run, State
 
 __all__ = [
     "ANALYSES",
@@ -36,5 +36,4 @@ __all__ = [
     "open_run",
     "planned",
     "runs_in",
-    "write_json",
 ]

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from snooker_cli import errors, store
+from snooker_cli import errors, files, store
 from snooker_cli.config import (
     LIMITS,
     ConfigError,
@@ -25,7 +25,8 @@ from snooker_cli.config import (
     to_json,
 )
 from snooker_cli.errors import DamagedError, RunError
-from snooker_cli.runs.run import ANALYSES, MANIFEST, Run, State, write_json
+from snooker_cli.files import write_json
+from snooker_cli.runs.run import ANALYSES, MANIFEST, Run, State
 
 # The record of repeats that failed: a line of JSON each, of a run's last attempt alone.
 
@@ -90,7 +91,7 @@ def held(directory: Path) -> Iterator[None]:
     try:
         if _locked(descriptor, directory):
             for folder in (directory, *directory.glob("point-*")):
-                for part in store.parts_of_this_machine(folder):
+                for part in files.unfinished(folder):
                     part.unlink(missing_ok=True)
         yield
     finally:
@@ -243,7 +244,7 @@ def holds_results(path: Path) -> bool:
     if path.name in (MANIFEST, FAILURES, *ANALYSES):
         return _is_run(path.parent)
     with suppress(errors.StoreError):
-        store.glance(path)
+        store.read_header(path)
         return True
     return False
 
@@ -397,7 +398,7 @@ def _cuts(run: Run) -> bool:
     """Whether a repeat that is there, and can be read, goes on longer than a run's config."""
     for path in run.repeats_there():
         try:
-            told = store.glance(path)
+            told = store.read_header(path)
         except errors.StoreError:
             continue
         source = told.provenance

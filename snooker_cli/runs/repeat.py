@@ -133,7 +133,7 @@ def _keeps_what_is_there(run: Run, job: Job, trace: Trace) -> bool:
     """Whether a repeat that was interrupted is in its place already, and as far or further."""
     if trace.stop.reason is not StopReason.INTERRUPTED:
         return False
-    there = entry(run, job, store.glance)
+    there = entry(run, job, store.read_header)
     longer = there.told is not None and there.told.collisions >= trace.collisions
     return longer and there.state in (State.DONE, State.SHORTER, State.INTERRUPTED)
 

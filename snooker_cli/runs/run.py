@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -69,7 +68,7 @@ class Run:
 
     def holds(self, point: Point, repeat: int) -> bool:
         """Whether a repeat has a file, whatever is in it."""
-        return store.about(self.path(point.index, repeat)) is not None
+        return store.file_info(self.path(point.index, repeat)) is not None
 
     def repeats_there(self) -> list[Path]:
         """The files of all repeats that are there, of the config or not."""
@@ -97,9 +96,9 @@ class Run:
 
     def read(self, point: Point, repeat: int) -> Trace:
         """A repeat. Raises ``StoreError`` if it cannot be read or is not of this run."""
-        stored = store.read(self.path(point.index, repeat))
-        self.accept(point, repeat, stored.told)
-        return stored.trace
+        trace, header = store.read(self.path(point.index, repeat))
+        self.accept(point, repeat, header)
+        return trace
 
     def accept(self, point: Point, repeat: int, told: RepeatHeader) -> None:
         """Raise ``StoreError`` if what a repeat's file says of itself is not of this run."""
@@ -143,7 +142,7 @@ class Run:
     def _shorter(self, point: Point, repeat: int) -> bool:
         """Whether a repeat's file is of before the run was extended."""
         try:
-            told = store.glance(self.path(point.index, repeat))
+            told = store.read_header(self.path(point.index, repeat))
         except errors.StoreError:
             return False
         return self.state(point, repeat, told)[0] is State.SHORTER
@@ -180,14 +179,6 @@ class Run:
                 if isinstance(content, dict) and content.keys() >= FIGURE_KEYS:
                     found += [path, path.with_suffix(".svg"), path.with_suffix(".png")]
         return [path for path in found if path.is_file()]
-
-
-def write_json(path: Path, content: Any) -> None:
-    """Write a JSON file, whole or not at all."""
-    with store.whole(path) as part, part.open("x", encoding="utf-8") as file:
-        file.write(json.dumps(content, indent=2, allow_nan=False) + "\n")
-        file.flush()
-        os.fsync(file.fileno())
 
 
 @lru_cache(maxsize=1024)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from snooker_cli import store
+from snooker_cli import files, store
 from snooker_cli.config import Point
 from snooker_cli.errors import StoreError
 from snooker_cli.runs.folder import failures, is_held
@@ -98,10 +98,10 @@ def jobs(run: Run) -> Iterator[Job]:
 def entry(run: Run, job: Job, look: Callable[[Path], RepeatHeader] = store.check) -> Entry:
     """What there is of a repeat.
 
-    look : ``store.check``, or ``store.glance`` where it is enough what the file says of itself
+    look : ``store.check``, or ``store.read_header`` where it is enough what the file says of itself
     """
     path = run.path(job.point.index, job.repeat)
-    if store.about(path) is None:
+    if store.file_info(path) is None:
         return Entry(job, path, State.MISSING)
     try:
         told = look(path)
@@ -118,24 +118,24 @@ def ledger(run: Run) -> Ledger:
     failed = failures(run)
     points = tuple(PointLedger(point) for point in run.points)
     newest: tuple[float, str] | None = None
-    files = size = 0
+    number = size = 0
     for job in jobs(run):
-        found = entry(run, job, store.glance)
+        found = entry(run, job, store.read_header)
         _count(points[job.point.index], found, found.path in begun, failed)
-        about = store.about(found.path)
+        about = store.file_info(found.path)
         if about is None:
             continue
-        files, size = files + 1, size + about.bytes
+        number, size = number + 1, size + about.size
         if newest is None or about.modified / 1e9 > newest[0]:
             newest = about.modified / 1e9, found.told.provenance.command if found.told else ""
     finished, command = newest or (None, "")
-    return Ledger(run, held, points, finished, command, files, size)
+    return Ledger(run, held, points, finished, command, number, size)
 
 
 def _begun(run: Run) -> Iterator[Path]:
     """The files that are being written."""
     for folder in run.directory.glob("point-*"):
-        for part in store.parts_of_this_machine(folder):
+        for part in files.unfinished(folder):
             yield folder / f"{part.name.partition('.h5.')[0]}.h5"
 
 

@@ -19,7 +19,7 @@ from snooker_cli.runs.plan import arranged
 from snooker_cli.runs.run import Run, State
 from snooker_cli.runs.status import Job, entry, jobs
 from snooker_cli.scene import Scene
-from snooker_cli.store import Checked
+from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason
 
 _FILE = re.compile(r"point-(\d{4,})/repeat-(\d{4,})\.h5")
@@ -97,7 +97,7 @@ def _verdict(run: Run, target: Job | Path, replay: bool, cancelled: threading.Ev
     found = entry(run, target)
     state, sentence = found.state, found.sentence
     told = found.told
-    if replay and isinstance(told, Checked) and state is not State.UNUSABLE:
+    if replay and told is not None and state is not State.UNUSABLE:
         wrong = _replay_fault(run, target, told, cancelled)
         if wrong:
             state, sentence = State.UNUSABLE, f"{found.path}: {wrong}; delete it and run again"
@@ -105,8 +105,9 @@ def _verdict(run: Run, target: Job | Path, replay: bool, cancelled: threading.Ev
     return Verdict(found.path, target.point.index, target.repeat, state, collisions, sentence)
 
 
-def _replay_fault(run: Run, job: Job, told: Checked, cancelled: threading.Event) -> str:
+def _replay_fault(run: Run, job: Job, told: RepeatHeader, cancelled: threading.Event) -> str:
     """In what a repeat differs from its simulation now; nothing if in no bit."""
+    assert told.start is not None
     if not _same(told.start, arranged(job.point.experiment, job.repeat)):
         return "its start is not the one that its config gives"
     config = json.loads(told.provenance.config)
@@ -127,7 +128,7 @@ def _replay_fault(run: Run, job: Job, told: Checked, cancelled: threading.Event)
     )
     if interrupted:  # simulated to the same collision, not stopped by the user there
         again = replace(again, stop=told.stop)
-    same = fingerprint.content(again, "") == told.bits
+    same = fingerprint.content(again) == told.fingerprint
     return "" if same or cancelled.is_set() else "simulating it again gives other bits"
 
 

@@ -352,7 +352,7 @@ def rows(text: str) -> list[dict[str, str]]:
 @pytest.fixture
 def trace(finished: Path) -> Trace:
     """Point 1, repeat 2."""
-    return store.read(finished / "point-0001" / "repeat-0002.h5").trace
+    return store.read(finished / "point-0001" / "repeat-0002.h5")[0]
 
 
 def test_exported_events_read_back_as_the_same_doubles(trace: Trace, snooker: Snooker) -> None:

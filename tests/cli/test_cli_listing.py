@@ -17,6 +17,7 @@ from repeating import made
 
 from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
+from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs.status import ledger
 from snooker_cli.trace import StopReason
 
@@ -39,9 +40,9 @@ def shown(snooker: Snooker) -> dict[str, Any]:
 
 def interrupt(path: Path) -> None:
     """Make a file one that an interrupt has saved."""
-    stored = store.read(path)
-    stop = replace(stored.trace.stop, reason=StopReason.INTERRUPTED, message="cut")
-    store.write(path, replace(stored.trace, stop=stop), stored.provenance)
+    trace, header = store.read(path)
+    stop = replace(trace.stop, reason=StopReason.INTERRUPTED, message="cut")
+    store.write(path, replace(trace, stop=stop), header.provenance)
 
 
 def test_a_finished_run_is_done(finished: Path, snooker: Snooker) -> None:
@@ -105,7 +106,7 @@ def test_show_tells_what_there_is(finished: Path, snooker: Snooker) -> None:
         reasons = [str(trace.stop.reason) for trace in run.traces(point)]
         assert one["ended"] == {reason: reasons.count(reason) for reason in reasons}
     assert content["analyses"] == ["fit.json"]
-    told = {store.glance(path).provenance.command for path in finished.glob("point-*/*.h5")}
+    told = {store.read_header(path).provenance.command for path in finished.glob("point-*/*.h5")}
     assert {content["command"]} == told
     lines = snooker("show", "small").out.splitlines()
     assert re.fullmatch(
@@ -121,7 +122,7 @@ def test_a_held_folder_is_running(finished: Path, snooker: Snooker) -> None:
     run = runs.open_run("small")
     run.path(1, 0).unlink()
     with runs.held(finished):
-        store.part_beside(run.path(1, 0)).touch()
+        temporary_path(run.path(1, 0)).touch()
         (one,) = listed(snooker)
         assert one["state"] == "running"
         assert [one[name] for name in COUNTS] == [5, 1, 0, 0]
@@ -153,7 +154,7 @@ def test_asking_does_not_keep_a_run_from_beginning(
 def test_a_run_of_another_engine_version_is_told_as_it_is(finished: Path, snooker: Snooker) -> None:
     manifest = json.loads((finished / runs.MANIFEST).read_text())
     manifest["engine_version"] = ENGINE_VERSION - 1
-    runs.write_json(finished / runs.MANIFEST, manifest)
+    write_json(finished / runs.MANIFEST, manifest)
     (one,) = listed(snooker)
     assert one["engine_version"] == ENGINE_VERSION - 1
     assert one["to_do"] == 6

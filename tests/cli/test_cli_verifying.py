@@ -19,10 +19,10 @@ from repeating import StopsAfter, done, made
 from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.engine.clock import LEAST_EVENTS
+from snooker_cli.files import write_json
 from snooker_cli.runs.execution import execute
 from snooker_cli.runs.verification import verify
-from snooker_cli.store import Stored
-from snooker_cli.trace import StopReason
+from snooker_cli.trace import StopReason, Trace
 
 Snooker = Callable[..., Any]
 
@@ -60,33 +60,33 @@ def test_other_ends_and_records_are_simulated_again_too(
     assert [each.state for each in verify(run, replay=True, workers=2)] == ["done"] * 4
 
 
-def rewrite(path: Path, change: Callable[[Stored], Stored]) -> None:
+def rewrite(path: Path, change: Callable[[Trace], Trace]) -> None:
     """Change a repeat and write it with a hash that fits: only a replay can know."""
-    changed = change(store.read(path))
-    store.write(path, changed.trace, changed.provenance)
+    trace, header = store.read(path)
+    store.write(path, change(trace), header.provenance)
 
 
-def nudge(stored: Stored) -> Stored:
+def nudge(trace: Trace) -> Trace:
     """The last bit of one impulse."""
-    events = stored.trace.events
+    events = trace.events
     assert events is not None
     impulse = events.impulse.copy()
     impulse[20] = np.nextafter(impulse[20], 0.0)
-    return replace(stored, trace=replace(stored.trace, events=replace(events, impulse=impulse)))
+    return replace(trace, events=replace(events, impulse=impulse))
 
 
-def nudge_finish(stored: Stored) -> Stored:
-    places = stored.trace.finish.positions.copy()
+def nudge_finish(trace: Trace) -> Trace:
+    places = trace.finish.positions.copy()
     places[3, 1] = np.nextafter(places[3, 1], 9.0)
-    finish = replace(stored.trace.finish, positions=places)
-    return replace(stored, trace=replace(stored.trace, finish=finish))
+    finish = replace(trace.finish, positions=places)
+    return replace(trace, finish=finish)
 
 
-def nudge_start(stored: Stored) -> Stored:
-    motions = stored.trace.start.velocities.copy()
+def nudge_start(trace: Trace) -> Trace:
+    motions = trace.start.velocities.copy()
     motions[0, 0] = np.nextafter(motions[0, 0], 99.0)
-    start = replace(stored.trace.start, velocities=motions)
-    return replace(stored, trace=replace(stored.trace, start=start))
+    start = replace(trace.start, velocities=motions)
+    return replace(trace, start=start)
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def nudge_start(stored: Stored) -> Stored:
     ],
 )
 def test_a_replay_finds_one_bit(
-    change: Callable[[Stored], Stored], said: str, finished: Path, snooker: Snooker
+    change: Callable[[Trace], Trace], said: str, finished: Path, snooker: Snooker
 ) -> None:
     path = finished / "point-0001" / "repeat-0002.h5"
     rewrite(path, change)
@@ -118,7 +118,7 @@ def test_every_bad_file_has_its_line(finished: Path, snooker: Snooker) -> None:
     files = sorted(finished.glob("point-*/*.h5"))
     files[0].write_bytes(files[0].read_bytes()[:-500])
     image = bytearray(files[1].read_bytes())
-    image[image.index(store.read(files[1]).trace.start.positions.tobytes()) + 9] ^= 4
+    image[image.index(store.read(files[1])[0].start.positions.tobytes()) + 9] ^= 4
     files[1].write_bytes(image)
     shutil.copy(files[4], files[3])
     extra = finished / "point-0007" / "repeat-0000.h5"
@@ -178,10 +178,10 @@ def test_another_engine_versions_bits_cannot_be_made_again(
 ) -> None:
     manifest = json.loads((finished / runs.MANIFEST).read_text())
     manifest["engine_version"] = old = ENGINE_VERSION - 1
-    runs.write_json(finished / runs.MANIFEST, manifest)
+    write_json(finished / runs.MANIFEST, manifest)
     for path in finished.glob("point-*/*.h5"):
-        stored = store.read(path)
-        store.write(path, stored.trace, replace(stored.provenance, engine_version=old))
+        trace, header = store.read(path)
+        store.write(path, trace, replace(header.provenance, engine_version=old))
     assert verified(snooker)["done"] == 6
     ended = snooker("verify", "small", "--replay")
     assert (ended.code, ended.out) == (2, "")

@@ -347,7 +347,7 @@ def test_other_values_are_refused(collapse, sentence):
 def test_a_file_keeps_it(change, tmp_path, provenance: Provenance):
     trace = replace(simulate(soft(report_scene(cor=0.8), **change), collisions=50), work=None)
     store.write(tmp_path / "a.h5", trace, provenance)
-    start = store.read(tmp_path / "a.h5").trace.start
+    start = store.read(tmp_path / "a.h5")[0].start
     assert start.contact_duration == trace.start.contact_duration
     assert start.elastic_below == trace.start.elastic_below
 

@@ -294,7 +294,7 @@ def test_a_file_keeps_it(tmp_path, provenance: Provenance):
     trace = replace(simulate(gas_that_slides(), collisions=400), work=None)
     assert SLIDE in trace.events.j
     store.write(tmp_path / "a.h5", trace, provenance)
-    found = store.read(tmp_path / "a.h5").trace
+    found = store.read(tmp_path / "a.h5")[0]
     assert found.start.slides
     assert same_events(found.events, trace.events)
     assert np.array_equal(series(found).wall_impulse, series(trace).wall_impulse)

@@ -100,8 +100,8 @@ def test_a_cluster_gives_the_bits_of_threads(
     far = runs.open_run(here / "far")
     assert contents(far) == contents(local)
     for path in far.directory.glob("point-*/*.h5"):
-        there = store.read(path).provenance
-        mine = store.read(local.directory / path.relative_to(far.directory)).provenance
+        there = store.read(path)[1].provenance
+        mine = store.read(local.directory / path.relative_to(far.directory))[1].provenance
         moment = {"started": there.started, "seconds": there.seconds, "command": there.command}
         assert replace(mine, **moment) == there
         assert there.command == " ".join(["snooker", *command, *options])
@@ -260,7 +260,7 @@ def test_a_repeat_that_is_there_is_not_done_again(order: Order, finished: Path) 
     outcome = fulfil(order)
     assert outcome is not None
     assert (outcome.error, outcome.work) == (None, None)
-    assert outcome.stop == store.read(finished / "point-0000" / "repeat-0000.h5").trace.stop
+    assert outcome.stop == store.read(finished / "point-0000" / "repeat-0000.h5")[0].stop
     assert bytes_of(finished) == before
 
 
@@ -350,7 +350,7 @@ def killing(directory: Path, client: distributed.Client) -> Iterator[Killer]:
 
 
 def started(run: Run, repeat: int) -> str:
-    return store.glance(run.path(0, repeat)).provenance.started
+    return store.read_header(run.path(0, repeat)).provenance.started
 
 
 def test_a_killed_worker_costs_the_repeat_that_it_was_at(
@@ -370,7 +370,7 @@ def test_a_killed_worker_costs_the_repeat_that_it_was_at(
             starting_scene(run.experiment, repeat), collisions=run.experiment.collisions
         )
         there = store.check(run.path(0, repeat))
-        assert there.bits == store.content_hash(alone)
+        assert there.fingerprint == store.content_hash(alone)
 
 
 def test_a_repeat_whose_workers_all_die_fails_alone(

@@ -15,6 +15,7 @@ from snooker_cli import runs, store
 from snooker_cli.config import Experiment, digest, parse
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import RunError, StoreError
+from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs import MANIFEST, Run
 
 
@@ -68,7 +69,7 @@ def test_traces_come_in_the_order_of_the_repeats(finished_run: Run) -> None:
     for point in finished_run.points:
         hashes = [store.content_hash(trace) for trace in finished_run.traces(point)]
         expected = [
-            store.content_hash(store.read(finished_run.path(point.index, repeat)).trace)
+            store.content_hash(store.read(finished_run.path(point.index, repeat))[0])
             for repeat in range(3)
         ]
         assert hashes == expected
@@ -207,7 +208,7 @@ def test_an_old_manifest_whose_digests_are_others_is_no_run_to_extend(
 ) -> None:
     manifest = json.loads((copied_run / MANIFEST).read_text())
     manifest["points"][0]["digest"] = "0" * 64
-    runs.write_json(copied_run / MANIFEST, manifest)
+    write_json(copied_run / MANIFEST, manifest)
     longer = parse(small_config, overrides=["collisions=151"]).experiment
     with pytest.raises(RunError, match="holds results of another config"):
         runs.create(copied_run, longer)
@@ -247,7 +248,7 @@ def test_a_plan_is_the_run_and_writes_nothing(
 def test_another_engines_results_are_refused(copied_run: Path, experiment: Experiment) -> None:
     manifest = json.loads((copied_run / MANIFEST).read_text())
     manifest["engine_version"] += 1
-    runs.write_json(copied_run / MANIFEST, manifest)
+    write_json(copied_run / MANIFEST, manifest)
     with pytest.raises(RunError, match=r"of engine version .* may give other bits; give --fresh"):
         runs.create(copied_run, experiment)
 
@@ -311,7 +312,7 @@ def test_a_folder_that_is_no_run_is_refused(
 def test_a_run_killed_while_it_was_made_can_be_made_again(
     tmp_path: Path, experiment: Experiment
 ) -> None:
-    store.part_beside(tmp_path / MANIFEST).write_text('{"schema_ver')
+    temporary_path(tmp_path / MANIFEST).write_text('{"schema_ver')
     with runs.held(tmp_path):
         runs.create(tmp_path, experiment)
     assert list(files(tmp_path)) == [MANIFEST]
@@ -321,7 +322,7 @@ def test_only_what_this_machine_left_is_cleared_away(finished_run: Run, copied_r
     """Another machine, on the same disk, may still be writing its own."""
     run = runs.open_run(copied_run)
     for path in (run.path(0, 1), run.path(1, 2), copied_run / "fit.json"):
-        store.part_beside(path).write_text("left behind by a kill")
+        temporary_path(path).write_text("left behind by a kill")
     other = copied_run / "point-0000" / "repeat-0000.h5.elsewhere-0123456789abcdef.part"
     other.write_text("under way")
     with runs.held(copied_run):
@@ -332,7 +333,7 @@ def test_only_what_this_machine_left_is_cleared_away(finished_run: Run, copied_r
 
 
 def test_two_parts_of_one_file_have_names_of_their_own(tmp_path: Path) -> None:
-    names = {store.part_beside(tmp_path / "one.h5") for _ in range(1000)}
+    names = {temporary_path(tmp_path / "one.h5") for _ in range(1000)}
     assert len(names) == 1000
     assert {name.parent for name in names} == {tmp_path}
 
@@ -403,9 +404,9 @@ def test_a_fixed_and_a_free_container_can_be_swept(tmp_path: Path, small_config:
 
 def test_json_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     path = tmp_path / "numbers.json"
-    runs.write_json(path, {"k": 0.1 + 0.2})
+    write_json(path, {"k": 0.1 + 0.2})
     with pytest.raises(ValueError, match="nan"):
-        runs.write_json(path, {"k": float("nan")})
+        write_json(path, {"k": float("nan")})
     assert json.loads(path.read_text()) == {"k": 0.1 + 0.2}
 
 

@@ -76,7 +76,7 @@ def test_outcomes_tell_what_is_in_the_files(copied: Run) -> None:
     assert sorted(notes.outcomes, key=lambda each: (each.point, each.repeat)) == outcomes
     assert {outcome.work for outcome in outcomes} == {None}
     for outcome in outcomes:
-        trace = store.read(copied.path(outcome.point, outcome.repeat)).trace
+        trace = store.read(copied.path(outcome.point, outcome.repeat))[0]
         assert outcome.stop == trace.stop
         assert outcome.collisions == trace.collisions
         assert outcome.error is None
@@ -104,7 +104,7 @@ def empty(path: Path) -> None:
 
 
 def flip_a_bit(path: Path) -> None:
-    trace = store.read(path).trace
+    trace = store.read(path)[0]
     image = bytearray(path.read_bytes())
     image[image.index(trace.start.velocities.tobytes()) + 5] ^= 1
     path.write_bytes(image)
@@ -119,14 +119,14 @@ def put_another_point_there(path: Path) -> None:
 
 
 def put_another_engine_versions_there(path: Path) -> None:
-    stored = store.read(path)
-    old = replace(stored.provenance, engine_version=ENGINE_VERSION - 1)
-    store.write(path, stored.trace, old)
+    trace, header = store.read(path)
+    old = replace(header.provenance, engine_version=ENGINE_VERSION - 1)
+    store.write(path, trace, old)
 
 
 def put_a_forced_engines_there(path: Path) -> None:
-    stored = store.read(path)
-    store.write(path, stored.trace, replace(stored.provenance, engine="cells"))
+    trace, header = store.read(path)
+    store.write(path, trace, replace(header.provenance, engine="cells"))
 
 
 DAMAGES: dict[Callable[[Path], None], str] = {
@@ -219,8 +219,8 @@ def test_results_do_not_depend_on_the_number_of_threads(
 def test_the_file_tells_how_to_make_the_repeat_again(finished_run: Run) -> None:
     for point in finished_run.points:
         for repeat in range(3):
-            stored = store.read(finished_run.path(point.index, repeat))
-            told = stored.provenance
+            trace, header = store.read(finished_run.path(point.index, repeat))
+            told = header.provenance
             assert (told.point, told.repeat) == (point.index, repeat)
             assert told.engine_version == ENGINE_VERSION
             assert json.loads(told.parameters) == dict(point.parameters)
@@ -232,7 +232,7 @@ def test_the_file_tells_how_to_make_the_repeat_again(finished_run: Run) -> None:
                 collisions=experiment.collisions,
                 time=experiment.time,
             )
-            assert store.content_hash(again) == store.content_hash(stored.trace)
+            assert store.content_hash(again) == store.content_hash(trace)
 
 
 def test_provenance_names_the_software_and_the_moment(finished_run: Run) -> None:
@@ -437,13 +437,13 @@ def test_an_interrupted_repeat_is_saved_and_done_again(small_config: str, tmp_pa
     (stopped,) = outcomes
     assert stopped.stop is not None
     assert stopped.stop.reason is StopReason.INTERRUPTED
-    saved = store.read(run.path(0, 0)).trace
+    saved = store.read(run.path(0, 0))[0]
     assert saved.collisions == stopped.collisions
     assert 100_000 <= saved.collisions < 150_000
     assert [outcome.cached for outcome in done(run)] == [False, False]
     assert contents(run) == contents(whole)
     # What was saved is the beginning of the whole.
-    events, all_events = saved.events, store.read(whole.path(0, 0)).trace.events
+    events, all_events = saved.events, store.read(whole.path(0, 0))[0].events
     assert events is not None
     assert all_events is not None
     for name in ("time", "i", "j", "impulse"):

@@ -86,7 +86,7 @@ if kind == "tmpfs":
 again = simulated()
 opened = runs.open_run(run)
 hashes = [
-    store.check(opened.path(point.index, repeat)).bits for point in opened.points
+    store.check(opened.path(point.index, repeat)).fingerprint for point in opened.points
     for repeat in range(3)
 ]
 print(json.dumps([nothing, little, book, verify, parts, again, hashes]))
@@ -203,7 +203,7 @@ def test_bad_files_are_told_and_made_anew(finished: Path, here: Path, finished_r
     )
     truncated.write_bytes(truncated.read_bytes()[:10_000])
     image = bytearray(flipped.read_bytes())
-    image[image.index(store.read(flipped).trace.finish.velocities.tobytes()) + 2] ^= 16
+    image[image.index(store.read(flipped)[0].finish.velocities.tobytes()) + 2] ^= 16
     flipped.write_bytes(image)
     with h5py.File(foreign, "w") as file:
         file["temperature"] = [1.0, 2.0]

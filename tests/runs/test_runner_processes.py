@@ -138,12 +138,12 @@ def test_no_kill_leaves_a_torn_file(
             there = repeats_in(directory)
             assert whole.keys() <= set(there)
             for path in set(there) - whole.keys():
-                whole[path] = store.check(path).bits
+                whole[path] = store.check(path).fingerprint
     assert "Traceback" not in (tmp_path / "forge" / "talk").read_text()
     if not repeats_in(directory):  # of kills before the first one alone
         done(made(directory, text, "repeats=1"))
     assert_completes(directory, text, tmp_path / "uninterrupted")
-    assert all(store.check(path).bits == bits for path, bits in whole.items())
+    assert all(store.check(path).fingerprint == bits for path, bits in whole.items())
 
 
 def test_no_kill_of_an_extension_loses_a_repeat(one_point: str, tmp_path: Path) -> None:
@@ -153,7 +153,7 @@ def test_no_kill_of_an_extension_loses_a_repeat(one_point: str, tmp_path: Path) 
     text = one_point.replace("collisions: 150", "collisions: 1000")
     config.write_text(text)
     process = started(config, directory)
-    while store.glance(repeats_in(directory)[4]).collisions == 150:
+    while store.read_header(repeats_in(directory)[4]).collisions == 150:
         assert process.poll() is None, process.communicate()
     process.kill()
     process.communicate()
@@ -211,7 +211,7 @@ def test_an_interrupt_keeps_what_many_balls_have_done(tmp_path: Path) -> None:
     assert process.returncode == 130
     assert "interrupted with 0 of 2 repeats done" in said
     (path,) = directory.glob("point-0000/*")
-    trace = store.read(path).trace
+    trace = store.read(path)[0]
     assert trace.stop.reason is StopReason.INTERRUPTED
     assert trace.events is not None
     assert len(trace.events) == trace.collisions > 0

@@ -20,7 +20,7 @@ from snooker_cli.engine import simulate
 from snooker_cli.engine.clock import LEAST_EVENTS
 from snooker_cli.export import frames
 from snooker_cli.scene import Scene
-from snooker_cli.store import SCHEMA_VERSION, Provenance
+from snooker_cli.store import SCHEMA_VERSION, Provenance, RepeatHeader
 from snooker_cli.trace import StopReason, Trace
 
 PAGE = (Path(__file__).parents[2] / "docs" / "file-format.md").read_text(encoding="utf-8")
@@ -215,7 +215,7 @@ def test_a_key_with_a_default_may_be_missing(
             content = json.loads(own[key])
             assert {name: content.pop(name) for name in missing} == missing
             own[key] = json.dumps(content)
-    told = store.glance(path)
+    told = store.read_header(path)
     assert told.stop == traces["events"].stop
     assert told.provenance == provenance
 
@@ -269,7 +269,8 @@ def test_exported_states_are_what_the_page_says(
 ) -> None:
     trace, times = trace_of(scene, "events"), np.array([0.0, 0.1, 0.1])
     out = tmp_path / "states.h5md"
-    export.write_states(out, trace.start, times, frames(trace, times), provenance, "bits")
+    header = RepeatHeader(trace.stop, 40, provenance, trace.start, "bits")
+    export.write_states(out, header, times, frames(trace, times))
     data, attrs = tables("### States: `.h5md`")
     with h5py.File(out) as file:
         compare(file, data, attrs, {"all"}, {"N": trace.start.number, "t": 3}, "string")

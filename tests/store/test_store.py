@@ -132,9 +132,9 @@ def test_any_trace_comes_back_bit_for_bit(
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "any.h5"
     store.write(path, trace, provenance)
-    stored = store.read(path)
-    assert same_bits(stored.trace, trace)
-    assert stored.provenance == provenance
+    found, header = store.read(path)
+    assert same_bits(found, trace)
+    assert header.provenance == provenance
     checked = store.check(path)
     assert (checked.collisions, checked.provenance) == (trace.collisions, provenance)
     assert same_bits(checked.stop, trace.stop)
@@ -146,7 +146,7 @@ def test_a_simulated_trace_comes_back_bit_for_bit(
 ) -> None:
     path = tmp_path / "a" / "b" / "new.h5"
     store.write(path, traces[kind], provenance)
-    assert same_bits(store.read(path).trace, traces[kind])
+    assert same_bits(store.read(path)[0], traces[kind])
     checked = store.check(path)
     assert (checked.provenance, checked.stop) == (provenance, traces[kind].stop)
     assert checked.collisions == traces[kind].collisions == 300
@@ -166,7 +166,7 @@ def test_a_config_of_many_balls_fits(
     """HDF5 keeps attributes of more than 64 KiB elsewhere than small ones."""
     long = replace(provenance, config=json.dumps({"list": [0.1] * 100_000}))
     store.write(tmp_path / "long.h5", traces["events"], long)
-    assert store.read(tmp_path / "long.h5").provenance == long
+    assert store.read(tmp_path / "long.h5")[1].provenance == long
 
 
 def test_writing_replaces_what_was_there(
@@ -176,7 +176,7 @@ def test_writing_replaces_what_was_there(
     path.write_text("something else")
     store.write(path, traces["events"], provenance)
     store.write(path, traces["summary"], provenance)
-    assert same_bits(store.read(path).trace, traces["summary"])
+    assert same_bits(store.read(path)[0], traces["summary"])
     assert [entry.name for entry in tmp_path.iterdir()] == ["one.h5"]
 
 
@@ -312,7 +312,8 @@ for name in (b"SNOD", b"HEAP", b"TREE", b"content", b"provenance", b"ending"):
 whole = store.read(Path(sys.argv[1]))
 
 def told(stored):
-    return store.content_hash(stored.trace), stored.trace.stop, stored.provenance
+    trace, header = stored
+    return store.content_hash(trace), trace.stop, header.provenance
 
 for place in places:
     damaged = bytearray(image)

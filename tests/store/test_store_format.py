@@ -90,7 +90,7 @@ def test_a_box_has_its_edges(
             assert group["box"].attrs["boundary"].tolist() == [boundary, boundary]
             assert group["box/edges"][:].tolist() == [30.0, 20.0]
             assert group["box/edges"].attrs["unit"] == b"m"
-    found = store.read(tmp_path / "box.h5").trace.finish
+    found = store.read(tmp_path / "box.h5")[0].finish
     assert (found.shape, found.width, found.height) == (shape, 30.0, 20.0)
 
 

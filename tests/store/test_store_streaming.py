@@ -59,10 +59,10 @@ def test_a_streamed_repeat_is_read_as_the_same_bits(
     path = tmp_path / "point" / "streamed.h5"
     with Recorder(path, scene) as recorder:
         recorder.finish(simulate(scene, collisions=LONG, sink=recorder.add), provenance)
-    stored = store.read(path)
-    assert store.content_hash(stored.trace) == store.content_hash(trace)
-    assert stored.provenance == provenance
-    assert events_of(stored.trace).time.tobytes() == events_of(trace).time.tobytes()
+    found, header = store.read(path)
+    assert header.fingerprint == store.content_hash(found) == store.content_hash(trace)
+    assert header.provenance == provenance
+    assert events_of(found).time.tobytes() == events_of(trace).time.tobytes()
     assert [entry.name for entry in path.parent.iterdir()] == ["streamed.h5"]
     store.write(tmp_path / "at once.h5", trace, provenance)
     assert (tmp_path / "at once.h5").read_bytes() == path.read_bytes()
@@ -78,7 +78,7 @@ def test_the_pieces_do_not_matter(
         for start in range(0, max(number, 1), piece):
             recorder.add(events[start : min(start + piece, number)])
         recorder.finish(replace(trace, events=None), provenance)
-    found = store.read(tmp_path / "pieces.h5").trace
+    found = store.read(tmp_path / "pieces.h5")[0]
     assert store.content_hash(found) == store.content_hash(replace(trace, events=events))
     assert len(events_of(found)) == number
     assert store.check(tmp_path / "pieces.h5").stop == trace.stop

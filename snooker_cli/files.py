@@ -1,0 +1,65 @@
+"""Files that appear whole or not at all, whenever the process or the machine stops."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import re
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+
+@contextmanager
+def atomic_write(path: Path) -> Iterator[Path]:
+    """Yield a temporary path; what is written there replaces ``path`` when the block ends.
+
+    Makes the folder. After an exception nothing is left. Raises ``OSError``.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = temporary_path(path)
+    try:
+        yield part
+        move_into_place(part, path)
+    finally:
+        discard(part)
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write an indented JSON file. Raises ``OSError``, and ``ValueError`` for inf and nan."""
+    text = json.dumps(content, indent=2, allow_nan=False) + "\n"
+    with atomic_write(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def temporary_path(path: Path) -> Path:
+    """A new name beside ``path`` that no other process uses, with the name of this machine."""
+    return path.with_name(f"{path.name}.{_machine()}-{secrets.token_hex(8)}.part")
+
+
+def unfinished(directory: Path) -> Iterator[Path]:
+    """The temporary files of this machine in a folder."""
+    return directory.glob(f"*.{_machine()}-*.part")
+
+
+def move_into_place(part: Path, path: Path) -> None:
+    """Flush a temporary file to the disk and give it its final name. Raises ``OSError``."""
+    with part.open("rb+") as file:
+        os.fsync(file.fileno())
+    part.replace(path)
+
+
+def discard(part: Path) -> None:
+    """Delete a temporary file if it is still there."""
+    with suppress(OSError):
+        part.unlink(missing_ok=True)
+
+
+@cache
+def _machine() -> str:
+    """The machine's name in letters and digits, at most 40."""
+    return re.sub(r"[^A-Za-z0-9]", "_", platform.node())[:40]
