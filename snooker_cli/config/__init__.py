@@ -1,14 +1,14 @@
-"""The config room: YAML -> a frozen, validated Experiment; its sweep -> points; a digest.
+"""Configurations: YAML -> a frozen, valid Experiment -> the points of its sweep and their digests.
 
-Everything a user can get wrong is raised as ConfigError, all of it at once.
+Everything that a user can get wrong is raised as ConfigError, all problems at once.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
-from snooker_cli.config.axes import Value, overridden, unzipped
+from snooker_cli.config.axes import overridden, unzipped
 from snooker_cli.config.models import (
     Ball,
     BallCount,
@@ -33,49 +33,39 @@ __all__ = [
     "Experiment",
     "Loaded",
     "Point",
-    "Position",
-    "Problem",
     "Rings",
     "Species",
-    "Value",
     "digest",
-    "document",
     "extends",
     "load",
-    "overridden",
     "parse",
     "points",
-    "rendered",
     "schema",
-    "shown",
-    "text_of",
     "to_json",
-    "unzipped",
-    "validated",
 ]
 
 
 @dataclass(frozen=True)
 class Loaded:
-    """A valid experiment and where its keys were written."""
+    """A valid experiment and the positions of its keys."""
 
     experiment: Experiment
     name: str
     """The file's name, as shown in messages."""
-    _positions: tuple[tuple[str, Position], ...]
+    positions: Mapping[str, Position]
+    """The position of each value, by its key as a user writes it."""
 
     def locate(self, key: str) -> Position:
-        """Where a key such as ``balls.radius`` gets its value; str() gives ``file:line:column``.
+        """The position of the value of a key such as ``balls.radius``.
 
-        A swept key stands where its sweep does, an absent one where the mapping around it starts.
+        For a swept key it is that in the sweep, for an absent one that of the mapping around it.
         """
-        positions = dict(self._positions)
         while key:
             for written in (f"sweep.{key}", key):
-                if written in positions:
-                    return positions[written]
+                if written in self.positions:
+                    return self.positions[written]
             key = key.rpartition("[" if key.endswith("]") else ".")[0]
-        return positions[""]
+        return self.positions[""]
 
     def points(self) -> tuple[Point, ...]:
         """As the function `points`, with positions in its ConfigError."""
@@ -83,12 +73,11 @@ class Loaded:
             return points(self.experiment)
         except ConfigError as error:
             raise ConfigError(
-                Problem(self.locate(problem.key), problem.key, problem.sentence)
-                for problem in error.problems
+                replace(each, position=self.locate(each.key)) for each in error.problems
             ) from None
 
     def error(self, key: str, sentence: str) -> ConfigError:
-        """The error that says `sentence` about a key, for faults found after loading."""
+        """The error about a key, for a fault found after loading."""
         return ConfigError([Problem(self.locate(key), key, sentence)])
 
 
@@ -105,5 +94,5 @@ def parse(text: str, name: str = "config", overrides: Iterable[str] = ()) -> Loa
         source = overridden(source, override)
     zipped = {unzipped(path): mark for path, mark in source.marks.items()}
     source = replace(source, marks={**zipped, **source.marks})
-    positions = tuple((rendered(path), mark.value) for path, mark in source.marks.items())
+    positions = {rendered(path): mark.value for path, mark in source.marks.items()}
     return Loaded(validated(source), name, positions)

@@ -1,14 +1,17 @@
-"""The axes of a sweep: which keys take which values, before the values are tried out.
+"""The axes of a sweep: which keys take which values; ranges, and overrides of the command line.
 
-A sweep is a grid. Each of its keys is an axis; the keys of a group under `zip` are one axis
-together, in the place where `zip` stands, and groups of a list are axes one after the other.
+A sweep is a grid. Each of its keys is an axis. The keys of a group under `zip` are one axis
+together, at the place of `zip`; the groups of a list under `zip` are consecutive axes.
 """
 
+import copy
+import functools
 import math
+import operator
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from decimal import Context, Decimal
+from fractions import Fraction
 from itertools import chain
 from typing import Any, TypeAlias
 
@@ -20,86 +23,21 @@ from snooker_cli.config.problems import (
     PathError,
     Position,
     Problem,
+    given,
     key_path,
     refusal,
     rendered,
     shown,
     substituted,
 )
-from snooker_cli.config.yaml_document import Mark, YamlDocument, given, resolved, snippet
-
-# Evenly spaced values in a few characters: ``range(1, 6)`` and ``0.5:1.0:11``, both ends in.
-
-MAX_POINTS = 100_000
-"""Points of a sweep, and so values of a key. More take minutes to try and gigabytes to hold."""
-
-_RANGE = re.compile(r"\s*range\s*\((.*)\)\s*", re.DOTALL)
-_SPACED = re.compile(r"\s*([-+.0-9eE]+)\s*:\s*([-+.0-9eE]+)\s*:\s*([-+.0-9eE]+)\s*")
-_INTEGER = re.compile(r"\s*[-+]?[0-9]{1,18}\s*")
-
-_DECIMAL = Context(prec=60)
-"""Enough digits that rounding to the nearest double is the only rounding that shows."""
-
-
-def values_of(text: str) -> list[int] | list[float] | None:
-    """The values that a text stands for; none if it is no range. Raises PathError."""
-    if match := _RANGE.fullmatch(text):
-        return _range(match[1])
-    if match := _SPACED.fullmatch(text):
-        return _spaced(match[1], match[2], match[3])
-    return None
-
-
-def _range(arguments: str) -> list[int]:
-    """The integers of Python's range(arguments)."""
-    numbers = arguments.split(",")
-    if len(numbers) > 3 or not all(_INTEGER.fullmatch(number) for number in numbers):
-        raise PathError("range needs one to three whole numbers: range(start, stop, step)")
-    limits = [int(number) for number in numbers]
-    if len(limits) == 3 and limits[2] == 0:
-        raise PathError("the step of a range cannot be 0; choose another")
-    values = range(*limits)
-    # len() of a range longer than a machine word raises.
-    if not values:
-        raise PathError("this range is empty; it stops before its second limit, as in Python")
-    if (count := (values[-1] - values[0]) // values.step + 1) > MAX_POINTS:
-        raise _too_many(count)
-    return list(values)
-
-
-def _spaced(start: str, stop: str, count: str) -> list[float]:
-    """`count` evenly spaced numbers from start to stop, each the double nearest to its decimal."""
-    usage = "start:stop:count needs two numbers and a whole count of 2 or more, such as 0.5:1.0:11"
-    try:
-        ends = [resolved(start), resolved(stop)]
-    except ValueError as error:
-        raise PathError(str(error)) from None
-    if not all(isinstance(end, int | float) for end in ends) or not _INTEGER.fullmatch(count):
-        raise PathError(usage)
-    number = int(count)
-    if number < 2:
-        raise PathError(usage)
-    if number > MAX_POINTS:
-        raise _too_many(number)
-    # repr of a double is the shortest decimal that means it: 0.1 here is exactly one tenth.
-    first, last = (Decimal(repr(float(end))) for end in ends if isinstance(end, int | float))
-    width = _DECIMAL.subtract(last, first)
-    return [
-        float(_DECIMAL.add(first, _DECIMAL.divide(_DECIMAL.multiply(width, step), number - 1)))
-        for step in map(Decimal, range(number))
-    ]
-
-
-def _too_many(count: int) -> PathError:
-    return PathError(f"these are {count:,} values, of at most {MAX_POINTS:,}; take fewer")
-
+from snooker_cli.config.yaml_document import Mark, YamlDocument, resolved, snippet
 
 Scalar: TypeAlias = bool | int | float | str | None
 Value: TypeAlias = Scalar | tuple[Scalar, ...]
-"""What one key can be given by a sweep: a scalar, or a list of them (a position, say)."""
+"""What a sweep can give to a key: a scalar, or a list of them (a position, say)."""
 
 Axis: TypeAlias = tuple[tuple[str, tuple[Value, ...]], ...]
-"""Pairs of (key, values) whose values walk together; most axes have one key."""
+"""Pairs of (key, values) whose values change together; most axes have one key."""
 
 Axes: TypeAlias = tuple[Axis, ...]
 """In the order written; the last one runs fastest."""
@@ -109,51 +47,119 @@ ZIP = "zip"
 WHOLE_RUN = ("repeats", "seed", "record", "title", "sweep")
 """Keys that cannot be swept."""
 
+MAX_POINTS = 100_000
+"""Points of a sweep, and values of a key. More take minutes to check and gigabytes to hold."""
+
+_RANGE = re.compile(r"\s*range\s*\((.*)\)\s*", re.DOTALL)
+_SPACED = re.compile(r"\s*([-+.0-9eE]+)\s*:\s*([-+.0-9eE]+)\s*:\s*([-+.0-9eE]+)\s*")
+_INTEGER = re.compile(r"\s*[-+]?[0-9]{1,18}\s*")
+
 _GROUP = (
-    "a mapping of keys to lists of as many values is needed, such as {cor: [0.8, 0.9], "
+    "a mapping of keys to lists of equal length is needed, such as {cor: [0.8, 0.9], "
     "balls.radius: [0.1, 0.2]}"
 )
+
+
+# Ranges: range(1, 6), and 0.5:1.0:11 with both ends.
+
+
+def range_values(text: str) -> list[int] | list[float] | None:
+    """The values of a range, or None if the text is none. Raises PathError."""
+    if match := _RANGE.fullmatch(text):
+        return _whole_numbers(match[1])
+    if match := _SPACED.fullmatch(text):
+        return _evenly_spaced(*match.groups())
+    return None
+
+
+def _whole_numbers(arguments: str) -> list[int]:
+    """The integers of Python's range(arguments)."""
+    numbers = arguments.split(",")
+    if len(numbers) > 3 or not all(_INTEGER.fullmatch(number) for number in numbers):
+        raise PathError("range needs one to three whole numbers: range(start, stop, step)")
+    limits = [int(number) for number in numbers]
+    if len(limits) == 3 and limits[2] == 0:
+        raise PathError("the step of a range cannot be 0; choose another")
+    values = range(*limits)
+    if not values:
+        raise PathError("this range is empty; it stops before its second limit, as in Python")
+    # len() of a range longer than a machine word raises.
+    _check_number((values[-1] - values[0]) // values.step + 1)
+    return list(values)
+
+
+def _evenly_spaced(start: str, stop: str, count: str) -> list[float]:
+    """`count` numbers from start to stop, each the double nearest to its decimal."""
+    try:
+        ends = [resolved(start), resolved(stop)]
+    except ValueError as error:
+        raise PathError(str(error)) from None
+    number = int(count) if _INTEGER.fullmatch(count) else 0
+    if number < 2 or not all(isinstance(end, int | float) for end in ends):
+        raise PathError(
+            "start:stop:count needs two numbers and a whole count of 2 or more, such as 0.5:1.0:11"
+        )
+    _check_number(number)
+    # repr gives the shortest decimal of a double: 0.1 here is exactly one tenth.
+    first, last = (Fraction(repr(float(end))) for end in ends if isinstance(end, int | float))
+    return [float(first + (last - first) * step / (number - 1)) for step in range(number)]
+
+
+def _check_number(count: int) -> None:
+    if count > MAX_POINTS:
+        raise PathError(f"these are {count:,} values, of at most {MAX_POINTS:,}; take fewer")
+
+
+# The sweep of a configuration.
 
 
 def axes(sweep: object) -> Axes:
     """The axes of a `sweep:` mapping (or of axes already made); none if it is null.
 
-    Raises PydanticCustomError of type "complaints", whose context holds every Complaint and the
-    axes that nothing is wrong with.
+    Raises PydanticCustomError of type "complaints", with every Complaint in its context.
     """
+    sound, complaints = sound_axes(sweep)
+    if complaints:
+        raise refusal(complaints)
+    return sound
+
+
+def sound_axes(sweep: object) -> tuple[Axes, list[Complaint]]:
+    """The axes of a `sweep:` mapping that have no fault, and the faults of the others."""
     if sweep is None:
-        return ()
+        return (), []
     if isinstance(sweep, tuple):
         sweep = written(sweep)
     if not isinstance(sweep, Mapping):
         needs = "a mapping of keys to lists is needed, such as {cor: [0.8, 0.9]}"
-        sentence = f"{given(sweep)} is given where {needs}"
-        raise refusal([Complaint(("sweep",), sentence)], axes=())
+        return (), [Complaint(("sweep",), f"{given(sweep)} is given where {needs}")]
     complaints: list[Complaint] = []
     homes: dict[KeyPath, KeyPath] = {}
-    found: list[dict[KeyPath, tuple[Value, ...]]] = []
+    groups: list[dict[KeyPath, tuple[Value, ...]]] = []
     for where, group in _groups(sweep):
         try:
-            found.append(_group(where, group, homes, complaints))
+            groups.append(_group(where, group, homes, complaints))
         except PathError as error:
             complaints.append(Complaint(where, str(error), about_key=True))
-    for inner, outer in _overlaps(homes).items():
-        sentence = f"{rendered(homes[outer])} already replaces this key; sweep one of the two"
-        complaints.append(Complaint(homes[inner], sentence, about_key=True))
-        found = [group for group in found if inner not in group]
-    made = tuple(
+    for path, home in homes.items():
+        if outer := next((path[:k] for k in range(1, len(path)) if path[:k] in homes), None):
+            sentence = f"{rendered(homes[outer])} already replaces this key; sweep one of the two"
+            complaints.append(Complaint(home, sentence, about_key=True))
+            groups = [group for group in groups if path not in group]
+    found = tuple(
         tuple((rendered(path), values) for path, values in group.items())
-        for group in found
+        for group in groups
         if group
     )
-    count = math.prod(_length(axis) for axis in made)
-    if count > MAX_POINTS:
+    if (count := number_of_points(found)) > MAX_POINTS:
         sentence = f"the grid has {count:,} points, of at most {MAX_POINTS:,}; sweep fewer values"
-        complaints.append(Complaint(("sweep",), sentence))
-        made = ()
-    if complaints:
-        raise refusal(complaints, axes=made)
-    return made
+        return (), [*complaints, Complaint(("sweep",), sentence)]
+    return found, complaints
+
+
+def number_of_points(sweep: Axes) -> int:
+    """Number of combinations of the axes' values."""
+    return math.prod(len(axis[0][1]) for axis in sweep)
 
 
 def written(sweep: Axes) -> dict[str, Any]:
@@ -171,19 +177,14 @@ def written(sweep: Axes) -> dict[str, Any]:
 
 
 def unzipped(path: KeyPath) -> KeyPath:
-    """A path into `sweep.zip` as if its key were swept by itself; others as they are."""
+    """A path into `sweep.zip` without its zip; other paths are unchanged."""
     if path[:2] != ("sweep", ZIP):
         return path
     return ("sweep", *(part for part in path[2:3] if isinstance(part, str)), *path[3:])
 
 
-def _length(axis: Axis) -> int:
-    """How many values each key of an axis takes."""
-    return len(axis[0][1])
-
-
 def _groups(sweep: Mapping[Any, Any]) -> Iterator[tuple[KeyPath, object]]:
-    """Where each axis is written, and its keys with what is given for them."""
+    """The path of each axis of a sweep, and the mapping of its keys to values."""
     for key, values in sweep.items():
         if key != ZIP:
             yield ("sweep",), {key: values}
@@ -196,15 +197,15 @@ def _groups(sweep: Mapping[Any, Any]) -> Iterator[tuple[KeyPath, object]]:
 def _group(
     where: KeyPath, group: object, homes: dict[KeyPath, KeyPath], complaints: list[Complaint]
 ) -> dict[KeyPath, tuple[Value, ...]]:
-    """The values of each key of one axis, none if anything is wrong with it.
+    """The values of each key of one axis, or none if one of its keys has a fault.
 
     homes : where each swept key is written; those of the axis are added
 
-    Raises PathError for what is wrong with the axis as a whole.
+    Raises PathError for a fault of the whole axis.
     """
     if not isinstance(group, Mapping):
-        such = ", or a list of such" if len(where) == 2 else ""
-        raise PathError(f"{given(group)} is given where {_GROUP}{such}")
+        several = ", or a list of these" if len(where) == 2 else ""
+        raise PathError(f"{given(group)} is given where {_GROUP}{several}")
     found: dict[KeyPath, tuple[Value, ...]] = {}
     for key, values in group.items():
         here = (*where, key)
@@ -220,19 +221,14 @@ def _group(
         return {}
     if len({len(values) for values in found.values()}) > 1:
         counts = ", ".join(f"{len(values):,} of {rendered(path)}" for path, values in found.items())
-        raise PathError(f"values in a zip walk together, but there are {counts}; give as many each")
+        raise PathError(
+            f"the keys of a zip need equally many values, but there are {counts}; add some"
+        )
     return found
 
 
-def _overlaps(paths: Collection[KeyPath]) -> dict[KeyPath, KeyPath]:
-    """The paths that lie inside another one of `paths`, each with that one."""
-    return {
-        path: path[:end] for path in paths for end in range(1, len(path)) if path[:end] in paths
-    }
-
-
 def _swept_path(key: object) -> KeyPath:
-    """The path of a key that may be swept; raises PathError."""
+    """The path of a key that may be swept. Raises PathError."""
     path = key_path(str(key))
     if path[0] in WHOLE_RUN:
         quotes = ", in quotes if it holds commas or colons" if path[0] == "title" else ""
@@ -243,29 +239,23 @@ def _swept_path(key: object) -> KeyPath:
 
 
 def _values(values: object) -> tuple[Value, ...]:
-    """The values of one axis; raises PathError."""
+    """The values of one key. Raises PathError."""
     if isinstance(values, str):
         try:
-            spaced = values_of(values)
+            values = range_values(values) or values
         except PathError as error:
             raise PathError(f"{given(values)} is given, but {error}") from None
-        if spaced is not None:
-            return tuple(spaced)
-        if values.startswith("range("):
-            raise PathError(f"'{shown(values)}' is no range; between braces put it in quotes")
+    if isinstance(values, str) and values.startswith("range("):
+        raise PathError(f"'{shown(values)}' is no range; between braces put it in quotes")
     if not isinstance(values, list | tuple):
         needs = "a list of values is needed, such as [0.8, 0.9] or 0.5:1.0:11"
         raise PathError(f"{given(values)} is given where {needs}")
     if not values:
         raise PathError("an empty list is given; give at least one value or remove the key")
-    return tuple(_value(value) for value in values)
-
-
-def _value(value: object) -> Value:
-    """One value of an axis, made immutable; raises PathError."""
-    if isinstance(value, list | tuple):
-        return tuple(_scalar(item) for item in value)
-    return _scalar(value)
+    return tuple(
+        tuple(map(_scalar, value)) if isinstance(value, list | tuple) else _scalar(value)
+        for value in values
+    )
 
 
 def _scalar(value: object) -> Scalar:
@@ -277,15 +267,15 @@ def _scalar(value: object) -> Scalar:
     )
 
 
-# Command-line overrides: KEY=VALUE, or KEY=several values for a sweep over that key.
+# Overrides: KEY=VALUE, or KEY=several values for a sweep over that key.
 
 
 def overridden(document: YamlDocument, override: str) -> YamlDocument:
     """The document with one KEY=VALUE applied.
 
-    A single value replaces the value and removes every sweep of that key or of keys inside it;
-    several values replace that key's sweep, where it stands. A faulty override changes nothing and
-    adds to `Document.problems`.
+    A single value replaces the value and removes every sweep of that key or of keys inside it.
+    Several values replace the sweep of that key at its place. A faulty override changes nothing
+    and adds to `YamlDocument.problems`.
     """
     label = Position(source=f"-o {shown(override)}")
     key, equals, text = override.partition("=")
@@ -299,9 +289,7 @@ def overridden(document: YamlDocument, override: str) -> YamlDocument:
                 f"a sweep is set by the key itself; write -o {rendered(path[1:])}=VALUE,VALUE"
             )
         values, marks = _override_values(text)
-        if len(values) == 1:
-            return _with_value(document, path, values[0], marks, label)
-        return _with_axis(document, path, values, marks, label)
+        return _replaced(document, path, values, marks, label)
     except PathError as error:
         problems = [Problem(label, shown(key), str(error))]
     except ConfigError as error:
@@ -310,11 +298,11 @@ def overridden(document: YamlDocument, override: str) -> YamlDocument:
 
 
 def _override_values(text: str) -> tuple[list[Data], dict[KeyPath, Mark]]:
-    """The value or values right of the equals sign, with marks by index.
+    """The values to the right of the equals sign, with marks by index.
 
     Raises PathError or ConfigError.
     """
-    if (spaced := values_of(text)) is not None:
+    if (spaced := range_values(text)) is not None:
         return [*spaced], {}
     # The line break ends a comment, which would hide the bracket.
     data, marks = snippet(f"[{text}\n]")
@@ -323,85 +311,48 @@ def _override_values(text: str) -> tuple[list[Data], dict[KeyPath, Mark]]:
     return data, marks
 
 
-def _with_value(
-    document: YamlDocument, path: KeyPath, value: Data, marks: dict[KeyPath, Mark], label: Position
-) -> YamlDocument:
-    data = substituted(document.data, path, value)
-    kept = {key: mark for key, mark in document.marks.items() if key[: len(path)] != path}
-    if isinstance(sweep := data.get("sweep"), dict) and path[0] != "sweep":
-        ended = {key for _, key in _swept(sweep) if _is_inside(key, path)}
-        data = {**data, "sweep": _without(sweep, ended)}
-        kept = {
-            key: mark
-            for key, mark in kept.items()
-            if key[:1] != ("sweep",) or not ended & {*unzipped(key)[1:2]}
-        }
-    return replace(document, data=data, marks=_merged(kept, marks, (0,), path, label))
-
-
-def _with_axis(
+def _replaced(
     document: YamlDocument,
     path: KeyPath,
     values: list[Data],
     marks: dict[KeyPath, Mark],
     label: Position,
 ) -> YamlDocument:
-    sweep = document.data.get("sweep") or {}
-    if not isinstance(sweep, dict):
-        return document
-    swept = rendered(path)
-    axis = next((home for home, key in _swept(sweep) if key == swept), ("sweep", swept))
-    data = substituted({**document.data, "sweep": sweep}, axis, values)
-    kept = {key: mark for key, mark in document.marks.items() if key[: len(axis)] != axis}
-    return replace(document, data=data, marks=_merged(kept, marks, (), axis, label))
-
-
-def _swept(sweep: dict[str, Data]) -> Iterator[tuple[KeyPath, str]]:
-    """Where each key of a sweep is written, and the key."""
-    for key, values in sweep.items():
-        if key != ZIP:
-            yield ("sweep", key), key
-        elif isinstance(values, dict):
-            yield from ((("sweep", ZIP, inner), inner) for inner in values)
-        elif isinstance(values, list):
-            for number, group in enumerate(values):
-                if isinstance(group, dict):
-                    yield from ((("sweep", ZIP, number, inner), inner) for inner in group)
-
-
-def _without(node: Data, ended: set[str]) -> Data:
-    """A sweep, or the groups of its zip, without some keys."""
-    if isinstance(node, list):
-        return [_without(group, ended) for group in node]
-    if not isinstance(node, dict):
-        return node
-    return {
-        key: _without(values, ended) if key == ZIP else values
-        for key, values in node.items()
-        if key not in ended
+    """The document with the values of an override at a path. Raises PathError."""
+    sweep = document.data.get("sweep")
+    swept = list(_swept(sweep)) if isinstance(sweep, dict) else []
+    key = rendered(path)
+    target, value = path, values[0]
+    origin: KeyPath = (0,)
+    ended: list[KeyPath] = []
+    if len(values) > 1:
+        if sweep and not isinstance(sweep, dict):
+            return document  # the sweep has its own problem
+        target, value, origin = dict(swept).get(key, ("sweep", key)), values, ()
+    elif path[0] != "sweep":
+        inside = (f"{key}.", f"{key}[")
+        ended = [home for each, home in swept if each == key or each.startswith(inside)]
+    data: Any = copy.deepcopy(document.data)
+    for *home, last in ended:
+        del functools.reduce(operator.getitem, home, data)[last]
+    ancestors = {target[:end]: Mark(label, label) for end in range(1, len(target) + 1)}
+    kept = {
+        each: mark
+        for each, mark in document.marks.items()
+        if not any(each[: len(gone)] == gone for gone in (target, *ended))
     }
-
-
-def _is_inside(key: str, path: KeyPath) -> bool:
-    """Whether a sweep's key is `path` or a key inside it."""
-    try:
-        return key_path(key)[: len(path)] == path
-    except PathError:
-        return False
-
-
-def _merged(
-    kept: dict[KeyPath, Mark],
-    marks: dict[KeyPath, Mark],
-    old: KeyPath,
-    new: KeyPath,
-    label: Position,
-) -> dict[KeyPath, Mark]:
-    """`kept`, with the marks below `old` moved to `new` and said to stand in the override."""
     moved = {
-        new + path[len(old) :]: Mark(label, label, mark.written)
-        for path, mark in marks.items()
-        if path[: len(old)] == old
+        target + each[len(origin) :]: Mark(label, label, mark.written)
+        for each, mark in marks.items()
+        if each[: len(origin)] == origin
     }
-    ancestors = {new[:end]: Mark(label, label) for end in range(1, len(new) + 1)}
-    return {**ancestors, **kept, **moved}
+    return replace(
+        document, data=substituted(data, target, value), marks={**ancestors, **kept, **moved}
+    )
+
+
+def _swept(sweep: dict[str, Data]) -> Iterator[tuple[str, KeyPath]]:
+    """Each key of a sweep, and where it is written."""
+    for where, group in _groups(sweep):
+        if isinstance(group, Mapping):
+            yield from ((str(key), (*where, key)) for key in group)

@@ -1,4 +1,4 @@
-"""The kinds of values in a configuration: in which range, and what is said of any other."""
+"""Types of the values in a configuration: their ranges, and the phrase that states each."""
 
 import math
 from typing import Annotated, Any, Literal
@@ -20,36 +20,44 @@ MAX_COUNT = 1_000_000
 """Balls of one species."""
 
 MAX_BALLS = 10_000_000
-"""Balls of all species; a start of so many takes half a minute and 2 GB."""
+"""Balls of all species; their start takes half a minute and 2 GB."""
 
 MAX_INTEGER = 2**63 - 1
-"""What fits a 64-bit integer, and so every file and array."""
+"""The largest 64-bit integer, for files and arrays."""
+
+Form = Literal["number", "number or infinity", "pair", "other"]
+"""What a key takes; the advice about a wrong value depends on it."""
 
 
-def _needs(phrase: str) -> WrapValidator:
-    """One error for whatever is wrong with a value, which says what is needed instead."""
+def needs(phrase: str, form: Form = "number") -> PydanticCustomError:
+    """The error of a value that is wrong in any way, with what is needed instead."""
+    return PydanticCustomError("needs", "{needs} is needed", {"needs": phrase, "form": form})
+
+
+def _needs(phrase: str, form: Form = "number") -> WrapValidator:
+    """Replaces the errors about a value by one."""
 
     def checked(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
         try:
             return handler(value)
         except ValidationError:
-            raise PydanticCustomError("needs", "{needs} is needed", {"needs": phrase}) from None
+            raise needs(phrase, form) from None
 
     return WrapValidator(checked)
 
 
 def _whole(value: object) -> object:
-    """3.0 and 1e6 are whole numbers too."""
+    """Accepts 3.0 and 1e6 as whole numbers."""
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _positive_zero(value: float) -> float:
-    """−0.0 means 0.0, and must not change a digest."""
+    """Turns −0.0 into 0.0, which must have the same digest."""
     return value + 0.0
 
 
 def _infinite_if_absent(value: object) -> object:
-    """JSON has no infinity, so null stands for it."""
+    """Reads null, which stands for infinity in JSON."""
     return math.inf if value is None else value
 
 
@@ -60,7 +68,7 @@ def _printable(title: str) -> str:
 
 
 def as_tuple(value: object) -> object:
-    """A list as something that cannot be changed."""
+    """Turns a list into a tuple, which is immutable."""
     return tuple(value) if isinstance(value, list) else value
 
 
@@ -68,7 +76,7 @@ Coordinate = Annotated[float, AfterValidator(_positive_zero)]
 Pair = Annotated[
     tuple[Coordinate, Coordinate],
     BeforeValidator(as_tuple),
-    _needs("a pair of finite numbers [x, y]"),
+    _needs("a pair of finite numbers [x, y]", "pair"),
 ]
 Positive = Annotated[float, Field(gt=0), _needs("a finite number above 0")]
 Mass = Annotated[float, Field(ge=1e-100, le=1e100), _needs("a number from 1e-100 to 1e100")]
@@ -109,18 +117,19 @@ WallMass = Annotated[
     BeforeValidator(
         _infinite_if_absent, json_schema_input_type=Annotated[float, Field(gt=0)] | None
     ),
-    _needs("a number above 0, or .inf for a fixed wall"),
+    _needs("a number above 0, or .inf for a fixed wall", "number or infinity"),
 ]
 Title = Annotated[
     str,
     Field(min_length=1, max_length=200),
     AfterValidator(_printable),
-    _needs("one line of printable text of at most 200 characters"),
+    _needs("one line of printable text of at most 200 characters", "other"),
 ]
-Shape = Annotated[Literal["circle", "box", "periodic"], _needs("one of circle, box, periodic")]
-Start = Annotated[Literal["lattice", "random"], _needs("one of lattice, random")]
-Speeds = Annotated[Literal["equal", "maxwell"], _needs("one of equal, maxwell")]
-CollapseWord = Annotated[
-    Literal["stop", "slide"], _needs("stop, slide, {tc: NUMBER} or {elastic_below: NUMBER}")
+Shape = Annotated[
+    Literal["circle", "box", "periodic"], _needs("one of circle, box, periodic", "other")
 ]
-Record = Annotated[Literal["events", "summary"], _needs("one of events, summary")]
+Start = Annotated[Literal["lattice", "random"], _needs("one of lattice, random", "other")]
+Speeds = Annotated[Literal["equal", "maxwell"], _needs("one of equal, maxwell", "other")]
+COLLAPSE = "stop, slide, {tc: NUMBER} or {elastic_below: NUMBER}"
+CollapseWord = Annotated[Literal["stop", "slide"], _needs(COLLAPSE, "other")]
+Record = Annotated[Literal["events", "summary"], _needs("one of events, summary", "other")]

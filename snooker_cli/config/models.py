@@ -234,8 +234,6 @@ REGULARISED: Mapping[str, type[ContactDuration] | type[ElasticBelow]] = {
 }
 """The ways to give it as a mapping, by their key."""
 
-NEEDS = "stop, slide, {tc: NUMBER} or {elastic_below: NUMBER}"
-
 
 def collapse_variant(value: object) -> str | None:
     """The key in REGULARISED that `collapse:` goes by, "word" for a text; None when unclear."""
@@ -256,7 +254,7 @@ Collapse = Annotated[
         collapse_variant,
         custom_error_type="needs",
         custom_error_message="{needs} is needed",
-        custom_error_context={"needs": NEEDS},
+        custom_error_context={"needs": q.COLLAPSE, "form": "other"},
     ),
 ]
 

@@ -1,15 +1,16 @@
-"""What is wrong with a configuration, said in plain sentences with a position."""
+"""Problems of a configuration: position, key path and sentence, and values inside a sentence."""
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
 
+from pydantic import BaseModel
 from pydantic_core import PydanticCustomError
 
 from snooker_cli.errors import ExitCode, SnookerError
-
-# Key paths: naming, reading and replacing one value inside nested data.
 
 KeyPath: TypeAlias = tuple[str | int, ...]
 """Mapping keys (str) and list indices (int), outermost first; () is the whole document."""
@@ -17,18 +18,24 @@ KeyPath: TypeAlias = tuple[str | int, ...]
 Data: TypeAlias = "bool | int | float | str | list[Data] | dict[str, Data] | None"
 """What a configuration file can hold."""
 
+MOST_SHOWN = 20
+"""Problems that a message lists; more have few causes in common."""
+
 _NAME = r"[A-Za-z_][A-Za-z0-9_]*"
 _INDEX = r"\[(?:0|[1-9][0-9]{0,8})\]"
 _PATH = re.compile(rf"{_NAME}(?:{_INDEX})*(?:\.{_NAME}(?:{_INDEX})*)*")
 _SEGMENT = re.compile(rf"({_NAME})|\[([0-9]+)\]")
 
+_MOST_ITEMS = 30
+"""Items of a list or mapping in a sentence, before it is cut to its length."""
+
 
 class PathError(Exception):
-    """A path that cannot be read, or leads nowhere; its text is one sentence."""
+    """A path that cannot be read or that leads nowhere; its text is one sentence."""
 
 
 def key_path(text: str) -> KeyPath:
-    """The path written as `text`; raises PathError when it is not one."""
+    """The path written as `text`. Raises PathError."""
     if not _PATH.fullmatch(text):
         raise PathError(
             f"'{shown(text)}' is not a key; write names joined by dots, such as balls.radius "
@@ -43,32 +50,19 @@ def rendered(path: KeyPath) -> str:
     return text.removeprefix(".")
 
 
-def shown(text: str, limit: int = 60) -> str:
-    """User text made safe to print inside a sentence: one line, printable, short."""
-    safe = "".join(
-        character if character.isprintable() else ascii(character)[1:-1]
-        for character in text[: limit + 1]
-    )
-    return safe if len(safe) <= limit else safe[: limit - 1] + "…"
-
-
 def value_at(node: Any, path: KeyPath) -> Any:
-    """The value a path leads to in a model (attributes for keys, tuples for lists)."""
+    """The value at a path of a model (attributes for keys, tuples for lists)."""
     for part in path:
         node = node[part] if isinstance(part, int) else getattr(node, part)
     return node
 
 
-def substituted(node: Any, path: KeyPath, value: Any) -> Any:
-    """`node` with the value at `path` replaced or added; nothing is changed in place.
+def substituted(node: Any, path: KeyPath, value: Any, depth: int = 0) -> Any:
+    """A copy of `node` with the value at `path` replaced or added.
 
-    Nodes are mappings, lists, tuples and models; those on the way become plain dicts and lists.
-    Raises PathError when the path runs into a single value or past the end of a list.
+    Nodes are mappings, lists, tuples and models; those along the path become dicts and lists.
+    Raises PathError if the path runs into a single value or past the end of a list.
     """
-    return _substituted(node, path, 0, value)
-
-
-def _substituted(node: Any, path: KeyPath, depth: int, value: Any) -> Any:
     if depth == len(path):
         return value
     part, here = path[depth], rendered(path[:depth])
@@ -78,26 +72,64 @@ def _substituted(node: Any, path: KeyPath, depth: int, value: Any) -> Any:
         if part >= len(node):
             end = f"its items end at [{len(node) - 1}]" if node else "the list is empty"
             raise PathError(f"{here} has no item [{part}]; {end}")
-        return [*node[:part], _substituted(node[part], path, depth + 1, value), *node[part + 1 :]]
-    fields = _fields(node)
-    if fields is None:
+        inner = substituted(node[part], path, value, depth + 1)
+        return [*node[:part], inner, *node[part + 1 :]]
+    if not isinstance(node, Mapping | BaseModel | None):
         raise PathError(f"{here} is not a mapping, so it has no key {part}")
-    return {**fields, part: _substituted(fields.get(part), path, depth + 1, value)}
+    fields = dict(node or {})
+    return {**fields, part: substituted(fields.get(part), path, value, depth + 1)}
 
 
-def _fields(node: Any) -> dict[str, Any] | None:
-    """The keys and values of a mapping or model, none for an absent one, else None."""
-    if node is None:
-        return {}
-    if isinstance(node, Mapping):
-        return dict(node)
-    if hasattr(type(node), "model_fields"):
-        return {name: getattr(node, name) for name in type(node).model_fields}
-    return None
+def shown(text: str, limit: int = 60) -> str:
+    """User text made safe to print inside a sentence: one line, printable, short."""
+    safe = "".join(
+        character if character.isprintable() else ascii(character)[1:-1]
+        for character in text[: limit + 1]
+    )
+    return safe if len(safe) <= limit else safe[: limit - 1] + "…"
+
+
+def given(value: Any, written: str = "") -> str:
+    """What a sentence calls a value.
+
+    written : a scalar as its author wrote it, if that is known
+    """
+    match value:
+        case None:
+            return "nothing (null)"
+        case bool():
+            return f"the truth value {str(value).lower()}"
+        case str():
+            quoted = written if written[:1] in ("'", '"') else value
+            return f"the text {shown(quoted)}" if quoted else "an empty text"
+        case Mapping():
+            return f"the mapping {shown(_flow(value))}" if value else "an empty mapping"
+        case list() | tuple():
+            return f"the list {shown(_flow(value))}" if value else "an empty list"
+    return shown(written or _flow(value))
+
+
+def _flow(value: Any) -> str:
+    """A value as YAML on one line, with the first items of lists and mappings."""
+    match value:
+        case None:
+            return "null"
+        case bool():
+            return str(value).lower()
+        case str():
+            return f"'{value}'"
+        case float() if not math.isfinite(value):
+            return str(value).replace("inf", ".inf").replace("nan", ".nan")
+        case Mapping():
+            items = (f"{key}: {_flow(item)}" for key, item in islice(value.items(), _MOST_ITEMS))
+            return f"{{{', '.join(items)}}}"
+        case list() | tuple():
+            return f"[{', '.join(map(_flow, islice(value, _MOST_ITEMS)))}]"
+    return str(value)
 
 
 class Position(NamedTuple):
-    """Where something was written: a file and the place in it (from 1), or an override."""
+    """A place in a file (line and column from 1), or an override."""
 
     line: int = 0
     column: int = 0
@@ -109,7 +141,7 @@ class Position(NamedTuple):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing to put right, rendered as ``file:line:column: key.path: sentence``."""
+    """One thing to correct, printed as ``file:line:column: key.path: sentence``."""
 
     position: Position
     key: str
@@ -122,31 +154,29 @@ class Problem:
 
 @dataclass(frozen=True)
 class Complaint:
-    """A problem that knows its key but not yet its position.
+    """A problem with the path of its key, before its position is looked up.
 
-    `about_key` points at the key rather than at its value (an unknown key, say).
+    about_key : the position is that of the key (an unknown one, say), not of its value
+    missing : keys of which at least one must be given
     """
 
     path: KeyPath
     sentence: str
     about_key: bool = False
+    missing: tuple[str, ...] = ()
 
 
-def refusal(complaints: Iterable[Complaint], **context: Any) -> PydanticCustomError:
-    """The error by which a validator tells pydantic all that it has found."""
+def refusal(complaints: Iterable[Complaint]) -> PydanticCustomError:
+    """The error that carries a validator's complaints through pydantic."""
     found = tuple(complaints)
     sentences = " ".join(f"{rendered(each.path)}: {each.sentence}." for each in found)
     return PydanticCustomError(
-        "complaints", "{sentences}", {"sentences": sentences, "complaints": found, **context}
+        "complaints", "{sentences}", {"sentences": sentences, "complaints": found}
     )
 
 
-MOST_SHOWN = 20
-"""Problems that are worth a line; a file with more has one cause for many of them."""
-
-
 class ConfigError(SnookerError):
-    """A configuration that cannot be used; `problems` holds everything found, in file order."""
+    """A configuration that cannot be used; `problems` holds all that was found, in file order."""
 
     exit_code = ExitCode.CONFIG
     problems: tuple[Problem, ...]
@@ -155,5 +185,10 @@ class ConfigError(SnookerError):
         self.problems = tuple(sorted(problems, key=lambda problem: problem.position))
         lines = [str(problem) for problem in self.problems[:MOST_SHOWN]]
         if (more := len(self.problems) - MOST_SHOWN) > 0:
-            lines.append(f"... and {more:,} more; put these right first")
+            lines.append(f"... and {more:,} more; correct these first")
         super().__init__("\n".join(lines))
+
+    @classmethod
+    def at(cls, position: Position, sentence: str) -> "ConfigError":
+        """The error of a single problem that has no key."""
+        return cls([Problem(position, "", sentence)])

@@ -137,7 +137,7 @@ def test_very_many_problems_are_not_all_shown() -> None:
     assert len(error.problems) == 104
     lines = str(error).splitlines()
     assert [str(problem) for problem in error.problems[:20]] == lines[:20]
-    assert lines[20:] == ["... and 84 more; put these right first"]
+    assert lines[20:] == ["... and 84 more; correct these first"]
 
 
 def test_long_values_are_shortened() -> None:
