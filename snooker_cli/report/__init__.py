@@ -1,1 +1,4 @@
-"""Numbers and figures of finished runs -> the report; no number in it is typed."""
+"""Reproduction of the source report: its printed values, their audit, and our own report.
+
+Source report: "Effect of Coefficient of Restitution on Thermodynamic Properties - a 2D Simulation".
+"""

@@ -1,36 +1,41 @@
-"""Every number the report prints beside ours for the scene as stated, with what explains it."""
+"""The audit: every printed number next to ours for the stated scene, with its explanation."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from snooker_cli import theory
-from snooker_cli.report.reproduction import Claim, Stated, as_stated, claims
+from snooker_cli.report.reproduction import (
+    CheckedClaim,
+    StatedResults,
+    checked_claims,
+    stated_results,
+)
 from snooker_cli.report.setting_search import (
     LIKELY,
     Candidate,
     Search,
+    elastic_pressures,
     free_factor,
-    pressures,
     profile,
     search,
     simplest,
 )
 from snooker_cli.report.source_values import (
     COEFFICIENTS,
-    PUBLISHED,
+    SOURCE_VALUES,
     OurValue,
     SourceValue,
-    published,
+    source_value,
 )
 from snooker_cli.runs import open_run
 
 RUNS = ("decay", "temperature", "radius", "dilute", "speeds", "restitution", "audit")
-"""The runs the audit is made from."""
+"""The runs that the audit needs."""
 
+# Verdicts
 REPRODUCED = "reproduced"
 FOLLOWS = "from its own numbers"
 EXPLAINED = "explained"
@@ -40,18 +45,18 @@ UNEXPLAINED = "not explained"
 
 @dataclass(frozen=True)
 class AuditRow:
-    """A printed number and what becomes of it.
+    """A printed number and the verdict on it.
 
-    ours : for the scene as stated
-    common : in the one setting that explains all numbers best; ``None`` if it has no part in it
-    alone : what explains this number best by itself, in words and as a value
+    ours : our value for the stated scene
+    common : our value for the best setting of all; ``None`` if it gives none
+    explanation, explained : the best explanation of this number alone, in words and as a value
     """
 
     number: SourceValue
     ours: OurValue
     common: OurValue | None
-    alone: str
-    value: OurValue | None
+    explanation: str
+    explained: OurValue | None
     verdict: str
 
 
@@ -59,14 +64,14 @@ class AuditRow:
 class Audit:
     """The whole audit.
 
-    profile : the best setting of all, and the best for each value of each part of a setting
-    search : what was searched; near : how many candidates score below ``LIKELY``
-    free : the slip in time if it is left free
-    repeats : at each CoR behind ours as stated; early : those of them that ended early
+    profile : the best setting of all, then the best for each value of each part of a setting
+    near : number of ranked candidates with a score below ``LIKELY``
+    free : the best factor of the slip in time
+    repeats : at each CoR behind our values; early : how many of them ended early
     """
 
     rows: tuple[AuditRow, ...]
-    claims: tuple[Claim, ...]
+    claims: tuple[CheckedClaim, ...]
     profile: tuple[Candidate, ...]
     search: Search
     near: int
@@ -75,7 +80,7 @@ class Audit:
     early: int
 
     @property
-    def finding(self) -> Candidate:
+    def best(self) -> Candidate:
         """The setting that explains the measured numbers best."""
         return self.profile[0]
 
@@ -85,19 +90,19 @@ class Audit:
 
 
 def audit(folder: Path) -> Audit:
-    """Measure, search, and judge every printed number, from the runs in a folder.
+    """The audit from the runs in a folder.
 
     Raises ``RunError`` or ``StoreError`` for a run that is missing or cannot be read.
     """
     runs = {name: open_run(folder / name) for name in RUNS}
-    stated = as_stated(runs)
+    stated = stated_results(runs)
     run = runs["audit"]
     speed = float(getattr(run.experiment.balls, "speed", math.nan))
-    found = search(run, pressures(runs["temperature"], speed))
-    reasons = _reasons(stated, found.factor)
+    found = search(run, elastic_pressures(runs["temperature"], speed))
+    formulas = {**arithmetic(), **_path_and_section(stated, found.factor)}
     return Audit(
-        rows=tuple(_row(number, stated, found, reasons) for number in PUBLISHED),
-        claims=claims(runs, stated),
+        rows=tuple(_row(number, stated, found, formulas) for number in SOURCE_VALUES),
+        claims=checked_claims(runs, stated),
         profile=tuple(profile(found.ranked)),
         search=found,
         near=sum(one.score < LIKELY for one in found.ranked),
@@ -107,20 +112,22 @@ def audit(folder: Path) -> Audit:
     )
 
 
-def _row(
-    number: SourceValue, stated: Stated, found: Search, reasons: Mapping[str, tuple[str, OurValue]]
-) -> AuditRow:
-    """The verdict on a number: the scene as stated first, then its own numbers, then settings."""
-    ours, common = stated.numbers[number.name], found.ranked[0].beside(number)
+Formulas = dict[str, tuple[str, OurValue]]
+"""By the name of a printed number: a formula for it in words, and its value."""
+
+
+def _row(number: SourceValue, stated: StatedResults, found: Search, formulas: Formulas) -> AuditRow:
+    """The verdict: from the stated scene if that agrees, else from a formula, else a setting."""
+    ours, common = stated.numbers[number.name], found.ranked[0].our_value(number)
     if ours.agrees(number):
         return AuditRow(number, ours, common, "", None, REPRODUCED)
-    if number.name in reasons:
-        words, value = reasons[number.name]
-        verdict = FOLLOWS if number.name in _own() else EXPLAINED
-        return AuditRow(
-            number, ours, common, words, value, verdict if value.rounds_to(number) else UNEXPLAINED
-        )
-    # Our own rings have been judged already, by more repeats.
+    if number.name in formulas:
+        text, value = formulas[number.name]
+        verdict = FOLLOWS if number.name in arithmetic() else EXPLAINED
+        if not value.rounds_to(number):
+            verdict = UNEXPLAINED
+        return AuditRow(number, ours, common, text, value, verdict)
+    # The stated scene with our own rings has been compared already, with more repeats.
     others = [
         one for one in found.candidates if one.setting.changes or one.setting.extent != found.extent
     ]
@@ -131,19 +138,21 @@ def _row(
     if not value.agrees(number):
         verdict = UNEXPLAINED
     elif not setting.changes:
-        verdict = REPRODUCED  # the report leaves open where the balls start
+        verdict = REPRODUCED  # the source report does not state where the balls start
     else:
         verdict = EXPLAINED if common is not None and common.agrees(number) else ALONE
-    return AuditRow(number, ours, common, setting.words(), value, verdict)
+    return AuditRow(number, ours, common, setting.description, value, verdict)
 
 
-def _own() -> dict[str, tuple[str, OurValue]]:
-    """Printed numbers that follow from other printed numbers, with the arithmetic."""
-    path = published("mean_free_path")
-    mean, abstract = published("energy_mean_0.8"), published("energy_abstract_0.8")
-    found = {abstract.name: (f"{mean.digits} of {mean.where}, rounded", OurValue(mean.value))}
+def arithmetic() -> Formulas:
+    """Printed numbers that follow from other printed numbers."""
+    path = source_value("mean_free_path")
+    mean = source_value("energy_mean_0.8")
+    found = {
+        "energy_abstract_0.8": (f"{mean.digits} of {mean.where}, rounded", OurValue(mean.value))
+    }
     for cor in COEFFICIENTS:
-        speed, pressure = published(f"speed_{cor}"), published(f"pressure_mean_{cor}")
+        speed, pressure = source_value(f"speed_{cor}"), source_value(f"pressure_mean_{cor}")
         tau = path.value / speed.value
         constant = -2 * math.log(cor) / tau
         found |= {
@@ -160,12 +169,12 @@ def _own() -> dict[str, tuple[str, OurValue]]:
     return found
 
 
-def _reasons(stated: Stated, factor: float) -> dict[str, tuple[str, OurValue]]:
-    """What explains the numbers that come from a formula, not from a simulation."""
+def _path_and_section(stated: StatedResults, factor: float) -> Formulas:
+    """Explanations of the mean free path and the cross-section."""
     density, radius = stated.numbers["density"].value, float(stated.scene.radii[0])
     path = theory.boltzmann_mean_free_path(density, radius)
-    implied = 1 / (math.sqrt(2) * density * published("mean_free_path").value)
-    return _own() | {
+    implied = 1 / (math.sqrt(2) * density * source_value("mean_free_path").value)
+    return {
         "mean_free_path": (
             f"{factor:g} × 1/(√2 n 4r) at r = {radius:g} m, or that of r = {radius / factor:g} m",
             OurValue(factor * path),

@@ -1,12 +1,13 @@
-"""Which setting do the report's numbers come from: a search over what it may have used."""
+"""Search for the setting that the numbers of the source report come from."""
 
 from __future__ import annotations
 
 import itertools
 import math
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,18 +16,16 @@ from snooker_cli.analysis.decay import Quantity, curve
 from snooker_cli.analysis.fitting import fit
 from snooker_cli.analysis.observables import mean_pressure, series
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report.source_values import OurValue, Property, SourceValue, published
+from snooker_cli.report.source_values import OurValue, SourceQuantity, SourceValue, source_value
 
 if TYPE_CHECKING:
     from snooker_cli.runs import Run
     from snooker_cli.trace import Trace
 
-
-PARTS = (0.2, 0.4, 1.0)
-"""Parts of the collisions that a curve is fitted to, from the start."""
+WINDOWS = (0.2, 0.4, 1.0)
+"""Shares of the collisions, from the start, that a curve is fitted to."""
 
 FITTED: tuple[Quantity, ...] = ("kinetic_energy", "pressure")
-"""What is fitted for it."""
 
 TARGETS = (
     "energy_mean_0.8",
@@ -40,14 +39,16 @@ TARGETS = (
 """The measured numbers that one setting has to explain together."""
 
 LIKELY = 14.07
-"""The 95 % point of chi-square with as many degrees of freedom as there are targets."""
+"""95 % point of chi-square with one degree of freedom for each target."""
 
 
-@dataclass(frozen=True)
-class Slip:
-    """A mistake by a factor, by the powers in which it enters the numbers."""
+class Slip(NamedTuple):
+    """A mistake by a constant factor, and the powers of it in decay constants, speeds, pressures.
 
-    words: str
+    text : description with ``{factor}``; empty for no slip
+    """
+
+    text: str
     decay: int = 0
     speed: int = 0
     pressure: int = 0
@@ -59,32 +60,31 @@ SLIPS = (
     Slip("whole time axis × {factor}", decay=-1, pressure=-1),
     Slip("speed / {factor}", decay=-1, speed=-1, pressure=-2),
 )
-"""At a tenth of the speed all takes ten times as long, and the pressure is a hundredth."""
 
 
 @dataclass(frozen=True)
 class CandidateSetting:
-    """One way the report may have been made.
+    """One way in which the source report may have been made.
 
     radius : of a ball, m
-    elastic_wall : whether the container's CoR was 1 instead of the balls'
-    extent : radius of the outermost ring over the container's; the report leaves it open
-    window : collisions that were fitted
-    held : whether the fitted curve was held to the data's start
-    slip : a mistake by a factor
-    changes : what goes against the report's statements, in words
+    elastic_wall : whether the wall's CoR is 1 instead of the balls'
+    extent : radius of the outermost ring over the container's; the source report does not state it
+    window : fitted collisions
+    fixed_amplitude : whether the fitted curve starts at the first data point
+    changes : everything that contradicts the source report, in words
     """
 
     radius: float
     elastic_wall: bool
     extent: float
     window: int
-    held: bool
+    fixed_amplitude: bool
     slip: Slip
     changes: tuple[str, ...]
 
-    def words(self) -> str:
-        """The setting in words: what it changes, and the rings."""
+    @property
+    def description(self) -> str:
+        """The changes and the rings, in words."""
         return ", ".join([*self.changes, f"rings to {self.extent:g} R"])
 
 
@@ -98,68 +98,74 @@ class Sample:
 
     @classmethod
     def over(cls, values: Sequence[float]) -> Sample:
-        """Of the values of at least two repeats."""
+        """Sample of the values of at least two repeats."""
         return cls(float(np.mean(values)), float(np.std(values, ddof=1)), len(values))
 
-    def beside(self, number: SourceValue) -> OurValue:
-        """As the printed number was made: a mean has a standard error, one run the spread."""
-        return OurValue(self.mean, self.deviation / math.sqrt(self.count if number.mean else 1))
+    @property
+    def error(self) -> float:
+        """Standard error of the mean."""
+        return self.deviation / math.sqrt(self.count)
+
+    def our_value(self, number: SourceValue) -> OurValue:
+        """The mean, with the standard error for a printed mean and the deviation for one run."""
+        return OurValue(self.mean, self.error if number.mean else self.deviation)
 
     def times(self, factor: float) -> Sample:
-        """The sample in other units."""
+        """The sample with mean and deviation times a factor."""
         return Sample(self.mean * factor, self.deviation * factor, self.count)
 
 
-Samples = Mapping[tuple[Property, float | None], Sample]
+Samples = Mapping[tuple[SourceQuantity, float | None], Sample]
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A setting, and what it gives: a sample for each property and CoR that it has."""
+    """A setting and its results: a sample for each property and CoR."""
 
     setting: CandidateSetting
     samples: Samples
 
-    def beside(self, number: SourceValue) -> OurValue | None:
-        """What the setting gives for a printed number; ``None`` if it has nothing to do with it."""
+    def our_value(self, number: SourceValue) -> OurValue | None:
+        """The setting's value for a printed number; ``None`` if it does not give one."""
         sample = self._sample(number)
-        return None if sample is None else sample.beside(number)
+        return None if sample is None else sample.our_value(number)
 
     def _sample(self, number: SourceValue) -> Sample | None:
-        """Of a printed number's property; the temperature decays as the energy does."""
-        if number.of == "pressure decay, doubled":
+        """The sample for a printed number; the temperature decays as the energy does."""
+        if number.quantity == "pressure decay, doubled":
             sample = self.samples.get(("pressure decay", number.cor))
             return None if sample is None else sample.times(2)
-        temperature = number.of == "temperature decay"
-        of: Property = "energy decay" if temperature else number.of
-        return self.samples.get((of, number.cor))
+        temperature = number.quantity == "temperature decay"
+        wanted: SourceQuantity = "energy decay" if temperature else number.quantity
+        return self.samples.get((wanted, number.cor))
 
     def predicts(self, name: str) -> bool:
-        """Whether it says something of a printed number: runs scatter by under half their mean.
+        """Whether single runs scatter by less than half of the mean of a printed number.
 
-        A setting whose curves may as well rise explains any number, and so none.
+        A setting with more scatter agrees with any number, so its agreement means nothing.
         """
-        number = published(name)
-        sample = self._sample(number)
+        sample = self._sample(source_value(name))
         return sample is not None and sample.mean > 2 * sample.deviation
 
     @property
     def score(self) -> float:
-        """Sum of squared distances from the targets; smaller is better."""
-        ours = {name: self.beside(published(name)) for name in TARGETS}
+        """Sum of the squared distances from the targets (chi-square)."""
+        ours = {name: self.our_value(source_value(name)) for name in TARGETS}
         return sum(
-            math.inf if one is None else one.distance(published(name)) ** 2
+            math.inf if one is None else one.distance(source_value(name)) ** 2
             for name, one in ours.items()
         )
 
 
 @dataclass(frozen=True)
 class Search:
-    """What was searched.
+    """The result of a search.
 
-    candidates : all of them, best first; ranked : those that predict all targets
-    factor : of the slips; extent : of our own rings
-    early : repeats of the run that ended early, and are fitted up to there
+    candidates : all of them, best first
+    ranked : those that predict all targets
+    factor : of the slips
+    extent : ring extent of our own configs
+    early : number of repeats that ended early; they are fitted up to their end
     """
 
     candidates: tuple[Candidate, ...]
@@ -170,45 +176,43 @@ class Search:
 
 
 def search(run: Run, pressures: Mapping[float, Sample]) -> Search:
-    """All candidates that the audit's run offers; ``pressures`` as below."""
-    found, scenes, early = _measured(run)
+    """All candidates from the audit's run, and ``pressures`` from ``elastic_pressures``."""
+    measured, early = _measured(run)
     stated: Any = run.experiment
-    windows = _windows(run)
-    factor = slip_factor(run)
-    coefficients = sorted({point.experiment.cor for point in run.points})
+    windows, factor = _windows(run), slip_factor(run)
+    scenes = sorted({scene for scene, _ in measured})
     candidates = []
-    for scene, window, held, slip in itertools.product(scenes, windows, (True, False), SLIPS):
+    for scene, window, fixed, slip in itertools.product(scenes, windows, (True, False), SLIPS):
         radius, elastic_wall, extent = scene
         changes = {
             f"r = {radius:g} m": radius != stated.balls.radius,
             "elastic wall": elastic_wall,
             f"first {window} collisions": window != windows[-1],
-            "amplitude free": not held,
-            slip.words.format(factor=f"{factor:g}"): slip != SLIPS[0],
+            "amplitude free": not fixed,
+            slip.text.format(factor=f"{factor:g}"): slip != SLIPS[0],
         }
-        made = tuple(words for words, changed in changes.items() if changed)
-        samples: dict[tuple[Property, float | None], Sample] = {}
+        made = tuple(text for text, changed in changes.items() if changed)
+        samples: dict[tuple[SourceQuantity, float | None], Sample] = {}
         if radius in pressures:
             samples["pressure", None] = pressures[radius].times(factor**slip.pressure)
-        for cor in coefficients:
-            wanted: dict[Property, tuple[tuple[Any, ...], int]] = {
-                "mean speed": ((*scene, cor, "mean speed"), slip.speed),
-                "energy decay": ((*scene, cor, "kinetic_energy", window, held), slip.decay),
-                "pressure decay": ((*scene, cor, "pressure", window, held), slip.decay),
-            }
-            for of, (key, power) in wanted.items():
-                if len(found.get(key, ())) > 1:
-                    samples[of, cor] = Sample.over(found[key]).times(factor**power)
-        setting = CandidateSetting(radius, elastic_wall, extent, window, held, slip, made)
+        sources: tuple[tuple[SourceQuantity, Any, int], ...] = (
+            ("mean speed", "mean speed", slip.speed),
+            ("energy decay", ("kinetic_energy", window, fixed), slip.decay),
+            ("pressure decay", ("pressure", window, fixed), slip.decay),
+        )
+        for (place, cor), values in measured.items():
+            for wanted, key, power in sources:
+                if place == scene and len(values[key]) > 1:
+                    samples[wanted, cor] = Sample.over(values[key]).times(factor**power)
+        setting = CandidateSetting(radius, elastic_wall, extent, window, fixed, slip, made)
         candidates.append(Candidate(setting, samples))
     candidates.sort(key=lambda one: (one.score, len(one.setting.changes)))
     ranked = tuple(one for one in candidates if all(map(one.predicts, TARGETS)))
     return Search(tuple(candidates), ranked, factor, stated.balls.ring_extent, early)
 
 
-def pressures(run: Run, speed: float) -> dict[float, Sample]:
-    """Pressure (Pa m) by ball radius (m) at CoR 1 and a speed; from where balls start or how
-    the wall cools them it does not depend."""
+def elastic_pressures(run: Run, speed: float) -> dict[float, Sample]:
+    """Pressure (Pa m) by ball radius (m) at CoR 1 and a start speed (m/s)."""
     found = {}
     for point in run.points:
         balls: Any = point.experiment.balls
@@ -218,46 +222,41 @@ def pressures(run: Run, speed: float) -> dict[float, Sample]:
 
 
 def mean_speed(trace: Trace) -> float:
-    """Mean over the collisions of the balls' mean speed after each, m/s."""
+    """Mean speed of the balls, averaged over the states after each collision (m/s)."""
     return float(series(trace).mean_speed[1:].mean())
 
 
 def slip_factor(run: Run) -> float:
-    """How many times too long the printed mean free path is for the stated scene, rounded."""
+    """The printed mean free path over that of the stated scene, rounded."""
     scene = starting_scene(run.experiment, 0)
     density = theory.number_density(scene.number, scene.area)
     path = theory.boltzmann_mean_free_path(density, float(scene.radii[0]))
-    return float(round(published("mean_free_path").value / path))
+    return float(round(source_value("mean_free_path").value / path))
 
 
 def simplest(
     candidates: Iterable[Candidate], number: SourceValue
 ) -> tuple[Candidate, OurValue] | None:
-    """The candidate that explains a number by itself: of those that agree, the fewest changes.
-
-    Of as many changes the likeliest; if none agrees, the nearest.
-    """
+    """The agreeing candidate with the fewest changes (then the likeliest), or else the nearest."""
     offers = [
         (one, ours)
         for one in candidates
-        if one.predicts(number.name) and (ours := one.beside(number)) is not None
+        if one.predicts(number.name) and (ours := one.our_value(number)) is not None
     ]
-    if not offers:
-        return None
 
     def rank(offer: tuple[Candidate, OurValue]) -> tuple[float, ...]:
         one, ours = offer
-        away = ours.distance(number)
-        likely = -(away**2) / 2 - math.log(ours.uncertainty(number))
-        return (0, len(one.setting.changes), -likely) if away <= 2 else (1, away)
+        distance = ours.distance(number)
+        log_likelihood = -(distance**2) / 2 - math.log(ours.uncertainty(number))
+        return (0, len(one.setting.changes), -log_likelihood) if distance <= 2 else (1, distance)
 
-    return min(offers, key=rank)
+    return min(offers, key=rank, default=None)
 
 
 def profile(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The best candidate of all, and the best for each value of each part of the setting."""
+    """From candidates, best first: the best for each value of each part of the setting."""
     chosen: dict[int, Candidate] = {}
-    for part in ("radius", "elastic_wall", "extent", "window", "held", "slip"):
+    for part in ("radius", "elastic_wall", "extent", "window", "fixed_amplitude", "slip"):
         seen = set()
         for index, one in enumerate(candidates):
             value = getattr(one.setting, part)
@@ -268,56 +267,49 @@ def profile(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 
 def free_factor(one: Candidate, factor: float) -> OurValue:
-    """The slip in time that explains the decay constants best if it is left free."""
-    top = bottom = 0.0
-    for name in TARGETS:
-        number = published(name)
-        ours = one.beside(number)
-        if ours is not None and number.of in ("energy decay", "pressure decay"):
+    """The factor of the slip in time that fits the decay constants best."""
+    numerator = denominator = 0.0
+    for number in map(source_value, TARGETS):
+        ours = one.our_value(number)
+        if ours is not None and number.quantity in ("energy decay", "pressure decay"):
             weight = math.hypot(number.standard_error, ours.error) ** -2
-            top += weight * ours.value * number.value
-            bottom += weight * ours.value**2
-    ratio, error = top / bottom, bottom**-0.5
+            numerator += weight * ours.value * number.value
+            denominator += weight * ours.value**2
+    ratio, error = numerator / denominator, denominator**-0.5
     return OurValue(factor / ratio, factor * error / ratio**2)
 
 
-def _measured(
-    run: Run,
-) -> tuple[dict[tuple[Any, ...], list[float]], list[tuple[float, bool, float]], int]:
-    """What every repeat gives: by scene, CoR, quantity and, of a fit, window and whether held.
+Measured = dict[tuple[tuple[float, bool, float], float], dict[Any, list[float]]]
+"""By scene (radius, whether the wall is elastic, ring extent) and CoR: values of the repeats.
 
-    A scene is radius, whether the wall is elastic, and ring extent; second, all of them in order;
-    third, how many repeats ended early.
-    """
-    found: dict[tuple[Any, ...], list[float]] = {}
-    scenes, early = set(), 0
+Their keys are "mean speed" (m/s) and, for decay constants (1/s), quantity, window and whether
+the amplitude is fixed.
+"""
+
+
+def _measured(run: Run) -> tuple[Measured, int]:
+    """The values of every repeat, and the number of repeats that ended early."""
+    found: Measured = {}
+    early = 0
     for point in run.points:
         balls: Any = point.experiment.balls
         scene = balls.radius, point.experiment.effective_wall_cor == 1.0, balls.ring_extent
-        scenes.add(scene)
+        values = found.setdefault((scene, point.experiment.cor), defaultdict(list))
         for trace in run.traces(point):
             early += not trace.stop.reason.complete
-            for key, value in _of_one(trace, _windows(run)).items():
-                found.setdefault((*scene, point.experiment.cor, *key), []).append(value)
-    return found, sorted(scenes), early
-
-
-def _of_one(trace: Trace, windows: Sequence[int]) -> dict[tuple[Any, ...], float]:
-    """Mean speed over the collisions (m/s) and decay constants (1/s) of one repeat."""
-    times = series(trace).time
-    found: dict[tuple[Any, ...], float] = {("mean speed",): mean_speed(trace)}
-    for quantity in FITTED:
-        whole = curve(trace, quantity)
-        for window in windows:
-            kept = whole.time <= times[min(window, len(times) - 1)]
-            for held in (True, False):
-                amplitude = 1.0 if held else None
-                result = fit(whole.time[kept], whole.value[kept], amplitude=amplitude)
-                if result.converged:
-                    found[quantity, window, held] = result.value
-    return found
+            values["mean speed"].append(mean_speed(trace))
+            times = series(trace).time
+            for quantity in FITTED:
+                whole = curve(trace, quantity)
+                for window, fixed in itertools.product(_windows(run), (True, False)):
+                    kept = whole.time <= times[min(window, len(times) - 1)]
+                    amplitude = 1.0 if fixed else None
+                    result = fit(whole.time[kept], whole.value[kept], amplitude=amplitude)
+                    if result.converged:
+                        values[quantity, window, fixed].append(result.value)
+    return found, early
 
 
 def _windows(run: Run) -> list[int]:
-    """Collisions up to which curves are fitted."""
-    return [round(part * (run.experiment.collisions or 0)) for part in PARTS]
+    """Numbers of collisions, from the start, that curves are fitted to."""
+    return [round(share * (run.experiment.collisions or 0)) for share in WINDOWS]

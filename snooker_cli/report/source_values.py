@@ -1,14 +1,20 @@
-"""The numbers that the source report prints, as it prints them."""
+"""The numbers and sentences of the source report, from source_values.yaml.
+
+Source report: "Effect of Coefficient of Restitution on Thermodynamic Properties - a 2D Simulation".
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from importlib.resources import files
+from typing import Any, Literal
+
+import yaml
 
 from snooker_cli.analysis.observables import ROUNDING
 
-Property = Literal[
+SourceQuantity = Literal[
     "central distance",
     "pair distance",
     "momentum x",
@@ -27,274 +33,88 @@ Property = Literal[
     "temperature ratio",
     "pressure ratio",
 ]
-"""What a printed number is of."""
 
 LORD = 0.507
-"""The mean of five normal values is within this share of their (largest - smallest) of the true
-mean in 95 % of cases (Lord 1947): within 1.014 times what the report prints behind its ±."""
+"""95 % half width of the mean of five normal values, over their range (Lord 1947)."""
 
 COEFFICIENTS = (0.8, 0.9)
-"""The coefficients of restitution below 1 that the report prints numbers for."""
+"""The coefficients of restitution below 1 that the source report prints numbers for."""
 
 CLOSE = 0.05
-"""What the report calls agreement: "within 5 %"."""
+"""The source report calls values within 5 % equal."""
 
 
 @dataclass(frozen=True)
 class SourceValue:
-    """A printed number.
-
-    where : section or figure
-    digits, uncertainty : as printed; ``uncertainty`` is what stands behind the ±
-    cor : the CoR that it belongs to, if it belongs to one
-    mean : whether it is a mean over five runs, so that ± is (largest - smallest)/2 of them
-    radius : of the balls that it is for, m; ``None`` for the report's scene
-    exact : whether it is meant to the last digit of a double: a bound, a conserved quantity, a
-        limit; its digits do not say so
-    about : whether the report calls it approximate
-    """
+    """A printed number; source_values.yaml explains the fields."""
 
     name: str
     where: str
     what: str
-    of: Property
-    digits: str
-    uncertainty: str | None = None
-    unit: str = "1/s"
+    quantity: SourceQuantity
+    printed: str
+    unit: str
     cor: float | None = None
     mean: bool = False
-    radius: float | None = None
     exact: bool = False
-    about: bool = False
+    radius: float | None = None
+
+    @property
+    def digits(self) -> str:
+        """The value as printed."""
+        return self.printed.removeprefix("≈ ").partition(" ± ")[0]
 
     @property
     def value(self) -> float:
-        """The number."""
+        """The value in its unit."""
         return float(self.digits)
 
     @property
     def error(self) -> float | None:
-        """What is printed behind the ±."""
-        return None if self.uncertainty is None else float(self.uncertainty)
+        """The number after the ±; ``None`` without one."""
+        error = self.printed.partition(" ± ")[2]
+        return float(error) if error else None
 
     @property
     def decimals(self) -> int:
-        """How many are printed."""
+        """Number of printed decimals."""
         return len(self.digits.partition(".")[2])
 
     @property
     def half_digit(self) -> float:
-        """Half a unit of the last digit printed; of an exact number, rounding."""
+        """Half a unit of the last printed digit; rounding for an exact number."""
         if self.exact:
             return ROUNDING * abs(self.value)
         return 0.5 * 10.0**-self.decimals
 
     @property
     def standard_error(self) -> float:
-        """Half of the 95 % interval of a mean of five, from its half range; else as printed."""
+        """Half of the 95 % interval for a mean of five runs, otherwise the printed error."""
         if self.error is None:
             return 0.0
+        # The range is twice the printed half range, the interval twice its half width.
         return LORD * self.error if self.mean else self.error
 
-    @property
-    def printed(self) -> str:
-        """Value and uncertainty as the report writes them."""
-        error = "" if self.uncertainty is None else f" ± {self.uncertainty}"
-        return ("≈ " if self.about else "") + self.digits + error
 
-    @property
-    def with_unit(self) -> str:
-        """Value, uncertainty and unit."""
-        return self.printed if self.unit == "1" else f"{self.printed} {self.unit}"
+@dataclass(frozen=True)
+class SourceClaim:
+    """A sentence that can be checked.
 
+    near : names of two printed numbers that the sentence calls equal within ``CLOSE``
+    """
 
-def _pair(
-    name: str,
-    where: tuple[str, str],
-    what: str,
-    of: Property,
-    printed: tuple[tuple[str, str], tuple[str, str]],
-    *,
-    unit: str = "1/s",
-    mean: bool = False,
-) -> tuple[SourceValue, SourceValue]:
-    """A number that the report prints for CoR 0.8 and for 0.9."""
-    first, second = (
-        SourceValue(
-            f"{name}_{cor}", place, f"{what}, CoR {cor:g}", of, *digits, unit, cor=cor, mean=mean
-        )
-        for cor, place, digits in zip(COEFFICIENTS, where, printed, strict=True)
-    )
-    return first, second
-
-
-def _dilute(name: str, where: str, radius: float) -> SourceValue:
-    """Figure 17's ratio at CoR 1; the text and the caption have balls of different radii."""
-    what = f"P(simulated)/P(ideal), CoR 1, r = {radius:g} m"
-    return SourceValue(
-        name, where, what, "pressure ratio", "1", unit="1", radius=radius, exact=True
-    )
-
-
-PUBLISHED = (
-    SourceValue(
-        "energy_abstract_0.8",
-        "abstract",
-        "k of energy and temperature, CoR 0.8",
-        "energy decay",
-        "0.12",
-        "0.01",
-        cor=0.8,
-        mean=True,
-    ),
-    SourceValue(
-        "pressure_abstract_0.9",
-        "abstract",
-        "k of pressure, CoR 0.9",
-        "pressure decay",
-        "0.035",
-        "0.014",
-        cor=0.9,
-        mean=True,
-    ),
-    SourceValue(
-        "largest_distance",
-        "fig. 1",
-        "largest distance from the centre",
-        "central distance",
-        "9",
-        unit="m",
-        exact=True,
-    ),
-    SourceValue(
-        "smallest_distance",
-        "fig. 2",
-        "smallest distance of two balls",
-        "pair distance",
-        "2",
-        unit="m",
-        exact=True,
-    ),
-    SourceValue(
-        "momentum_x",
-        "III A, fig. 4",
-        "momentum over its start, x",
-        "momentum x",
-        "1",
-        unit="1",
-        exact=True,
-    ),
-    SourceValue(
-        "momentum_y",
-        "III A, fig. 5",
-        "momentum over its start, y",
-        "momentum y",
-        "1",
-        unit="1",
-        exact=True,
-    ),
-    *_pair(
-        "energy_one",
-        ("III A, fig. 6", "III A, fig. 7"),
-        "k of energy, one run",
-        "energy decay",
-        (("0.116", "0.001"), ("0.0775", "0.0006")),
-    ),
-    *_pair(
-        "energy_mean",
-        ("III A", "abstract, III A"),
-        "k of energy, mean of five",
-        "energy decay",
-        (("0.117", "0.01"), ("0.077", "0.012")),
-        mean=True,
-    ),
-    *_pair(
-        "temperature_one",
-        ("fig. 8", "fig. 9"),
-        "k of temperature, one run",
-        "temperature decay",
-        (("0.116", "0.001"), ("0.0775", "0.0006")),
-    ),
-    SourceValue(
-        "cross_section", "III A", "cross-section σ of 2πr", "cross-section", "0.401", unit="m"
-    ),
-    SourceValue("density", "III A", "number density n", "density", "0.118", unit="1/m²"),
-    SourceValue(
-        "mean_free_path", "III A", "mean free path λ", "mean free path", "15.010", unit="m"
-    ),
-    *_pair(
-        "speed",
-        ("III A", "III A"),
-        "⟨v⟩ over 500 collisions",
-        "mean speed",
-        (("4.23", "0.37"), ("5.43", "0.42")),
-        unit="m/s",
-        mean=True,
-    ),
-    *_pair(
-        "tau",
-        ("III A", "III A"),
-        "characteristic time τ",
-        "tau",
-        (("3.55", "0.65"), ("2.76", "0.89")),
-        unit="s",
-        mean=True,
-    ),
-    *_pair(
-        "theory",
-        ("III A", "III A"),
-        "k by the report's theory",
-        "theory",
-        (("0.126", "0.005"), ("0.076", "0.011")),
-        mean=True,
-    ),
-    SourceValue(
-        "pressure", "III B, fig. 10", "pressure at CoR 1", "pressure", "17", unit="Pa m", about=True
-    ),
-    *_pair(
-        "pressure_one",
-        ("fig. 11", "fig. 12"),
-        "k of pressure, one run",
-        "pressure decay",
-        (("0.0555", "0.0004"), ("0.0346", "0.0003")),
-    ),
-    *_pair(
-        "pressure_mean",
-        ("abstract, III B", "III B"),
-        "k of pressure, mean of five",
-        "pressure decay",
-        (("0.056", "0.013"), ("0.036", "0.014")),
-        mean=True,
-    ),
-    *_pair(
-        "doubled",
-        ("III B", "III B"),
-        "twice the k of pressure",
-        "pressure decay, doubled",
-        (("0.112", "0.026"), ("0.072", "0.028")),
-        mean=True,
-    ),
-    SourceValue(
-        "equipartition",
-        "fig. 16",
-        "T(equipartition)/T(ideal gas), r → 0",
-        "temperature ratio",
-        "1",
-        unit="1",
-        exact=True,
-    ),
-    _dilute("ratio_text", "III C", 0.001),
-    _dilute("ratio_caption", "fig. 17", 0.01),
-)
-"""Every result the report prints; settings such as 37 balls and 500 collisions are in configs."""
+    name: str
+    where: str
+    text: str
+    near: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class OurValue:
-    """A value beside a printed number, in its unit.
+    """Our value of a printed number, in its unit.
 
-    error : standard error, or of a number from a single run the spread of single runs
-    allowed : how far from a printed limit theory is at the radius that was run
+    error : standard error; for a number from one run, standard deviation of single runs
+    allowed : distance from a printed limit that theory predicts at the simulated radius
     """
 
     value: float
@@ -302,23 +122,31 @@ class OurValue:
     allowed: float = 0.0
 
     def uncertainty(self, number: SourceValue) -> float:
-        """Of the difference: half of the half digit plus both standard errors."""
+        """Uncertainty of the difference: half of the interval of digits, plus standard errors."""
         interval = (number.half_digit + self.allowed) / 2
         return interval + math.hypot(number.standard_error, self.error)
 
     def distance(self, number: SourceValue) -> float:
-        """Difference in uncertainties."""
+        """Difference in units of its uncertainty."""
         return abs(self.value - number.value) / self.uncertainty(number)
 
     def agrees(self, number: SourceValue) -> bool:
-        """Whether it is the printed value: within its last digit and twice the standard errors."""
+        """Whether the difference is at most twice its uncertainty."""
         return self.distance(number) <= 2
 
     def rounds_to(self, number: SourceValue) -> bool:
-        """Whether it has the printed digits; ``1 + ROUNDING`` lets halves pass either way."""
+        """Whether the value rounds to the printed digits; exact halves round either way."""
         return abs(self.value - number.value) <= (1 + ROUNDING) * number.half_digit
 
 
-def published(name: str) -> SourceValue:
+_DATA: dict[str, Any] = yaml.safe_load(
+    (files("snooker_cli.report") / "source_values.yaml").read_text(encoding="utf-8")
+)
+TITLE: str = _DATA["title"]
+SOURCE_VALUES = tuple(SourceValue(name, **fields) for name, fields in _DATA["values"].items())
+SOURCE_CLAIMS = tuple(SourceClaim(name, **fields) for name, fields in _DATA["claims"].items())
+
+
+def source_value(name: str) -> SourceValue:
     """A printed number by its name."""
-    return next(one for one in PUBLISHED if one.name == name)
+    return next(one for one in SOURCE_VALUES if one.name == name)

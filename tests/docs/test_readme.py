@@ -19,9 +19,9 @@ import yaml
 from snooker_cli import __version__
 from snooker_cli.config import digest, load, parse
 from snooker_cli.engine.jit import NOTICE
-from snooker_cli.report.setting_search import LIKELY, TARGETS, pressures, search
-from snooker_cli.report.source_values import PUBLISHED, published
-from snooker_cli.report.supplements import finding, saved
+from snooker_cli.report.setting_search import LIKELY, TARGETS, elastic_pressures, search
+from snooker_cli.report.source_values import SOURCE_VALUES, source_value
+from snooker_cli.report.supplements import accuracy_values
 from snooker_cli.runs import Run, create
 from snooker_cli.runs.execution import Watcher, execute
 
@@ -124,27 +124,33 @@ def test_schema_beside_the_configs_is_the_commands(snooker: Snooker) -> None:
 def test_finding(folder: Path) -> None:
     """The README's sentences on the audit, from a full search."""
     run, elastic = (done(name, folder) for name in ("audit", "temperature"))
-    found = search(run, pressures(elastic, run.experiment.balls.speed))
+    found = search(run, elastic_pressures(elastic, run.experiment.balls.speed))
     best = found.ranked[0]
     text = " ".join(README.split())
-    assert f"Of {len(PUBLISHED)} numbers that the report prints" in text
+    assert f"Of {len(SOURCE_VALUES)} numbers that the report prints" in text
     assert f"Of {len(found.ranked)} settings ranked" in text
     setting = best.setting
-    assert (setting.elastic_wall, setting.held, setting.window) == (True, False, 500)
+    assert (setting.elastic_wall, setting.fixed_amplitude, setting.window) == (True, False, 500)
     assert (setting.radius, setting.slip.decay, setting.slip.speed) == (1.0, -1, 0)
     assert setting.slip.pressure == 0
     assert found.factor == 10.0
     assert f"rings to {setting.extent:g} of the container's radius" in text
-    values = [best.beside(published(name)).value for name in TARGETS[:4]]
+    values = [best.our_value(source_value(name)).value for name in TARGETS[:4]]
     assert "It gives {:.3f}, {:.3f}, {:.3f} and {:.3f} /s".format(*values) in text
     assert best.score < LIKELY
     tiny = next(one for one in found.ranked if one.setting.radius < 1.0)
     for name in ("speed_0.8", "pressure"):
-        assert not tiny.beside(published(name)).agrees(published(name))
+        assert not tiny.our_value(source_value(name)).agrees(source_value(name))
 
 
 def test_errors_and_costs_are_the_saved_measurements() -> None:
-    assert finding(saved("error")) in " ".join(README.split())
+    text = " ".join(README.split())
+    found = accuracy_values()
+    for method in ("ours", "source", "coarse", "fine"):
+        assert f"{found[method]['error']} m" in text
+        assert found[method]["rate"] in text
+    for name in ("wrong_event", "overlap", "digits", "date", "machine"):
+        assert str(found[name]) in text, name
 
 
 def test_the_notice_and_the_readme_name_the_same_time() -> None:
