@@ -131,7 +131,7 @@ def write_parquet(
     except ImportError:
         raise UserError(
             "a Parquet file needs pyarrow",
-            "install it with `pip install 'snooker[parquet]'`, or export as CSV",
+            "install it with `pip install 'snooker-cli[parquet]'`, or export as CSV",
         ) from None
     schema = pa.schema(
         [

@@ -79,7 +79,7 @@ def error(
         if missing.name != "mpmath":
             raise
         raise UserError(
-            "mpmath is not installed; install snooker's extra: pip install 'snooker[reference]'"
+            "mpmath is not installed; install snooker's extra: pip install 'snooker-cli[reference]'"
         ) from None
 
     measurement = measured(quick_plan() if quick else full_plan(), say)

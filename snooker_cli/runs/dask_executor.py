@@ -185,7 +185,7 @@ class DaskExecutor(RepeatExecutor):
             from distributed.utils import silence_logging_cmgr
         except ImportError:
             raise RunError(
-                "--executor dask needs dask: install it with `pip install 'snooker[cluster]'`"
+                "--executor dask needs dask: install it with `pip install 'snooker-cli[cluster]'`"
             ) from None
         self.address = address
         self._name = secrets.token_hex(8)

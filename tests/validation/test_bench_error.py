@@ -283,5 +283,5 @@ def test_without_mpmath_the_command_says_what_to_install(snooker, monkeypatch):
         monkeypatch.delitem(sys.modules, f"snooker_cli.validation.{name}", raising=False)
     ended = snooker("bench", "error", "--quick")
     assert ended.code == 2
-    assert "pip install 'snooker[reference]'" in ended.err
+    assert "pip install 'snooker-cli[reference]'" in ended.err
     assert "Traceback" not in ended.err
