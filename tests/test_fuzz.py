@@ -1,28 +1,30 @@
-"""Whatever the command line is given, it ends with a documented code and a few plain lines.
+"""Whatever config and overrides a command gets, it ends with a documented code and plain lines.
 
-SNOOKER_FUZZ in the environment is how many cases are tried, in equal parts of four sorts; they are
-then others each time.
+The environment variable SNOOKER_FUZZ is the number of cases, in equal parts of four types; they
+are then different each time.
 """
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-from mutations import EDITS, FILES, OVERRIDES, SNIPPETS, edited
 
 from snooker_cli.config import schema
 
 Snooker = Callable[..., Any]
+Mapping = list[tuple[str, Any]]
+"""Keys with their values: text, or the entries of a mapping. A key can occur twice."""
 
 pytestmark = pytest.mark.filterwarnings("error")
 
-CASES = int(os.environ.get("SNOOKER_FUZZ", "60"))
+CASES = int(os.environ.get("SNOOKER_FUZZ", "400"))
 
 FUZZ = settings(
     derandomize="SNOOKER_FUZZ" not in os.environ,
@@ -35,7 +37,7 @@ FUZZ = settings(
 COMMANDS = st.sampled_from([("validate",), ("run", "--dry-run"), ("run", "--dry-run", "--json")])
 
 MOST_LINES = 21
-"""Of what is wrong; the last one counts those that are not told."""
+"""Of problems; the last line counts those that are not printed."""
 
 LONGEST_LINE = 800
 
@@ -47,7 +49,7 @@ def empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def check(snooker: Snooker, command: tuple[str, ...], text: str, *overrides: str) -> int:
-    """Have a command read a config, and see that it ends as it should; its code."""
+    """Run a command on a config and check how it ends; its exit code."""
     folder = Path.cwd()
     config = folder / "any.yaml"
     config.write_bytes(text.encode("utf-8", "surrogatepass"))
@@ -68,45 +70,10 @@ def check(snooker: Snooker, command: tuple[str, ...], text: str, *overrides: str
     return int(ended.code)
 
 
-# Texts
-
-
-@given(COMMANDS, st.text(max_size=60) | st.lists(SNIPPETS | st.text(max_size=3)).map(" ".join))
-@example(("validate",), "[" * 10_000)
-@example(("validate",), "\n".join(f"a{n}: &a{n} [{f'*a{n - 1}, ' * 10}]" for n in range(12)))
-@FUZZ
-def test_texts(snooker: Snooker, command: tuple[str, ...], text: str) -> None:
-    check(snooker, command, text)
-
-
-@given(COMMANDS, FILES, EDITS)
-@FUZZ
-def test_edited_texts(snooker: Snooker, command: tuple[str, ...], text: str, edits: Any) -> None:
-    check(snooker, command, edited(text, edits))
-
-
-@given(COMMANDS, FILES, OVERRIDES)
-@FUZZ
-def test_overrides(
-    snooker: Snooker, command: tuple[str, ...], text: str, overrides: list[str]
-) -> None:
-    check(snooker, command, text, *overrides)
-
-
-# Key by key
-
-
-class Entry(NamedTuple):
-    """A key and what stands beside it: text, or the entries of a mapping."""
-
-    key: str
-    value: Any
-
-
-def entries(**values: Any) -> list[Entry]:
+def entries(**values: Any) -> Mapping:
     """The entries of a mapping, nested ones too."""
     return [
-        Entry(key, entries(**value) if isinstance(value, dict) else value)
+        (key, entries(**value) if isinstance(value, dict) else value)
         for key, value in values.items()
     ]
 
@@ -114,7 +81,7 @@ def entries(**values: Any) -> list[Entry]:
 CIRCLE = {"shape": "circle", "radius": "10.0", "mass": "1.0e7"}
 EVENTS = {"collisions": "500", "time": "10.0"}
 GAS = {"mass": "1", "speed": "10", "speeds": "maxwell", "start": "lattice"}
-BASES: list[list[Entry]] = [
+BASES: list[Mapping] = [
     entries(
         title="demo",
         container=CIRCLE,
@@ -152,10 +119,99 @@ BASES: list[list[Entry]] = [
         collisions="100",
         sweep={"zip": "[{cor: [0.1, 0.2], time: [1, 2]}, {balls.speed: [1, 2]}]"},
     ),
+    entries(
+        container={"shape": "periodic", "packing": "0.4"},
+        balls="[{count: 5, radius: 1.0, speed: 1}, {count: 90, radius: 0.5, speed: 2}]",
+        cor="0.9",
+        time="10.0",
+        sweep={"zip": "{container.packing: [0.1, 0.2], 'balls[1].count': [80, 90]}"},
+    ),
 ]
 
 
-def paths(mapping: list[Entry], before: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+def written(mapping: Mapping, ends: str = "{}", joint: str = ", ") -> str:
+    """A mapping as YAML."""
+    lines = [
+        f"'{key}': {written(value) if isinstance(value, list) else value}" for key, value in mapping
+    ]
+    return f"{ends[:1]}{joint.join(lines)}{ends[1:]}"
+
+
+FILES = [written(base, "", "\n") for base in BASES]
+
+# What a wrong key press or a YAML expert would put in: indicators, keys, extreme scalars.
+TOKENS = r"""
+{ } [ ] , : - ? & * ! | > ' " % @ ` # ~ << .. ... --- .inf -.inf .nan 1e999 -1 0 0x1f null true no
+1_000 &a *a !!int !x <<: "\ud800" "\U00110000" %YAML cor balls list rings sweep container radius
+mass count packing shape width box 0.5 range(1,3)
+collisions balls.rings cor[0] list[0] balls.list[1].mass time repeats title range(3) zip 1:2:3
+"""
+SPACES = ["\t", "\n", " ", "\n  ", "\n- ", ": ", "\0", "\ud800", "\x85", "\u2028", "\ufeff"]
+SNIPPETS = st.sampled_from([*TOKENS.split(), *SPACES, "9" * 5000])
+TEXTS = st.text(max_size=60) | st.lists(SNIPPETS | st.text(max_size=3), max_size=15).map(" ".join)
+EDITS = st.lists(
+    st.tuples(st.integers(0, 400), st.integers(0, 12), SNIPPETS | st.text(max_size=3)),
+    min_size=1,
+    max_size=3,
+)
+"""Places, how many characters to remove there, and what to insert."""
+
+KEYS = """
+cor wall_cor title seed balls balls.rings balls.list balls.list[0].mass balls.list[0].position
+balls[1].radius balls.count container container.mass
+container.shape sweep sweep.cor sweep.zip collisions time record nothing cor.x a..b [0]
+"""
+DATA = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner),
+    max_leaves=5,
+)
+OVERRIDES = st.lists(
+    st.builds(
+        "{}={}".format,
+        st.sampled_from(KEYS.split()) | st.text(max_size=5),
+        st.lists(SNIPPETS, max_size=5).map("".join) | DATA.map(json.dumps),
+    ),
+    min_size=1,
+    max_size=3,
+)
+
+
+@given(COMMANDS, TEXTS)
+@example(("validate",), "a: &a [*a]")
+@example(("validate",), "? ")
+@example(("validate",), "sweep: [[cor, [1]]]")
+@example(("validate",), "balls: {list: {rings: 1}}")
+@example(("validate",), "[" * 10_000)
+@example(("validate",), "\n".join(f"a{n}: &a{n} [{f'*a{n - 1}, ' * 10}]" for n in range(12)))
+@FUZZ
+def test_texts(snooker: Snooker, command: tuple[str, ...], text: str) -> None:
+    check(snooker, command, text)
+
+
+@given(COMMANDS, st.sampled_from(FILES), EDITS)
+@FUZZ
+def test_edited_texts(
+    snooker: Snooker, command: tuple[str, ...], text: str, edits: list[tuple[int, int, str]]
+) -> None:
+    for start, length, replacement in edits:
+        start %= len(text) + 1
+        text = text[:start] + replacement + text[start + length :]
+    check(snooker, command, text)
+
+
+@given(COMMANDS, st.sampled_from(FILES), OVERRIDES)
+@FUZZ
+def test_overrides(
+    snooker: Snooker, command: tuple[str, ...], text: str, overrides: list[str]
+) -> None:
+    check(snooker, command, text, *overrides)
+
+
+# Changes key by key
+
+
+def paths(mapping: Mapping, before: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
     """The keys of a mapping and of those inside it."""
     for key, value in mapping:
         yield (*before, key)
@@ -176,43 +232,32 @@ VALUES = st.sampled_from([*EXTREMES.split(), "1" + "0" * 400, "[" * 30 + "]" * 3
 CHANGES = st.sampled_from(["remove", "double", "misspell"]) | VALUES
 
 
-def changed(mapping: list[Entry], path: tuple[str, ...], change: str) -> list[Entry]:
-    """A mapping after a change at one of its keys, or as it is where the key has gone."""
-    found: list[Entry] = []
+def changed(mapping: Mapping, path: tuple[str, ...], change: str) -> Mapping:
+    """A mapping after a change at one of its keys, or unchanged if the key is gone."""
+    found: Mapping = []
     for key, value in mapping:
         if key != path[0]:
-            found.append(Entry(key, value))
+            found.append((key, value))
         elif len(path) > 1:
             inside = changed(value, path[1:], change) if isinstance(value, list) else value
-            found.append(Entry(key, inside))
+            found.append((key, inside))
         elif change == "double":
-            found += [Entry(key, value), Entry(key, value)]
+            found += [(key, value), (key, value)]
         elif change == "misspell":
-            found.append(Entry(f"{key}x", value))
+            found.append((f"{key}x", value))
         elif change != "remove":
-            found.append(Entry(key, change))
+            found.append((key, change))
     return found
 
 
-def written(mapping: list[Entry], ends: str = "{}", joint: str = ", ") -> str:
-    """A mapping as YAML."""
-    lines = [
-        f"'{key}': {written(value) if isinstance(value, list) else value}" for key, value in mapping
-    ]
-    return f"{ends[:1]}{joint.join(lines)}{ends[1:]}"
-
-
-def test_the_bases_have_every_key_there_is() -> None:
+def test_the_bases_have_every_key_and_are_valid(snooker: Snooker) -> None:
     document = schema()
-    keys = {key for _, path in PLACES for key in path}
     homes = [document, *document["$defs"].values()]
     known = {key for home in homes for key in home["properties"]}
-    assert known - keys == {"position", "velocity"}  # of single balls, in a text of their own
-
-
-def test_the_bases_are_sound(snooker: Snooker) -> None:
-    for base in BASES:
-        assert check(snooker, ("validate",), written(base, "", "\n")) == 0
+    keys = {key for _, path in PLACES for key in path}
+    assert known - keys == {"position", "velocity"}  # of single balls, which are one text
+    for text in FILES:
+        assert check(snooker, ("validate",), text) == 0
 
 
 @given(

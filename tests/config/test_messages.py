@@ -1,0 +1,116 @@
+"""Configurations that must be refused: each problem with its position, key and sentence."""
+
+import pickle
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from config_texts import BASE, PAIR
+
+from snooker_cli.config import ConfigError, parse
+
+TABLE: dict[str, Any] = yaml.safe_load(
+    (Path(__file__).parents[1] / "data" / "bad_configs.yaml").read_text(encoding="utf-8")
+)
+
+
+def text_of(case: dict[str, Any]) -> str:
+    if "text" in case:
+        return str(case["text"])
+    lines = dict(enumerate(TABLE["base"].splitlines(), start=1)) | case.get("line", {})
+    text = "".join(f"{lines[number]}\n" for number in sorted(lines))
+    return text.replace("{zeros}", "0" * 300).replace("{nines}", "9" * 5000)
+
+
+def refusal(text: str, overrides: list[str] | None = None) -> ConfigError:
+    with pytest.raises(ConfigError) as caught:
+        parse(text, "bad.yaml", overrides or [])
+    return caught.value
+
+
+@pytest.mark.parametrize("name", TABLE["cases"])
+def test_every_problem_is_named_with_its_position(name: str) -> None:
+    case = TABLE["cases"][name]
+    error = refusal(text_of(case), case.get("overrides"))
+    lines = str(error).splitlines()
+    assert len(lines) == len(case["says"]), "\n".join(lines)
+    for line, expected in zip(lines, case["says"], strict=True):
+        pattern = ".*".join(re.escape(part) for part in expected.split("..."))
+        assert re.match(pattern, line), f"{line}\ndoes not start with\n{expected}"
+    for problem in error.problems:
+        jargon = r"\b(Input|pydantic|validation|union|discriminator|tuple|dict|str|NoneType)\b"
+        assert not re.search(jargon, problem.sentence)
+        assert problem.sentence.isprintable()
+        assert not problem.sentence.endswith(".")
+
+
+def test_the_table_is_complete() -> None:
+    assert len(TABLE["cases"]) >= 180
+
+
+def test_error_survives_pickling() -> None:
+    error = refusal("cor: 2\n")
+    copy = pickle.loads(pickle.dumps(error))
+    assert copy.problems == error.problems
+    assert str(copy) == str(error)
+
+
+def test_very_many_problems_are_not_all_shown() -> None:
+    error = refusal("".join(f"k{n}: 1\n" for n in range(100)))
+    assert len(error.problems) == 104
+    lines = str(error).splitlines()
+    assert [str(problem) for problem in error.problems[:20]] == lines[:20]
+    assert len(lines) == 21
+    assert "84 more" in lines[20]
+
+
+def test_long_values_are_shortened() -> None:
+    (problem,) = refusal(BASE + f"record: {'x' * 5000}\n").problems
+    assert len(problem.sentence) < 200
+
+
+def test_combination_of_values_that_leaves_no_end() -> None:
+    sweep = "time: 1\nsweep: {collisions: [500, null], time: [1, null]}\n"
+    loaded = parse(BASE + sweep, "run.yaml")
+    with pytest.raises(ConfigError) as caught:
+        loaded.points()
+    assert re.fullmatch(
+        r"run\.yaml:7:21: collisions: neither collisions nor time is given; .* "
+        r"\(at the point collisions=null, time=null\)",
+        str(caught.value),
+    )
+
+
+# Positions
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "position"),
+    [
+        (BASE, "container.radius", "run.yaml:2:21"),
+        (BASE, "balls.radius", "run.yaml:7:17"),
+        (BASE, "sweep.balls.radius[1]", "run.yaml:7:23"),
+        (BASE, "cor", "-o cor=0.5"),
+        (BASE, "wall_cor", "run.yaml:2:1"),
+        (PAIR, "balls.list[1]", "run.yaml:5:7"),
+        (PAIR, "balls.list[1].position[1]", "run.yaml:5:23"),
+        (PAIR, "balls.list[0].mass", "run.yaml:4:7"),
+        (PAIR, "balls", "run.yaml:2:1"),
+    ],
+)
+def test_locate_gives_the_position_of_a_value(text: str, key: str, position: str) -> None:
+    sweep = "sweep:\n  balls.radius: [0.1, 1.0]\n" if text == BASE else ""
+    loaded = parse(text + sweep, "run.yaml", ["cor=0.5"])
+    assert str(loaded.locate(key)) == position
+    assert str(loaded.error(key, "is wrong")) == f"{position}: {key}: is wrong"
+
+
+def test_locate_finds_keys_of_a_sweep() -> None:
+    zipped = "sweep:\n  zip:\n    - {cor: [0.8, 0.9], balls.radius: [0.1, 1.0]}\n"
+    loaded = parse(BASE + zipped, "run.yaml")
+    assert str(loaded.locate("cor")) == "run.yaml:8:13"
+    assert str(loaded.locate("balls.radius")) == "run.yaml:8:39"
+    ended = parse(BASE + "sweep: {cor: [0.1, 0.2]}\n", "run.yaml", ["cor=0.5"])
+    assert str(ended.locate("cor")) == "-o cor=0.5"

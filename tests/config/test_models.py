@@ -1,0 +1,95 @@
+"""The models: defaults, immutability, and the JSON schema made from them."""
+
+import json
+import math
+import pickle
+import re
+
+import pytest
+from config_texts import BASE, PAIR, experiment
+from pydantic import ValidationError
+
+from snooker_cli.config import Ball, BallList, ContainerConfig, Experiment, Rings, schema
+
+
+def test_rings_with_defaults() -> None:
+    read = experiment(
+        "container: {radius: 10}\nballs: {rings: 0, radius: 1, speed: 0}\ncor: 0\ntime: 1\n"
+    )
+    assert read == Experiment(
+        title=None,
+        container=ContainerConfig(radius=10.0, mass=math.inf),
+        balls=Rings(rings=0, radius=1.0, mass=1.0, speed=0.0, ring_extent=0.8),
+        cor=0.0,
+        wall_cor=None,
+        collisions=None,
+        time=1.0,
+        repeats=1,
+        seed=1,
+        record="events",
+        sweep=(),
+    )
+
+
+def test_list_of_balls() -> None:
+    assert experiment(PAIR).balls == BallList(
+        list=(
+            Ball(position=(-1.0, 0.0), velocity=(2.0, 0.5), radius=0.1, mass=1.0),
+            Ball(position=(1.0, 0.25), velocity=(0.0, 0.0), radius=0.2, mass=3.0),
+        )
+    )
+
+
+def test_wall_restitution_is_that_of_the_balls_unless_given() -> None:
+    assert experiment().effective_wall_cor == 0.8
+    assert experiment(BASE + "wall_cor:\n").effective_wall_cor == 0.8
+    assert experiment(BASE + "wall_cor: 0\n").effective_wall_cor == 0.0
+
+
+def test_models_are_frozen_and_hashable() -> None:
+    read = experiment(BASE + "sweep: {cor: [0.8, 0.9]}\n")
+    with pytest.raises(ValidationError, match="frozen"):
+        read.cor = 0.5
+    assert hash(read) == hash(pickle.loads(pickle.dumps(read)))
+
+
+# The JSON schema
+
+SWEPT = """
+container.shape container.radius container.width container.height container.packing container.mass
+balls.rings balls.radius balls.mass balls.speed balls.ring_extent balls.count balls.speeds
+balls.start balls.packing cor wall_cor collapse.tc collapse.elastic_below collapse collisions time
+"""
+
+
+def test_schema_is_strict_json_and_describes_every_key() -> None:
+    document = json.loads(json.dumps(schema(), allow_nan=False))
+    assert document["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    assert list(document["properties"]) == list(Experiment.model_fields)
+    for home in (document, *document["$defs"].values()):
+        assert home["additionalProperties"] is False
+        for entry in home["properties"].values():
+            assert entry["description"]
+
+
+def test_schema_knows_what_can_be_swept() -> None:
+    sweep = schema()["properties"]["sweep"]
+    assert list(sweep["properties"]) == [*SWEPT.split(), "zip"]
+    group, groups = sweep["properties"]["zip"]["anyOf"]
+    assert list(group["properties"]) == SWEPT.split()
+    assert groups["items"] == group
+    assert sweep["properties"]["cor"]["items"] == {"type": "number", "minimum": 0, "maximum": 1}
+    radii = sweep["properties"]["balls.radius"]["items"]["anyOf"]
+    assert {"type": "number", "exclusiveMinimum": 0} in radii
+    for key in ("balls[0].radius", "balls.list[1].position[0]"):
+        assert sum(bool(re.match(pattern, key)) for pattern in sweep["patternProperties"]) == 1
+
+
+def test_schema_knows_what_is_required() -> None:
+    document = schema()
+    assert document["required"] == ["container", "balls", "cor"]
+    assert document["anyOf"] == [{"required": ["collisions"]}, {"required": ["time"]}]
+    assert document["$defs"]["Rings"]["required"] == ["rings", "radius", "speed"]
+    assert document["$defs"]["BallCount"]["required"] == ["count", "speed"]
+    assert document["$defs"]["Species"]["required"] == ["count", "speed"]
+    assert document["$defs"]["ContainerConfig"]["properties"]["mass"]["default"] is None

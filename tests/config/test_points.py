@@ -1,0 +1,262 @@
+"""Points, digests and the JSON of experiments, also of random ones."""
+
+import hashlib
+import json
+import math
+import pickle
+
+import pytest
+from config_texts import BASE, PAIR, experiment
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from snooker_cli.config import (
+    Ball,
+    BallCount,
+    BallList,
+    ConfigError,
+    ContainerConfig,
+    Experiment,
+    Rings,
+    Species,
+    digest,
+    extends,
+    parse,
+    points,
+    to_json,
+)
+
+# Points
+
+
+def test_without_a_sweep_there_is_one_point() -> None:
+    (point,) = points(experiment())
+    assert (point.index, point.parameters, point.experiment) == (0, (), experiment())
+
+
+def test_point_is_the_experiment_with_the_values_written_in() -> None:
+    grid = points(experiment(BASE + "sweep: {balls.rings: [1.0, 2]}\n"))
+    for index, (rings, point) in enumerate(zip((1, 2), grid, strict=True)):
+        assert point.index == index
+        assert point.experiment == experiment(BASE.replace("rings: 3", f"rings: {rings}"))
+        assert type(point.parameters[0][1]) is int
+
+
+def test_sweep_over_a_coordinate_a_pair_and_an_absent_key() -> None:
+    sweep = """
+sweep:
+  balls.list[0].position[1]: [0.1, 0.2]
+  balls.list[1].velocity: [[0, 1]]
+  wall_cor: [null]
+"""
+    first, second = points(experiment(PAIR + sweep))
+    assert first.parameters == (
+        ("balls.list[0].position[1]", 0.1),
+        ("balls.list[1].velocity", (0.0, 1.0)),
+        ("wall_cor", None),
+    )
+    assert isinstance(second.experiment.balls, BallList)
+    assert [ball.position for ball in second.experiment.balls.list] == [(-1.0, 0.2), (1.0, 0.25)]
+    assert [ball.velocity for ball in second.experiment.balls.list] == [(2.0, 0.5), (0.0, 1.0)]
+
+
+def test_points_of_a_hand_made_experiment_are_checked() -> None:
+    made = Experiment.model_validate(dict(experiment()) | {"sweep": {"cor": [0.8, 2.0]}})
+    with pytest.raises(ConfigError, match=r"^cor: 2.0 is given .* \(at the point cor=2.0\)"):
+        points(made)
+
+
+def test_points_are_made_once_and_can_be_sent_to_other_processes() -> None:
+    loaded = parse(BASE + "sweep: {cor: [0.8, 1]}\n")
+    grid = loaded.points()
+    assert points(loaded.experiment) is grid
+    assert pickle.loads(pickle.dumps(grid)) == grid
+
+
+def test_points_of_a_zip_are_those_of_a_grid_bit_by_bit() -> None:
+    pairs = "{cor: [0.8, 0.9, 0.9], balls.radius: [0.1, 0.1, 1.0]}"
+    zipped = points(experiment(BASE + f"sweep: {{zip: {pairs}}}\n"))
+    grid = points(experiment(BASE + "sweep: {cor: [0.8, 0.9], balls.radius: [0.1, 1.0]}\n"))
+    digests = [digest(point.experiment) for point in grid]
+    assert [digest(point.experiment) for point in zipped] == [digests[k] for k in (0, 2, 3)]
+
+
+# JSON
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        BASE + "title: null and void, «α» #1: yes 🎱\n",
+        PAIR + "sweep:\n  balls.list[0].position[1]: [0.1, 0.2]\n",
+        PAIR + "sweep:\n  balls.list[1].velocity: [[0, 1], [1, 0]]\n",
+        PAIR.replace("0.25", "0.1234567890123456789")
+        .replace("2.5", "1e-300")
+        .replace("-1,", "-1e22,"),
+    ],
+)
+def test_round_trip(text: str) -> None:
+    assert experiment(to_json(experiment(text))) == experiment(text)
+
+
+def test_written_json_is_strict() -> None:
+    def refuse(constant: str) -> None:
+        raise AssertionError(constant)
+
+    sweep = "sweep: {container.mass: [1.0e7, .inf], wall_cor: [null, 1], balls.rings: [1, 2.0]}\n"
+    swept = experiment(BASE + sweep)
+    written = json.loads(to_json(swept), parse_constant=refuse)
+    assert written["sweep"]["container.mass"] == [1e7, None]
+    assert [point.as_json()["container.mass"] for point in points(swept)] == 4 * [1e7] + 4 * [None]
+
+
+# Digests
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        BASE.replace("1.0e7", "10000000"),
+        BASE.replace("cor: 0.8", "cor: 80e-2"),
+        BASE.replace("500", "5e2"),
+        BASE.replace("mass: 1.0, ", ""),
+        BASE + "title: another\n",
+        BASE + "repeats: 9\n",
+        BASE + "wall_cor: 0.8\n",
+        BASE + "sweep: {cor: [0.1]}\n",
+        "".join(sorted(BASE.splitlines(keepends=True))),
+    ],
+)
+def test_digest_ignores_what_does_not_matter(text: str) -> None:
+    assert digest(experiment(text)) == digest(experiment())
+
+
+@pytest.mark.parametrize(
+    "override",
+    [
+        "container.radius=10.000000000000002",
+        "container.mass=.inf",
+        "balls.rings=2",
+        "balls.radius=0.9",
+        "balls.mass=2",
+        "balls.speed=9",
+        "balls.ring_extent=0.7",
+        "cor=0.9",
+        "wall_cor=0.9",
+        "collapse={tc: 0.1}",
+        "collisions=501",
+        "time=10",
+        "seed=2",
+        "record=summary",
+    ],
+)
+def test_digest_depends_on_what_matters(override: str) -> None:
+    assert digest(experiment(BASE, override)) != digest(experiment())
+
+
+def test_digest_ignores_the_sign_of_zero() -> None:
+    assert digest(experiment(PAIR.replace("[0, 0]", "[-0.0, 0]"))) == digest(experiment(PAIR))
+
+
+def test_digest_stays_the_same_between_releases() -> None:
+    """It is the SHA-256 of this JSON, typed by hand; a change orphans every stored result."""
+    text = (
+        '{"balls":{"mass":1.0,"radius":1.0,"ring_extent":0.8,"rings":3,"speed":10.0},'
+        '"collisions":500,"container":{"mass":10000000.0,"radius":10.0},"cor":0.8,'
+        '"record":"events","seed":1,"time":null,"wall_cor":0.8}'
+    )
+    assert digest(experiment()) == hashlib.sha256(text.encode()).hexdigest()
+
+
+def test_a_point_extends_another_of_the_same_physics_that_ends_no_later() -> None:
+    both = experiment(BASE, "time=5")
+    assert extends(experiment(BASE, "time=6"), both)
+    assert extends(experiment(), both)  # without a time, the later end
+    assert not extends(both, experiment())
+    assert not extends(experiment(BASE, "collisions=501", "time=4"), both)
+    assert not extends(experiment(BASE, "collisions=501", "cor=0.9"), experiment())
+
+
+# Random experiments
+
+STEADY = settings(derandomize=True, deadline=None)
+POSITIVE = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
+PAIR_OF_NUMBERS = st.tuples(*2 * [st.floats(allow_nan=False, allow_infinity=False)])
+RESTITUTION = st.floats(0, 1)
+FRACTIONS = st.floats(0, 1, exclude_min=True)
+OF_BALLS = {"radius": POSITIVE, "mass": st.floats(1e-100, 1e100)}
+EQUAL = {"mass": OF_BALLS["mass"], "speed": st.floats(min_value=0, allow_infinity=False)}
+RINGS = st.builds(
+    Rings, rings=st.integers(0, 1000), radius=POSITIVE, ring_extent=FRACTIONS, **EQUAL
+)
+BALLS = st.builds(Ball, position=PAIR_OF_NUMBERS, velocity=PAIR_OF_NUMBERS, **OF_BALLS)
+LISTS = st.builds(BallList, list=st.lists(BALLS, min_size=1, max_size=3))
+OF_SPECIES = EQUAL | {
+    "count": st.integers(2, 1_000_000),
+    "speeds": st.sampled_from(["equal", "maxwell"]),
+}
+STARTS = st.none() | st.sampled_from(["lattice", "random"])
+BOXES = st.sampled_from(["box", "periodic"])
+CIRCLES = st.builds(ContainerConfig, radius=POSITIVE, mass=POSITIVE | st.just(math.inf))
+# Two of the container's size, the radius and packing; and places in a container with a size.
+FILLED = (
+    st.tuples(CIRCLES, RINGS | LISTS)
+    | st.tuples(
+        st.builds(ContainerConfig, shape=BOXES, width=POSITIVE, height=st.none() | POSITIVE),
+        LISTS | st.builds(BallCount, **OF_SPECIES, start=STARTS, packing=FRACTIONS),
+    )
+    | st.tuples(
+        st.builds(ContainerConfig, shape=BOXES | st.just("circle"), packing=FRACTIONS),
+        st.builds(BallCount, **OF_SPECIES, start=STARTS, radius=POSITIVE)
+        | st.tuples(
+            st.builds(Species, **OF_SPECIES, radius=POSITIVE),
+            st.builds(Species, **OF_SPECIES, start=STARTS, radius=POSITIVE),
+        ),
+    )
+)
+AXES = st.lists(RESTITUTION, min_size=1, max_size=9, unique=True)
+STEPS = st.lists(st.tuples(RESTITUTION, RESTITUTION), min_size=1, max_size=9, unique=True)
+ZIPS = STEPS.map(
+    lambda steps: dict(zip(("cor", "wall_cor"), zip(*steps, strict=True), strict=True))
+)
+SWEEPS = (
+    st.dictionaries(st.sampled_from(["cor", "wall_cor"]), AXES)
+    | ZIPS.map(lambda group: {"zip": group})
+    | ZIPS.map(lambda group: {"collisions": [1, 2], "zip": [group, {"time": [1, 2]}]})
+)
+KEYWORDS = {
+    "title": st.none()
+    | st.text(st.characters(exclude_categories=["C", "Z"]) | st.just(" "), min_size=1)
+    | st.sampled_from(["no", "1e6", "null", "0o7", "~", "- x", "a: b", "'"]),
+    "cor": RESTITUTION,
+    "wall_cor": st.none() | RESTITUTION,
+    "collisions": st.integers(1, 2**63 - 1),
+    "time": st.none() | POSITIVE,
+    "repeats": st.integers(1, 1000),
+    "seed": st.integers(0, 2**63 - 1),
+    "record": st.sampled_from(["events", "summary"]),
+    "sweep": st.none() | SWEEPS,
+}
+EXPERIMENTS = FILLED.flatmap(
+    lambda filled: st.builds(
+        Experiment, container=st.just(filled[0]), balls=st.just(filled[1]), **KEYWORDS
+    )
+)
+
+
+@given(EXPERIMENTS)
+@STEADY
+def test_every_experiment_can_be_written_and_read_back(experiment: Experiment) -> None:
+    copy = parse(to_json(experiment)).experiment
+    assert copy == experiment
+    assert digest(copy) == digest(experiment)
+
+
+@given(EXPERIMENTS)
+@STEADY
+def test_points_are_distinct_experiments_of_their_own(experiment: Experiment) -> None:
+    grid = points(experiment)
+    assert len(grid) == math.prod(len(axis[0][1]) for axis in experiment.sweep)
+    assert len({point.experiment for point in grid}) == len(grid)
+    for point in grid:
+        assert points(point.experiment)[0].experiment == point.experiment

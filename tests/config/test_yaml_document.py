@@ -1,0 +1,107 @@
+"""YAML text and files: which values are read, and which files cannot be read."""
+
+import math
+import os
+import sys
+from pathlib import Path
+
+import pytest
+from config_texts import BASE, experiment
+
+from snooker_cli.config import ConfigError, load, parse
+from snooker_cli.config.yaml_document import resolved
+
+
+@pytest.mark.parametrize(
+    ("written", "value"),
+    [
+        ("1e7", 1e7),
+        ("1E+7", 1e7),
+        (".5", 0.5),
+        ("5.", 5.0),
+        ("+3", 3),
+        ("010", 10),
+        ("0o10", 8),
+        ("0x1F", 31),
+        (".inf", math.inf),
+        ("+.INF", math.inf),
+        ("-.Inf", -math.inf),
+        ("null", None),
+        ("~", None),
+        ("", None),
+        ("True", True),
+        ("FALSE", False),
+        *((word, word) for word in ("no", "on", "y", "1:30", "1_000", "2020-01-01", "nan", "tRUE")),
+    ],
+)
+def test_scalars_are_those_of_yaml_1_2(written: str, value: object) -> None:
+    assert (type(resolved(written)), resolved(written)) == (type(value), value)
+
+
+def test_whole_numbers_may_be_written_as_floats() -> None:
+    for count in ("1000", "1e3", "1000.0", "0x3e8"):
+        collisions = experiment(BASE.replace("500", count)).collisions
+        assert (type(collisions), collisions) == (int, 1000)
+
+
+def test_byte_order_mark_windows_line_ends_and_markers_are_harmless(tmp_path: Path) -> None:
+    path = tmp_path / "run.yaml"
+    path.write_bytes(b"\xef\xbb\xbf---\r\n" + BASE.replace("\n", "\r\n").encode() + b"...\r\n")
+    assert load(path).experiment == experiment()
+    assert load(str(path), ["seed=3"]).experiment == experiment(BASE, "seed=3")
+    assert load(str(path)).name == str(path)
+
+
+def test_json_is_read_too() -> None:
+    text = """{
+        "container":{"radius":10.0,"mass":1.0e7},
+        "balls": {"rings": 3, "radius": 1, "speed": 10},
+        "cor": 0.8, "collisions": 500, "wall_cor": null
+    }"""
+    assert experiment(text) == experiment()
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    (tmp_path / "plain").write_text("cor: 1\n")
+    (tmp_path / "latin.yaml").write_bytes(b"title: caf\xe9\n")
+    (tmp_path / "wide.yaml").write_text(BASE, encoding="utf-16")
+    (tmp_path / "large.yaml").write_bytes(BASE.encode() + b"#" * (1 << 20))
+    for name, sentence in {
+        tmp_path: "this is a directory",
+        tmp_path / "absent.yaml": "there is no such file",
+        tmp_path / "plain" / "inner.yaml": "the file cannot be read",
+        "a\0b": "the file cannot be read",
+        tmp_path / "latin.yaml": "byte 11 is not UTF-8 text",
+        tmp_path / "wide.yaml": "byte 1 is not UTF-8 text",
+        tmp_path / "large.yaml": "the file is over 1 MiB",
+    }.items():
+        with pytest.raises(ConfigError, match=sentence):
+            load(name)
+    with pytest.raises(ConfigError, match="the text is over 1 MiB"):
+        parse("#" * (1 << 20) + "#")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has other pipes")
+def test_pipes_and_devices(tmp_path: Path) -> None:
+    """A pipe without a writer never ends, and a device may have no end."""
+    os.mkfifo(tmp_path / "pipe.yaml")
+    for path in (tmp_path / "pipe.yaml", "/dev/zero", "/dev/null"):
+        with pytest.raises(ConfigError, match="this is a pipe or a device"):
+            load(path)
+
+
+@pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "[{a: "])
+def test_deep_nesting_is_refused_without_recursion(opening: str) -> None:
+    with pytest.raises(ConfigError, match="more than 20 levels of nesting"):
+        parse("a: 1\nb:\n  " + opening * 20_000)
+
+
+def test_aliases_are_not_expanded() -> None:
+    """The billion laughs: each line would be ten times the one before."""
+    lines = ["a0: &a0 [x, x]"]
+    lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 12)]
+    with pytest.raises(ConfigError) as caught:
+        parse("\n".join(lines))
+    sentences = [problem.sentence for problem in caught.value.problems]
+    assert sum("aliases" in sentence for sentence in sentences) == 110
+    assert sum("anchors" in sentence for sentence in sentences) == 12
