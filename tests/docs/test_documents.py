@@ -1,0 +1,222 @@
+"""The documents show what the commands print: ``python tests/docs/test_documents.py`` updates them.
+
+Numbers in docs/accuracy.md are those of the saved measurements and of the audit.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import runpy
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from contextlib import chdir, redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from snooker_cli import __version__
+from snooker_cli.cli.options import templates
+from snooker_cli.config import digest, load, parse
+from snooker_cli.engine.jit import NOTICE
+from snooker_cli.report.setting_search import LIKELY, TARGETS, elastic_pressures, search
+from snooker_cli.report.source_values import SOURCE_VALUES, source_value
+from snooker_cli.report.supplements import accuracy_values
+from snooker_cli.runs import Run, create
+from snooker_cli.runs.execution import Watcher, execute
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+README, TUTORIAL, RUNS, ACCURACY = (
+    ROOT / "README.md",
+    *(DOCS / f"{name}.md" for name in ("tutorial", "runs", "accuracy")),
+)
+CONSOLE = re.compile(r"```console\n\$ ((?:snooker|python) .*)\n((?:.*\n)*?)```")
+SESSIONS = {"readme": (README, RUNS), "tutorial": (TUTORIAL,)}
+"""Documents whose commands run one after the other in one folder."""
+
+VARIES = re.compile(
+    r" in [\d.]+ s \([\d,]+ events/s\)( after \d+ s of compiling)?"
+    r"|\d{4}-\d\d-\d\d \d\d:\d\d"
+    r"|[\d.]+ [kMG]?B\b"
+)
+"""Durations, dates, and sizes of files, which contain the names of versions and machines."""
+
+
+def text_of(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+def sentences_of(path: Path) -> str:
+    """The text with single spaces."""
+    return " ".join(text_of(path).split())
+
+
+def block(path: Path, language: str) -> str:
+    """The only block in a language."""
+    (found,) = re.findall(rf"```{language}\n(.*?)```", text_of(path), flags=re.DOTALL)
+    return str(found)
+
+
+def words(output: str) -> list[list[str]]:
+    """What does not vary, without the widths of columns."""
+    return [line.split() for line in VARIES.sub("", output).splitlines()]
+
+
+def prepare(session: str, folder: Path) -> None:
+    """Put the files there that a reader has."""
+    if session == "readme":
+        shutil.copytree(ROOT / "configs", folder / "configs")
+    else:
+        (folder / "haff.py").write_text(block(TUTORIAL, "python"), encoding="utf-8")
+
+
+def shell(command: str) -> str:
+    """What a command prints, with this environment's snooker first on the path."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = {**os.environ, "PATH": path, "PYTHONIOENCODING": "utf-8"}
+    done = subprocess.run(
+        command, shell=True, env=environment, stdout=subprocess.PIPE, check=True, encoding="utf-8"
+    )
+    # Whether this machine had to compile does not matter to the reader.
+    return re.sub(r" after \d+ s of compiling", "", done.stdout)
+
+
+def in_process(line: str, snooker: Callable[..., Any]) -> str:
+    """What a command prints, without starting Python again; it may end with ``| grep``."""
+    command, _, others = line.partition(" | ")
+    program, *arguments = shlex.split(command)
+    if program == "python":
+        with redirect_stdout(StringIO()) as out:
+            runpy.run_path(arguments[0])
+        return out.getvalue()
+    ended = snooker(*arguments)
+    assert ended.code == 0, ended.err
+    if not others:
+        return str(ended.out)
+    done = subprocess.run(
+        shlex.split(others), input=ended.out, stdout=subprocess.PIPE, check=True, encoding="utf-8"
+    )
+    return done.stdout
+
+
+@pytest.mark.parametrize("session", SESSIONS)
+def test_commands_print_what_the_documents_show(
+    session: str, tmp_path: Path, snooker: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepare(session, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    shown = [found for path in SESSIONS[session] for found in CONSOLE.findall(text_of(path))]
+    assert len(shown) >= 5
+    for number, (command, output) in enumerate(shown):
+        by_shell = session == "readme" and number == 0
+        printed = shell(command) if by_shell else in_process(command, snooker)
+        assert words(printed) == words(output), command
+
+
+def test_the_two_commands_are_targets_of_the_makefile() -> None:
+    targets = re.findall(r"\$ make (\w+)", text_of(README))
+    assert targets == ["report", "test"]
+    for path in (README, ACCURACY):
+        targets += re.findall(r"`make (\w+)`", text_of(path))
+    for target in targets:
+        assert re.search(rf"^{target}:", text_of(ROOT / "Makefile"), flags=re.MULTILINE), target
+
+
+def test_the_configs_shown_are_the_files() -> None:
+    decay = parse(text_of(templates()["decay"])).experiment
+    for path, of_file in (
+        (README, load(ROOT / "configs" / "decay.yaml").experiment),
+        (TUTORIAL, decay),
+    ):
+        shown = parse(block(path, "yaml")).experiment
+        assert digest(shown) == digest(of_file)
+        assert (shown.sweep, shown.repeats) == (of_file.sweep, of_file.repeats)
+    assert parse(block(TUTORIAL, "yaml")).experiment == decay
+
+
+def test_the_schema_of_the_configs_is_the_commands(snooker: Callable[..., Any]) -> None:
+    assert text_of(ROOT / "configs" / "schema.json") == in_process("snooker schema", snooker)
+
+
+@pytest.mark.parametrize(
+    "path", [*ROOT.glob("*.md"), *DOCS.glob("*.md")], ids=lambda path: path.name
+)
+def test_links_lead_to_files(path: Path) -> None:
+    for link in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", text_of(path)):
+        assert link.startswith("https://") or (path.parent / link).exists(), link
+
+
+def test_errors_and_costs_are_the_saved_measurements() -> None:
+    text, found = sentences_of(ACCURACY), accuracy_values()
+    for method in ("ours", "source", "coarse", "fine"):
+        assert f"| {found[method]['error']} m | {found[method]['rate']} |" in text
+    for name in ("wrong_event", "overlap", "digits", "date", "machine"):
+        assert str(found[name]) in text, name
+
+
+def test_the_time_to_compile_is_that_of_the_notice() -> None:
+    (shown,) = re.findall(r"The first type takes (\d+ to \d+ s)", sentences_of(RUNS))
+    assert shown in NOTICE
+
+
+def test_the_citation_is_of_this_version() -> None:
+    cited = yaml.safe_load(text_of(ROOT / "CITATION.cff"))
+    assert cited["version"] == __version__
+    assert {"cff-version", "message", "title", "authors", "license"} <= set(cited)
+
+
+def simulated(name: str, folder: Path) -> Run:
+    """The run of a config."""
+    run = create(folder / name, load(ROOT / "configs" / f"{name}.yaml").experiment)
+    outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())
+    assert [outcome.error for outcome in outcomes if outcome.error] == []
+    return run
+
+
+@pytest.mark.long
+def test_the_audit_of_the_source_report(tmp_path: Path) -> None:
+    """The sentences in docs/accuracy.md, from a full search."""
+    run, elastic = (simulated(name, tmp_path) for name in ("audit", "temperature"))
+    found = search(run, elastic_pressures(elastic, run.experiment.balls.speed))
+    best, text = found.ranked[0], sentences_of(ACCURACY)
+    assert f"Of {len(SOURCE_VALUES)} numbers that it prints" in text
+    assert f"We compared {len(found.ranked)} settings" in text
+    setting = best.setting
+    assert (setting.elastic_wall, setting.fixed_amplitude, setting.window) == (True, False, 500)
+    slip = setting.slip
+    assert (setting.radius, slip.decay, slip.speed, slip.pressure) == (1.0, -1, 0, 0)
+    assert found.factor == 10.0
+    assert f"rings to {setting.extent:g} of the container's radius" in text
+    values = [best.our_value(source_value(name)).value for name in TARGETS[:4]]
+    assert "It gives {:.3f}, {:.3f}, {:.3f} and {:.3f} 1/s".format(*values) in text
+    assert best.score < LIKELY
+    tiny = next(one for one in found.ranked if one.setting.radius < 1.0)
+    for name in ("speed_0.8", "pressure"):
+        assert not tiny.our_value(source_value(name)).agrees(source_value(name))
+
+
+def update() -> None:
+    """Put into the documents what the commands print now, and the tutorial's figure."""
+    for session, paths in SESSIONS.items():
+        with tempfile.TemporaryDirectory() as folder, chdir(folder):
+            prepare(session, Path(folder))
+            for path in paths:
+                text = CONSOLE.sub(
+                    lambda found: f"```console\n$ {found[1]}\n{shell(found[1])}```", text_of(path)
+                )
+                path.write_text(text, encoding="utf-8")
+            if session == "tutorial":
+                shutil.copy("runs/decay/figures/energy-fit.png", DOCS / "cooling.png")
+
+
+if __name__ == "__main__":
+    update()
