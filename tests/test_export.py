@@ -242,7 +242,7 @@ def test_mdanalysis_reads_the_states(written: tuple[Path, Trace, Any]) -> None:
         assert np.array_equal(step.positions[:, :2], states.positions[k].astype(np.float32))
         assert np.array_equal(step.velocities[:, :2], states.velocities[k].astype(np.float32))
         assert not np.any(step.positions[:, 2])
-        assert np.allclose(step.dimensions[:2], trace.start.size, rtol=1e-6)
+        assert np.allclose(step.dimensions[:2], trace.start.container.size, rtol=1e-6)
         assert step.dimensions[2] > 0
         assert step.dimensions[3:].tolist() == [90, 90, 90]
         centre = step.data["container_position"]

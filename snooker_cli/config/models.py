@@ -26,6 +26,7 @@ from snooker_cli.config import field_types as q
 from snooker_cli.config.axes import WHOLE_RUN, ZIP, Axes, axes, written
 from snooker_cli.config.field_types import MAX_BALLS
 from snooker_cli.config.problems import Complaint, KeyPath, refusal
+from snooker_cli.containers import SHAPES, Circle, Container
 
 
 class Model(BaseModel):
@@ -43,7 +44,7 @@ class _Sparse(Model):
         return {
             key: value
             for key, value in data.items()
-            if value is not None and (key, value) != ("shape", "circle")
+            if value is not None and (key, value) != ("shape", Circle.name)
         }
 
 
@@ -78,13 +79,17 @@ class ContainerConfig(_Sparse):
     )
 
     @property
-    def size(self) -> tuple[float, float] | None:
-        """Width and height, m, where they are given; of a circle both are the diameter."""
-        if self.shape == "circle":
-            return None if self.radius is None else (2 * self.radius, 2 * self.radius)
-        if self.width is None:
+    def shape_class(self) -> type[Container]:
+        """The class of the shape."""
+        return SHAPES[self.shape]
+
+    @property
+    def given(self) -> Container | None:
+        """The container, or None where its size follows from packing."""
+        first, *others = (getattr(self, key) for key in self.shape_class.keys)
+        if first is None:
             return None
-        return self.width, self.width if self.height is None else self.height
+        return self.shape_class(first, *(first if each is None else each for each in others))
 
 
 class Rings(Model):
@@ -254,31 +259,30 @@ AnyBalls = Rings | BallList | BallCount | tuple[Species, ...]
 
 def faults_of_container(container: ContainerConfig) -> Iterator[Complaint]:
     """What is wrong with a container whatever the balls are."""
-    shape = container.shape
-    if shape == "circle":
-        for key, value in (("width", container.width), ("height", container.height)):
-            if value is not None:
-                sentence = f"a circle has no {key}; give its radius, or set shape: box or periodic"
-                yield Complaint(("container", key), sentence, about_key=True)
-        return
-    box = f"a {shape} box" if shape == "periodic" else "a box"
-    if container.radius is not None:
-        sentence = f"{box} has no radius; give width and height, or remove shape for a circle"
-        yield Complaint(("container", "radius"), sentence, about_key=True)
-    if container.height is not None and container.width is None:
-        sentence = f"the height of {box} is given without its width; add width"
-        yield Complaint(("container", "height"), sentence, about_key=True)
-    if math.isfinite(container.mass):
-        sentence = f"{box} is fixed and has no mass; remove it, or remove shape for a circle"
+    shape = container.shape_class
+    for key in dict.fromkeys(key for other in SHAPES.values() for key in other.keys):
+        if key not in shape.keys and getattr(container, key) is not None:
+            owners = " or ".join(other.name for other in SHAPES.values() if key in other.keys)
+            sentence = (
+                f"a {shape.title} has no {key}; give {' and '.join(shape.keys)}, or set shape: "
+                f"{owners}"
+            )
+            yield Complaint(("container", key), sentence, about_key=True)
+    first, *others = shape.keys
+    for key in others:
+        if getattr(container, key) is not None and getattr(container, first) is None:
+            sentence = f"the {key} of a {shape.title} is given without its {first}; add {first}"
+            yield Complaint(("container", key), sentence, about_key=True)
+    if math.isfinite(container.mass) and not shape.can_move:
+        sentence = f"a {shape.title} is fixed and has no mass; remove it, or set shape: circle"
         yield Complaint(("container", "mass"), sentence, about_key=True)
 
 
 def faults_of_slide(container: ContainerConfig) -> Iterator[Complaint]:
     """Balls slide along the fixed wall of a circle and nowhere else."""
-    if container.shape != "circle":
-        wall = "walls are straight" if container.shape == "box" else "there is no wall"
+    if not issubclass(container.shape_class, Circle):
         sentence = (
-            f"slide is for a circle, and with shape: {container.shape} {wall}; set collapse: stop, "
+            f"balls slide only in a circle, not with shape: {container.shape}; set collapse: stop, "
             "{tc: 0.01} or {elastic_below: 1e-6}"
         )
         yield Complaint(("collapse",), sentence)
@@ -303,30 +307,26 @@ def faults_of_balls(container: ContainerConfig, balls: AnyBalls) -> Iterator[Com
         sentence = f"the species have {number:,} balls in all, of at most {MAX_BALLS:,}; give fewer"
         yield Complaint(("balls",), sentence)
     yield from _faults_of_starts(species, paths)
-    if container.shape == "periodic" and sum(each.count for each in species) == 1:
-        sentence = "one ball in a periodic box meets nothing; give two or more"
+    if not container.shape_class.has_wall and sum(each.count for each in species) == 1:
+        sentence = f"one ball in a {container.shape_class.title} meets nothing; give two or more"
         yield Complaint((*paths[0], "count"), sentence)
     yield from _faults_of_sizes(container, balls, paths)
-
-
-def _size_key(container: ContainerConfig) -> str:
-    return "radius" if container.shape == "circle" else "width"
 
 
 def _faults_of_places(container: ContainerConfig, balls: Rings | BallList) -> Iterator[Complaint]:
     """Rings need a circle, and balls that have their places a container that has its size."""
     kind = "rings" if isinstance(balls, Rings) else "list"
-    if kind == "rings" and container.shape != "circle":
+    if kind == "rings" and not issubclass(container.shape_class, Circle):
         sentence = f"rings are for a circle, not for shape: {container.shape}; give count or list"
         yield Complaint(("balls", "rings"), sentence, about_key=True)
         return
     if container.packing is not None:
         sentence = f"packing is for balls given by count, not for {kind}; remove it"
         yield Complaint(("container", "packing"), sentence, about_key=True)
-    key = _size_key(container)
-    if container.size is None:
-        inner = "inner radius of the circle, m" if key == "radius" else "inner width of the box, m"
-        sentence = f"the key is missing; add it: {inner}"
+    if container.given is None:
+        shape = container.shape_class
+        key = shape.keys[0]
+        sentence = f"the key is missing; add it: inner {key} of the {shape.title}, m"
         yield Complaint(("container", key), sentence, about_key=True)
 
 
@@ -362,11 +362,11 @@ def _faults_of_sizes(
         )
         yield from (Complaint((*path, "radius"), sentence, about_key=True) for path in without)
         return
-    size = f"container.{_size_key(container)}"
+    size = f"container.{container.shape_class.keys[0]}"
     given = [
         name
         for name, there in (
-            (size, container.size is not None),
+            (size, container.given is not None),
             ("radius of the balls", not without),
             ("packing", bool(packings)),
         )
