@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from pathlib import Path
 from typing import Any, ClassVar
 
 
@@ -69,9 +70,14 @@ class JammedError(Exception):
 
 
 class StoreError(SnookerError):
-    """A result file that cannot be read or trusted."""
+    """A result file that cannot be read or trusted; ``reason`` does not repeat its path."""
 
     exit_code = ExitCode.UNSOUND
+
+    def __init__(self, path: Path, reason: str, advice: str) -> None:
+        super().__init__(f"{path}: {reason}", advice)
+        self.reason = reason
+        self.advice = advice
 
 
 class AbsentError(StoreError):

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
+import repeating
 
-from snooker_cli import runs
-from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Layer, Selection
 from snooker_cli.runs import Run
-from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.trace import Trace
 
 BASE = """\
@@ -38,9 +35,8 @@ Kept = TypeVar("Kept", bound=Layer)
 
 def made(directory: Path, *overrides: str, text: str = BASE) -> Run:
     """A finished run of a config."""
-    run = runs.create(directory, parse(text, overrides=overrides).experiment)
-    outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())
-    assert not any(outcome.error for outcome in outcomes)
+    run = repeating.made(directory, text, *overrides)
+    assert not any(result.error for result in repeating.done(run))
     return run
 
 

@@ -6,10 +6,10 @@ import threading
 from pathlib import Path
 
 from snooker_cli import runs, store
-from snooker_cli.config import parse
+from snooker_cli.config import Experiment, parse, points
 from snooker_cli.runs import Run
 from snooker_cli.runs.execution import Watcher, execute
-from snooker_cli.runs.repeat import Outcome
+from snooker_cli.runs.repeat import RepeatResult
 
 
 class StopsAfter(Watcher):
@@ -25,14 +25,27 @@ class StopsAfter(Watcher):
             self.cancelled.set()
 
 
-def done(run: Run, *, workers: int = 1, watcher: Watcher | None = None) -> list[Outcome]:
+def done(run: Run, *, workers: int = 1, watcher: Watcher | None = None) -> list[RepeatResult]:
     """The outcomes of doing what is missing of a run."""
     return execute(run, workers=workers, watcher=watcher or Watcher(), cancelled=threading.Event())
 
 
+def run_of(directory: Path, text: str, *overrides: str, engine: str | None = None) -> Run:
+    """The run of a config in a folder, which is left as it is."""
+    experiment = parse(text, overrides=overrides).experiment
+    return Run(directory, experiment, points(experiment), engine)
+
+
+def created(directory: Path, experiment: Experiment, engine: str | None = None) -> Run:
+    """A run's folder for an experiment."""
+    run = Run(directory, experiment, points(experiment), engine)
+    runs.create(run)
+    return run
+
+
 def made(directory: Path, text: str, *overrides: str) -> Run:
     """A run's folder for a config."""
-    return runs.create(directory, parse(text, overrides=overrides).experiment)
+    return created(directory, parse(text, overrides=overrides).experiment)
 
 
 def contents(run: Run) -> dict[tuple[int, int], str]:

@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from PIL import Image
 
-from snooker_cli import containers
 from snooker_cli.animation.frames import SPEED_COLOURS, frames, view
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
@@ -119,7 +118,7 @@ class Screen:
         enlarged = home + self.magnify * (frame.container - home)
         self._move(self.enlarged, enlarged)
         self.path.set_data(*np.transpose([home, enlarged]))
-        which, places = _seen(frame.positions - origin, scene.radii, centre, scene.container.period)
+        which, places = _seen(frame.positions - origin, scene.radii, centre, scene.period)
         colours, scale = self.colours
         _set(self.balls, places, scene.radii[which], facecolors=colours(scale(frame.speeds[which])))
         self._flash(frame, origin)
@@ -144,7 +143,7 @@ class Screen:
         left, right, bottom, top = self.seen.extent
         axes.set_xlim(left - spare, right + spare)
         axes.set_ylim(bottom - spare, top + spare)
-        periodic = not self.film.trace.start.container.has_wall
+        periodic = self.film.trace.start.shape == "periodic"
         self.floor = self._container(facecolor=FLOOR, edgecolor="none")
         self.wall = self._container(
             facecolor="none",
@@ -167,8 +166,8 @@ class Screen:
     def _container(self, **look: Any) -> Circle | Rectangle:
         """A patch of the container's shape."""
         scene = self.film.trace.start
-        width, height = scene.container.size
-        if isinstance(scene.container, containers.Circle):
+        width, height = scene.size
+        if scene.shape == "circle":
             patch: Circle | Rectangle = Circle((0, 0), width / 2, **look)
         else:
             patch = Rectangle((0, 0), width, height, **look)
@@ -180,7 +179,7 @@ class Screen:
         if isinstance(patch, Circle):
             patch.set_center((float(centre[0]), float(centre[1])))
         else:
-            left, bottom = (centre - np.array(self.film.trace.start.container.size) / 2).tolist()
+            left, bottom = (centre - np.array(self.film.trace.start.size) / 2).tolist()
             patch.set_xy((left, bottom))
 
     def _flash(self, frame: Frame, origin: Floats) -> None:

@@ -1,4 +1,4 @@
-"""Workers on other machines, as a dask scheduler has them; the only home of ``distributed``."""
+"""Simulate repeats by the workers of a dask scheduler; only this file imports ``distributed``."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import re
 import secrets
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import takewhile
 from pathlib import Path
@@ -19,19 +19,38 @@ from typing import Any, NamedTuple, Self
 from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import RunError, SceneError
-from snooker_cli.runs.execution import RepeatExecutor, Result
+from snooker_cli.runs.execution import Executor, Result, Watcher
 from snooker_cli.runs.folder import open_run
-from snooker_cli.runs.plan import arranged
-from snooker_cli.runs.repeat import LeftError, Outcome, compile_for, do, unforeseen
-from snooker_cli.runs.run import Run, State
-from snooker_cli.runs.status import Job, entry
+from snooker_cli.runs.plan import first_scene
+from snooker_cli.runs.repeat import (
+    AbandonedError,
+    RepeatResult,
+    cached,
+    compile_for,
+    simulate_repeat,
+    unexpected,
+)
+from snooker_cli.runs.run import Run
+from snooker_cli.runs.status import target_of
 from snooker_cli.store import SCHEMA_VERSION
 
-# What a worker on another machine does: repeats as they are ordered, into the run's folder.
+AT_ONCE = 1024
+"""Repeats that the scheduler has at a time, by default."""
+
+ANSWER_TIMEOUT = 10.0
+"""Seconds within which a scheduler must answer."""
+
+SAVE_TIMEOUT = 30.0
+"""Seconds that an interrupted run waits for its workers to store repeats."""
+
+_ADDRESS = re.compile(r"(?:tcp|tls)://(?:\[[0-9A-Fa-f:.%]+\]|[^\s/:\[\]]+):(\d{1,5})")
+
+
+# On the worker.
 
 
 class Software(NamedTuple):
-    """What must be the same wherever repeats of one run are made."""
+    """What must be the same wherever repeats of one run are simulated."""
 
     snooker: str
     engine: int
@@ -44,136 +63,118 @@ class Software(NamedTuple):
         )
 
 
-@dataclass(frozen=True)
-class Order:
-    """A repeat to do. What it is the worker reads in the folder's manifest.
+def software() -> Software:
+    """The software of this process."""
+    return Software(__version__, ENGINE_VERSION, SCHEMA_VERSION)
 
-    under_way : names the `snooker run` that orders it
+
+@dataclass(frozen=True)
+class RemoteRun:
+    """What a worker must know of a run; it reads the rest in the folder's manifest.
+
+    name : unique for one `snooker run`
     directory : the run's folder, the same on all machines
-    identity, engine : of the run, to tell it from another one
-    command : what the file is to say that it was made by
+    identity, engine : of the run, to notice another run in the folder
+    command : stored in each provenance
     """
 
-    under_way: str
+    name: str
     software: Software
     directory: Path
     identity: str
     engine: str | None
     command: str
-    point: int
-    repeat: int
 
 
 _lock = threading.Lock()
 _stopped: set[str] = set()
-"""Runs that were interrupted."""
+"""Names of runs that were interrupted."""
 
-_saving: set[Order] = set()
-"""Orders under way that have something to save."""
-
-
-def software() -> Software:
-    """What this process has."""
-    return Software(__version__, ENGINE_VERSION, SCHEMA_VERSION)
+_storing: set[tuple[str, int, int]] = set()
+"""Run, point and repeat of those that are simulated here and have something to store."""
 
 
-def stop(under_way: str) -> list[Order]:
-    """Stop an interrupted run's repeats in this process; those that are now being saved."""
+def stop(name: str) -> list[tuple[int, int]]:
+    """Stop an interrupted run's repeats in this process; those that will still be stored."""
     with _lock:
-        _stopped.add(under_way)
-        return [order for order in _saving if order.under_way == under_way]
+        _stopped.add(name)
+        return [(point, repeat) for run, point, repeat in _storing if run == name]
 
 
-def fulfil(order: Order) -> Outcome | None:
-    """Do a repeat; None if its run was interrupted before there was anything to save.
+def simulate_remotely(remote: RemoteRun, item: tuple[int, int]) -> RepeatResult | None:
+    """Simulate and store a repeat; None if its run was interrupted before there was any event.
 
-    One that is there already, of a worker that died before it could say so, is not done again.
+    A repeat is not simulated again if a worker stored it and died before it could report.
     """
+    key = (remote.name, *item)
     with _lock:
-        if order.under_way in _stopped:
+        if remote.name in _stopped:
             return None
     try:
-        _check(order.software)
-        run = _opened(order.under_way, order.directory, order.identity, order.engine)
-        point = run.points[order.point]
-        job = Job(point, order.repeat, run.digests[order.point])
-        there = entry(run, job)
-        if there.state is State.DONE and there.told is not None:
-            return Outcome(order.point, order.repeat, there.told.stop, there.told.collisions)
-        compile_for(arranged(point.experiment, order.repeat), run.engine)
-        return do(run, job, partial(_watch, order), order.command)
+        if remote.software != software():
+            raise RunError(
+                f"the worker on {platform.node()} has {software()}, not {remote.software}",
+                "install the same snooker everywhere and start the workers again",
+            )
+        run = _opened(remote)
+        if result := cached(run.repeat_status(*item)):
+            return replace(result, cached=False)
+        point, repeat = item
+        compile_for(first_scene(run.points[point].experiment, repeat), run.engine)
+        return simulate_repeat(run, point, repeat, partial(_watch, key), remote.command)
     except (RunError, SceneError) as error:
-        return Outcome(order.point, order.repeat, None, 0, error=str(error))
-    except Exception as error:  # as in ``do``
-        return unforeseen(order.point, order.repeat, error)
+        return RepeatResult(*item, error=str(error))
+    except Exception as error:  # as in ``simulate_repeat``
+        return unexpected(*item, error)
     finally:
         with _lock:
-            _saving.discard(order)
+            _storing.discard(key)
 
 
-def _watch(order: Order, _events: int) -> bool:
-    """Whether a repeat that has now something to save is to be ended."""
+def _watch(key: tuple[str, int, int], _events: int) -> bool:
+    """Whether to stop and store a repeat, which now has events."""
     with _lock:
-        stopped = order.under_way in _stopped
-        if stopped and order not in _saving:
-            raise LeftError
-        _saving.add(order)
+        stopped = key[0] in _stopped
+        if stopped and key not in _storing:
+            raise AbandonedError
+        _storing.add(key)
         return stopped
 
 
-def _check(wanted: Software) -> None:
-    """Raise ``RunError`` for other software than the one who orders has."""
-    if wanted != software():
-        raise RunError(
-            f"the worker on {platform.node()} has {software()}, not {wanted}; install the same "
-            "snooker everywhere and start the workers again"
-        )
-
-
 @lru_cache(maxsize=1)
-def _opened(_under_way: str, directory: Path, identity: str, engine: str | None) -> Run:
-    """The run in a folder as this machine sees it. Raises ``RunError`` if it is not the one."""
+def _opened(remote: RemoteRun) -> Run:
+    """The run in a folder as this machine sees it. Raises ``RunError`` for another one."""
     try:
-        run = open_run(directory)
-    except RunError as error:
-        reason = str(error).removeprefix(f"{directory}: ").rpartition(";")[0]
-    else:
-        if (run.identity, run.engine) == (identity, engine):
+        run = open_run(remote.directory)
+        if (run.identity, run.engine) == (remote.identity, remote.engine):
             return run
-        reason = "holds another run"
+        problem = f"{remote.directory}: holds another run"
+    except RunError as error:
+        problem = error.problem
     raise RunError(
-        f"{directory}: {reason} as the worker on {platform.node()} sees it; --out must name a "
-        "folder on a file system that all workers share"
+        f"{problem} as the worker on {platform.node()} sees it",
+        "--out must name a folder on a file system that all workers share",
     )
 
 
-MOST = 1024
-"""Repeats that the scheduler has at a time, if not told otherwise."""
-
-ANSWERS = 10.0
-"""Seconds in which a scheduler must answer."""
-
-SAVES = 30.0
-"""Seconds for which an interrupted run waits at most for what workers are saving."""
-
-_ADDRESS = re.compile(r"(?:tcp|tls)://(?:\[[0-9A-Fa-f:.%]+\]|[^\s/:\[\]]+):(\d{1,5})")
+# On the machine of the user.
 
 
 def check_address(address: str) -> None:
-    """Raise ``RunError`` for what cannot be a scheduler's address."""
+    """Raise ``RunError`` for text that cannot be a scheduler's address."""
     match = _ADDRESS.fullmatch(address)
     if match is None or not 0 < int(match[1]) < 65536:
         raise RunError(
-            f"--executor dask={address}: no address of a scheduler; it looks like "
-            "dask=tcp://HOST:8786, as `dask scheduler` says when it starts"
+            f"--executor dask={address}: no address of a scheduler",
+            "it looks like dask=tcp://HOST:8786, as `dask scheduler` says when it starts",
         )
 
 
-class DaskExecutor(RepeatExecutor):
-    """The workers of a dask scheduler, which does the repeats of one that dies elsewhere.
+class DaskExecutor(Executor):
+    """The workers of a dask scheduler, which gives the repeats of one that dies to others.
 
     at_once : repeats that the scheduler has at a time
-    threads : of all workers that are there at the beginning; others may come and go
+    threads : of all workers at the beginning; others may come and go
 
     Raises ``RunError`` if there is no scheduler or a worker has other software.
     """
@@ -185,59 +186,58 @@ class DaskExecutor(RepeatExecutor):
             from distributed.utils import silence_logging_cmgr
         except ImportError:
             raise RunError(
-                "--executor dask needs dask: install it with `pip install 'snooker-cli[cluster]'`"
+                "--executor dask needs dask", "install it with `pip install 'snooker-cli[cluster]'`"
             ) from None
         self.address = address
         self._name = secrets.token_hex(8)
         self._lost = False
-        self._stopping: Future[dict[str, list[Order]]] | None = None
-        self._until = 0.0
-        self._exits = ExitStack()
-        self._exits.enter_context(silence_logging_cmgr("critical"))
-        try:
-            self._client = distributed.Client(address, timeout=ANSWERS, set_as_default=False)
-            self._exits.callback(self._client.close, 1.0)
-            self._check_software()
-            self.threads = sum(self._client.nthreads().values())
-        except RunError:
-            self._exits.close()
-            raise
-        except Exception as error:
-            self._exits.close()
-            raise RunError(
-                f"no dask scheduler answers at {address} ({_short(error)}); start one with "
-                "`dask scheduler` and its workers with `dask worker`, or correct the address"
-            ) from None
-        super().__init__(self._client.get_executor(pure=False), at_once or MOST, cancelled)
+        self._stopping: Future[dict[str, list[tuple[int, int]]]] | None = None
+        self._deadline = 0.0
+        with ExitStack() as exits:
+            exits.enter_context(silence_logging_cmgr("critical"))
+            try:
+                self._client = distributed.Client(
+                    address, timeout=ANSWER_TIMEOUT, set_as_default=False
+                )
+                exits.callback(self._client.close, 1.0)
+                self._check_software()
+                self.threads = sum(self._client.nthreads().values())
+            except RunError:
+                raise
+            except Exception as error:
+                raise RunError(
+                    f"no dask scheduler answers at {address} ({_first_line(error)})",
+                    "start one with `dask scheduler` and its workers with `dask worker`, or "
+                    "correct the address",
+                ) from None
+            self._exits = exits.pop_all()
+        super().__init__(self._client.get_executor(pure=False), at_once or AT_ONCE, cancelled)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_error: object) -> None:
         with suppress(Exception):  # of a scheduler that is gone
-            self._executor.shutdown(wait=False)
+            self._pool.shutdown(wait=False)
         with suppress(Exception):
             self._exits.close()
 
-    def repeats(self, run: Run, jobs: Sequence[Job], command: str) -> Iterator[Outcome | None]:
-        """The outcomes of a run's repeats as they come."""
-        directory, identity = run.directory.absolute(), run.identity
-        orders = (
-            Order(
-                under_way=self._name,
-                software=software(),
-                directory=directory,
-                identity=identity,
-                engine=run.engine,
-                command=command,
-                point=job.point.index,
-                repeat=job.repeat,
-            )
-            for job in jobs
+    def prepare(self, run: Run, missing: Sequence[tuple[int, int]]) -> None:
+        """Nothing: each worker compiles what it needs."""
+
+    def simulate(
+        self, run: Run, missing: Sequence[tuple[int, int]], watcher: Watcher, command: str
+    ) -> Iterator[RepeatResult | None]:
+        remote = RemoteRun(
+            self._name, software(), run.directory.absolute(), run.identity, run.engine, command
         )
-        yield from self.each(fulfil, takewhile(lambda _: not self._lost, orders))
+        items = takewhile(lambda _: not self._lost, missing)
+        for result in self.each(partial(simulate_remotely, remote), items):
+            if result is not None:
+                watcher.events(result.collisions)
+            yield result
         if not self._cancelled.is_set():
-            _clear_away(run, jobs)
+            _delete_unfinished(run, missing)
 
     def _check_software(self) -> None:
         """Raise ``RunError`` for a worker with other software than this process has."""
@@ -245,35 +245,36 @@ class DaskExecutor(RepeatExecutor):
         for address, theirs in self._client.run(software, on_error="return").items():
             if theirs == mine or isinstance(theirs, OSError):  # of a worker that has just gone
                 continue
-            what = (
+            has = (
                 f"has {theirs}"
                 if isinstance(theirs, tuple)
-                else f"has no such snooker ({_short(theirs)})"
+                else f"has no such snooker ({_first_line(theirs)})"
             )
             raise RunError(
-                f"the worker at {address} {what}, where this is {mine}; install the same snooker "
-                "everywhere and start the workers again"
+                f"the worker at {address} {has}, where this is {mine}",
+                "install the same snooker everywhere and start the workers again",
             )
 
     def _submit(self, function: Callable[..., Result], item: Any) -> Future[Result]:
-        return self._executor.submit(function, item)
+        return self._pool.submit(function, item)
 
-    def _leaves(self, under_way: Mapping[Future[Any], Any]) -> bool:
-        """All repeats are stopped; those are waited for whose workers have something to save."""
+    def _abandons(self, pending: Mapping[Future[Any], Any]) -> bool:
+        """Stop all repeats; wait for those that workers are storing."""
         if self._stopping is None:
-            self._until = time.monotonic() + SAVES
+            self._deadline = time.monotonic() + SAVE_TIMEOUT
             asking = ThreadPoolExecutor(1)
             self._stopping = asking.submit(self._client.run, stop, self._name, on_error="ignore")
-        if time.monotonic() > self._until:
+        if time.monotonic() > self._deadline:
             return True
         if not self._stopping.done():
             return False
         if self._stopping.exception() is not None:
             return True
-        saving = {order for orders in self._stopping.result().values() for order in orders}
-        return saving.isdisjoint(under_way.values())
+        storing = {item for items in self._stopping.result().values() for item in items}
+        return storing.isdisjoint(pending.values())
 
     def _result(self, future: Future[Any], item: Any) -> Any:
+        point, repeat = item
         try:
             return future.result()
         except CancelledError:
@@ -283,23 +284,22 @@ class DaskExecutor(RepeatExecutor):
             from distributed import KilledWorker
 
             if not isinstance(unknown, KilledWorker):
-                return unforeseen(item.point, item.repeat, unknown)
+                return unexpected(point, repeat, unknown)
             error = (
                 f"the scheduler gave it up after {unknown.allowed_failures + 1} of its workers had "
                 f"died, the last at {unknown.last_worker.address}; their logs may say why"
             )
-        return Outcome(item.point, item.repeat, None, 0, error=error)
+        return RepeatResult(point, repeat, error=error)
 
 
-def _clear_away(run: Run, jobs: Iterable[Job]) -> None:
-    """Remove what workers that died have begun to write of repeats that are now there."""
-    there = {path for job in jobs if (path := run.path(job.point.index, job.repeat)).exists()}
+def _delete_unfinished(run: Run, items: Sequence[tuple[int, int]]) -> None:
+    """Delete what workers that died left of repeats that others have stored."""
+    stored = {path for item in items if (path := run.path(*item)).exists()}
     for part in run.directory.glob("point-*/*.part"):
-        if part.with_name(f"{part.name.partition('.h5.')[0]}.h5") in there:
+        if target_of(part) in stored:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
 
 
-def _short(error: BaseException) -> str:
-    """An error's first line."""
+def _first_line(error: BaseException) -> str:
     return (str(error).splitlines() or [type(error).__name__])[0]

@@ -1,4 +1,4 @@
-"""What a run will do: its types of scenes, each tried, and estimates of time and disk."""
+"""What a run will do: its classes of scenes, each tried, and estimates of time and disk."""
 
 from __future__ import annotations
 
@@ -11,24 +11,35 @@ from pathlib import Path
 from typing import Any
 
 from snooker_cli.config import BallList, Experiment, Point
-from snooker_cli.containers import Circle
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import Run, State
-from snooker_cli.runs.status import entry, jobs
 from snooker_cli.scene import Scene
 
-arranged = lru_cache(maxsize=1)(starting_scene)
-"""Keeps the last start: of a million balls it takes seconds, and is checked before it is run."""
+first_scene = lru_cache(maxsize=1)(starting_scene)
+"""Keeps the last scene: placing a million balls takes seconds, and a run needs it twice."""
+
+MOST_SECONDS = 7 * 86400.0
+"""A run whose estimate is longer needs ``--yes``."""
+
+BYTES_OF_REPEAT = 16_000
+BYTES_OF_BALL = 80
+BYTES_OF_SUMMARY = 60_000
+BYTES_OF_EVENT, BYTES_OF_SHORT_EVENT = 14.5, 32
+SHORT = 4096
+"""Repeats with fewer events are not compressed."""
+
+COLD = 2.0**-104
+"""The part of the energy that is left when speeds are those of rounding."""
 
 
 @dataclass(frozen=True)
 class SceneClass:
-    """Points whose scenes ask for the same of the engine.
+    """Points whose scenes need the same compiled engine.
 
-    balls : how many each of them has
-    models : what is modelled, and what is not as the scenes do not need it
+    balls : the number of balls of each point
+    models : what is modelled, and what is left out because the scenes do not need it
     """
 
     shape: str
@@ -38,27 +49,27 @@ class SceneClass:
 
 
 def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[SceneClass]:
-    """The kinds of scenes of some points; every start that differs is tried.
+    """The classes of the points' scenes. Places the balls of every start that differs.
 
-    Raises ``SceneError``, telling the point, for one that cannot exist or be repeated, or not by
-    the engine that is wanted.
+    Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated, or that
+    the chosen engine cannot simulate.
     """
     starts: dict[int, tuple[str, int, dict[str, bool]]] = {}
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
             _check_repeats(experiment)
-            scene = arranged(experiment, 0)
-            kernel = _kernel(scene, experiment, engine)
+            scene = first_scene(experiment, 0)
+            compiled = _compiled_models(scene, experiment, engine)
         except SceneError as error:
             setting = ", ".join(f"{key}={value}" for key, value in same[0].parameters)
             where = f" (at the point {setting})" if setting else ""
             raise SceneError(error.key, f"{error}{where}") from None
-        starts.update((point.index, (scene.container.name, scene.number, kernel)) for point in same)
+        starts.update((point.index, (scene.shape, scene.number, compiled)) for point in same)
     found: dict[Any, list[Point]] = {}
     for point in points:
-        shape, _, kernel = starts[point.index]
-        models = kernel | _losses(point.experiment)
+        shape, _, compiled = starts[point.index]
+        models = compiled | _loss_models(point.experiment, shape)
         found.setdefault((shape, tuple(models.items())), []).append(point)
     return [
         SceneClass(
@@ -68,31 +79,24 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     ]
 
 
-def _losses(experiment: Experiment) -> dict[str, bool]:
-    """What losses there are, and what is watched for because of them."""
-    shape = experiment.container.shape_class
-    at_wall = experiment.effective_wall_cor < 1.0 and shape.has_wall
-    stops = experiment.collapse == "stop"
-    return {
-        "losses between balls": experiment.cor < 1.0,
-        "losses at the wall": at_wall,
-        "wall traps": stops and at_wall and issubclass(shape, Circle),
-        "collapse": True,
-        "lasting contacts": experiment.contact_duration > 0.0,
-        "slow collisions elastic": experiment.elastic_below > 0.0,
-    }
-
-
-def _kernel(scene: Scene, experiment: Experiment, engine: str | None) -> dict[str, bool]:
-    """What the engine models and records. Raises ``SceneError`` for an engine that cannot do it."""
-    try:
-        return specialisation(scene, engine=engine) | {"events": experiment.record == "events"}
-    except ValueError as error:
-        raise SceneError("container.shape", str(error)) from None
+def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
+    """Points by how they start and what they record; they differ in losses and limits."""
+    found: dict[Experiment, list[Point]] = {}
+    for point in points:
+        common = {
+            "cor": 1.0,
+            "wall_cor": None,
+            "collisions": 1,
+            "time": None,
+            "title": None,
+            "collapse": "slide" if point.experiment.collapse == "slide" else "stop",
+        }
+        found.setdefault(point.experiment.model_copy(update=common), []).append(point)
+    return found
 
 
 def _check_repeats(experiment: Experiment) -> None:
-    """Raise ``SceneError`` for repeats that would all be the same bits."""
+    """Raise ``SceneError`` for repeats that would all have the same bits."""
     if experiment.repeats > 1 and isinstance(experiment.balls, BallList):
         raise SceneError(
             "repeats",
@@ -102,81 +106,153 @@ def _check_repeats(experiment: Experiment) -> None:
         )
 
 
-def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
-    """Points by what they start from and record: they differ in losses and in their end."""
-    found: dict[Experiment, list[Point]] = {}
-    plain = {
-        "cor": 1.0,
-        "wall_cor": None,
-        "collisions": 1,
-        "time": None,
-        "title": None,
+def _compiled_models(scene: Scene, experiment: Experiment, engine: str | None) -> dict[str, bool]:
+    """What the engine models and records. Raises ``SceneError`` for an engine that cannot do it."""
+    try:
+        return specialisation(scene, engine=engine) | {"events": experiment.record == "events"}
+    except ValueError as error:
+        raise SceneError("container.shape", str(error)) from None
+
+
+def _loss_models(experiment: Experiment, shape: str) -> dict[str, bool]:
+    """Which losses there are, and what is watched for because of them."""
+    at_wall = experiment.effective_wall_cor < 1.0 and shape != "periodic"
+    stops = experiment.collapse == "stop"
+    return {
+        "losses between balls": experiment.cor < 1.0,
+        "losses at the wall": at_wall,
+        "wall traps": stops and at_wall and shape == "circle",
+        "collapse": True,
+        "lasting contacts": experiment.contact_duration > 0.0,
+        "slow collisions elastic": experiment.elastic_below > 0.0,
     }
-    for point in points:
-        collapse = "slide" if point.experiment.collapse == "slide" else "stop"
-        like = point.experiment.model_copy(update={**plain, "collapse": collapse})
-        found.setdefault(like, []).append(point)
-    return found
 
 
-# About how long a run takes, and how much disk.
-
-BYTES_AN_EVENT = 14.5
-SHORT, BYTES_A_SHORT_EVENT = 4096, 32
-"""Shorter repeats are not compressed."""
-
-BYTES_A_BALL = 80
-BYTES_A_REPEAT = 16_000
-BYTES_A_SUMMARY = 60_000
-
-COLD = 2.0**-104
-"""Of the energy: the part at which speeds are those of rounding, ε times what they were."""
-
-MOST_SECONDS = 7 * 86400.0
-"""A run whose estimate is longer needs ``--yes``."""
+# Estimates.
 
 
 def run_plan(
-    run: Run, kinds: Sequence[SceneClass], workers: int, fresh: bool = False
+    run: Run, classes: Sequence[SceneClass], workers: int, fresh: bool = False
 ) -> dict[str, Any]:
-    """What ``--json`` prints: repeats that are there and to do, kinds of scenes, time and disk.
+    """What ``run --dry-run --json`` prints: repeats to do, classes of scenes, time and disk.
 
-    Estimates are ``None`` where the number of collisions is not known beforehand; where a gas may
-    cool until it drifts as a whole, the one of time is too low, and ``cools_out`` says so.
+    workers : threads that simulate
+    fresh : as if the folder were empty
+
+    Estimates are None if the number of collisions is not known beforehand. ``cools_out`` warns
+    that a gas may cool until it drifts as a whole, which takes longer than estimated.
     """
     to_do = _to_do(run, fresh=fresh)
-    shown = [_kind(kind, to_do, run.engine) for kind in kinds]
     missing = sum(to_do.values())
-    seconds = _total(shown, "processor_seconds")
     threads = max(1, min(workers, missing))
+    kinds = [_class_plan(each, to_do, run.engine) for each in classes]
+    seconds = _total(kinds, "processor_seconds")
     return {
         "run": str(run.directory),
         "points": len(run.points),
         "repeats": run.experiment.repeats,
         "cached": len(run.points) * run.experiment.repeats - missing,
         "to_do": missing,
-        "kinds": shown,
-        "collisions": _total(shown, "collisions"),
+        "kinds": kinds,
+        "collisions": _total(kinds, "collisions"),
         "threads": threads,
         "seconds": None if seconds is None else seconds / threads,
         "cools_out": any(
-            to_do[point.index] > 0 and _cools_out(kind, point, number)
-            for kind in kinds
-            for point, number in zip(kind.points, kind.balls, strict=True)
+            to_do[point.index] > 0 and _cools_out(each, point.experiment, balls)
+            for each in classes
+            for point, balls in zip(each.points, each.balls, strict=True)
         ),
-        "bytes": _total(shown, "bytes"),
-        "free_bytes": _free(run.directory),
+        "bytes": _total(kinds, "bytes"),
+        "free_bytes": _free_bytes(run.directory),
     }
 
 
-def is_excessive(content: dict[str, Any]) -> bool:
+def is_excessive(plan: dict[str, Any]) -> bool:
     """Whether a run needs more disk than is free, or over ``MOST_SECONDS``."""
-    seconds, free = content["seconds"] or 0.0, content["free_bytes"]
-    return seconds > MOST_SECONDS or (free is not None and (content["bytes"] or 0.0) > free)
+    free = plan["free_bytes"]
+    too_large = free is not None and (plan["bytes"] or 0.0) > free
+    return too_large or (plan["seconds"] or 0.0) > MOST_SECONDS
 
 
-def _free(directory: Path) -> int | None:
-    """Bytes that are free where a folder is or will be; none if the system does not tell."""
+def _to_do(run: Run, *, fresh: bool) -> dict[int, int]:
+    """The number of repeats that each point lacks; files are checked."""
+    found = dict.fromkeys((point.index for point in run.points), run.experiment.repeats)
+    if not fresh and run.directory.is_dir():
+        for point, repeat in run.repeats():
+            found[point] -= run.repeat_status(point, repeat).state is State.DONE
+    return found
+
+
+def _class_plan(each: SceneClass, to_do: dict[int, int], engine: str | None) -> dict[str, Any]:
+    """A class of scenes and estimates for its repeats that are to do."""
+    estimates = [
+        {
+            "collisions": _times(to_do[point.index], point.experiment.collisions),
+            "processor_seconds": _times(to_do[point.index], _seconds(each, point, balls)),
+            "bytes": _times(to_do[point.index], _bytes(point.experiment, balls)),
+        }
+        for point, balls in zip(each.points, each.balls, strict=True)
+    ]
+    return {
+        "points": [point.as_json() for point in each.points],
+        "balls": sorted(set(each.balls)),
+        "shape": each.shape,
+        "engine": "cells" if each.models["cells"] else "allpairs",
+        "because": _because(each, engine),
+        "to_do": sum(to_do[point.index] for point in each.points),
+        "models": each.models,
+        **{name: _total(estimates, name) for name in estimates[0]},
+    }
+
+
+def _because(each: SceneClass, engine: str | None) -> str:
+    """Why a class has its engine."""
+    if engine is not None:
+        return f"as --engine {engine} says"
+    if each.shape != "circle":
+        return f"a {each.shape} container" if each.shape == "periodic" else "a box"
+    if each.models["sliding along the wall"]:
+        return "balls slide"
+    return f"{'many' if each.models['cells'] else 'few'} balls in a circle"
+
+
+def _seconds(each: SceneClass, point: Point, balls: int) -> float | None:
+    """The time of a repeat on one thread, s; dilute gases among cells take longer.
+
+    Rates of `snooker bench speed`. With more balls in cells, memory becomes slower.
+    """
+    collisions = point.experiment.collisions
+    if collisions is None:
+        return None
+    for_each = 1.5e-7 + 5e-9 * balls
+    if each.models["cells"]:
+        for_each = 6e-7 * float(max(1.0, balls / 1000) ** 0.3)
+    return 3e-3 + 5e-6 * balls + collisions * for_each
+
+
+def _bytes(experiment: Experiment, balls: int) -> float | None:
+    """The size of a repeat's file."""
+    size = BYTES_OF_REPEAT + BYTES_OF_BALL * balls
+    if experiment.record == "summary":
+        return size + BYTES_OF_SUMMARY
+    if experiment.collisions is None:
+        return None
+    short = experiment.collisions < SHORT
+    return size + experiment.collisions * (BYTES_OF_SHORT_EVENT if short else BYTES_OF_EVENT)
+
+
+def _cools_out(each: SceneClass, experiment: Experiment, balls: int) -> bool:
+    """Whether balls without walls cool until they drift together, almost at rest to each other.
+
+    They then cross ever more cells between two collisions. A collision of equal balls takes
+    (1 - CoR²) / N of the energy on average (Haff's law by collisions), unless they cluster.
+    """
+    lost = (experiment.collisions or 0) * (1.0 - experiment.cor**2) / balls
+    return each.shape == "periodic" and experiment.elastic_below == 0.0 and lost > -math.log(COLD)
+
+
+def _free_bytes(directory: Path) -> int | None:
+    """The free space where a folder is or will be; None if the system does not report it."""
     there = next((each for each in (directory, *directory.parents) if each.exists()), directory)
     try:
         disk = shutil.disk_usage(there)
@@ -185,96 +261,12 @@ def _free(directory: Path) -> int | None:
     return disk.free if disk.total else None
 
 
-def _to_do(run: Run, *, fresh: bool) -> dict[int, int]:
-    """The number of repeats that each point lacks; those that are there are checked."""
-    found = dict.fromkeys((point.index for point in run.points), run.experiment.repeats)
-    if fresh or not run.directory.is_dir():
-        return found
-    for job in jobs(run):
-        found[job.point.index] -= entry(run, job).state is State.DONE
-    return found
-
-
-def _kind(kind: SceneClass, to_do: dict[int, int], engine: str | None) -> dict[str, Any]:
-    """One kind of scenes, and what its repeats ask for."""
-    numbers = dict(zip((point.index for point in kind.points), kind.balls, strict=True))
-    estimates = [
-        {
-            "collisions": _times(to_do[point.index], point.experiment.collisions),
-            "processor_seconds": _times(to_do[point.index], _seconds(kind, point, numbers)),
-            "bytes": _times(to_do[point.index], _bytes(point, numbers)),
-        }
-        for point in kind.points
-    ]
-    return {
-        "points": [point.as_json() for point in kind.points],
-        "balls": sorted(set(kind.balls)),
-        "shape": kind.shape,
-        "engine": "cells" if kind.models["cells"] else "allpairs",
-        "because": _because(kind, engine),
-        "to_do": sum(to_do[point.index] for point in kind.points),
-        "models": kind.models,
-        **{name: _total(estimates, name) for name in estimates[0]},
-    }
-
-
-def _because(kind: SceneClass, engine: str | None) -> str:
-    """Why the kind's engine is what it is."""
-    if engine is not None:
-        return f"as --engine {engine} says"
-    if kind.shape != "circle":
-        return f"a {kind.shape} container" if kind.shape == "periodic" else "a box"
-    if kind.models["sliding along the wall"]:
-        return "balls slide"
-    return f"{'many' if kind.models['cells'] else 'few'} balls in a circle"
-
-
-def _seconds(kind: SceneClass, point: Point, numbers: dict[int, int]) -> float | None:
-    """About how long one thread takes for a repeat, s; dilute gases among cells take longer.
-
-    Rates as of `snooker bench speed`: for all pairs a constant and so much a ball, for cells a
-    power of the number, as the memory that more balls lie in is slower.
-    """
-    number, collisions = numbers[point.index], point.experiment.collisions
-    if collisions is None:
-        return None
-    setting_up = 3e-3 + 5e-6 * number
-    if not kind.models["cells"]:
-        return setting_up + collisions * (1.5e-7 + 5e-9 * number)
-    return float(setting_up + collisions * 6e-7 * max(1.0, number / 1000) ** 0.3)
-
-
-def _cools_out(kind: SceneClass, point: Point, number: int) -> bool:
-    """Whether balls without walls cool until they drift together, all but at rest to each other.
-
-    Between two collisions they then cross ever more cells. A collision of equal balls takes
-    (1 - CoR²) / N of the energy, on average over directions and speeds (Haff's law by collisions),
-    unless they cluster.
-    """
-    experiment = point.experiment
-    lost = (experiment.collisions or 0) * (1.0 - experiment.cor**2) / number
-    lasting = kind.shape == "periodic" and experiment.elastic_below == 0.0
-    return lasting and lost > -math.log(COLD)
-
-
-def _bytes(point: Point, numbers: dict[int, int]) -> float | None:
-    """About how large a repeat's file becomes."""
-    experiment = point.experiment
-    frame = BYTES_A_REPEAT + BYTES_A_BALL * numbers[point.index]
-    if experiment.record == "summary":
-        return frame + BYTES_A_SUMMARY
-    if experiment.collisions is None:
-        return None
-    short = experiment.collisions < SHORT
-    return frame + experiment.collisions * (BYTES_A_SHORT_EVENT if short else BYTES_AN_EVENT)
-
-
 def _times(repeats: int, each: float | None) -> float | None:
-    """So many times a value that may not be known."""
+    """A value times a number of repeats; None if the value is not known."""
     return 0 if repeats == 0 else None if each is None else repeats * each
 
 
 def _total(parts: Sequence[dict[str, Any]], name: str) -> float | None:
-    """A sum, unless one of its parts is not known."""
+    """A sum; None if a part is not known."""
     values = [part[name] for part in parts]
     return None if None in values else sum(values)

@@ -1,4 +1,4 @@
-"""One repeat: arranged, simulated, watched and stored, on this machine or on another."""
+"""Simulate one repeat and store it, on this machine or on another."""
 
 from __future__ import annotations
 
@@ -12,58 +12,52 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 
-from snooker_cli import errors, store
+from snooker_cli import __version__, store
 from snooker_cli.config import to_json
 from snooker_cli.engine import ENGINE_VERSION, simulate, specialisation
-from snooker_cli.errors import SceneError
-from snooker_cli.runs.plan import arranged
-from snooker_cli.runs.run import Run, State
-from snooker_cli.runs.status import Job, entry
+from snooker_cli.errors import SceneError, StoreError
+from snooker_cli.runs.plan import first_scene
+from snooker_cli.runs.run import RepeatStatus, Run, State
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Stop, StopReason, Trace, Work
+from snooker_cli.trace import Stop, StopReason, Work
 
-# Compiling what a scene needs before threads simulate it.
-
-MANY = 8192
-"""Balls that are enough to compile for any number of them."""
+FEW_BALLS = 8192
+"""Enough balls to compile the engine for any number of them."""
 
 _compiled: set[tuple[str | None, frozenset[tuple[str, bool]]]] = set()
-"""What this process has compiled or loaded, by the forced engine and what is modelled."""
+"""What this process has compiled or loaded, by the chosen engine and what is modelled."""
 
 
 def compile_for(scene: Scene, engine: str | None) -> None:
     """Compile what simulating a scene needs, or load it from the cache, once in a process."""
     models = specialisation(scene, engine=engine)
-    what = engine, frozenset(models.items())
-    if what in _compiled:
+    key = engine, frozenset(models.items())
+    if key in _compiled:
         return
-    few = _first(MANY, scene)
+    columns = ("positions", "velocities", "radii", "masses")
+    first = {name: getattr(scene, name)[:FEW_BALLS].copy() for name in columns}
+    few = replace(scene, **first)
     if specialisation(few, engine=engine) == models:
         scene = few
     simulate(scene, collisions=1, summary=True, engine=engine)
-    _compiled.add(what)
-
-
-def _first(number: int, scene: Scene) -> Scene:
-    """A scene of the first balls of another."""
-    columns = ("positions", "velocities", "radii", "masses")
-    return replace(scene, **{name: getattr(scene, name)[:number].copy() for name in columns})
+    _compiled.add(key)
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What became of a repeat: how it ended, or the error that kept it from ending.
+class RepeatResult:
+    """How a repeat ended: its stop, or the error that prevented it.
 
-    cached : it was there already, and has been checked instead of simulated
-    traceback : where an error arose that no user can have made
+    point, repeat : their numbers
+    cached : its file existed and was checked instead
+    traceback : of an error that no user can have caused
     work : what simulating it took
-    unstored : it was interrupted, and its file stays as it was, which goes as far or further
+    unstored : it was interrupted, and its older file, which is as long or longer, was kept
     """
 
     point: int
     repeat: int
-    stop: Stop | None
-    collisions: int
+    stop: Stop | None = None
+    collisions: int = 0
     cached: bool = False
     error: str | None = None
     traceback: str = ""
@@ -71,21 +65,23 @@ class Outcome:
     unstored: bool = False
 
 
-class LeftError(Exception):
-    """Nobody waits for a repeat any more; it writes nothing."""
+class AbandonedError(Exception):
+    """The run no longer waits for a repeat; the repeat stores nothing."""
 
 
-def do(run: Run, job: Job, watch: Callable[[int], bool], command: str) -> Outcome | None:
-    """Simulate and store one repeat; None if it was left.
+def simulate_repeat(
+    run: Run, point: int, repeat: int, watch: Callable[[int], bool], command: str
+) -> RepeatResult | None:
+    """Simulate and store one repeat; None if it was abandoned.
 
-    watch : called with the number of new collisions; a true answer saves what there is of it as
-        interrupted, and ``LeftError`` leaves it
-    command : what the file says that it was made by
+    watch : called with the number of new collisions; True stops the repeat and stores it as
+        interrupted, ``AbandonedError`` abandons it
+    command : stored in its provenance
     """
     started, clock = datetime.now(UTC), time.perf_counter()
-    point, repeat, experiment = job.point.index, job.repeat, job.point.experiment
+    experiment = run.points[point].experiment
     try:
-        scene = arranged(experiment, repeat)
+        scene = first_scene(experiment, repeat)
         with store.Recorder(run.path(point, repeat), scene) as recorder:
             trace = simulate(
                 scene,
@@ -98,8 +94,8 @@ def do(run: Run, job: Job, watch: Callable[[int], bool], command: str) -> Outcom
             )
             provenance = store.Provenance(
                 config=to_json(experiment),
-                digest=job.digest,
-                parameters=json.dumps(job.point.as_json()),
+                digest=run.digests[point],
+                parameters=json.dumps(run.points[point].as_json()),
                 point=point,
                 repeat=repeat,
                 engine_version=ENGINE_VERSION,
@@ -110,36 +106,45 @@ def do(run: Run, job: Job, watch: Callable[[int], bool], command: str) -> Outcom
                 seconds=time.perf_counter() - clock,
                 engine=run.engine,
             )
-            unstored = _keeps_what_is_there(run, job, trace)
+            interrupted = trace.stop.reason is StopReason.INTERRUPTED
+            unstored = interrupted and _holds_longer(run, point, repeat, trace.collisions)
             if not unstored:
                 recorder.finish(trace, provenance)
-    except LeftError:
+    except AbandonedError:
         return None
-    except (errors.StoreError, SceneError) as error:
-        return Outcome(point, repeat, None, 0, error=str(error))
-    except Exception as error:  # one repeat's failure must not end the others
-        return unforeseen(point, repeat, error)
-    stop, collisions = trace.stop, trace.collisions
-    return Outcome(point, repeat, stop, collisions, work=trace.work, unstored=unstored)
+    except (StoreError, SceneError) as error:
+        return RepeatResult(point, repeat, error=str(error))
+    except Exception as error:  # the failure of one repeat does not stop the others
+        return unexpected(point, repeat, error)
+    return RepeatResult(
+        point, repeat, trace.stop, trace.collisions, work=trace.work, unstored=unstored
+    )
 
 
-def unforeseen(point: int, repeat: int, error: BaseException) -> Outcome:
-    """The outcome of a repeat with an error that no user can have made."""
-    said, where = f"{type(error).__name__}: {error}", "".join(traceback.format_exception(error))
-    return Outcome(point, repeat, None, 0, error=said, traceback=where)
+def cached(status: RepeatStatus) -> RepeatResult | None:
+    """The result of a repeat that is done already; None if it is not."""
+    if status.state is not State.DONE or status.header is None:
+        return None
+    header = status.header
+    return RepeatResult(status.point, status.repeat, header.stop, header.collisions, cached=True)
 
 
-def _keeps_what_is_there(run: Run, job: Job, trace: Trace) -> bool:
-    """Whether a repeat that was interrupted is in its place already, and as far or further."""
-    if trace.stop.reason is not StopReason.INTERRUPTED:
-        return False
-    there = entry(run, job, store.read_header)
-    longer = there.told is not None and there.told.collisions >= trace.collisions
-    return longer and there.state in (State.DONE, State.SHORTER, State.INTERRUPTED)
+def unexpected(point: int, repeat: int, error: BaseException) -> RepeatResult:
+    """The result of a repeat with an error that no user can have caused."""
+    where = "".join(traceback.format_exception(error))
+    return RepeatResult(point, repeat, error=f"{type(error).__name__}: {error}", traceback=where)
+
+
+def _holds_longer(run: Run, point: int, repeat: int, collisions: int) -> bool:
+    """Whether a repeat's file is of this run and as long or longer."""
+    status = run.repeat_status(point, repeat, store.read_header)
+    usable = status.state in (State.DONE, State.SHORTER, State.INTERRUPTED)
+    return usable and status.header is not None and status.header.collisions >= collisions
 
 
 @cache
 def versions() -> str:
-    """The versions of what made the numbers, as JSON."""
-    names = ("snooker", "numpy", "numba", "h5py")
-    return json.dumps({"python": platform.python_version(), **{n: version(n) for n in names}})
+    """The versions of Python and the libraries that decide the numbers, as JSON."""
+    libraries = {name: version(name) for name in ("numpy", "numba", "h5py")}
+    own = {"python": platform.python_version(), "snooker": __version__}
+    return json.dumps(own | libraries)

@@ -1,10 +1,10 @@
-"""A run: its points, where their repeats are, and what each file there is to it."""
+"""A run: its points, the files of its repeats, and what each file is to it."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
@@ -12,10 +12,10 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
-from snooker_cli import errors, store
+from snooker_cli import store
 from snooker_cli.config import ConfigError, Experiment, Point, digest, extends, parse, to_json
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import RunError
+from snooker_cli.errors import RunError, StoreError
 from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason, Trace
 
@@ -26,21 +26,44 @@ FIGURE_KEYS = {"kind", "title", "caption", "numbers", "layers"}
 
 
 class State(StrEnum):
-    """What is there of a repeat."""
+    """What a repeat's file is to a run."""
 
-    DONE = "done"  # whole, and of this run
-    INTERRUPTED = "interrupted"  # its beginning, as the user asked to stop
-    SHORTER = "shorter"  # whole, but of before the run was extended
+    DONE = "done"  # complete, and of this run
+    INTERRUPTED = "interrupted"  # its beginning, because the user asked to stop
+    SHORTER = "shorter"  # complete, but older than an extension of the run
     UNUSABLE = "unusable"  # damaged, or of another run
     MISSING = "missing"
+
+
+@dataclass(frozen=True)
+class RepeatStatus:
+    """What a repeat's file is to a run.
+
+    point, repeat : their numbers
+    header : None without a readable file
+    reason, advice : why the repeat is not done, if there is a file, and what to do
+    """
+
+    point: int
+    repeat: int
+    path: Path
+    state: State
+    header: RepeatHeader | None = None
+    reason: str = ""
+    advice: str = ""
+
+    @property
+    def error(self) -> StoreError:
+        """The error of a file that is not usable."""
+        return StoreError(self.path, self.reason, self.advice)
 
 
 @dataclass(frozen=True)
 class Run:
     """A run's folder and the experiment whose repeats it holds.
 
-    engine : "allpairs" or "cells" for all points, or ``None`` for what suits each
-    engine_version : what its repeats are made with
+    engine : "allpairs" or "cells" for all points; None lets snooker choose
+    engine_version : of the engine that makes its repeats
     """
 
     directory: Path
@@ -54,81 +77,6 @@ class Run:
         """The folder's name."""
         return self.directory.name
 
-    def path(self, point: int, repeat: int) -> Path:
-        """Where a repeat's file is, or will be."""
-        return self.directory / f"point-{point:04d}" / f"repeat-{repeat:04d}.h5"
-
-    def present(self, point: Point) -> list[int]:
-        """Which repeats of a point have a file; not all that are wanted in an interrupted run."""
-        return [number for number in range(self.experiment.repeats) if self.holds(point, number)]
-
-    def shorter(self, point: Point) -> int:
-        """How many of these end where they did before the run was extended."""
-        return sum(self._shorter(point, repeat) for repeat in range(self.experiment.repeats))
-
-    def holds(self, point: Point, repeat: int) -> bool:
-        """Whether a repeat has a file, whatever is in it."""
-        return store.file_info(self.path(point.index, repeat)) is not None
-
-    def repeats_there(self) -> list[Path]:
-        """The files of all repeats that are there, of the config or not."""
-        return sorted(self.directory.glob("point-*/repeat-*.h5"))
-
-    def traces(self, point: Point, present: Sequence[int] | None = None) -> Iterator[Trace]:
-        """The repeats of a point that are there, or were when ``present`` was asked, in order.
-
-        Interrupted ones are among them, and in an extension that is not finished those of before
-        it: what is simulated can be read, and ``shorter`` tells how many do not go as far.
-
-        Raises ``RunError`` if there is none and ``StoreError`` for one that cannot be read or is
-        not of this run.
-        """
-        present = self.present(point) if present is None else present
-        for repeat in present:
-            yield self.read(point, repeat)
-        if not present:
-            setting = ", ".join(f"{key}={value}" for key, value in point.parameters)
-            which = f"the point {setting}" if setting else "it"
-            raise RunError(
-                f"{self.directory}: no repeat of {which} is there yet; a run that is under way "
-                "brings it, or run the config again, which goes on where it stopped"
-            )
-
-    def read(self, point: Point, repeat: int) -> Trace:
-        """A repeat. Raises ``StoreError`` if it cannot be read or is not of this run."""
-        trace, header = store.read(self.path(point.index, repeat))
-        self.accept(point, repeat, header)
-        return trace
-
-    def accept(self, point: Point, repeat: int, told: RepeatHeader) -> None:
-        """Raise ``StoreError`` if what a repeat's file says of itself is not of this run."""
-        state, said = self.state(point, repeat, told)
-        if state is State.UNUSABLE:
-            raise errors.StoreError(said)
-
-    def state(self, point: Point, repeat: int, told: RepeatHeader) -> tuple[State, str]:
-        """What a repeat's file is to this run by what it says of itself, and why in a sentence."""
-        source = told.provenance
-        reason = ""
-        if (source.point, source.repeat) != (point.index, repeat):
-            reason = f"is repeat {source.repeat} of point {source.point}"
-        elif source.engine_version != self.engine_version:
-            reason = f"is of engine version {source.engine_version}, not {self.engine_version}"
-        elif source.engine != self.engine:
-            reason = f"is of --engine {source.engine}" if source.engine else "is of no --engine"
-        elif source.digest != self.digests[point.index]:
-            if _continues(point.experiment, source.config, source.digest):
-                return State.SHORTER, "it is shorter, of before the run was extended"
-            reason = "is of another config"
-        elif json.loads(source.parameters) != json.loads(json.dumps(point.as_json())):
-            reason = "is of another point"
-        if reason:
-            path = self.path(point.index, repeat)
-            return State.UNUSABLE, f"{path}: {reason}; run the config again, which replaces it"
-        if told.stop.reason is StopReason.INTERRUPTED:
-            return State.INTERRUPTED, told.stop.message
-        return State.DONE, ""
-
     @cached_property
     def digests(self) -> tuple[str, ...]:
         """What identifies each point."""
@@ -139,16 +87,8 @@ class Run:
         """Eight hexadecimal digits for all that determines the physics of the run's points."""
         return hashlib.sha256("".join(self.digests).encode()).hexdigest()[:8]
 
-    def _shorter(self, point: Point, repeat: int) -> bool:
-        """Whether a repeat's file is of before the run was extended."""
-        try:
-            told = store.read_header(self.path(point.index, repeat))
-        except errors.StoreError:
-            return False
-        return self.state(point, repeat, told)[0] is State.SHORTER
-
     def manifest(self) -> dict[str, Any]:
-        """What ``run.json`` says: the experiment and what identifies its points."""
+        """The content of ``run.json``: the experiment and what identifies its points."""
         forced = {} if self.engine is None else {"engine": self.engine}
         return {
             "schema_version": store.SCHEMA_VERSION,
@@ -161,17 +101,121 @@ class Run:
             ],
         }
 
+    # The files of repeats.
+
+    def repeats(self) -> Iterator[tuple[int, int]]:
+        """The numbers of every point and repeat."""
+        for point in self.points:
+            for repeat in range(self.experiment.repeats):
+                yield point.index, repeat
+
+    def path(self, point: int, repeat: int) -> Path:
+        """A repeat's file."""
+        return self.directory / f"point-{point:04d}" / f"repeat-{repeat:04d}.h5"
+
+    def files(self) -> list[Path]:
+        """All repeats' files in the folder, also those that are not of the config."""
+        return sorted(self.directory.glob("point-*/repeat-*.h5"))
+
+    def holds(self, point: Point, repeat: int) -> bool:
+        """Whether a repeat has a file, with any content."""
+        return store.file_info(self.path(point.index, repeat)) is not None
+
+    def present(self, point: Point) -> list[int]:
+        """The repeats of a point that have a file."""
+        return [number for number in range(self.experiment.repeats) if self.holds(point, number)]
+
+    def shorter(self, point: Point) -> int:
+        """The number of a point's repeats that are older than an extension of the run."""
+        return sum(
+            self.repeat_status(point.index, repeat, store.read_header).state is State.SHORTER
+            for repeat in range(self.experiment.repeats)
+        )
+
+    def traces(self, point: Point, present: Sequence[int] | None = None) -> Iterator[Trace]:
+        """The repeats of a point that have a file, or these repeats, in order.
+
+        They include interrupted ones, and during an extension those that it has not reached.
+
+        Raises ``RunError`` if there is none, and ``StoreError`` for one that cannot be read or is
+        not of this run.
+        """
+        present = self.present(point) if present is None else present
+        for repeat in present:
+            yield self.read(point, repeat)
+        if not present:
+            setting = ", ".join(f"{key}={value}" for key, value in point.parameters)
+            which = f"the point {setting}" if setting else "it"
+            raise RunError(
+                f"{self.directory}: no repeat of {which} is there yet",
+                "wait for a run that is under way, or run the config again to continue",
+            )
+
+    def read(self, point: Point, repeat: int) -> Trace:
+        """A repeat. Raises ``StoreError`` if it cannot be read or is not of this run."""
+        trace, header = store.read(self.path(point.index, repeat))
+        self.accept(point, repeat, header)
+        return trace
+
+    def accept(self, point: Point, repeat: int, header: RepeatHeader) -> None:
+        """Raise ``StoreError`` if a file with this header is not of this run."""
+        status = self._classified(point.index, repeat, header)
+        if status.state is State.UNUSABLE:
+            raise status.error
+
+    def repeat_status(
+        self, point: int, repeat: int, read: Callable[[Path], RepeatHeader] = store.check
+    ) -> RepeatStatus:
+        """What a repeat's file is to this run.
+
+        read : ``store.check``, or ``store.read_header`` to trust the content
+        """
+        path = self.path(point, repeat)
+        if store.file_info(path) is None:
+            return RepeatStatus(point, repeat, path, State.MISSING)
+        try:
+            header = read(path)
+        except StoreError as error:
+            return RepeatStatus(
+                point, repeat, path, State.UNUSABLE, None, error.reason, error.advice
+            )
+        return self._classified(point, repeat, header)
+
+    def _classified(self, point: int, repeat: int, header: RepeatHeader) -> RepeatStatus:
+        """What a file with this header is to this run."""
+        source, own = header.provenance, self.points[point]
+        state, reason, advice = State.UNUSABLE, "", "run the config again, which replaces it"
+        if (source.point, source.repeat) != (point, repeat):
+            reason = f"is repeat {source.repeat} of point {source.point}"
+        elif source.engine_version != self.engine_version:
+            reason = f"is of engine version {source.engine_version}, not {self.engine_version}"
+        elif source.engine != self.engine:
+            reason = f"is of --engine {source.engine}" if source.engine else "is of no --engine"
+        elif source.digest != self.digests[point]:
+            reason = "is of another config"
+            if _is_extended(source.config, source.digest, own.experiment):
+                state, reason, advice = State.SHORTER, "is shorter than the extended run", ""
+        elif json.loads(source.parameters) != json.loads(json.dumps(own.as_json())):
+            reason = "is of another point"
+        elif header.stop.reason is StopReason.INTERRUPTED:
+            state, reason, advice = State.INTERRUPTED, header.stop.message, ""
+        else:
+            state, advice = State.DONE, ""
+        return RepeatStatus(point, repeat, self.path(point, repeat), state, header, reason, advice)
+
+    # Files that are made from the repeats.
+
     def analyses(self) -> list[Path]:
-        """What ``fit`` and ``compare`` have saved here."""
+        """What ``fit`` and ``compare`` saved."""
         return [path for name in ANALYSES if (path := self.directory / name).is_file()]
 
     @property
     def figures_folder(self) -> Path:
-        """Where ``plot`` draws."""
+        """Where ``plot`` saves figures."""
         return self.directory / "figures"
 
     def figures(self) -> list[Path]:
-        """What ``plot`` has drawn in the run's folder, known by the numbers beside each figure."""
+        """The figure files that ``plot`` saved, known by the JSON beside each figure."""
         found = []
         for path in sorted(self.figures_folder.glob("*.json")):
             with suppress(OSError, ValueError):
@@ -182,8 +226,8 @@ class Run:
 
 
 @lru_cache(maxsize=1024)
-def _continues(experiment: Experiment, config: str, identity: str) -> bool:
-    """Whether an experiment goes on where the one in a file's provenance ends."""
+def _is_extended(config: str, identity: str, experiment: Experiment) -> bool:
+    """Whether an experiment continues the one of a file's provenance."""
     try:
         before = parse(config).experiment
     except ConfigError:

@@ -1,58 +1,32 @@
-"""What there is of each repeat of a run: done, running, failed or to do.
+"""The status of a run: which repeats are done, running, failed or to do, as its files show it.
 
-All of it is told by the files: a repeat is done if its own file says so and is of this run. It is
-running if a run holds the folder and has begun to write the repeat's file; short repeats are
-simulated in memory, and are to do until their file is there. It has failed if the record of the
-last attempt's failures says so and it is not done.
+A repeat is done if its file says so and is of this run. It is running if a run holds the folder's
+lock and has begun to write the file; short repeats are simulated in memory, so they are to do
+until their file exists. It has failed if the record of failures names it and it is not done.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from snooker_cli import files, store
+from snooker_cli import store
 from snooker_cli.config import Point
-from snooker_cli.errors import StoreError
-from snooker_cli.runs.folder import failures, is_held
-from snooker_cli.runs.run import Run, State
-from snooker_cli.store import RepeatHeader
-
-
-@dataclass(frozen=True)
-class Job:
-    """A repeat to do, and its point's digest."""
-
-    point: Point
-    repeat: int
-    digest: str
-
-
-@dataclass(frozen=True)
-class Entry:
-    """What there is of one repeat.
-
-    told : what its file says of itself, if there is one that can be read
-    sentence : why it is not done, if there is a file
-    """
-
-    job: Job
-    path: Path
-    state: State
-    told: RepeatHeader | None = None
-    sentence: str = ""
+from snooker_cli.files import unfinished
+from snooker_cli.runs.folder import failures, is_locked
+from snooker_cli.runs.run import RepeatStatus, Run, State
 
 
 @dataclass
-class PointLedger:
+class PointStatus:
     """The repeats of a point.
 
-    done, running, failed, to_do : all of the config's repeats, each in one of them
-    ended : why those that are done ended, and how many
-    collisions : of those that are done
-    remarks : a sentence for each repeat that failed or whose file does not count
+    done, running, failed, to_do : numbers of repeats, each in one of them
+    ended : the stop reasons of the repeats that are done, and how many have each
+    collisions : of the repeats that are done
+    remarks : number and problem of each repeat that failed or whose file is not usable
     """
 
     point: Point
@@ -64,97 +38,77 @@ class PointLedger:
     collisions: int = 0
     remarks: list[tuple[int, str]] = field(default_factory=list)
 
+    def count(self, status: RepeatStatus, writing: bool, error: str | None) -> None:
+        """Count a repeat, whose file is perhaps being written and that perhaps failed before."""
+        if status.state is State.DONE and status.header is not None:
+            self.done += 1
+            self.ended[str(status.header.stop.reason)] += 1
+            self.collisions += status.header.collisions
+        elif writing:
+            self.running += 1
+        elif error is not None:
+            self.failed += 1
+            self.remarks.append((status.repeat, f"failed: {error}"))
+        else:
+            self.to_do += 1
+            if status.reason:
+                remark = "; ".join(filter(None, (status.reason, status.advice)))
+                self.remarks.append((status.repeat, remark))
+
 
 @dataclass(frozen=True)
-class Ledger:
-    """What there is of a run.
+class RunStatus:
+    """The status of all repeats of a run.
 
-    held : a `snooker run` is writing in the folder
-    finished : when the last file was put in its place, s since 1970; none without files
-    command : what made that file
-    files, bytes : of all repeats that are there
+    locked : whether a `snooker run` is writing in the folder
+    finished : when the last file was written, s since 1970; None without files
+    command : the command that wrote it
+    files, bytes : number and size of the repeats' files
     """
 
     run: Run
-    held: bool
-    points: tuple[PointLedger, ...]
+    locked: bool
+    points: tuple[PointStatus, ...]
     finished: float | None
     command: str
     files: int
     bytes: int
 
     def total(self, name: str) -> int:
-        """The sum over the points of ``done``, ``collisions`` and so on."""
+        """The sum of ``done``, ``collisions`` and so on over the points."""
         return sum(getattr(point, name) for point in self.points)
 
 
-def jobs(run: Run) -> Iterator[Job]:
-    """Every repeat of every point."""
-    for point, identity in zip(run.points, run.digests, strict=True):
-        for repeat in range(run.experiment.repeats):
-            yield Job(point, repeat, identity)
-
-
-def entry(run: Run, job: Job, look: Callable[[Path], RepeatHeader] = store.check) -> Entry:
-    """What there is of a repeat.
-
-    look : ``store.check``, or ``store.read_header`` where it is enough what the file says of itself
-    """
-    path = run.path(job.point.index, job.repeat)
-    if store.file_info(path) is None:
-        return Entry(job, path, State.MISSING)
-    try:
-        told = look(path)
-    except StoreError as error:
-        return Entry(job, path, State.UNUSABLE, sentence=str(error))
-    state, sentence = run.state(job.point, job.repeat, told)
-    return Entry(job, path, state, told, sentence)
-
-
-def ledger(run: Run) -> Ledger:
-    """What there is of a run, by what its files say of themselves."""
-    held = is_held(run.directory)
-    begun = set(_begun(run)) if held else set()
+def run_status(run: Run) -> RunStatus:
+    """The status of a run by the headers of its files, whose content is not checked."""
+    locked = is_locked(run.directory)
+    writing = set(_being_written(run)) if locked else set()
     failed = failures(run)
-    points = tuple(PointLedger(point) for point in run.points)
-    newest: tuple[float, str] | None = None
+    points = tuple(PointStatus(point) for point in run.points)
+    modified, command = 0, ""
     number = size = 0
-    for job in jobs(run):
-        found = entry(run, job, store.read_header)
-        _count(points[job.point.index], found, found.path in begun, failed)
-        about = store.file_info(found.path)
-        if about is None:
+    for point, repeat in run.repeats():
+        status = run.repeat_status(point, repeat, store.read_header)
+        points[point].count(status, status.path in writing, failed.get((point, repeat)))
+        info = store.file_info(status.path)
+        if info is None:
             continue
-        number, size = number + 1, size + about.size
-        if newest is None or about.modified / 1e9 > newest[0]:
-            newest = about.modified / 1e9, found.told.provenance.command if found.told else ""
-    finished, command = newest or (None, "")
-    return Ledger(run, held, points, finished, command, number, size)
+        number, size = number + 1, size + info.size
+        if info.modified > modified:
+            modified, command = info.modified, ""
+            if status.header is not None:
+                command = status.header.provenance.command
+    finished = modified / 1e9 if number else None
+    return RunStatus(run, locked, points, finished, command, number, size)
 
 
-def _begun(run: Run) -> Iterator[Path]:
-    """The files that are being written."""
+def _being_written(run: Run) -> Iterator[Path]:
+    """The files of repeats that a process of this machine is writing."""
     for folder in run.directory.glob("point-*"):
-        for part in files.unfinished(folder):
-            yield folder / f"{part.name.partition('.h5.')[0]}.h5"
+        for part in unfinished(folder):
+            yield target_of(part)
 
 
-def _count(
-    point: PointLedger, found: Entry, begun: bool, failed: dict[tuple[int, int], str]
-) -> None:
-    """Enter a repeat."""
-    repeat = found.job.repeat
-    error = failed.get((point.point.index, repeat))
-    if found.state is State.DONE and found.told is not None:
-        point.done += 1
-        point.ended[str(found.told.stop.reason)] += 1
-        point.collisions += found.told.collisions
-    elif begun:
-        point.running += 1
-    elif error is not None:
-        point.failed += 1
-        point.remarks.append((repeat, f"failed: {error}"))
-    else:
-        point.to_do += 1
-        if found.sentence:
-            point.remarks.append((repeat, found.sentence.removeprefix(f"{found.path}: ")))
+def target_of(part: Path) -> Path:
+    """The repeat's file that a temporary file becomes."""
+    return part.with_name(f"{part.name.partition('.h5.')[0]}.h5")

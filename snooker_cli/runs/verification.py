@@ -1,4 +1,4 @@
-"""Every file of a run read again: its hash, whose it is and, if wanted, simulated once more."""
+"""Verify a run: read every file, check its hash and origin, and simulate it again on request."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 import re
 import threading
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +15,8 @@ from snooker_cli import store
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.errors import RunError
 from snooker_cli.runs.execution import ThreadExecutor
-from snooker_cli.runs.plan import arranged
-from snooker_cli.runs.run import Run, State
-from snooker_cli.runs.status import Job, entry, jobs
+from snooker_cli.runs.plan import first_scene
+from snooker_cli.runs.run import RepeatStatus, Run, State
 from snooker_cli.scene import Scene
 from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason
@@ -25,28 +24,11 @@ from snooker_cli.trace import StopReason
 _FILE = re.compile(r"point-(\d{4,})/repeat-(\d{4,})\.h5")
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """What became of reading a repeat again.
+def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
+    """The status of each repeat of the config, then of files of other repeats, as they come.
 
-    state : as in the ledger; ``UNUSABLE`` if anything is wrong with the file
-    collisions : that it holds
-    sentence : what is wrong, or why the repeat is not done
-    """
-
-    path: Path
-    point: int
-    repeat: int
-    state: State
-    collisions: int
-    sentence: str
-
-
-def verify(run: Run, *, replay: bool, workers: int) -> Iterator[Verdict]:
-    """A verdict for each repeat of the config, and for files of more repeats, as they come.
-
-    replay : simulate each stored start again, with the limits and the engine that it had, and
-        compare all bits of events or summary, finish and ending; memory stays bounded
+    replay : simulate each start again, with the same limits and engine, and compare all bits of
+        events or summary, finish and ending, in bounded memory
     workers : threads
 
     Raises ``RunError`` for a replay of another engine version's results.
@@ -54,71 +36,58 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[Verdict]:
     if replay and run.engine_version != ENGINE_VERSION:
         raise RunError(
             f"{run.directory}: holds results of engine version {run.engine_version}, which this "
-            f"snooker, of version {ENGINE_VERSION}, cannot simulate again; verify it without "
-            "--replay"
+            f"snooker, of version {ENGINE_VERSION}, cannot simulate again",
+            "verify it without --replay",
         )
+    wanted = dict.fromkeys(run.repeats())
+    others = [item for path in run.files() if (item := _numbers(path)) and item not in wanted]
     cancelled = threading.Event()
     with ThreadExecutor(workers, cancelled) as threads:
         try:
             yield from threads.each(
-                lambda target, _: _verdict(run, target, replay, cancelled), _targets(run)
+                lambda item, _: _verified(run, item, replay, cancelled), [*wanted, *others]
             )
         finally:
             cancelled.set()
 
 
-def _targets(run: Run) -> Iterator[Job | Path]:
-    """Every repeat of the config, then the files that are there besides."""
-    wanted = set()
-    for job in jobs(run):
-        wanted.add(run.path(job.point.index, job.repeat))
-        yield job
-    for path in run.repeats_there():
-        place = _place(path)
-        if place is None or path in wanted:
-            continue
-        point, repeat = place
-        known = point < len(run.points)
-        yield Job(run.points[point], repeat, run.digests[point]) if known else path
-
-
-def _place(path: Path) -> tuple[int, int] | None:
-    """The point and the repeat that a file's name tells."""
+def _numbers(path: Path) -> tuple[int, int] | None:
+    """The point and the repeat in a file's name; None if it has another name."""
     numbers = _FILE.fullmatch("/".join(path.parts[-2:]))
     return None if numbers is None else (int(numbers[1]), int(numbers[2]))
 
 
-def _verdict(run: Run, target: Job | Path, replay: bool, cancelled: threading.Event) -> Verdict:
-    """One file's verdict."""
-    if isinstance(target, Path):
-        point, repeat = _place(target) or (-1, -1)
-        sentence = f"{target}: belongs to no point of this run; delete it"
-        return Verdict(target, point, repeat, State.UNUSABLE, 0, sentence)
-    found = entry(run, target)
-    state, sentence = found.state, found.sentence
-    told = found.told
-    if replay and told is not None and state is not State.UNUSABLE:
-        wrong = _replay_fault(run, target, told, cancelled)
-        if wrong:
-            state, sentence = State.UNUSABLE, f"{found.path}: {wrong}; delete it and run again"
-    collisions = 0 if told is None else told.collisions
-    return Verdict(found.path, target.point.index, target.repeat, state, collisions, sentence)
+def _verified(
+    run: Run, item: tuple[int, int], replay: bool, cancelled: threading.Event
+) -> RepeatStatus:
+    """The status of one file."""
+    point, repeat = item
+    if point >= len(run.points):
+        path, reason = run.path(point, repeat), "belongs to no point of this run"
+        return RepeatStatus(point, repeat, path, State.UNUSABLE, None, reason, "delete it")
+    status = run.repeat_status(point, repeat)
+    if replay and status.header is not None and status.state is not State.UNUSABLE:
+        reason = _replay_fault(run, status.header, cancelled)
+        if reason:
+            advice = "delete it and run again"
+            return replace(status, state=State.UNUSABLE, reason=reason, advice=advice)
+    return status
 
 
-def _replay_fault(run: Run, job: Job, told: RepeatHeader, cancelled: threading.Event) -> str:
-    """In what a repeat differs from its simulation now; nothing if in no bit."""
-    assert told.start is not None
-    if not _same(told.start, arranged(job.point.experiment, job.repeat)):
+def _replay_fault(run: Run, header: RepeatHeader, cancelled: threading.Event) -> str:
+    """How a repeat differs from its simulation now; empty if no bit does."""
+    source, start = header.provenance, header.start
+    assert start is not None
+    if not _same_bits(start, first_scene(run.points[source.point].experiment, source.repeat)):
         return "its start is not the one that its config gives"
-    config = json.loads(told.provenance.config)
-    collisions, interrupted = config["collisions"], told.stop.reason is StopReason.INTERRUPTED
-    if interrupted:
-        collisions = told.collisions
+    config = json.loads(source.config)
+    interrupted = header.stop.reason is StopReason.INTERRUPTED
+    collisions = header.collisions if interrupted else config["collisions"]
     if collisions == 0:
         return ""
     fingerprint = store.Fingerprint()
     again = simulate(
-        told.start,
+        start,
         collisions=collisions,
         time=config["time"],
         summary=config["record"] == "summary",
@@ -126,16 +95,13 @@ def _replay_fault(run: Run, job: Job, told: RepeatHeader, cancelled: threading.E
         sink=fingerprint.add,
         engine=run.engine,
     )
-    if interrupted:  # simulated to the same collision, not stopped by the user there
-        again = replace(again, stop=told.stop)
-    same = fingerprint.content(again) == told.fingerprint
+    if interrupted:  # it now stops at that collision for another reason
+        again = replace(again, stop=header.stop)
+    same = fingerprint.content(again) == header.fingerprint
     return "" if same or cancelled.is_set() else "simulating it again gives other bits"
 
 
-def _same(one: Scene, other: Scene) -> bool:
+def _same_bits(one: Scene, other: Scene) -> bool:
     """Whether two scenes are the same in every bit."""
-    names = [field.name for field in fields(Scene) if field.name != "container"]
-    return one.container == other.container and all(
-        np.asarray(getattr(one, name)).tobytes() == np.asarray(getattr(other, name)).tobytes()
-        for name in names
-    )
+    pairs = ((getattr(one, field.name), getattr(other, field.name)) for field in fields(Scene))
+    return all(np.asarray(a).tobytes() == np.asarray(b).tobytes() for a, b in pairs)

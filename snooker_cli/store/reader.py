@@ -13,7 +13,6 @@ import numpy as np
 from h5py import h5g
 from numpy.typing import NDArray
 
-from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.errors import AbsentError, StoreError
 from snooker_cli.scene import Scene
 from snooker_cli.store import hdf5
@@ -98,25 +97,23 @@ def _opened(path: Path) -> Iterator[tuple[Any, Any]]:
             version = hdf5.read_number(parameters, b"schema_version")
             if version != SCHEMA_VERSION:
                 raise StoreError(
-                    f"{path}: is in version {version} of the files' schema, where this snooker "
-                    f"reads version {SCHEMA_VERSION}; run it again"
+                    path,
+                    f"is in version {version} of the files' schema, where this snooker reads "
+                    f"version {SCHEMA_VERSION}",
+                    "run it again",
                 )
             yield h5g.open(file, b"/"), parameters
         finally:
             file.close()
     except FileNotFoundError:
         raise AbsentError(
-            f"{path}: there is no such result; run the config, which does what is missing"
+            path, "there is no such result", "run the config, which simulates what is missing"
         ) from None
     except hdf5.UNREADABLE as error:
+        reason = f"not a readable result of snooker ({hdf5.error_text(error)})"
         if path.is_dir():
-            raise StoreError(
-                f"{path}: is a folder where a result's file should be; delete it and run again"
-            ) from None
-        raise StoreError(
-            f"{path}: not a readable result of snooker ({hdf5.error_text(error)}); delete it and "
-            "run again"
-        ) from None
+            reason = "is a folder where a result's file should be"
+        raise StoreError(path, reason, "delete it and run again") from None
 
 
 def _checked(
@@ -139,7 +136,7 @@ def _checked(
 
 
 def _changed(path: Path) -> StoreError:
-    return StoreError(f"{path}: its content has changed since it was written; run it again")
+    return StoreError(path, "its content has changed since it was written", "run it again")
 
 
 def _is_numbered(root: Any, trace: Trace) -> bool:
@@ -171,25 +168,27 @@ def _trace(root: Any, parameters: Any) -> Trace:
     ending = json.loads(hdf5.read_text(parameters, b"ending"))
     positions, velocities, masses, radii = _particles(root, BALLS)
     places, motions, container_mass, container_radius = _particles(root, CONTAINER)
-    shape, lengths = SHAPES[ending["shape"]], container_radius
-    if not issubclass(shape, Circle):
-        lengths = hdf5.get(root, BALLS + b"box/edges")
-    container = shape(*lengths.tolist())
+    sides = {}
+    if ending["shape"] != "circle":
+        width, height = hdf5.get(root, BALLS + b"box/edges").tolist()
+        sides = {"width": width, "height": height}
     start, finish = (
         Scene(
             positions=positions[k],
             velocities=velocities[k],
             radii=radii,
             masses=masses,
-            container=container,
+            container_radius=float(container_radius[0]),
             container_mass=float(container_mass[0]),
             container_position=places[k, 0],
             container_velocity=motions[k, 0],
             restitution=ending["restitution"],
             wall_restitution=ending["wall_restitution"],
+            shape=ending["shape"],
             contact_duration=ending.get("contact_duration", 0.0),
             elastic_below=ending.get("elastic_below", 0.0),
             slides=ending.get("slides", False),
+            **sides,
         )
         for k in (0, 1)
     )

@@ -18,7 +18,8 @@ from repeating import made
 from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.files import temporary_path, write_json
-from snooker_cli.runs.status import ledger
+from snooker_cli.runs.folder import note_failure
+from snooker_cli.runs.status import run_status
 from snooker_cli.trace import StopReason
 
 Snooker = Callable[..., Any]
@@ -79,8 +80,8 @@ def test_each_repeat_is_in_one_column(finished: Path, snooker: Snooker) -> None:
     run.path(0, 1).write_text("not HDF5")
     run.path(1, 1).unlink()
     interrupt(run.path(1, 2))
-    runs.note_failure(run, 0, 0, "no room")
-    runs.note_failure(run, 1, 0, "of an attempt before; it is done now")
+    note_failure(run, 0, 0, "no room")
+    note_failure(run, 1, 0, "of an attempt before; it is done now")
     with (finished / runs.FAILURES).open("a") as file:
         file.write('{"point": 1, "repeat": 1, "err')  # a kill while it was written
     (one,) = listed(snooker)
@@ -121,7 +122,7 @@ def test_a_held_folder_is_running(finished: Path, snooker: Snooker) -> None:
     """The lock is asked for and the file that is begun is seen; without the lock it is a relic."""
     run = runs.open_run("small")
     run.path(1, 0).unlink()
-    with runs.held(finished):
+    with runs.locked(finished):
         temporary_path(run.path(1, 0)).touch()
         (one,) = listed(snooker)
         assert one["state"] == "running"
@@ -137,7 +138,7 @@ def test_asking_does_not_keep_a_run_from_beginning(
     """Whoever asks has the folder for a moment; a run that begins waits for one."""
     asking = os.open(finished, os.O_RDONLY)
     fcntl.flock(asking, fcntl.LOCK_SH)
-    assert not runs.is_held(finished)
+    assert not runs.is_locked(finished)
     waited: list[float] = []
 
     def wait(seconds: float) -> None:
@@ -146,8 +147,8 @@ def test_asking_does_not_keep_a_run_from_beginning(
             os.close(asking)
 
     monkeypatch.setattr("snooker_cli.runs.folder.time.sleep", wait)
-    with runs.held(finished):
-        assert runs.is_held(finished)
+    with runs.locked(finished):
+        assert runs.is_locked(finished)
     assert len(waited) == 3
 
 
@@ -166,10 +167,10 @@ def test_a_run_of_another_engine_version_is_told_as_it_is(finished: Path, snooke
 def test_an_extended_run_has_its_shorter_repeats_to_do(
     finished: Path, snooker: Snooker, small_config: str
 ) -> None:
-    book = ledger(made(finished, small_config, "collisions=151"))
+    book = run_status(made(finished, small_config, "collisions=151"))
     assert [point.to_do for point in book.points] == [3, 3]
     assert {sentence for point in book.points for _, sentence in point.remarks} == {
-        "it is shorter, of before the run was extended"
+        "is shorter than the extended run"
     }
 
 
@@ -209,7 +210,7 @@ def test_nothing_to_list_is_said(here: Path, snooker: Snooker) -> None:
     assert (ended.code, ended.out) == (2, "")
     assert ended.err.startswith("snooker: runs: there is no such folder; ")
     ended = snooker("ls", ".")
-    assert (ended.code, ended.out, ended.err) == (0, "", "snooker: .: contains no runs\n")
+    assert (ended.code, ended.out, ended.err) == (0, "", "snooker: .: there are no runs in it\n")
     assert listed(snooker, ".") == []
 
 

@@ -22,15 +22,16 @@ from typing import Any
 
 import pytest
 import yaml
+from repeating import created
 
 from snooker_cli import __version__
-from snooker_cli.cli.config_commands import templates
+from snooker_cli.cli.options import templates
 from snooker_cli.config import digest, load, parse
 from snooker_cli.engine.jit import NOTICE
 from snooker_cli.report.setting_search import LIKELY, TARGETS, elastic_pressures, search
 from snooker_cli.report.source_values import SOURCE_VALUES, source_value
 from snooker_cli.report.supplements import accuracy_values
-from snooker_cli.runs import Run, create
+from snooker_cli.runs import Run
 from snooker_cli.runs.execution import Watcher, execute
 
 ROOT = Path(__file__).parents[2]
@@ -176,7 +177,7 @@ def test_the_citation_is_of_this_version() -> None:
 
 def simulated(name: str, folder: Path) -> Run:
     """The run of a config."""
-    run = create(folder / name, load(ROOT / "configs" / f"{name}.yaml").experiment)
+    run = created(folder / name, load(ROOT / "configs" / f"{name}.yaml").experiment)
     outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())
     assert [outcome.error for outcome in outcomes if outcome.error] == []
     return run

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from repeating import created
 
 from snooker_cli.config import load
 from snooker_cli.errors import RunError
@@ -20,7 +21,7 @@ from snooker_cli.report.build import build
 from snooker_cli.report.content import REPORT_FIGURES, RUNS
 from snooker_cli.report.setting_search import TARGETS
 from snooker_cli.report.source_values import SOURCE_CLAIMS, SOURCE_VALUES, TITLE, source_value
-from snooker_cli.runs import create, open_run
+from snooker_cli.runs import open_run
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.plan import scene_classes
 from snooker_cli.trace import StopReason
@@ -39,7 +40,7 @@ def quick(config: Path, folder: Path) -> None:
     if given.collisions and given.collisions > 1000:
         overrides.append("collisions=1000")
     experiment = load(config, overrides).experiment
-    run = create(folder / config.stem, experiment)
+    run = created(folder / config.stem, experiment)
     outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())
     assert [outcome.error for outcome in outcomes if outcome.error] == []
 

@@ -16,10 +16,10 @@ import pytest
 from scenes import gas
 
 from snooker_cli import export, runs, store
-from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.engine.clock import LEAST_EVENTS
 from snooker_cli.export import frames
+from snooker_cli.runs.folder import note_failure
 from snooker_cli.scene import Scene
 from snooker_cli.store import SCHEMA_VERSION, Provenance, RepeatHeader
 from snooker_cli.trace import StopReason, Trace
@@ -157,7 +157,7 @@ def test_a_repeats_file_has_what_the_page_says(
     trace = trace_of(scene, record)
     store.write(tmp_path / "repeat.h5", trace, provenance)
     kinds = {"all", record} | ({"events"} if record == "long" else set())
-    kinds |= {"box"} if not isinstance(trace.start.container, Circle) else set()
+    kinds |= {"box"} if trace.start.shape != "circle" else set()
     letters = {"N": trace.start.number, "n": trace.collisions}
     if trace.summary is not None:
         letters["g"] = len(trace.summary.series.time)
@@ -244,7 +244,7 @@ def test_a_runs_folder_has_what_the_page_says(finished: Path, snooker: Snooker) 
     run = runs.open_run(finished)
     for command in (["fit", "small"], ["compare", "small"]):
         assert snooker(*command).code == 0
-    runs.note_failure(run, 0, 1, "it failed")
+    note_failure(run, 0, 1, "it failed")
     folder, manifest = tables("## A run's folder")
     names = {name for row in folder for name in row["name"].split(", ")}
     there = {re.sub(r"\d{4}", "0000", str(path.relative_to(finished))) for path in walk(finished)}

@@ -12,7 +12,6 @@ from conftest import SMALL, Ended
 from repeating import done, made
 
 from snooker_cli import runs
-from snooker_cli.config import parse
 
 Snooker = Callable[..., Ended]
 
@@ -142,13 +141,13 @@ def test_what_is_analysed_while_a_run_goes_on_does_not_outlive_it(
     Path("runs/small/point-0001/repeat-0002.h5").unlink()
     from snooker_cli.runs import execution
 
-    do = execution.do
+    do = execution.simulate_repeat
 
     def meanwhile(*arguments: object) -> object:
         Path("runs/small/compare.json").write_text("{}")
         return do(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(execution, "do", meanwhile)
+    monkeypatch.setattr(execution, "simulate_repeat", meanwhile)
     ended = snooker("run", "small.yaml")
     assert ended.code == 0
     assert "removed compare.json, made without all of the repeats" in ended.err
@@ -158,8 +157,7 @@ def test_what_is_analysed_while_a_run_goes_on_does_not_outlive_it(
 def test_an_extension_that_is_taken_back_leaves_no_analysis_of_it(
     finished: Path, snooker: Snooker
 ) -> None:
-    longer = parse(SMALL, overrides=["collisions=300"]).experiment
-    runs.create(finished, longer)
+    made(finished, SMALL, "collisions=300")
     assert snooker("fit", "small").code == 0
     note = "end where the run did before it was extended"
     assert note in Path("runs/small/fit.json").read_text()

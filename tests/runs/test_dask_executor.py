@@ -23,7 +23,8 @@ from snooker_cli import runs, store
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run, dask_executor
-from snooker_cli.runs.dask_executor import Order, fulfil, software, stop
+from snooker_cli.runs.dask_executor import RemoteRun, simulate_remotely, software, stop
+from snooker_cli.runs.folder import failures
 from snooker_cli.trace import StopReason
 
 distributed = pytest.importorskip("distributed")
@@ -32,6 +33,9 @@ pytestmark = [
     pytest.mark.long,
     pytest.mark.skipif(sys.platform == "win32", reason="processes are stopped by signals"),
 ]
+
+FIRST = (0, 0)
+"""The first repeat of the first point."""
 
 LONG = """\
 container: {radius: 10.0}
@@ -108,7 +112,7 @@ def test_a_cluster_gives_the_bits_of_threads(
     before = bytes_of(far.directory)
     again = snooker(*command, *options)
     assert again.code == 0
-    assert f"{len(before)} repeats were already stored" in again.out
+    assert f"{len(before)} repeats were there already" in again.out
     assert bytes_of(far.directory) == before
 
 
@@ -166,11 +170,13 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
     process.send_signal(signal.SIGINT)
     _, said = process.communicate()
     assert process.returncode == 130
-    assert said.startswith("snooker: stopping; saving the current repeats\n")
+    assert said.startswith(
+        "snooker: stopping; saving what is under way\nsnooker: interrupted with "
+    )
     there = {path: store.check(path).stop.reason for path in point.glob("*.h5")}
     assert set(there.values()) <= {StopReason.COLLISIONS, StopReason.INTERRUPTED}
     whole = [reason for reason in there.values() if reason is StopReason.COLLISIONS]
-    assert f"interrupted: {len(whole)} of 10,000 repeats complete" in said
+    assert f"interrupted with {len(whole)} of 10,000 repeats done" in said
     assert len(there) - len(whole) <= 2
     before = bytes_of(here / "long")
     assert not [name for name in before if name.endswith(".part")]
@@ -182,7 +188,7 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
 @pytest.mark.parametrize(
     ("executor", "sentence"),
     [
-        ("ray=tcp://host:1", "--executor ray=tcp://host:1: there is no such executor; "),
+        ("ray=tcp://host:1", "--executor ray=tcp://host:1: there is no such executor; say threads"),
         ("dask", "--executor dask=: no address of a scheduler; it looks like dask=tcp://HOST:8786"),
         ("dask=host:8786", "--executor dask=host:8786: no address of a scheduler"),
         ("dask=tcp://host", "--executor dask=tcp://host: no address of a scheduler"),
@@ -193,7 +199,7 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
 def test_what_is_no_scheduler_is_a_usage_error(
     executor: str, sentence: str, snooker: Command, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dask_executor, "ANSWERS", 0.2)
+    monkeypatch.setattr(dask_executor, "ANSWER_TIMEOUT", 0.2)
     ended = snooker("run", "small.yaml", "--executor", executor)
     assert (ended.code, ended.out) == (2, "")
     assert ended.err.startswith(f"snooker: {sentence}")
@@ -214,9 +220,10 @@ def test_workers_with_another_engine_are_refused(
     snooker: Command, here: Path, executor: str, client: distributed.Client
 ) -> None:
     def version(number: int | None) -> int:
-        from snooker_cli import engine
+        from snooker_cli.runs import dask_executor
 
-        before, engine.ENGINE_VERSION = engine.ENGINE_VERSION, number or engine.ENGINE_VERSION
+        before = dask_executor.ENGINE_VERSION
+        dask_executor.ENGINE_VERSION = number or before
         return before
 
     worker, *_ = client.run(version, None)
@@ -235,55 +242,53 @@ def test_workers_with_another_engine_are_refused(
 
 
 @pytest.fixture
-def order(finished: Path) -> Order:
-    """For the first repeat of the finished run."""
+def remote(finished: Path) -> RemoteRun:
+    """The finished run, as a worker gets it."""
     run = runs.open_run(finished)
-    return Order(
-        under_way=str(finished),
+    return RemoteRun(
+        name=str(finished),
         software=software(),
         directory=finished.absolute(),
         identity=run.identity,
         engine=None,
         command="snooker",
-        point=0,
-        repeat=0,
     )
 
 
-def test_a_repeat_that_is_there_is_not_done_again(order: Order, finished: Path) -> None:
+def test_a_repeat_that_is_there_is_not_done_again(remote: RemoteRun, finished: Path) -> None:
     """Of a worker that died before it could say so."""
     before = bytes_of(finished)
-    outcome = fulfil(order)
+    outcome = simulate_remotely(remote, FIRST)
     assert outcome is not None
     assert (outcome.error, outcome.work) == (None, None)
     assert outcome.stop == store.read(finished / "point-0000" / "repeat-0000.h5")[0].stop
     assert bytes_of(finished) == before
 
 
-def test_a_worker_that_does_not_share_the_folder_says_so(order: Order, tmp_path: Path) -> None:
-    outcome = fulfil(replace(order, directory=tmp_path / "elsewhere"))
+def test_a_worker_that_does_not_share_the_folder_says_so(remote: RemoteRun, tmp_path: Path) -> None:
+    outcome = simulate_remotely(replace(remote, directory=tmp_path / "elsewhere"), FIRST)
     assert outcome is not None
     assert outcome.error is not None
     assert outcome.error.startswith(f"{tmp_path}/elsewhere: there is no run here")
     assert "--out must name a folder on a file system that all workers share" in outcome.error
-    other = fulfil(replace(order, identity="0" * 8))
+    other = simulate_remotely(replace(remote, identity="0" * 8), FIRST)
     assert other is not None
     assert other.error is not None
     assert "holds another run as the worker on " in other.error
 
 
-def test_a_worker_that_came_later_with_another_engine_says_so(order: Order) -> None:
-    outcome = fulfil(replace(order, software=software()._replace(engine=99)))
+def test_a_worker_that_came_later_with_another_engine_says_so(remote: RemoteRun) -> None:
+    outcome = simulate_remotely(replace(remote, software=software()._replace(engine=99)), FIRST)
     assert outcome is not None
     assert outcome.error is not None
     assert "with engine version 99" in outcome.error
 
 
-def test_a_stopped_run_begins_nothing(order: Order, finished: Path) -> None:
+def test_a_stopped_run_begins_nothing(remote: RemoteRun, finished: Path) -> None:
     path = finished / "point-0000" / "repeat-0000.h5"
     path.unlink()
-    assert stop(order.under_way) == []
-    assert fulfil(order) is None
+    assert stop(remote.name) == []
+    assert simulate_remotely(remote, FIRST) is None
     assert not path.exists()
 
 
@@ -392,4 +397,4 @@ def test_a_repeat_whose_workers_all_die_fails_alone(
     )
     assert ended.err.startswith(f"snooker: {said}"), ended.err
     assert "1 failed, 4 collisions" in ended.out or "4 collisions, 1 failed" in ended.out
-    assert list(runs.failures(run)) == [(0, failed)]
+    assert list(failures(run)) == [(0, failed)]

@@ -17,11 +17,12 @@ from snooker_cli.config import digest, parse, points
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.errors import SceneError, StoreError
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs import Run
+from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.runs.execution import ThreadExecutor, Watcher, execute
+from snooker_cli.runs.folder import FAILURES, failures
 from snooker_cli.runs.plan import SceneClass, scene_classes
-from snooker_cli.runs.repeat import Outcome
-from snooker_cli.runs.status import ledger
+from snooker_cli.runs.repeat import RepeatResult
+from snooker_cli.runs.status import run_status
 from snooker_cli.trace import StopReason
 
 
@@ -31,14 +32,14 @@ class Notes(Watcher):
     def __init__(self) -> None:
         self.lock = threading.Lock()
         self.collisions = 0
-        self.outcomes: list[Outcome] = []
+        self.outcomes: list[RepeatResult] = []
         self.readied = 0
         self.removed: list[str] = []
-        self.refused: list[str] = []
+        self.refused: list[RepeatStatus] = []
         self.figures = False
 
-    def unusable(self, sentence: str) -> None:
-        self.refused.append(sentence)
+    def unusable(self, status: RepeatStatus) -> None:
+        self.refused.append(status)
 
     def outdated(self, removed: list[Path], figures: bool) -> None:
         self.removed, self.figures = [path.name for path in removed], figures
@@ -52,7 +53,7 @@ class Notes(Watcher):
         with self.lock:
             self.collisions += number
 
-    def finished(self, outcome: Outcome) -> None:
+    def finished(self, outcome: RepeatResult) -> None:
         with self.lock:
             self.outcomes.append(outcome)
 
@@ -160,7 +161,7 @@ def test_one_bad_file_is_done_again_and_only_that(
     assert after == before
     assert contents(copied) == contents(finished_run)
     assert len(notes.refused) == (DAMAGES[damage] != "")
-    assert all(said.startswith(f"{path}: {DAMAGES[damage]}") for said in notes.refused)
+    assert all(each.reason.startswith(DAMAGES[damage]) for each in notes.refused)
 
 
 def test_more_repeats_extend_a_run(copied: Run, small_config: str, tmp_path: Path) -> None:
@@ -266,31 +267,31 @@ def test_one_failing_repeat_does_not_stop_the_others(copied: Run, finished_run: 
     assert "repeat-0001.h5: cannot write the result" in failed[0].error
     assert failed[0].stop is None
     assert failed[0] in notes.outcomes
-    assert runs.failures(copied) == {(0, 1): failed[0].error}
-    first, second = ledger(copied).points
+    assert failures(copied) == {(0, 1): failed[0].error}
+    first, second = run_status(copied).points
     assert (first.done, first.failed, first.to_do, second.done) == (2, 1, 0, 3)
     assert first.remarks == [(1, f"failed: {failed[0].error}")]
     copied.path(0, 1).rmdir()
     assert [each.cached for each in done(copied)] == [True, False, True, True, True, True]
-    assert runs.failures(copied) == {}
-    assert not (copied.directory / runs.FAILURES).exists()
+    assert failures(copied) == {}
+    assert not (copied.directory / FAILURES).exists()
     assert contents(copied) == contents(finished_run)
 
 
 def test_a_failure_is_noted_once_there_is_room_for_it(copied: Run) -> None:
     """Other repeats under way may have filled the disk when one fails."""
-    path, record = copied.path(0, 1), copied.directory / runs.FAILURES
+    path, record = copied.path(0, 1), copied.directory / FAILURES
     path.unlink()
     path.mkdir()
     record.mkdir()
 
     class MakesRoom(Watcher):
-        def finished(self, outcome: Outcome) -> None:
+        def finished(self, outcome: RepeatResult) -> None:
             if outcome.error:
                 record.rmdir()
 
     execute(copied, workers=1, watcher=MakesRoom(), cancelled=threading.Event())
-    assert list(runs.failures(copied)) == [(0, 1)]
+    assert list(failures(copied)) == [(0, 1)]
 
 
 def test_a_scene_that_cannot_exist_tells_its_point(small_config: str) -> None:

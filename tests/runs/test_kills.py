@@ -16,7 +16,7 @@ from forging import Forged, forge
 from repeating import contents, done, made
 
 from snooker_cli import runs, store
-from snooker_cli.runs import State, status
+from snooker_cli.runs import State
 from snooker_cli.trace import StopReason
 
 pytestmark = pytest.mark.long
@@ -70,9 +70,9 @@ def assert_completes(directory: Path, text: str, reference: Path) -> None:
         store.read(path)
     repeats = 1 + max(int(path.name[7:].split(".")[0]) for path in left)
     run = made(directory, text, f"repeats={repeats}")
-    jobs = status.jobs(run)
-    kept = [each.path for job in jobs if (each := status.entry(run, job)).state is State.DONE]
-    with runs.held(directory):
+    found = [run.repeat_status(*item) for item in run.repeats()]
+    kept = [each.path for each in found if each.state is State.DONE]
+    with runs.locked(directory):
         outcomes = done(run, workers=2)
     assert [run.path(0, each.repeat) for each in outcomes if each.cached] == kept
     assert not list(directory.rglob("*.part"))
@@ -174,10 +174,10 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
         assert process.returncode == 130
         # A new engine is compiled first, which is told.
         *_, stopping, rest = said.splitlines()
-        assert stopping == "snooker: stopping; saving the current repeats"
+        assert stopping == "snooker: stopping; saving what is under way"
         assert re.fullmatch(
-            r"snooker: interrupted: [\d,]+ of 10,000 repeats complete; run the same command again "
-            "to finish",
+            r"snooker: interrupted with [\d,]+ of 10,000 repeats done; the same command goes on "
+            "where it stopped",
             rest,
         )
         assert not list(directory.rglob("*.part"))
@@ -209,7 +209,7 @@ def test_an_interrupt_keeps_what_many_balls_have_done(tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     _, said = process.communicate()
     assert process.returncode == 130
-    assert "interrupted: 0 of 2 repeats complete" in said
+    assert "interrupted with 0 of 2 repeats done" in said
     (path,) = directory.glob("point-0000/*")
     trace = store.read(path)[0]
     assert trace.stop.reason is StopReason.INTERRUPTED
@@ -229,7 +229,7 @@ def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path
         "def interrupted(*arguments):\n"
         "    os.kill(os.getpid(), signal.SIGINT)\n"
         "    return starting_scene(*arguments)\n"
-        "plan.scene_classes.__globals__['arranged'] = interrupted\n"
+        "plan.scene_classes.__globals__['first_scene'] = interrupted\n"
         "main()\n"
     )
     done = subprocess.run(
@@ -239,7 +239,7 @@ def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path
         check=False,
     )
     assert (done.returncode, done.stdout) == (130, "")
-    assert done.stderr == "snooker: stopping; saving the current repeats\n"
+    assert done.stderr == "snooker: stopping; saving what is under way\n"
     assert not directory.exists()
 
 
@@ -267,11 +267,12 @@ UNHELD = """
 import sys, threading
 from pathlib import Path
 from snooker_cli import runs
-from snooker_cli.config import parse
-from snooker_cli.runs.execution import Watcher
-from snooker_cli.runs.execution import execute
+from snooker_cli.config import parse, points
+from snooker_cli.runs.execution import Watcher, execute
 
-run = runs.create(Path(sys.argv[1]), parse(sys.stdin.read()).experiment)
+experiment = parse(sys.stdin.read()).experiment
+run = runs.Run(Path(sys.argv[1]), experiment, points(experiment))
+runs.create(run)
 for outcome in execute(run, workers=2, watcher=Watcher(), cancelled=threading.Event()):
     assert outcome.error is None, outcome.error
 """

@@ -1,0 +1,375 @@
+"""A run's folder: its manifest, which results it may hold, and how it is found again."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from repeating import done, made, run_of
+
+from snooker_cli import runs, store
+from snooker_cli.config import digest, parse
+from snooker_cli.engine import ENGINE_VERSION
+from snooker_cli.errors import DamagedError, RunError, StoreError
+from snooker_cli.files import temporary_path, write_json
+from snooker_cli.runs import MANIFEST, Run
+
+
+@pytest.fixture
+def copied(finished_run: Run, tmp_path: Path) -> Path:
+    """A copy of the finished run's folder, to be changed."""
+    return Path(shutil.copytree(finished_run.directory, tmp_path / "copied"))
+
+
+def files(directory: Path) -> dict[str, bytes]:
+    """The content of every file below a folder."""
+    return {
+        str(path.relative_to(directory)): path.read_bytes()
+        for path in directory.rglob("*")
+        if path.is_file()
+    }
+
+
+def refusal(run: Run, *, fresh: bool = False) -> str:
+    """The code with which a run is refused, planned or created; nothing is changed."""
+    before = files(run.directory)
+    with pytest.raises(RunError) as planned:
+        runs.planned_change(run, fresh=fresh)
+    with pytest.raises(RunError) as created:
+        runs.create(run, fresh=fresh)
+    assert files(run.directory) == before
+    assert str(planned.value) == str(created.value)
+    assert "--out" in str(planned.value)
+    return planned.value.code
+
+
+# Open and read
+
+
+def test_the_manifest_identifies_the_points(finished_run: Run) -> None:
+    manifest = json.loads((finished_run.directory / MANIFEST).read_text(encoding="utf-8"))
+    assert manifest["engine_version"] == ENGINE_VERSION
+    assert [point["parameters"] for point in manifest["points"]] == [{"cor": 0.85}, {"cor": 1.0}]
+    assert [point["index"] for point in manifest["points"]] == [0, 1]
+    assert [point["digest"] for point in manifest["points"]] == [
+        digest(point.experiment) for point in finished_run.points
+    ]
+    assert parse(json.dumps(manifest["experiment"])).experiment == finished_run.experiment
+
+
+def test_a_run_is_found_by_its_folder_or_its_name(
+    copied: Path, finished_run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for name in (finished_run.directory, str(finished_run.directory)):
+        assert runs.open_run(name) == finished_run
+    shutil.move(copied, tmp_path / "runs" / "cooling")
+    monkeypatch.chdir(tmp_path)
+    run = runs.open_run("cooling")
+    assert (run.directory, run.name) == (Path("runs/cooling"), "cooling")
+
+
+def test_an_absent_run_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    for place in (tmp_path / "empty", tmp_path / "absent", "absent"):
+        with pytest.raises(RunError, match="there is no run here"):
+            runs.open_run(place)
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["", "{", "[]", "{}", '{"experiment": {}}', '{"experiment": {"cor": 2}}', "null", "\ufffe"],
+)
+def test_a_damaged_manifest_is_refused(content: str, copied: Path, small_config: str) -> None:
+    encoding = "utf-16" if content == "\ufffe" else "utf-8"
+    (copied / MANIFEST).write_bytes(content.encode(encoding))
+    with pytest.raises(DamagedError):
+        runs.open_run(copied)
+    run = run_of(copied, small_config)
+    assert refusal(run) == "damaged"
+    runs.create(run, fresh=True)
+    assert runs.open_run(copied) == run
+
+
+@pytest.mark.parametrize("change", ['"cor": 9', '"cor": "x"'])
+def test_a_manifest_with_a_bad_value_is_written_again(
+    change: str, copied: Path, small_config: str
+) -> None:
+    """Its points have their digests, and the run's config is at hand."""
+    manifest = copied / MANIFEST
+    manifest.write_text(re.sub(r'"cor": 0.85', change, manifest.read_text(), count=1))
+    run = made(copied, small_config)
+    assert json.loads(manifest.read_text()) == json.loads(json.dumps(run.manifest()))
+
+
+def test_a_fixed_and_a_free_container_can_be_swept(tmp_path: Path, small_config: str) -> None:
+    """JSON has no infinity, and a manifest is JSON."""
+    run = made(tmp_path, small_config, "container.mass=1e7,.inf")
+    json.loads((tmp_path / MANIFEST).read_text(), parse_constant=pytest.fail)
+    assert runs.open_run(tmp_path) == run
+    assert {point.experiment.container.mass for point in run.points} == {1e7, np.inf}
+    runs.create(run)
+
+
+# The repeats of a run
+
+
+def test_traces_come_in_the_order_of_the_repeats(copied: Path) -> None:
+    run = runs.open_run(copied)
+    found = {
+        point.index: [store.content_hash(t) for t in run.traces(point)] for point in run.points
+    }
+    for index, hashes in found.items():
+        assert hashes == [store.check(run.path(index, repeat)).fingerprint for repeat in range(3)]
+        assert len(set(hashes)) == 3
+    run.path(0, 1).unlink()
+    first, second = run.points
+    assert (run.present(first), run.present(second)) == ([0, 2], [0, 1, 2])
+    assert [store.content_hash(t) for t in run.traces(first)] == found[0][::2]
+
+
+def test_a_point_without_repeats_is_refused(copied: Path) -> None:
+    run = runs.open_run(copied)
+    shutil.rmtree(copied / "point-0001")
+    assert run.present(run.points[1]) == []
+    with pytest.raises(RunError, match=r"copied: no repeat of the point cor=1\.0 "):
+        list(run.traces(run.points[1]))
+
+
+def test_a_repeat_that_cannot_be_read_is_not_missing(copied: Path) -> None:
+    run = runs.open_run(copied)
+    run.path(0, 1).write_text("not HDF5")
+    assert run.present(run.points[0]) == [0, 1, 2]
+    traces = run.traces(run.points[0])
+    assert next(traces).collisions > 0
+    with pytest.raises(StoreError, match=r"repeat-0001\.h5: not a readable result"):
+        next(traces)
+
+
+# Create and extend
+
+
+@pytest.mark.parametrize("override", ["title='another'", "repeats=9", "repeats=1"])
+def test_what_is_not_physics_shares_the_results(
+    override: str, copied: Path, small_config: str
+) -> None:
+    before = files(copied)
+    assert not runs.create(run_of(copied, small_config)).description
+    assert files(copied) == before
+    run = made(copied, small_config, override)
+    assert runs.open_run(copied) == run
+    after = files(copied)
+    assert before.pop(MANIFEST) != after.pop(MANIFEST)
+    assert after == before
+
+
+@pytest.mark.parametrize(
+    "override", ["seed=2", "balls.speed=11", "cor=0.85", "cor=1.0,0.85", "record=summary"]
+)
+def test_another_experiment_is_refused(override: str, copied: Path, small_config: str) -> None:
+    other = run_of(copied, small_config, override, "collisions=151")
+    assert refusal(other) == "other_config"
+    key = override.partition("=")[0].partition(".")[0]
+    with pytest.raises(RunError, match=f"{key}|sweep"):
+        runs.create(other)
+    assert not runs.planned_change(other, fresh=True).description
+
+
+@pytest.mark.parametrize(
+    ("overrides", "change"),
+    [
+        (("collisions=151",), "collisions from 150 to 151"),
+        (("repeats=4",), "repeats from 3 to 4"),
+        (("collisions=200", "repeats=5"), "collisions from 150 to 200, repeats from 3 to 5"),
+        (("title=other",), ""),
+    ],
+)
+def test_more_of_the_same_extends_a_run(
+    overrides: tuple[str, ...], change: str, copied: Path, small_config: str
+) -> None:
+    before = files(copied)
+    run = run_of(copied, small_config, *overrides)
+    planned = runs.planned_change(run)
+    assert files(copied) == before
+    assert change in planned.description
+    assert bool(planned.description) == bool(change)
+    assert not planned.reduces
+    assert runs.create(run) == planned
+    assert runs.open_run(copied) == run
+    assert not runs.planned_change(run).description
+
+
+def test_fewer_repeats_lose_no_file_but_the_fits(copied: Path, small_config: str) -> None:
+    (copied / "fit.json").write_text("[]")
+    fewer = run_of(copied, small_config, "repeats=2")
+    repeats = fewer.files()
+    change = runs.create(fewer)
+    assert change.reduces
+    assert "3 repeats" in change.description
+    assert fewer.files() == repeats
+    assert fewer.analyses() == []
+    assert not runs.planned_change(fewer).description
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "cut"),
+    [
+        (["collisions=150"], ["collisions=149"], "collisions from 150 to 149"),
+        (["collisions=150"], ["collisions=300", "time=1"], "time from null to 1.0"),
+        (["collisions=150", "time=9"], ["time=8"], "time from 9.0 to 8.0"),
+        (["collisions=150", "time=9"], ["time=9"], ""),
+        (["collisions=150", "time=9"], ["collisions=150"], ""),
+        (["collisions=150", "time=9"], ["collisions=151", "time=9.5"], ""),
+        (["time=9"], ["collisions=150", "time=10"], "collisions from null to 150"),
+        (["collisions=100,200"], ["collisions=150,200"], ""),
+        (
+            ["collisions=100,200"],
+            ["collisions=300,100"],
+            "collisions from [100, 200] to [300, 100]",
+        ),
+    ],
+)
+def test_no_repeat_is_shortened(
+    before: list[str], after: list[str], cut: str, tmp_path: Path, small_config: str
+) -> None:
+    swept = "," in before[0]
+    bare = small_config if swept else small_config.replace("collisions: 150\n", "")
+    bare = bare.replace("repeats: 3", "repeats: 1")
+    done(made(tmp_path, bare, *before))
+    changed = run_of(tmp_path, bare, *after)
+    if cut:
+        assert refusal(changed) == "shorter_limits"
+        with pytest.raises(RunError, match=re.escape(f"({cut})")):
+            runs.create(changed)
+    else:
+        runs.create(changed)
+        assert runs.open_run(tmp_path) == changed
+
+
+def test_an_extension_can_be_undone_until_its_first_repeat_is_done(
+    small_config: str, tmp_path: Path
+) -> None:
+    done(made(tmp_path, small_config))
+    before = files(tmp_path)
+    made(tmp_path, small_config, "collisions=300")
+    run = run_of(tmp_path, small_config)
+    change = runs.create(run)
+    assert change.reduces
+    assert "collisions from 300 to 150" in change.description
+    assert all(each.cached for each in done(run))
+    assert files(tmp_path) == before
+
+
+def test_a_manifest_with_other_digests_is_another_config(copied: Path, small_config: str) -> None:
+    manifest = json.loads((copied / MANIFEST).read_text())
+    manifest["points"][0]["digest"] = "0" * 64
+    write_json(copied / MANIFEST, manifest)
+    assert refusal(run_of(copied, small_config, "collisions=151")) == "other_config"
+
+
+def test_results_of_another_engine_version_are_refused(copied: Path, small_config: str) -> None:
+    manifest = json.loads((copied / MANIFEST).read_text())
+    manifest["engine_version"] += 1
+    write_json(copied / MANIFEST, manifest)
+    assert refusal(run_of(copied, small_config)) == "other_engine_version"
+
+
+def test_a_forced_engine_is_part_of_what_a_run_is(
+    copied: Path, small_config: str, tmp_path: Path
+) -> None:
+    assert refusal(run_of(copied, small_config, engine="cells")) == "other_engine"
+    forced = run_of(tmp_path / "forced", small_config, engine="cells")
+    runs.create(forced)
+    assert runs.open_run(tmp_path / "forced") == forced
+    runs.create(forced)
+    for other in (None, "allpairs"):
+        again = run_of(tmp_path / "forced", small_config, engine=other)
+        assert refusal(again) == "other_engine"
+
+
+def test_a_plan_writes_nothing(small_config: str, tmp_path: Path) -> None:
+    assert not runs.planned_change(run_of(tmp_path / "new", small_config)).description
+    assert not (tmp_path / "new").exists()
+
+
+def test_an_empty_folder_becomes_a_run(tmp_path: Path, small_config: str) -> None:
+    run = made(tmp_path, small_config)
+    assert list(files(tmp_path)) == [MANIFEST]
+    assert run.path(12, 345) == tmp_path / "point-0012" / "repeat-0345.h5"
+
+
+@pytest.mark.parametrize("fresh", [False, True])
+def test_a_folder_that_is_no_run_is_refused(fresh: bool, tmp_path: Path, small_config: str) -> None:
+    (tmp_path / "thesis.tex").write_text("irreplaceable")
+    assert refusal(run_of(tmp_path, small_config), fresh=fresh) == "not_a_run"
+
+
+def test_a_file_in_the_folders_place_is_refused(tmp_path: Path, small_config: str) -> None:
+    (tmp_path / "plain").write_text("x")
+    for place in (tmp_path / "plain", tmp_path / "plain" / "inside"):
+        for fresh in (False, True):
+            with pytest.raises(RunError, match=r"plain.*: cannot be written "):
+                runs.create(run_of(place, small_config), fresh=fresh)
+        with pytest.raises(RunError, match="cannot be written"), runs.locked(place):
+            pytest.fail("locked a file")
+
+
+def test_fresh_deletes_what_was_made_of_the_old_results(copied: Path, small_config: str) -> None:
+    """Beside it are a user's own files, which stay."""
+    figure = dict.fromkeys(runs.FIGURE_KEYS) | {"series": []}
+    (copied / "figures").mkdir()
+    (copied / "figures" / "energy-cor-0.8.json").write_text(json.dumps(figure))
+    for name in ("fit.json", "compare.json", "figures/energy-cor-0.8.svg"):
+        (copied / name).write_text("[]")
+    theirs = {"figures/mine.svg", "figures/mine.json", "figures/energy.svg", "mine.json"}
+    for name in theirs:
+        (copied / name).write_text("{}")
+    run = made(copied, small_config)
+    assert {path.name for path in (*run.analyses(), *run.figures())} == {
+        "fit.json",
+        "compare.json",
+        "energy-cor-0.8.json",
+        "energy-cor-0.8.svg",
+    }
+    other = run_of(copied, small_config, "seed=2")
+    runs.create(other, fresh=True)
+    assert set(files(copied)) == {MANIFEST, *theirs}
+    assert runs.open_run(copied) == other
+
+
+# Lock and clear away
+
+
+def test_a_folder_is_locked_once_at_a_time(tmp_path: Path) -> None:
+    with runs.locked(tmp_path / "run"):
+        with pytest.raises(RunError) as caught, runs.locked(tmp_path / "run"):
+            pytest.fail("locked twice")
+        assert caught.value.code == "locked"
+        with runs.locked(tmp_path / "other"):
+            pass
+    with runs.locked(tmp_path / "run"):
+        pass
+
+
+def test_a_run_that_was_killed_while_it_was_created_can_be_created(
+    tmp_path: Path, small_config: str
+) -> None:
+    temporary_path(tmp_path / MANIFEST).write_text('{"schema_ver')
+    with runs.locked(tmp_path):
+        made(tmp_path, small_config)
+    assert list(files(tmp_path)) == [MANIFEST]
+
+
+def test_only_what_this_machine_left_is_deleted(finished_run: Run, copied: Path) -> None:
+    """Another machine, on the same disk, may still be writing."""
+    run = runs.open_run(copied)
+    for path in (run.path(0, 1), run.path(1, 2), copied / "fit.json"):
+        temporary_path(path).write_text("left by a kill")
+    other = copied / "point-0000" / "repeat-0000.h5.elsewhere-0123456789abcdef.part"
+    other.write_text("being written")
+    with runs.locked(copied):
+        left = {*files(finished_run.directory), str(other.relative_to(copied))}
+        assert set(files(copied)) == left
