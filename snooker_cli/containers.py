@@ -1,58 +1,379 @@
-"""The room that a circle, a box or a periodic box leaves to balls of one radius."""
+"""The shapes of a container: a circle, a box with four walls, and a periodic box without walls.
+
+Everything that depends on the shape is here, except the engine's kernels and the placement of
+balls. All places are seen from the container's centre, and all lengths are in m.
+"""
+
+from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
+
+import numpy as np
+
+from snooker_cli.errors import SceneError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Container:
-    """A container as equal balls of one radius meet it.
+PERIODIC_DIAMETERS = 5
+"""A periodic box is at least this many diameters of its largest ball wide: cells need it."""
 
-    Attributes
-    ----------
-    area : float
-        Of the whole container (m²).
-    wall : float
-        Length of its wall (m); 0 without walls.
-    accessible_area, accessible_wall : float
-        Of the region that the balls' centres can reach (m²), and the length of its edge (m).
-    spreading : float
-        By how much that edge grows for each metre that all of the wall moves outwards: 2π for a
-        circle, 8 for a box.
+ROUNDING = 1e-8
+"""Relative addition to that width, so that cells slightly wider than a ball fit five times."""
+
+DIRECTIONS = 2000
+"""Directions over which the density of pair distances in a rectangle is averaged."""
+
+
+ShapeName = Literal["circle", "box", "periodic"]
+"""The word of a shape in a config; also stored in files."""
+
+
+class AccessibleRegion(NamedTuple):
+    """The region that the centres of balls of one radius can reach.
+
+    area : m²
+    edge : length of its edge at the walls, m; 0 without walls
+    spreading : growth of the edge for each metre that all walls move outwards
     """
 
     area: float
-    wall: float
-    accessible_area: float
-    accessible_wall: float
+    edge: float
     spreading: float
 
 
-def circle(container_radius: float, ball_radius: float) -> Container:
-    """A circular wall; the centres stay within a = R − r."""
-    accessible = container_radius - ball_radius
-    return Container(
-        area=math.pi * container_radius**2,
-        wall=2 * math.pi * container_radius,
-        accessible_area=math.pi * accessible**2,
-        accessible_wall=2 * math.pi * accessible,
-        spreading=2 * math.pi,
-    )
+class Container(ABC):
+    """A region that holds disks; its lengths (m) are fields of the subclass.
+
+    name : the shape in a config
+    title : the shape in a sentence, without an article
+    keys : the fields, which are also config keys; the first is needed, others default to it
+    has_wall : whether balls collide with the container
+    can_move : whether the container may have a finite mass
+    """
+
+    name: ClassVar[ShapeName]
+    title: ClassVar[str]
+    keys: ClassVar[tuple[str, ...]]
+    has_wall: ClassVar[bool] = True
+    can_move: ClassVar[bool] = False
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *lengths: float) -> None: ...
+
+    @classmethod
+    @abstractmethod
+    def for_packing(cls, packing: float, squares: float) -> Self:
+        """The container that balls fill to a packing fraction; ``squares`` is Σ r², m²."""
+
+    @property
+    @abstractmethod
+    def size(self) -> tuple[float, float]:
+        """Width and height, m."""
+
+    @property
+    def period(self) -> tuple[float, float] | None:
+        """Width and height of a periodic box, m; None for other containers."""
+        return None
+
+    @property
+    @abstractmethod
+    def area(self) -> float:
+        """Area, m²."""
+
+    @property
+    @abstractmethod
+    def wall_length(self) -> float:
+        """Length of the wall, m; 0 without walls."""
+
+    @property
+    @abstractmethod
+    def description(self) -> str:
+        """Shape and size in a sentence, with an article."""
+
+    @abstractmethod
+    def scaled(self, factor: float) -> Self:
+        """The same shape with all lengths multiplied by a factor."""
+
+    @abstractmethod
+    def packing_fraction(self, squares: float) -> float:
+        """Area of balls over the area of the container; ``squares`` is Σ r², m²."""
+
+    @abstractmethod
+    def ball_radius(self, packing: float, number: int) -> float:
+        """Radius of equal balls that fill the container to a packing fraction, m."""
+
+    @abstractmethod
+    def accessible(self, radius: float) -> AccessibleRegion:
+        """The region that the centres of balls of a radius (m) can reach."""
+
+    @abstractmethod
+    def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
+        """Gap between each ball and the wall, m; negative where it sticks out.
+
+        places, radii : (..., *N*, 2) and (*N*,), m. In a periodic box the gap is that of the
+        centre to the edge of the box.
+        """
+
+    @abstractmethod
+    def wall_directions(self, places: Floats) -> Floats:
+        """(*n*, 2) vectors of any length from each place to the nearest point of the wall."""
+
+    @abstractmethod
+    def put_inside(self, places: Floats, radii: Floats) -> None:
+        """Move balls that stick out to the wall, or in a periodic box to their image inside."""
+
+    def nearest_image(self, offsets: Floats) -> Floats:
+        """Vectors between two places (..., 2), m, by the shortest way."""
+        return offsets
+
+    @abstractmethod
+    def check_radii(self, radii: Floats) -> None:
+        """Raise ``SceneError`` for a ball that is too large wherever it is."""
+
+    def shortest_way(self, radii: Floats) -> float:
+        """The shortest length that the time of a contact is computed from, m."""
+        return 2 * float(np.min(radii))
+
+    @abstractmethod
+    def longest_distance(self, radius: float) -> float:
+        """Largest distance of the centres of two balls of a radius (m), m."""
+
+    @abstractmethod
+    def distance_density(self, distances: Floats, radius: float) -> Floats:
+        """Density of the distance of two independent uniform centres, 1/m."""
 
 
-def box(width: float, height: float, ball_radius: float) -> Container:
-    """Four straight walls; the centres stay within (w − 2r)(h − 2r)."""
-    across, along = width - 2 * ball_radius, height - 2 * ball_radius
-    return Container(
-        area=width * height,
-        wall=2 * (width + height),
-        accessible_area=across * along,
-        accessible_wall=2 * (across + along),
-        spreading=8.0,
-    )
+@dataclass(frozen=True)
+class Circle(Container):
+    """The inside of a circular wall."""
+
+    name: ClassVar[ShapeName] = "circle"
+    title: ClassVar[str] = "circle"
+    keys: ClassVar[tuple[str, ...]] = ("radius",)
+    can_move: ClassVar[bool] = True
+
+    radius: float
+
+    @classmethod
+    def for_packing(cls, packing: float, squares: float) -> Self:
+        return cls(math.sqrt(squares / packing))
+
+    @property
+    def size(self) -> tuple[float, float]:
+        return (2 * self.radius, 2 * self.radius)
+
+    @property
+    def area(self) -> float:
+        return math.pi * self.radius**2
+
+    @property
+    def wall_length(self) -> float:
+        return 2 * math.pi * self.radius
+
+    @property
+    def description(self) -> str:
+        return f"a circle of radius {self.radius:.6g} m"
+
+    def scaled(self, factor: float) -> Self:
+        return type(self)(factor * self.radius)
+
+    def packing_fraction(self, squares: float) -> float:
+        return squares / (self.radius * self.radius)
+
+    def ball_radius(self, packing: float, number: int) -> float:
+        return math.sqrt(packing * self.radius * self.radius / number)
+
+    def accessible(self, radius: float) -> AccessibleRegion:
+        reach = self.radius - radius
+        return AccessibleRegion(math.pi * reach**2, 2 * math.pi * reach, 2 * math.pi)
+
+    def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
+        return np.asarray(self.radius - radii - np.hypot(places[..., 0], places[..., 1]))
+
+    def wall_directions(self, places: Floats) -> Floats:
+        return np.array(places)
+
+    def put_inside(self, places: Floats, radii: Floats) -> None:
+        farthest = self.radius - radii
+        distances = np.sqrt(places[:, 0] ** 2 + places[:, 1] ** 2)
+        out = distances > farthest
+        places[out] *= (farthest[out] / distances[out])[:, None]
+
+    def check_radii(self, radii: Floats) -> None:
+        """Raise ``SceneError`` for a ball without any space to move, to the last digit."""
+        largest = int(np.argmax(radii))
+        if radii[largest] >= self.radius:
+            raise SceneError(
+                "balls",
+                f"ball {largest} has a radius of {float(radii[largest])!r} m and cannot move in a "
+                f"circle of radius {self.radius!r} m; make it smaller",
+                largest,
+            )
+
+    def shortest_way(self, radii: Floats) -> float:
+        return min(super().shortest_way(radii), self.radius - float(np.max(radii)))
+
+    def longest_distance(self, radius: float) -> float:
+        return 2 * self.radius - 2 * radius
+
+    def distance_density(self, distances: Floats, radius: float) -> Floats:
+        """Disk line picking."""
+        diameter = self.longest_distance(radius)
+        s = np.clip(distances / diameter, 0.0, 1.0)
+        density = 16 * s / math.pi * (np.arccos(s) - s * np.sqrt(1 - s * s)) / diameter
+        return np.asarray(density)
 
 
-def periodic_box(width: float, height: float) -> Container:
-    """No walls: the centres can be everywhere."""
-    area = width * height
-    return Container(area=area, wall=0.0, accessible_area=area, accessible_wall=0.0, spreading=0.0)
+@dataclass(frozen=True)
+class _Rectangle(Container):
+    """What boxes with and without walls have in common."""
+
+    keys: ClassVar[tuple[str, ...]] = ("width", "height")
+
+    width: float
+    height: float
+
+    @classmethod
+    def for_packing(cls, packing: float, squares: float) -> Self:
+        side = math.sqrt(math.pi * squares / packing)
+        return cls(side, side)
+
+    @property
+    def size(self) -> tuple[float, float]:
+        return (self.width, self.height)
+
+    @property
+    def area(self) -> float:
+        return self.width * self.height
+
+    @property
+    def description(self) -> str:
+        return f"a {self.title} of {self.width:.6g} m by {self.height:.6g} m"
+
+    def scaled(self, factor: float) -> Self:
+        return type(self)(factor * self.width, factor * self.height)
+
+    def packing_fraction(self, squares: float) -> float:
+        return math.pi * squares / self.area
+
+    def ball_radius(self, packing: float, number: int) -> float:
+        return math.sqrt(packing * self.width * self.height / (math.pi * number))
+
+    def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
+        return np.asarray(np.min(np.array(self.size) / 2 - abs(places), axis=-1) - radii)
+
+    def wall_directions(self, places: Floats) -> Floats:
+        across = self.width / 2 - abs(places[:, 0]) <= self.height / 2 - abs(places[:, 1])
+        return np.where(np.column_stack([across, ~across]), np.sign(places), 0.0)
+
+    def _distance_density(self, distances: Floats, sides: Floats) -> Floats:
+        """Density of the distance, from that of its two independent components, 1/m.
+
+        The product of the densities at each direction is averaged over the directions.
+        """
+        angles = (np.arange(DIRECTIONS) + 0.5) * (math.pi / 2 / DIRECTIONS)
+        product = np.ones((len(distances), DIRECTIONS))
+        for component, side in zip((np.cos(angles), np.sin(angles)), sides, strict=True):
+            product *= self._component_density(distances[:, None] * component, side)
+        return np.asarray(distances * product.mean(axis=1) * (math.pi / 2))
+
+    @abstractmethod
+    def _component_density(self, along: Floats, side: float) -> Floats:
+        """Density of the magnitude of one component of the distance, 1/m."""
+
+
+@dataclass(frozen=True)
+class Box(_Rectangle):
+    """A rectangle inside four straight walls."""
+
+    name: ClassVar[ShapeName] = "box"
+    title: ClassVar[str] = "box"
+
+    @property
+    def wall_length(self) -> float:
+        return 2 * (self.width + self.height)
+
+    def accessible(self, radius: float) -> AccessibleRegion:
+        width, height = self.width - 2 * radius, self.height - 2 * radius
+        return AccessibleRegion(width * height, 2 * (width + height), 8.0)
+
+    def put_inside(self, places: Floats, radii: Floats) -> None:
+        corners = np.array(self.size) / 2 - radii[:, None]
+        np.clip(places, -corners, corners, out=places)
+
+    def check_radii(self, radii: Floats) -> None:
+        """A ball may be as wide as the box; a larger one sticks out."""
+
+    def longest_distance(self, radius: float) -> float:
+        return float(np.hypot(self.width - 2 * radius, self.height - 2 * radius))
+
+    def distance_density(self, distances: Floats, radius: float) -> Floats:
+        return self._distance_density(distances, np.array(self.size) - 2 * radius)
+
+    def _component_density(self, along: Floats, side: float) -> Floats:
+        return np.asarray(2 * np.maximum(side - along, 0.0) / side**2)
+
+
+@dataclass(frozen=True)
+class PeriodicBox(_Rectangle):
+    """A rectangle that repeats for ever in both directions."""
+
+    name: ClassVar[ShapeName] = "periodic"
+    title: ClassVar[str] = "periodic box"
+    has_wall: ClassVar[bool] = False
+
+    @property
+    def period(self) -> tuple[float, float]:
+        return self.size
+
+    @property
+    def wall_length(self) -> float:
+        return 0.0
+
+    def accessible(self, radius: float) -> AccessibleRegion:
+        return AccessibleRegion(self.area, 0.0, 0.0)
+
+    def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
+        return super().wall_gaps(places, np.zeros_like(radii))
+
+    def put_inside(self, places: Floats, radii: Floats) -> None:
+        places -= np.array(self.size) * np.rint(places / np.array(self.size))
+
+    def nearest_image(self, offsets: Floats) -> Floats:
+        return np.asarray(offsets - self.size * np.rint(offsets / np.array(self.size)))
+
+    def check_radii(self, radii: Floats) -> None:
+        """Raise ``SceneError`` for a box under five diameters wide, which cells need."""
+        diameter = 2 * float(np.max(radii))
+        for key, side in zip(self.keys, self.size, strict=True):
+            if side < PERIODIC_DIAMETERS * diameter * (1 + ROUNDING):
+                raise SceneError(
+                    f"container.{key}",
+                    f"the periodic box is {side:.6g} m in {key}, which is under "
+                    f"{PERIODIC_DIAMETERS} diameters of its largest ball, {diameter:.6g} m each, "
+                    "so that a ball could meet another and its image at once; use smaller balls, "
+                    "more of them, or a larger box",
+                )
+
+    def longest_distance(self, radius: float) -> float:
+        return float(np.hypot(self.width, self.height)) / 2
+
+    def distance_density(self, distances: Floats, radius: float) -> Floats:
+        return self._distance_density(distances, np.array(self.size))
+
+    def _component_density(self, along: Floats, side: float) -> Floats:
+        return np.asarray(np.where(along <= side / 2, 2 / side, 0.0))
+
+
+SHAPES: Mapping[str, type[Container]] = {shape.name: shape for shape in (Circle, Box, PeriodicBox)}
+"""The shapes by their word in a config; the first is the default."""

@@ -216,10 +216,10 @@ def _create_states(
         unit_holder.attrs["unit"] = unit
         return data
 
-    width, height = start.size
+    width, height = start.container.size
     edges = element("particles/trajectory/box/edges", (3,), "m")
     edges[:] = [width, height, 2 * float(np.max(start.radii))]
-    boundary = b"periodic" if start.shape == "periodic" else b"none"
+    boundary = b"none" if start.container.has_wall else b"periodic"
     group["box"].attrs["dimension"] = 3
     group["box"].attrs["boundary"] = np.array([boundary, boundary, b"none"])
     for name, values, unit in (("mass", start.masses, "kg"), ("radius", start.radii, "m")):

@@ -10,7 +10,7 @@ from zlib import crc32
 
 from scenes import gas
 
-from snooker_cli.cli import RARELY
+from snooker_cli.cli import COLLECT_AFTER
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.engine.jit import cache_folder
 
@@ -56,7 +56,7 @@ def compile_ahead() -> None:
         return
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(
-        2, mp_context=context, initializer=gc.set_threshold, initargs=(RARELY,)
+        2, mp_context=context, initializer=gc.set_threshold, initargs=(COLLECT_AFTER,)
     ) as pool:
         list(pool.map(compile_kind, *zip(*KINDS, strict=True)))
     done.touch()

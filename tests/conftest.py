@@ -22,7 +22,7 @@ from compile_ahead import compile_ahead
 from xdist.scheduler import WorkStealingScheduling
 
 from snooker_cli.animation import Film
-from snooker_cli.cli import RARELY, main
+from snooker_cli.cli import COLLECT_AFTER, main
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
@@ -51,7 +51,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Before processes start that would each compile the same."""
-    gc.set_threshold(RARELY)
+    gc.set_threshold(COLLECT_AFTER)
     works = hasattr(session.config, "workerinput")
     if session.config.getoption("numprocesses", None) and not works:
         compile_ahead()

@@ -29,6 +29,7 @@ from error_growth import Growth, growth
 from numpy.typing import NDArray
 
 from snooker_cli import __version__
+from snooker_cli.containers import Circle
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
 from snooker_cli.validation.exact_twin import trajectory
@@ -57,9 +58,10 @@ def read(name: str) -> Reference:
     scene = content["scene"]
     columns = np.array(content["events"], dtype=np.float64).T
     arrays = {key: np.array(value) for key, value in scene.items() if isinstance(value, list)}
+    container = Circle(scene.pop("container_radius"))
     mass = math.inf if scene["container_mass"] is None else scene["container_mass"]
     return Reference(
-        scene=Scene(**{**scene, **arrays, "container_mass": mass}),
+        scene=Scene(**{**scene, **arrays, "container": container, "container_mass": mass}),
         events=Events(
             columns[0].copy(),
             columns[1].astype(np.int32),
@@ -77,7 +79,7 @@ REQUIRED = (
     "velocities",
     "radii",
     "masses",
-    "container_radius",
+    "container",
     "container_mass",
     "container_position",
     "container_velocity",
@@ -107,7 +109,7 @@ def content(case: Case) -> dict[str, Any]:
         f"mpmath {mpmath.__version__}: {truth.check_digits} digits, and the same doubles with "
         f"{truth.digits}",
         "scene": {
-            name: value.tolist() if isinstance(value, np.ndarray) else value
+            "container_radius" if name == "container" else name: plain(value)
             for name, value in vars(scene).items()
             if name in REQUIRED
         }
@@ -118,6 +120,13 @@ def content(case: Case) -> dict[str, Any]:
         ],
         "states": [{"events": k, "bodies": truth.states[k].tolist()} for k in after],
     }
+
+
+def plain(value: Any) -> Any:
+    """A field of a scene in a circle as JSON knows it."""
+    if isinstance(value, Circle):
+        return value.radius
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def text(content: dict[str, Any]) -> str:

@@ -101,15 +101,17 @@ def slack(trace: Trace) -> float:
     """
     assert trace.events is not None
     fastest = math.sqrt(2 * trace.start.kinetic_energy / float(np.min(trace.start.masses)))
-    reach = max(trace.start.size) + fastest * trace.stop.time
+    reach = max(trace.start.container.size) + fastest * trace.stop.time
     return len(trace.events) * 2 * EPSILON * reach
 
 
 def apart(trace: Trace, found: Any, wanted: Any) -> float:
     """The largest difference of places, m; in a periodic box that of the nearest images."""
     difference = np.asarray(found) - wanted
-    if trace.start.period is not None:
-        difference -= trace.start.period * np.rint(difference / trace.start.period)
+    if trace.start.container.period is not None:
+        difference -= trace.start.container.period * np.rint(
+            difference / trace.start.container.period
+        )
     return float(np.max(np.abs(difference)))
 
 

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.config import Experiment
+from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.placement.random_numbers import PLACES, random_normals, shuffled, stream
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.scene import Scene, Shape
+from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events, Trace
 from snooker_cli.validation.reference_scenes import geometric
 
@@ -26,14 +27,11 @@ Ball = tuple[float, float, float, float, float, float]
 def scene_of(
     balls: Sequence[Ball],
     *,
-    container_radius: float = 10.0,
+    container: Container = Circle(10.0),  # noqa: B008
     container_mass: float = math.inf,
     container_velocity: tuple[float, float] = (0.0, 0.0),
     restitution: float = 1.0,
     wall_restitution: float = 1.0,
-    shape: Shape = "circle",
-    width: float = math.nan,
-    height: float = math.nan,
 ) -> Scene:
     """Balls given one by one, in a container whose centre is at the origin."""
     table = np.array(balls, dtype=np.float64)
@@ -42,20 +40,17 @@ def scene_of(
         velocities=table[:, 2:4].copy(),
         radii=table[:, 4].copy(),
         masses=table[:, 5].copy(),
-        container_radius=container_radius if shape == "circle" else math.nan,
+        container=container,
         container_mass=container_mass,
         container_position=np.zeros(2),
         container_velocity=np.array(container_velocity),
         restitution=restitution,
         wall_restitution=wall_restitution,
-        shape=shape,
-        width=width,
-        height=height,
     )
 
 
 def gas(
-    shape: Shape,
+    shape: str,
     number: int,
     packing: float,
     *,
@@ -91,15 +86,12 @@ def gas(
         velocities=velocities,
         radii=radii,
         masses=masses,
-        container_radius=height / 2 if circle else math.nan,
+        container=Circle(height / 2) if circle else SHAPES[shape](width, height),
         container_mass=container_mass,
         container_position=np.zeros(2),
         container_velocity=np.zeros(2),
         restitution=cor,
         wall_restitution=cor if wall_cor is None else wall_cor,
-        shape=shape,
-        width=math.nan if circle else width,
-        height=math.nan if circle else height,
     )
 
 
@@ -173,13 +165,13 @@ def bodies(scene: Scene) -> tuple[list[naive.Body], naive.Body]:
     container = naive.Body(
         *scene.container_position.tolist(),
         *scene.container_velocity.tolist(),
-        scene.container_radius,
+        scene.container.radius if isinstance(scene.container, Circle) else math.nan,
         scene.container_mass,
     )
-    if scene.shape != "circle":
-        periodic = scene.shape == "periodic"
+    if not isinstance(scene.container, Circle):
+        width, height = scene.container.size
         container = naive.Box(
-            **vars(container), width=scene.width, height=scene.height, periodic=periodic
+            **vars(container), width=width, height=height, periodic=not scene.container.has_wall
         )
     return balls, container
 
@@ -223,10 +215,10 @@ class Softness:
 
     def mean_free_time(self) -> float:
         scene, home = self.scene, self.container
-        contacts = scene.wall_length / (math.pi * scene.area)  # in a metre
+        contacts = scene.container.wall_length / (math.pi * scene.container.area)  # in a metre
         if scene.number > 1:
             diameter = 2 * math.fsum(scene.radii) / scene.number
-            contacts += math.sqrt(8) * scene.number / scene.area * diameter
+            contacts += math.sqrt(8) * scene.number / scene.container.area * diameter
         squares = [(ball.u - home.u) ** 2 + (ball.v - home.v) ** 2 for ball in self.balls]
         return 1 / (contacts * math.sqrt(math.fsum(squares) / scene.number))
 

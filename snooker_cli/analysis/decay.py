@@ -131,7 +131,7 @@ def reported_constant(trace: Trace) -> float:
     scene, found = trace.start, after_collisions(trace)
     if scene.restitution == 0 or not equal_balls(scene) or len(found.time) < 2:
         return math.nan
-    density = theory.number_density(scene.number, scene.area)
+    density = theory.number_density(scene.number, scene.container.area)
     path = theory.report_mean_free_path(density, float(scene.radii[0]))
     speed = float(found.mean_speed[1:].mean())
     return theory.report_decay_constant(scene.restitution, path, speed)
@@ -182,7 +182,7 @@ def decays(
     walls = True
     for trace in traces:
         ended[trace.stop.reason] += 1
-        walls = trace.start.shape != "periodic"
+        walls = trace.start.container.has_wall
         for quantity in quantities:
             decay = curve(trace, quantity)
             for law in LAWS:

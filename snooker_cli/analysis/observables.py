@@ -276,7 +276,7 @@ def meeting_temperature(kinetic_energy: Real, scene: Scene) -> Real:
     In a periodic box the centre of mass keeps its motion, and the rest of the kinetic energy is
     that of N - 1 free velocities; with walls it is `temperature`.
     """
-    if scene.shape != "periodic" or scene.number == 1:
+    if scene.container.has_wall or scene.number == 1:
         return kinetic_energy / scene.number
     return (kinetic_energy - drift_energy(scene)) / (scene.number - 1)
 
@@ -299,7 +299,7 @@ def equal_balls(scene: Scene) -> bool:
 
 def elastic(scene: Scene) -> bool:
     """Whether no collision loses energy; a periodic box has none with a wall."""
-    walls = scene.shape == "periodic" or scene.wall_restitution == 1.0
+    walls = not scene.container.has_wall or scene.wall_restitution == 1.0
     return scene.restitution == 1.0 and walls
 
 
@@ -324,10 +324,10 @@ def cumulative_pressure(trace: Trace, found: Series) -> tuple[Array, Array]:
     """
     scene, later = trace.start, found.time > 0
     time = found.time[later]
-    if scene.shape != "periodic":
-        return time, found.wall_impulse[later] / (scene.wall_length * time)
+    if scene.container.has_wall:
+        return time, found.wall_impulse[later] / (scene.container.wall_length * time)
     moving = integrals(trace, series(trace).kinetic_energy, time)
-    return time, (moving + found.pair_virial[later] / 2) / (scene.area * time)
+    return time, (moving + found.pair_virial[later] / 2) / (scene.container.area * time)
 
 
 def window_pressure(trace: Trace, windows: int) -> tuple[Array, Array]:
@@ -335,13 +335,13 @@ def window_pressure(trace: Trace, windows: int) -> tuple[Array, Array]:
     edges = _edges(trace, windows)
     found, scene = series(trace), trace.start
     middles, widths = (edges[:-1] + edges[1:]) / 2, np.diff(edges)
-    periodic = scene.shape == "periodic"
-    column = found.pair_virial if periodic else found.wall_impulse
+    has_wall = scene.container.has_wall
+    column = found.wall_impulse if has_wall else found.pair_virial
     gains = np.diff(so_far(trace, column, edges[1:]), prepend=0.0)
-    if not periodic:
-        return middles, gains / (scene.wall_length * widths)
+    if has_wall:
+        return middles, gains / (scene.container.wall_length * widths)
     moving = time_means(trace, found.kinetic_energy, edges)
-    return middles, (moving + gains / (2 * widths)) / scene.area
+    return middles, (moving + gains / (2 * widths)) / scene.container.area
 
 
 def window_energy(trace: Trace, windows: int) -> tuple[Array, Array]:
@@ -365,11 +365,11 @@ def mean_pressure(trace: Trace, since: float = 0.0) -> float:
     end, scene = trace.stop.time, trace.start
     if not end > since:
         return 0.0
-    if scene.shape == "periodic":
+    if not scene.container.has_wall:
         moving = scene.number * mean_temperature(trace, since)
-        return (moving + _mean_virial(trace, since) / 2) / scene.area
+        return (moving + _mean_virial(trace, since) / 2) / scene.container.area
     impulse = gained(trace, series(trace).wall_impulse, since)
-    return impulse / (scene.wall_length * (end - since))
+    return impulse / (scene.container.wall_length * (end - since))
 
 
 def mean_temperature(trace: Trace, since: float = 0.0) -> float:
@@ -382,7 +382,7 @@ def ideal_gas_ratio(trace: Trace, since: float = 0.0) -> float:
     scene, warm = trace.start, mean_temperature(trace, since)
     if not warm > 0:
         return math.nan
-    return mean_pressure(trace, since) * scene.area / (scene.number * warm)
+    return mean_pressure(trace, since) * scene.container.area / (scene.number * warm)
 
 
 def virial_ratio(trace: Trace, since: float = 0.0) -> float:
@@ -441,8 +441,7 @@ def pair_distances(states: States, scene: Scene) -> Array:
     """
     first, second = np.triu_indices(states.positions.shape[1], k=1)
     offsets = states.positions[:, first] - states.positions[:, second]
-    if scene.shape == "periodic":
-        offsets -= scene.size * np.rint(offsets / scene.size)
+    offsets = scene.container.nearest_image(offsets)
     return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).ravel())
 
 

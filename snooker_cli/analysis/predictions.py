@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from snooker_cli import containers, theory
+from snooker_cli import theory
 from snooker_cli.analysis.observables import (
     ROUNDING,
     drift_energy,
@@ -17,6 +17,7 @@ from snooker_cli.analysis.observables import (
     equal_balls,
     mean_and_error,
 )
+from snooker_cli.containers import Circle, Container
 from snooker_cli.formatting import listed
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
@@ -35,30 +36,14 @@ HEAVY = 1000.0
 """A free container this many times as heavy as the balls keeps their angular momentum."""
 
 
-def container(
-    scene: Scene, radius: float | None = None, scale: float = 1.0
-) -> containers.Container:
-    """The scene's container for balls of a radius (m), that of the first by default.
-
-    scale : of the container's sizes
-    """
-    ball = float(scene.radii[0]) if radius is None else radius
-    width, height = (scale * size for size in scene.size)
-    if scene.shape == "circle":
-        return containers.circle(width / 2, ball)
-    if scene.shape == "box":
-        return containers.box(width, height, ball)
-    return containers.periodic_box(width, height)
-
-
 def fluid(
-    number: float, temperature: float, radius: float, room: containers.Container
+    number: float, temperature: float, radius: float, container: Container
 ) -> theory.FluidState | None:
     """The state of equal hard disks; None where they are too many to be a fluid."""
-    if theory.packing_fraction(number, radius, room.area) > DENSEST_FLUID:
+    if theory.packing_fraction(number, radius, container.area) > DENSEST_FLUID:
         return None
     try:
-        return theory.fluid_state(number, temperature, radius, room)
+        return theory.fluid_state(number, temperature, radius, container)
     except ValueError:
         return None
 
@@ -67,7 +52,7 @@ def scene_state(scene: Scene, temperature: float) -> theory.FluidState | None:
     """The state of a scene's balls; None for one ball, unequal ones, or too many for a fluid."""
     if scene.number < 2 or not equal_balls(scene):
         return None
-    return fluid(scene.number, temperature, float(scene.radii[0]), container(scene))
+    return fluid(scene.number, temperature, float(scene.radii[0]), scene.container)
 
 
 def scene_rates(scene: Scene, temperature: float) -> theory.CollisionRates | None:
@@ -75,7 +60,7 @@ def scene_rates(scene: Scene, temperature: float) -> theory.CollisionRates | Non
     if scene_state(scene, temperature) is None:
         return None
     radius, mass = float(scene.radii[0]), float(scene.masses[0])
-    return theory.collision_rates(scene.number, temperature, radius, container(scene), mass)
+    return theory.collision_rates(scene.number, temperature, radius, scene.container, mass)
 
 
 def at_rest(scene: Scene) -> bool:
@@ -89,7 +74,7 @@ def free_velocities(scene: Scene) -> int | None:
     With walls all of them; without, one less, as total momentum is kept, and for balls of one mass
     whose centre of mass is at rest only.
     """
-    if scene.shape != "periodic":
+    if scene.container.has_wall:
         return scene.number
     one_mass = bool(np.all(scene.masses == scene.masses[0]))
     return scene.number - 1 if scene.number > 2 and one_mass and at_rest(scene) else None
@@ -101,12 +86,13 @@ def floor(scene: Scene) -> float:
     A circle keeps their angular momentum about its centre, a periodic box their momentum. nan where
     nothing is kept (a box, a light circle), and in a circle for unequal balls.
     """
-    if scene.kinetic_energy == 0 or scene.shape == "box":
+    container = scene.container
+    if scene.kinetic_energy == 0:
         return math.nan
-    if scene.shape == "periodic":
+    if not container.has_wall:
         return drift_energy(scene) / scene.kinetic_energy
     light = scene.container_mass < HEAVY * float(np.sum(scene.masses))
-    if light or not equal_balls(scene):
+    if not isinstance(container, Circle) or light or not equal_balls(scene):
         return math.nan
     offsets = scene.positions - scene.container_position
     velocities = scene.velocities - scene.container_velocity
@@ -114,7 +100,7 @@ def floor(scene: Scene) -> float:
     least = theory.angular_momentum_floor(
         float(np.sum(scene.masses * turning)),
         scene.number,
-        scene.container_radius - float(scene.radii[0]),
+        container.radius - float(scene.radii[0]),
         float(scene.masses[0]),
     )
     return least / scene.kinetic_energy
@@ -237,7 +223,7 @@ def exceptions(scene: Scene) -> str:
 
 def shape(scene: Scene) -> str:
     """What the container's shape means for the comparisons; empty for one with walls."""
-    if scene.shape != "periodic":
+    if scene.container.has_wall:
         return ""
     said = "no walls: the pressure is the virial's, (N T + ΣJd/2t)/V"
     if scene.number > 1 and free_velocities(scene) is None:
@@ -250,7 +236,7 @@ def shape(scene: Scene) -> str:
 
 def ideal_gas(table: ComparisonTable, scene: Scene) -> None:
     """The ideal gas law, which knows neither radii nor dissipation."""
-    number, area = scene.number, scene.area
+    number, area = scene.number, scene.container.area
     pressure, warm = table.column("pressure"), table.column("temperature")
     ideal = theory.ideal_gas_pressure(number, 1.0, area) * warm
     table.add("pressure", "Pa m", pressure, "ideal gas law", ideal)
@@ -264,17 +250,18 @@ def hard_disks(table: ComparisonTable, scene: Scene) -> None:
     if not equal_balls(scene):
         return
     number, radius, mass = scene.number, float(scene.radii[0]), float(scene.masses[0])
-    room, walls = container(scene), scene.shape != "periodic"
+    container = scene.container
+    walls = container.has_wall
     pressure, warm = table.column("pressure"), table.column("temperature")
-    ideal = theory.ideal_gas_pressure(number, 1.0, room.area)
+    ideal = theory.ideal_gas_pressure(number, 1.0, container.area)
     at_one = {}
     if walls:
-        at_one["accessible area"] = theory.accessible_wall_pressure(number, 1.0, room)
+        at_one["accessible area"] = theory.accessible_wall_pressure(number, 1.0, radius, container)
     state = scene_state(scene, 1.0)
     if state is not None:
         at_one |= {
-            "van der Waals": theory.van_der_waals_pressure(number, 1.0, room.area, radius),
-            "hard disks, Padé": theory.bulk_pressure(number, 1.0, radius, room.area),
+            "van der Waals": theory.van_der_waals_pressure(number, 1.0, container.area, radius),
+            "hard disks, Padé": theory.bulk_pressure(number, 1.0, radius, container.area),
         }
         if walls:
             at_one["hard disks with a wall"] = state.pressure
@@ -291,14 +278,14 @@ def hard_disks(table: ComparisonTable, scene: Scene) -> None:
         if model.startswith("hard disks"):
             table.add("PV/NT", "1", pressure / (ideal * warm), model, ratio)
     _virial(table, scene, state, met)
-    _rates(table, scene, room, mass)
+    _rates(table, scene, mass)
 
 
 def _virial(
     table: ComparisonTable, scene: Scene, state: theory.FluidState | None, met: NDArray[np.float64]
 ) -> None:
     """PV/NT by the virial, which the wall's is not, and what others have simulated."""
-    found, walls = table.column("virial_ratio"), scene.shape != "periodic"
+    found, walls = table.column("virial_ratio"), scene.container.has_wall
     if state is not None and walls:
         bulk = float(theory.compressibility(scene.packing_fraction))
         table.add("PV/NT by the virial", "1", found, "hard disks, Padé", bulk)
@@ -309,21 +296,22 @@ def _virial(
         table.add("PV/NT", "1", found, published.source, ratio)
 
 
-def _rates(table: ComparisonTable, scene: Scene, room: containers.Container, mass: float) -> None:
+def _rates(table: ComparisonTable, scene: Scene, mass: float) -> None:
     """Collision rates and the mean free path."""
     rates, number = scene_rates(scene, 1.0), scene.number
+    radius = float(scene.radii[0])
     root = table.column("root_temperature")
-    if scene.shape != "periodic":
+    if scene.container.has_wall:
         wall = table.column("wall_rate")
         speed = theory.fixed_energy_mean_speed(number, 1.0, mass)
-        ideal_rate = theory.wall_rate(speed, room)
+        ideal_rate = theory.wall_rate(speed, scene.container.accessible(radius))
         table.add("wall rate of a ball", "1/s", wall, "ideal gas", ideal_rate * root)
         if rates is not None:
             predicted = rates.wall * root
             table.add("wall rate of a ball", "1/s", wall, "hard disks with a wall", predicted)
     if rates is None:
         return
-    density, radius = theory.number_density(number, room.area), float(scene.radii[0])
+    density = theory.number_density(number, scene.container.area)
     pairs, met = table.column("pair_rate"), table.column("root_meeting_temperature")
     dilute = theory.ball_ball_rate(density, radius, 1.0, mass=mass)
     table.add("ball-ball rate of a ball", "1/s", pairs, "Boltzmann", dilute * met)

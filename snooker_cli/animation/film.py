@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snooker_cli.analysis.observables import integrals, series
+from snooker_cli.containers import Circle
 from snooker_cli.engine import replay
 from snooker_cli.errors import FigureError
 from snooker_cli.trace import CONTAINER, SLIDE
@@ -32,24 +33,13 @@ def contact_points(
     """(*n*, 2) m: where ball i touches ball j, or the wall for j = -1, in each of (*n*) states."""
     row = np.arange(len(states.time))
     place = states.positions[row, i]
-    outwards = _directions_to_wall(scene, place - states.container_positions)
+    outwards = scene.container.wall_directions(place - states.container_positions)
     pairs = j > CONTAINER
-    between = states.positions[row, j] - place
-    if scene.period is not None:
-        between -= scene.period * np.rint(between / scene.period)
+    between = scene.container.nearest_image(states.positions[row, j] - place)
     outwards[pairs] = between[pairs]
     lengths = np.hypot(*outwards.T)[:, None]
     unit = np.divide(outwards, lengths, out=np.zeros_like(outwards), where=lengths > 0)
     return np.asarray(place + scene.radii[i][:, None] * unit)
-
-
-def _directions_to_wall(scene: Scene, offsets: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(*n*, 2) from places given from the container's centre towards the nearest piece of wall."""
-    if scene.shape == "circle":
-        return np.array(offsets)
-    across = scene.width / 2 - abs(offsets[:, 0]) <= scene.height / 2 - abs(offsets[:, 1])
-    side = np.column_stack([across, ~across])
-    return np.where(side, np.sign(offsets), 0.0)
 
 
 # A trace's balls that slide along the wall: from when to when, and how hard they press.
@@ -91,14 +81,15 @@ def wall_impulse(trace: Trace, found: list[Slide]) -> tuple[Floats, Floats]:
 
     A ball of mass m that slides with speed v on a circle of radius a presses with m v²/a.
     """
-    events, scene = trace.events, trace.start
+    events, scene, container = trace.events, trace.start, trace.start.container
     assert events is not None
     given = np.where(events.at_wall, events.impulse, 0.0)
     change = np.zeros(len(events) + 1)
     found = sorted(found, key=lambda each: each.first)
     velocities = replay(trace, events.time[[each.first for each in found]]).velocities
     for each, velocity in zip(found, velocities, strict=True):
-        reach = scene.container_radius - scene.radii[each.ball]
+        assert isinstance(container, Circle)  # no ball slides elsewhere
+        reach = container.radius - scene.radii[each.ball]
         force = scene.masses[each.ball] * np.sum(velocity[each.ball] ** 2) / reach
         change[each.first + 1] += force
         if each.last < len(events):
@@ -296,8 +287,10 @@ def _pressure(
     scene, events = trace.start, trace.events
     assert events is not None
     rows = slice(first, first + len(time) + 1)
-    if scene.shape != "periodic":
-        given, force = (column[rows] / scene.wall_length for column in wall_impulse(trace, ways))
+    if scene.container.has_wall:
+        given, force = (
+            column[rows] / scene.container.wall_length for column in wall_impulse(trace, ways)
+        )
         begun = float(events.time[first - 1]) if first else 0.0
         given[0] += force[0] * (since - begun)
         return given, force
@@ -306,4 +299,4 @@ def _pressure(
     begun = float(integrals(trace, series(trace).kinetic_energy, np.array([since]))[0])
     steps = np.diff(time, prepend=since)
     moving = begun + np.cumsum(np.append(0.0, energy[:-1] * steps))
-    return (moving + virial / 2) / scene.area, energy / scene.area
+    return (moving + virial / 2) / scene.container.area, energy / scene.container.area

@@ -66,7 +66,7 @@ class View:
 
 def view(film: Film, magnify: float = 1.0) -> View:
     """The view of a film whose container's motion is enlarged so many times at first."""
-    width, height = film.trace.start.size
+    width, height = film.trace.start.container.size
     path = container_path(film)
     low, high = path.min(axis=0), path.max(axis=0)
     farthest = float(np.max(np.hypot(*(path - path[0]).T)))

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from PIL import Image
 
+from snooker_cli import containers
 from snooker_cli.animation.frames import SPEED_COLOURS, frames, view
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
@@ -118,7 +119,7 @@ class Screen:
         enlarged = home + self.magnify * (frame.container - home)
         self._move(self.enlarged, enlarged)
         self.path.set_data(*np.transpose([home, enlarged]))
-        which, places = _seen(frame.positions - origin, scene.radii, centre, scene.period)
+        which, places = _seen(frame.positions - origin, scene.radii, centre, scene.container.period)
         colours, scale = self.colours
         _set(self.balls, places, scene.radii[which], facecolors=colours(scale(frame.speeds[which])))
         self._flash(frame, origin)
@@ -143,7 +144,7 @@ class Screen:
         left, right, bottom, top = self.seen.extent
         axes.set_xlim(left - spare, right + spare)
         axes.set_ylim(bottom - spare, top + spare)
-        periodic = self.film.trace.start.shape == "periodic"
+        periodic = not self.film.trace.start.container.has_wall
         self.floor = self._container(facecolor=FLOOR, edgecolor="none")
         self.wall = self._container(
             facecolor="none",
@@ -166,8 +167,8 @@ class Screen:
     def _container(self, **look: Any) -> Circle | Rectangle:
         """A patch of the container's shape."""
         scene = self.film.trace.start
-        width, height = scene.size
-        if scene.shape == "circle":
+        width, height = scene.container.size
+        if isinstance(scene.container, containers.Circle):
             patch: Circle | Rectangle = Circle((0, 0), width / 2, **look)
         else:
             patch = Rectangle((0, 0), width, height, **look)
@@ -179,7 +180,7 @@ class Screen:
         if isinstance(patch, Circle):
             patch.set_center((float(centre[0]), float(centre[1])))
         else:
-            left, bottom = (centre - np.array(self.film.trace.start.size) / 2).tolist()
+            left, bottom = (centre - np.array(self.film.trace.start.container.size) / 2).tolist()
             patch.set_xy((left, bottom))
 
     def _flash(self, frame: Frame, origin: Floats) -> None:

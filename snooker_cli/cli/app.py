@@ -1,25 +1,62 @@
-"""All commands by name: parse, call one function a stage, print; heavy imports are in them."""
+"""All commands by name; the module of a command is loaded when the command runs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import wraps
+from importlib import import_module
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
-from snooker_cli.cli import (
-    analysis_commands,
-    bench_command,
-    config_commands,
-    export_command,
-    figure_commands,
-    run_command,
-    status_commands,
-)
-from snooker_cli.cli.exit_codes import at_once
+from snooker_cli.cli.exit_codes import ending_on_interrupt
+
+COMMANDS = {
+    "init": ("config_commands", "Write a commented config; without TEMPLATE, list all templates."),
+    "run": ("run_command", "Simulate all points and repeats of CONFIG and store them."),
+    "ls": ("status_commands", "List the runs in DIR and the state of their repeats."),
+    "show": ("status_commands", "Show the state of RUN: points, ends of repeats, files."),
+    "verify": ("status_commands", "Read and check every file of RUN."),
+    "fit": ("analysis_commands", "Fit decay constants of energy, temperature and pressure."),
+    "compare": ("analysis_commands", "Compare the results of RUN with theory."),
+    "plot": ("figure_commands", "Draw figures of RUN as SVG, PNG and JSON."),
+    "animate": ("figure_commands", "Make a film of a repeat: HTML page, GIF or MP4."),
+    "report": ("analysis_commands", "Write the report on the reproduced results."),
+    "export": ("export_command", "Export collisions or states of a repeat."),
+    "validate": ("config_commands", "Check CONFIG without running it."),
+    "schema": ("config_commands", "Print the JSON schema of configs, for editors."),
+    "bench": ("bench_command", "Measure the engine: speed, errors, physics, hard cases."),
+}
+"""The module and the first sentence of the help of each command."""
+
+
+def loaded(name: str) -> Any:
+    """A command with its parameters; loads its module."""
+    with ending_on_interrupt():
+        module = import_module(f"snooker_cli.cli.{COMMANDS[name][0]}")
+    command = getattr(module, name)
+    if isinstance(command, typer.Typer):
+        return typer.main.get_command(command)
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+    alone.command(name)(command)
+    return typer.main.get_command(alone)
+
+
+class Commands(TyperGroup):
+    """The group of all commands, which knows only their names and first sentences."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        for name, (_, sentence) in COMMANDS.items():
+            self.add_command(TyperCommand(name, help=sentence))
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that the arguments name, loaded, and its arguments."""
+        name, _, rest = super().resolve_command(ctx, args)
+        return name, name and loaded(name), rest
+
 
 app = typer.Typer(
+    cls=Commands,
     name="snooker",
     help="Experiments with inelastic hard disks in a container.",
     no_args_is_help=True,
@@ -38,38 +75,11 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _root(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ) -> None:
-    pass
+    from snooker_cli.cli.output import showing_notices
 
-
-def _with_notices(command: Callable[..., None]) -> Callable[..., None]:
-    """A command that shows notices of the engine on stderr, such as that it compiles."""
-
-    @wraps(command)
-    def called(*arguments: Any, **options: Any) -> None:
-        with at_once():
-            from snooker_cli.cli.progress_bar import showing_notices
-
-        with showing_notices():
-            command(*arguments, **options)
-
-    return called
-
-
-app.command("init")(config_commands.init)
-app.command("run")(_with_notices(run_command.run))
-app.command("ls")(status_commands.ls)
-app.command("show")(status_commands.show)
-app.command("verify")(_with_notices(status_commands.verify))
-app.command("fit")(_with_notices(analysis_commands.fit))
-app.command("compare")(_with_notices(analysis_commands.compare))
-app.command("plot")(_with_notices(figure_commands.plot))
-app.command("animate")(_with_notices(figure_commands.animate))
-app.command("report")(_with_notices(analysis_commands.report))
-app.command("export")(_with_notices(export_command.export))
-app.command("validate")(config_commands.validate)
-app.command("schema")(config_commands.schema)
-app.add_typer(bench_command.bench, name="bench")
+    context.with_resource(showing_notices())

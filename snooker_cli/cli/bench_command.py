@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from snooker_cli.cli.run_command import AsJson
+from snooker_cli.cli.options import AsJson
+from snooker_cli.cli.output import notice
+from snooker_cli.errors import ExitCode, UserError
+from snooker_cli.formatting import Column, counted, short, table_lines, with_error
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -20,12 +23,12 @@ Out = Annotated[
     typer.Option("--out", metavar="DIR", help="Also write tables, JSON and any figures there."),
 ]
 
-bench = typer.Typer(help="Measure the engine.", no_args_is_help=True)
-
-
-@bench.callback()
-def _root() -> None:
-    """Measure the engine."""
+bench = typer.Typer(
+    help="Measure the engine: speed, errors, physics, hard cases.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+)
 
 
 @bench.command()
@@ -43,7 +46,6 @@ def speed(
 
     It takes a minute or two; let nothing else run meanwhile.
     """
-    from snooker_cli.cli.progress_bar import say
     from snooker_cli.validation.speed_study import (
         ALL_PLAN,
         FULL_PLAN,
@@ -53,7 +55,7 @@ def speed(
         pictures,
     )
 
-    measurement = measured(SMALL_PLAN if quick else ALL_PLAN if everything else FULL_PLAN, say)
+    measurement = measured(SMALL_PLAN if quick else ALL_PLAN if everything else FULL_PLAN, notice)
     _give("speed", measurement, lines_of_speed(measurement), pictures, out, as_json)
 
 
@@ -70,8 +72,6 @@ def error(
     snooker runs in 64 bits and, for comparison, in 32. The truth is computed with as many digits as
     chaos asks for. It takes a minute or two; let nothing else run meanwhile.
     """
-    from snooker_cli.cli.progress_bar import say
-    from snooker_cli.errors import UserError
 
     try:
         from snooker_cli.validation.accuracy_study import full_plan, measured, quick_plan
@@ -82,7 +82,7 @@ def error(
             "mpmath is not installed; install snooker's extra: pip install 'snooker-cli[reference]'"
         ) from None
 
-    measurement = measured(quick_plan() if quick else full_plan(), say)
+    measurement = measured(quick_plan() if quick else full_plan(), notice)
     from snooker_cli.validation.accuracy_study import pictures
 
     _give("error", measurement, _lines_of_errors(measurement), pictures, out, as_json)
@@ -101,8 +101,6 @@ def physics(
     Each with its standard error, and how many of them lie between. It takes two to four minutes,
     and ends with exit code 4 if a row does not agree.
     """
-    from snooker_cli.cli.progress_bar import say
-    from snooker_cli.errors import ExitCode
     from snooker_cli.validation.physics_study import (
         full_plan,
         lines_of_physics,
@@ -111,7 +109,7 @@ def physics(
         quick_plan,
     )
 
-    measurement = measured(quick_plan() if quick else full_plan(), say)
+    measurement = measured(quick_plan() if quick else full_plan(), notice)
     _give("physics", measurement, lines_of_physics(measurement), pictures, out, as_json)
     if not all(row["agrees"] for row in measurement["rows"]):
         raise typer.Exit(int(ExitCode.SOME_FAILED))
@@ -134,11 +132,9 @@ def hard(
     Everything that must be true is measured beside what rounding alone could do. It takes half a
     minute, and ends with exit code 4 if a case fails.
     """
-    from snooker_cli.cli.progress_bar import say
-    from snooker_cli.errors import ExitCode
     from snooker_cli.validation.hard_cases import chosen, lines_of_hard, measured
 
-    measurement = measured(chosen(cases or [], configs), configs, say)
+    measurement = measured(chosen(cases or [], configs), configs, notice)
     _give("hard", measurement, lines_of_hard(measurement), lambda _: [], out, as_json)
     if not all(case["holds"] for case in measurement["cases"]):
         raise typer.Exit(int(ExitCode.SOME_FAILED))
@@ -155,8 +151,6 @@ def _give(
     """Print a measurement, and write it as tables, JSON and figures if there is a folder for it."""
     import json
 
-    from snooker_cli.cli.progress_bar import say
-
     text = json.dumps(measurement, ensure_ascii=False, allow_nan=False)
     tables = "\n".join(lines)
     typer.echo(text if as_json else tables)
@@ -172,7 +166,7 @@ def _give(
     for stem, picture in pictures(measurement):
         written += save(picture, out / stem)
     for path in written:
-        say(str(path))
+        notice(str(path))
 
 
 LEGEND = """\
@@ -198,8 +192,6 @@ def _lines_of_errors(measurement: dict[str, Any]) -> Iterator[str]:
 
 def _lines_of_scene(scene: dict[str, Any]) -> Iterator[str]:
     """What one scene cost and how wrong it came out, by each method."""
-    from snooker_cli.formatting import Column, counted, table_lines
-
     collisions = scene["collisions"]
     yield (
         f"{scene['name']}: {scene['what']}; {counted(collisions, 'event')}, "
@@ -239,8 +231,6 @@ def _lines_of_scene(scene: dict[str, Any]) -> Iterator[str]:
 
 def _lines_of_ensemble(ensemble: dict[str, Any]) -> Iterator[str]:
     """Averages over repeats and their differences from snooker's."""
-    from snooker_cli.formatting import Column, table_lines, with_error
-
     yield (
         f"averages of {ensemble['what']}: {ensemble['repeats']} repeats of {ensemble['time']:g} s, "
         "and differences from snooker's, ± standard error"
@@ -274,8 +264,6 @@ def _lines_of_ensemble(ensemble: dict[str, Any]) -> Iterator[str]:
 
 def _lines_of_horizons(horizons: list[dict[str, Any]]) -> Iterator[str]:
     """How far ahead scenes can be computed."""
-    from snooker_cli.formatting import Column, short, table_lines
-
     yield (
         "horizon: the first event with other bodies than in truth, beside ln(1/ε)/λ, at which one "
         "rounding has grown to 1"

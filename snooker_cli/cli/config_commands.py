@@ -1,28 +1,41 @@
-"""``snooker validate`` and ``schema``: look at a config; and how commands choose a repeat."""
+"""``snooker init``, ``validate`` and ``schema``: write and check configs."""
 
 from __future__ import annotations
 
+import json
+from importlib.resources import files
+from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from snooker_cli.cli import options
-from snooker_cli.cli.options import purpose, templates
-from snooker_cli.cli.run_command import AsJson, ConfigPath, Overrides
-
-if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.runs import Run
-    from snooker_cli.trace import Trace
-
-
-# ``snooker init``: a commented config to begin with.
+from snooker_cli.cli.options import AsJson, ConfigPath, Overrides, check_name, checked, explanation
+from snooker_cli.cli.output import notice, print_json, print_line, print_table
+from snooker_cli.config import schema as config_schema
+from snooker_cli.errors import UserError
+from snooker_cli.formatting import Column
 
 SCHEMA = "snooker-schema.json"
-"""The file beside a config by which editors complete and check it; its first line names it."""
+"""The schema beside a config; the config's first line names it for editors."""
 
 STDOUT = Path("-")
+
+
+def templates() -> dict[str, Traversable]:
+    """The commented configs by name, the simplest first."""
+    names = ("report", "decay", "sweep", "exact", "dense")
+    return {name: files("snooker_cli.cli") / "templates" / f"{name}.yaml" for name in names}
+
+
+def purpose(template: Traversable) -> str:
+    """What a template is for: its second line."""
+    return template.read_text(encoding="utf-8").splitlines()[1].removeprefix("# ")
+
+
+def complete_templates() -> list[tuple[str, str]]:
+    """Names of templates."""
+    return [(name, explanation(purpose(each))) for name, each in templates().items()]
 
 
 def init(
@@ -30,8 +43,8 @@ def init(
         str | None,
         typer.Argument(
             metavar="TEMPLATE",
-            help="What to begin with [list what there is].",
-            autocompletion=options.complete_templates,
+            help="The template [list all].",
+            autocompletion=complete_templates,
         ),
     ] = None,
     out: Annotated[
@@ -39,21 +52,22 @@ def init(
         typer.Option("--out", metavar="FILE", help="The config; - prints it [TEMPLATE.yaml]."),
     ] = None,
 ) -> None:
-    """Write a config in which every key is explained; without a TEMPLATE, list what there is.
+    """Write a commented config; without TEMPLATE, list all templates.
 
-    Beside it goes snooker-schema.json, by which editors with a YAML language server complete keys
-    and check values. The written files are printed.
+    The config explains every key. The file snooker-schema.json is written beside it. With that,
+    editors with a YAML language server complete keys and check values. The names of the written
+    files are printed.
     """
-    from snooker_cli.cli.progress_bar import say
-    from snooker_cli.errors import UserError
-
+    found = templates()
     if template is None:
-        _list()
+        columns = [Column("template"), Column("what it is")]
+        print_table(columns, [[name, purpose(each)] for name, each in found.items()])
         return
-    text = _text(template)
+    check_name(template, found, "template", "snooker init")
+    text = found[template].read_text(encoding="utf-8")
     if out == STDOUT:
         typer.echo(text, nl=False)
-        say(f"`snooker schema > {SCHEMA}` beside it lets editors check it")
+        notice(f"tip: `snooker schema > {SCHEMA}` in this folder lets your editor check the file")
         return
     path = out or Path(f"{template}.yaml")
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -61,101 +75,36 @@ def init(
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
-        raise UserError(f"{path}: is there already; give --out for another name") from None
-    for written in (path, _write_schema(path.with_name(SCHEMA))):
-        typer.echo(written)
-    say(f"next: snooker run {path} --dry-run")
-
-
-def _list() -> None:
-    """Print the templates."""
-    from snooker_cli.cli.output import print_table
-    from snooker_cli.formatting import Column
-
-    print_table(
-        [Column("template"), Column("what it is")],
-        [[name, purpose(template)] for name, template in templates().items()],
-    )
-
-
-def _text(name: str) -> str:
-    """A template. Raises ``UserError``."""
-    import difflib
-
-    from snooker_cli.errors import UserError
-
-    found = templates()
-    if name not in found:
-        near = difflib.get_close_matches(name, found, n=1, cutoff=0.0)[0]
-        raise UserError(
-            f"there is no template {name}; the nearest is {near}, and `snooker init` lists all"
-        )
-    return found[name].read_text(encoding="utf-8")
-
-
-def _write_schema(path: Path) -> Path:
-    """Write the configs' JSON schema as it is now; where it is."""
-    import json
-
-    from snooker_cli.config import schema
-
-    path.write_text(json.dumps(schema(), indent=2) + "\n", encoding="utf-8")
-    return path
-
-
-PointNumber = Annotated[int, typer.Option("--point", min=0, help="Point, from 0.")]
-RepeatNumber = Annotated[int, typer.Option("--repeat", min=0, help="Repeat, from 0.")]
+        raise UserError(f"{path}: exists already", "give --out for another name") from None
+    beside = path.with_name(SCHEMA)
+    beside.write_text(_schema_text() + "\n", encoding="utf-8")
+    for written in (path, beside):
+        print_line(str(written))
+    notice(f"next: snooker run {path} --dry-run")
 
 
 def validate(config: ConfigPath, override: Overrides = None, as_json: AsJson = False) -> None:
-    """Check CONFIG, and that each of its scenes can exist, without running it."""
-    import json
+    """Check CONFIG without running it.
 
-    from snooker_cli.cli.run_command import checked
-
-    loaded, points, kinds = checked(config, override or ())
-    experiment = loaded.experiment
-    balls = sorted({number for kind in kinds for number in kind.balls})
+    The check includes the starting scene of every point.
+    """
+    loaded, points, scene_classes = checked(config, override or ())
+    repeats = loaded.experiment.repeats
+    balls = sorted({number for each in scene_classes for number in each.balls})
     if as_json:
-        found = {
-            "config": str(config),
-            "valid": True,
-            "points": len(points),
-            "repeats": experiment.repeats,
-            "balls": balls,
-        }
-        typer.echo(json.dumps(found))
+        found = {"config": str(config), "valid": True, "points": len(points)}
+        print_json(found | {"repeats": repeats, "balls": balls})
         return
     numbers = str(balls[0]) if len(balls) == 1 else f"{balls[0]} to {balls[-1]}"
-    typer.echo(
-        f"{config}: valid; points: {len(points):,}, repeats of each: {experiment.repeats}, "
-        f"balls: {numbers}"
+    print_line(
+        f"{config}: valid; points: {len(points):,}, repeats of each: {repeats}, balls: {numbers}"
     )
 
 
 def schema() -> None:
     """Print the JSON schema of configs, for editors."""
-    import json
-
-    from snooker_cli.cli.exit_codes import until_nobody_reads
-    from snooker_cli.config import schema as config_schema
-
-    with until_nobody_reads():
-        typer.echo(json.dumps(config_schema(), indent=2))
+    print_line(_schema_text())
 
 
-def chosen(run: Run, point: int, repeat: int) -> Point:
-    """A repeat's point by their numbers. Raises ``UserError`` if the run has none such."""
-    from snooker_cli.errors import UserError
-
-    if point >= len(run.points):
-        raise UserError(f"--point {point}: {run.name} has points 0 to {len(run.points) - 1}")
-    if repeat >= run.experiment.repeats:
-        last = run.experiment.repeats - 1
-        raise UserError(f"--repeat {repeat}: {run.name} has repeats 0 to {last}")
-    return run.points[point]
-
-
-def trace_of(run: Run, point: int, repeat: int) -> Trace:
-    """A repeat by its numbers. Raises ``UserError`` if the run has none such, ``StoreError``."""
-    return run.read(chosen(run, point, repeat), repeat)
+def _schema_text() -> str:
+    return json.dumps(config_schema(), indent=2)

@@ -1,4 +1,4 @@
-"""How a command ends: exit codes, and one sentence for each error a person can meet."""
+"""How a command ends: exit codes, sentences for errors, Ctrl-C and SIGTERM."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from typing import Any, NoReturn
 
 from snooker_cli.errors import ExitCode, SnookerError
 
-# Ctrl-C and SIGTERM: answered from the first moment on, with a sentence, and never lost.
-
 STOPPING = (signal.SIGINT, signal.SIGTERM)
-"""What asks a command to end: Ctrl-C, and what `kill` and batch systems send."""
+"""Signals that ask a command to end: Ctrl-C, and what `kill` and batch systems send."""
 
-AGAIN = 0.02
-"""Seconds until an interrupt that was lost is raised again."""
+RAISE_AGAIN_AFTER = 0.02
+"""Seconds until an interrupt that Python dropped is raised again."""
+
+TRACEBACK = "SNOOKER_TRACEBACK"
+"""The environment variable that shows the traceback of an unexpected error."""
 
 
 @contextmanager
-def answered(handler: Callable[[int, object], None], numbers: Iterable[int]) -> Iterator[None]:
-    """Inside, a function answers these signals."""
+def handling(handler: Callable[[int, object], None], numbers: Iterable[int]) -> Iterator[None]:
+    """Inside, a function handles these signals."""
     previous = {number: signal.signal(number, handler) for number in numbers}
     try:
         yield
@@ -33,32 +34,33 @@ def answered(handler: Callable[[int, object], None], numbers: Iterable[int]) -> 
 
 
 def not_ignored(*more: int) -> list[int]:
-    """Ctrl-C, SIGTERM and more signals; not those that our starter has us ignore."""
-    numbers = (*STOPPING, *more)
-    return [each for each in numbers if signal.getsignal(each) is not signal.SIG_IGN]
+    """Ctrl-C, SIGTERM and more signals, without those that the parent process ignores."""
+    return [
+        number for number in (*STOPPING, *more) if signal.getsignal(number) is not signal.SIG_IGN
+    ]
 
 
 @contextmanager
-def at_once() -> Iterator[None]:
-    """Inside, where modules are loaded and nothing is under way, an interrupt ends the process.
+def ending_on_interrupt() -> Iterator[None]:
+    """Inside, an interrupt ends the process at once; for the time when modules load.
 
-    To raise an exception there is no way: modules in C print it and go on, or make it another one.
+    An exception would not do: modules in C print it and continue, or raise another one.
     """
 
     def end(_number: int, _frame: object) -> None:
         os.write(2, b"snooker: interrupted\n")
-        os._exit(130)
+        os._exit(ExitCode.INTERRUPTED)
 
-    with answered(end, not_ignored()):
+    with handling(end, not_ignored()):
         yield
 
 
 @contextmanager
 def raising() -> Iterator[list[int]]:
-    """Inside, an interrupt raises ``KeyboardInterrupt``; gives the numbers of those that came.
+    """Inside, an interrupt raises ``KeyboardInterrupt``; gives the signals that came.
 
-    Python drops an exception that is raised where nobody can catch it, as in the callbacks with
-    which HDF5's objects are deleted after a long read: it is then raised again.
+    Python drops an exception that is raised in a callback, for example when HDF5 deletes objects.
+    The interrupt is then raised again.
     """
     came: list[int] = []
     before = sys.unraisablehook
@@ -67,23 +69,19 @@ def raising() -> Iterator[list[int]]:
         came.append(number)
         raise KeyboardInterrupt
 
-    def lost(unraisable: sys.UnraisableHookArgs) -> None:
+    def dropped(unraisable: sys.UnraisableHookArgs) -> None:
         if sys.platform != "win32" and unraisable.exc_type is KeyboardInterrupt:
-            signal.setitimer(signal.ITIMER_REAL, AGAIN)
+            signal.setitimer(signal.ITIMER_REAL, RAISE_AGAIN_AFTER)
         else:
             before(unraisable)
 
     alarm = () if sys.platform == "win32" else (signal.SIGALRM,)
-    sys.unraisablehook = lost
+    sys.unraisablehook = dropped
     try:
-        with answered(interrupt, not_ignored(*alarm)):
+        with handling(interrupt, not_ignored(*alarm)):
             yield came
     finally:
         sys.unraisablehook = before
-
-
-TRACEBACK = "SNOOKER_TRACEBACK"
-"""The environment variable with which an unexpected error shows its traceback."""
 
 
 def wants_traceback() -> bool:
@@ -91,19 +89,13 @@ def wants_traceback() -> bool:
     return os.environ.get(TRACEBACK, "") not in ("", "0")
 
 
-def fault(said: str) -> str:
-    """The sentence for an error that no user can have made."""
-    where = "" if wants_traceback() else f"; {TRACEBACK}=1 in the environment shows where it arose"
+def bug_message(error: str) -> str:
+    """The sentence for an error that no user can have caused."""
+    where = "" if wants_traceback() else f"; set {TRACEBACK}=1 to see where it happened"
     return (
-        f"unexpected {said}; this is a fault of snooker, please report it with the command and "
-        f"the config{where}"
+        f"unexpected {error}; this is a bug in snooker, please report it with the command and the "
+        f"config{where}"
     )
-
-
-def fail(message: str, code: ExitCode) -> NoReturn:
-    """Say what is wrong on stderr and end."""
-    print(f"snooker: {message}", file=sys.stderr)
-    raise SystemExit(int(code))
 
 
 def leave(code: int) -> NoReturn:
@@ -111,51 +103,43 @@ def leave(code: int) -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
-        except OSError:  # nobody reads any more
+        except OSError:  # the reader has gone
             continue
     os._exit(code)
 
 
 def guarded(app: Callable[..., Any]) -> None:
-    """Run the application and turn its errors into sentences and exit codes."""
+    """Run the application; print its errors as sentences and end with their exit codes."""
     try:
         with raising() as interrupts:
             app()
     except KeyboardInterrupt:
-        _interrupted()
+        _end_interrupted()
     except SystemExit as end:
         if interrupts and end.code:  # Typer makes one of a KeyboardInterrupt
-            _interrupted()
+            _end_interrupted()
         raise
     except Exception as error:
         if interrupts:
-            _interrupted()
-        _explain(error)
+            _end_interrupted()
+        message, code = _explained(error)
+        print(f"snooker: {message}", file=sys.stderr)
+        raise SystemExit(int(code)) from None
 
 
-def _interrupted() -> NoReturn:
-    """What was under way is cleared away; threads that still read are not waited for."""
+def _end_interrupted() -> NoReturn:
     print("snooker: interrupted", file=sys.stderr)
     leave(ExitCode.INTERRUPTED)
 
 
-@contextmanager
-def until_nobody_reads() -> Iterator[None]:
-    """Inside, a reader that goes away, as `| head` does, ends the command in peace."""
-    try:
-        yield
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _explain(error: Exception) -> NoReturn:
-    """The sentence and code for an error; our own kinds speak for themselves."""
+def _explained(error: Exception) -> tuple[str, ExitCode]:
+    """The sentence and exit code of an error."""
     if isinstance(error, SnookerError):
-        fail(str(error), error.exit_code)
+        return str(error), error.exit_code
     if isinstance(error, OSError):
-        what = f"{error.filename}: " if error.filename else ""
-        fail(f"{what}{error.strerror or error}; check the disk and its permissions", ExitCode.USAGE)
+        file = f"{error.filename}: " if error.filename else ""
+        reason = error.strerror or error
+        return f"{file}{reason}; check the disk and its permissions", ExitCode.USAGE
     if wants_traceback():
         traceback.print_exception(error)
-    fail(fault(f"{type(error).__name__}: {error}"), ExitCode.UNEXPECTED)
+    return bug_message(f"{type(error).__name__}: {error}"), ExitCode.UNEXPECTED

@@ -1,29 +1,45 @@
-"""``snooker animate``: a repeat as a film, for a browser or as a picture that moves."""
+"""``snooker plot`` and ``animate``: figures and films of runs."""
 
 from __future__ import annotations
 
+import json
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from snooker_cli.cli import options
-from snooker_cli.cli.analysis_commands import RUN, RunName
-from snooker_cli.cli.config_commands import PointNumber, RepeatNumber
-from snooker_cli.cli.output import tell
-from snooker_cli.cli.run_command import AsJson
+from snooker_cli.analysis.run_analysis import shorter_note
+from snooker_cli.animation import Film, film, page, reel
+from snooker_cli.cli.options import (
+    RUN,
+    AsJson,
+    PointNumber,
+    RepeatNumber,
+    RunName,
+    check_name,
+    chosen_point,
+    explanation,
+)
+from snooker_cli.cli.output import notice, print_json, print_line, print_table
+from snooker_cli.errors import FigureError, UserError
+from snooker_cli.figures import FIGURES, FigureSpec, Selection, selected, unfinished
+from snooker_cli.formatting import Column, counted
+from snooker_cli.runs import Run, open_run
+from snooker_cli.trace import Trace
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from snooker_cli.animation import Film
-    from snooker_cli.figures import FigureSpec, Selection
-    from snooker_cli.runs import Run
-    from snooker_cli.trace import Trace
+ENDINGS = (".html", ".gif", ".mp4")
+SECONDS = 12.0
+FRAMES_PER_SECOND = 20
+MOST_MAGNIFIED = 1e12
 
 
-# ``snooker plot``: draw the figures that a run can give.
+def complete_figures(context: typer.Context) -> list[tuple[str, str]]:
+    """Figures that are not on the command line yet."""
+    given = context.params.get("figures") or ()
+    return [(name, explanation(one.title)) for name, one in FIGURES.items() if name not in given]
 
 
 def plot(
@@ -32,11 +48,11 @@ def plot(
         list[str] | None,
         typer.Argument(
             metavar="[FIGURE]...",
-            help="Names of figures [all that RUN can give].",
-            autocompletion=options.figures,
+            help="Names of figures [all that are possible for RUN].",
+            autocompletion=complete_figures,
         ),
     ] = None,
-    list_kinds: Annotated[
+    list_figures: Annotated[
         bool, typer.Option("--list", help="List the figures and what each needs.")
     ] = False,
     where: Annotated[
@@ -44,15 +60,12 @@ def plot(
         typer.Option(
             "--where",
             metavar="KEY=VALUE",
-            help="Only points with this value, as `cor=0.8` or `cor=0.8,0.9`. May be given "
-            "several times.",
+            help="Only points with this value, as `cor=0.8` or `cor=0.8,0.9`. Can be repeated.",
         ),
     ] = None,
     repeat: Annotated[
         int | None,
-        typer.Option(
-            "--repeat", metavar="K", min=0, help="This repeat alone, from 0 [first or all]."
-        ),
+        typer.Option("--repeat", metavar="K", min=0, help="Only this repeat [the first, or all]."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -60,116 +73,87 @@ def plot(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Draw figures of RUN as SVG and PNG, with the numbers they show as JSON beside them.
+    """Draw figures of RUN as SVG, PNG and JSON.
 
-    Without names, all figures that RUN can give; the others are said with what they lack. Figures
-    of single points are drawn for each. The written files are printed.
+    The JSON file has the numbers that a figure shows. Without names, all possible figures are
+    drawn. For other figures, the reason is printed. Figures of single points are drawn for each
+    point. The names of the written files are printed.
     """
-    import json
-
-    from snooker_cli.cli.progress_bar import say
-    from snooker_cli.errors import UserError
-
-    if list_kinds:
-        _show_kinds(as_json)
+    if list_figures:
+        _print_figures(as_json)
         return
     if run is None:
         raise UserError("give the RUN to plot, or --list for the names of the figures")
-    kinds = _kinds(figures or ())
-
-    from snooker_cli.analysis.run_analysis import shorter_note
-    from snooker_cli.errors import FigureError
-    from snooker_cli.figures import Selection, selected, unfinished
-    from snooker_cli.figures.drawing import save
-    from snooker_cli.runs import open_run
-
+    for name in figures or ():
+        check_name(name, FIGURES, "figure", "snooker plot --list")
+    specs = [FIGURES[name] for name in dict.fromkeys(figures or FIGURES)]
     opened = open_run(run)
-    folder = out or opened.figures_folder
     selection = Selection(_conditions(where or ()), repeat)
-    drawn: list[dict[str, Any]] = []
-    lacking: dict[tuple[str, str], int] = {}
     try:
         points = selected(opened, selection)
     except FigureError as error:
         raise UserError(f"{opened.name}: {error}") from None
-    if what := unfinished(opened, selection):
-        say(what)
-    there = sum(len(opened.present(point)) for point in points)
-    if what := shorter_note(sum(map(opened.shorter, points)), there):
-        say(what)
-    for kind, one, stem in _jobs(opened, kinds, selection):
+    present = sum(len(opened.present(point)) for point in points)
+    shorter = sum(map(opened.shorter, points))
+    for note in (unfinished(opened, selection), shorter_note(shorter, present)):
+        if note:
+            notice(note)
+    drawn: list[dict[str, Any]] = []
+    impossible: dict[tuple[str, str], int] = {}
+    for spec, one, stem in _figures_to_draw(opened, specs, selection):
         try:
-            picture = kind.make(opened, one)
+            drawn.append(_draw(opened, spec, one, out or opened.figures_folder, stem))
         except FigureError as error:
-            because = kind.name, str(error)
-            lacking[because] = lacking.get(because, 0) + 1
+            reason = spec.name, str(error)
+            impossible[reason] = impossible.get(reason, 0) + 1
             continue
-        try:
-            paths = [str(path) for path in save(picture, folder / stem)]
-        except OSError as error:
-            raise UserError(
-                f"{folder}: cannot be written ({error.strerror or error}); give --out for another "
-                "folder"
-            ) from None
-        shown = {name: getattr(picture, name) for name in ("kind", "title", "caption", "numbers")}
-        drawn.append({**shown, "files": paths})
         if not as_json:
-            tell("\n".join(paths))
-    given = {each["kind"] for each in drawn}
-    for (name, why), number in lacking.items():
-        where_not = f" at {number} of {len(opened.points)} points" if name in given else ""
-        say(f"{name} left out{where_not}: {why}")
+            print_line("\n".join(drawn[-1]["files"]))
+    names = {each["kind"] for each in drawn}
+    for (name, why), times in impossible.items():
+        where_not = f" at {times} of {len(opened.points)} points" if name in names else ""
+        notice(f"{name} left out{where_not}: {why}")
     if as_json:
-        skipped = [{"kind": name, "why": why, "times": n} for (name, why), n in lacking.items()]
-        tell(json.dumps({"figures": drawn, "skipped": skipped}, allow_nan=False))
-    refused = [kind.name for kind in kinds if kind.name not in given]
-    if refused and (figures or not drawn):
-        raise UserError(f"{opened.name} cannot give {', '.join(refused)}; what it lacks is above")
+        skipped = [{"kind": name, "why": why, "times": n} for (name, why), n in impossible.items()]
+        print_json({"figures": drawn, "skipped": skipped})
+    missing = [spec.name for spec in specs if spec.name not in names]
+    if missing and (figures or not drawn):
+        raise UserError(f"{opened.name} cannot give {', '.join(missing)}; see the reasons above")
 
 
-def _show_kinds(as_json: bool) -> None:
-    """Print the registry of figures."""
-    from snooker_cli.cli.output import print_table
-    from snooker_cli.figures import FIGURES
-    from snooker_cli.formatting import Column
+def _draw(run: Run, spec: FigureSpec, selection: Selection, folder: Path, stem: str) -> Any:
+    """Draw a figure; its record for ``--json``. Raises ``FigureError`` if it is not possible."""
+    from snooker_cli.figures.drawing import save  # loads matplotlib
 
+    figure = spec.make(run, selection)
+    try:
+        paths = save(figure, folder / stem)
+    except OSError as error:
+        raise UserError(
+            f"{folder}: cannot be written ({error.strerror or error})",
+            "give --out for another folder",
+        ) from None
+    record = {name: getattr(figure, name) for name in ("kind", "title", "caption", "numbers")}
+    return record | {"files": [str(path) for path in paths]}
+
+
+def _print_figures(as_json: bool) -> None:
+    """Print all figures."""
     if as_json:
-        import json
-
         names = ("name", "title", "needs", "report_figures")
-        records = [{name: getattr(kind, name) for name in names} for kind in FIGURES.values()]
-        tell(json.dumps(records))
+        print_json([{name: getattr(one, name) for name in names} for one in FIGURES.values()])
         return
     print_table(
-        [Column("figure"), Column("report's"), Column("shows"), Column("needs")],
+        [Column("figure"), Column("source report's"), Column("shows"), Column("needs")],
         [
-            [kind.name, ", ".join(map(str, kind.report_figures)) or "–", kind.title, kind.needs]
-            for kind in FIGURES.values()
+            [one.name, ", ".join(map(str, one.report_figures)) or "–", one.title, one.needs]
+            for one in FIGURES.values()
         ],
     )
 
 
-def _kinds(names: Sequence[str]) -> list[FigureSpec]:
-    """The kinds of figures with these names, all of them for none. Raises ``UserError``."""
-    import difflib
-
-    from snooker_cli.errors import UserError
-    from snooker_cli.figures import FIGURES
-
-    for name in names:
-        if name not in FIGURES:
-            near = difflib.get_close_matches(name, FIGURES, n=1, cutoff=0.0)[0]
-            raise UserError(
-                f"there is no figure {name}; the nearest is {near}, and `snooker plot --list` "
-                "shows all"
-            )
-    return [FIGURES[name] for name in dict.fromkeys(names)] or list(FIGURES.values())
-
-
 def _conditions(texts: Sequence[str]) -> dict[str, Any]:
-    """What ``--where`` asks for: a value of each key, or a tuple of several."""
-    from snooker_cli.errors import UserError
-
+    """The conditions of ``--where``: a value of each key, or a tuple of several."""
     found: dict[str, Any] = {}
     for text in texts:
         key, separator, value = text.partition("=")
@@ -182,34 +166,27 @@ def _conditions(texts: Sequence[str]) -> dict[str, Any]:
 
 def _value(text: str) -> Any:
     """A value as a config writes it: a number, null, or text."""
-    import json
-
     try:
         return float("inf") if text == ".inf" else json.loads(text)
     except ValueError:
         return text
 
 
-def _jobs(
-    run: Run, kinds: Sequence[FigureSpec], selection: Selection
+def _figures_to_draw(
+    run: Run, specs: Sequence[FigureSpec], selection: Selection
 ) -> Iterator[tuple[FigureSpec, Selection, str]]:
-    """Every picture to make: its kind, what it shows, and the name of its files."""
-    from snooker_cli.figures import Selection, selected
-
-    asked = _stem(selection.where.items(), selection.repeat)
-    for kind in kinds:
-        if not kind.each_point:
-            yield kind, selection, kind.name + asked
+    """Each figure, what it shows, and the name of its files."""
+    for spec in specs:
+        if not spec.each_point:
+            yield spec, selection, spec.name + _stem(selection.where.items(), selection.repeat)
             continue
         for point in selected(run, selection):
             one = Selection(dict(point.parameters), selection.repeat)
-            yield kind, one, kind.name + _stem(point.parameters, selection.repeat)
+            yield spec, one, spec.name + _stem(point.parameters, selection.repeat)
 
 
 def _stem(conditions: Iterable[tuple[str, Any]], repeat: int | None) -> str:
-    """The part of a file's name that tells what is selected."""
-    import re
-
+    """The part of a file's name that names the selection."""
     parts = []
     for key, value in conditions:
         values = value if isinstance(value, tuple) else (value,)
@@ -219,14 +196,8 @@ def _stem(conditions: Iterable[tuple[str, Any]], repeat: int | None) -> str:
     return "".join("-" + re.sub(r"[^A-Za-z0-9._-]", "_", part) for part in parts)
 
 
-ENDINGS = (".html", ".gif", ".mp4")
-SECONDS = 12.0
-FRAMES_A_SECOND = 20
-MOST_MAGNIFIED = 1e12
-
-
-class Passing(StrEnum):
-    """How time can pass in a film."""
+class Pace(StrEnum):
+    """What passes evenly in a film."""
 
     TIME = "time"
     EVENTS = "events"
@@ -241,48 +212,39 @@ def animate(
     point: PointNumber = 0,
     repeat: RepeatNumber = 0,
     since: Annotated[
-        float | None, typer.Option("--from", metavar="T", help="Time to begin at, s [0].")
+        float | None, typer.Option("--from", metavar="T", help="Start time, s [0].")
     ] = None,
     until: Annotated[
-        float | None, typer.Option("--to", metavar="T", help="Time to end at, s [the end].")
+        float | None, typer.Option("--to", metavar="T", help="End time, s [the end].")
     ] = None,
     collisions: Annotated[
         int | None,
-        typer.Option("--collisions", min=1, help="At most so many collisions [10,000]."),
+        typer.Option("--collisions", min=1, help="Largest number of collisions [10,000]."),
     ] = None,
     pace: Annotated[
-        Passing,
-        typer.Option("--pace", help="Constant time, or each collision as long as any other."),
-    ] = Passing.TIME,
+        Pace, typer.Option("--pace", help="Time passes evenly, or each collision takes as long.")
+    ] = Pace.TIME,
     seconds: Annotated[
         float | None,
-        typer.Option(
-            "--seconds", help="How long it plays [12; a page: what is comfortable to watch]."
-        ),
+        typer.Option("--seconds", help="Length of the film [12; for a page, by its content]."),
     ] = None,
     fps: Annotated[
-        int | None, typer.Option("--fps", min=1, max=60, help="GIF, MP4: frames a second [20].")
+        int | None, typer.Option("--fps", min=1, max=60, help="GIF, MP4: frames per second [20].")
     ] = None,
     magnify: Annotated[
-        float, typer.Option("--magnify", help="Enlarge the container's motion so many times.")
+        float, typer.Option("--magnify", help="Enlarge the container's motion by this factor.")
     ] = 1.0,
     as_json: AsJson = False,
 ) -> None:
-    """Show a repeat of RUN as a film: balls coloured by speed, contacts, energy and pressure.
+    """Make a film of a repeat: HTML page, GIF or MP4.
 
-    A .html is one page for any browser, without a network: it plays, pauses, goes to any time and
-    from collision to collision. The balls are exactly where the stored collisions put them. The
-    written file is printed.
+    It shows the balls coloured by speed, their contacts, energy and pressure. An HTML page works
+    in any browser without a network. It plays, pauses, and jumps to any time or collision. The
+    balls are exactly where the stored collisions put them. The name of the written file is printed.
     """
-    from snooker_cli.animation import film
-    from snooker_cli.cli.config_commands import trace_of
-    from snooker_cli.cli.progress_bar import say
-    from snooker_cli.errors import FigureError, UserError
-    from snooker_cli.runs import open_run
-
-    _check(out, seconds, fps, magnify)
+    _check_film(out, seconds, fps, magnify)
     opened = open_run(run)
-    trace = trace_of(opened, point, repeat)
+    trace = opened.read(chosen_point(opened, point, repeat), repeat)
     if magnify > 1 and not trace.start.free:
         raise UserError(f"--magnify {magnify:g}: the container of {opened.name} does not move")
     try:
@@ -297,38 +259,35 @@ def animate(
     except FigureError as error:
         raise UserError(f"repeat {repeat} of {opened.name} {error}") from None
     if made.left_out and collisions is None:
-        say(
+        notice(
             f"the film ends after {len(made):,} collisions, at {made.end:.6g} s; --from, --to and "
             "--collisions choose others"
         )
     out.parent.mkdir(parents=True, exist_ok=True)
-    frames = _write(made, out, pace, seconds, fps, magnify)
+    frames = _write_film(made, out, pace, seconds, fps, magnify)
     if not as_json:
-        typer.echo(out)
+        print_line(str(out))
         return
-    import json
+    print_json(
+        {
+            "file": str(out),
+            "bytes": out.stat().st_size,
+            "point": point,
+            "repeat": repeat,
+            "from": made.start,
+            "to": made.end,
+            "collisions": len(made),
+            "frames": frames,
+        }
+    )
 
-    found = {
-        "file": str(out),
-        "bytes": out.stat().st_size,
-        "point": point,
-        "repeat": repeat,
-        "from": made.start,
-        "to": made.end,
-        "collisions": len(made),
-        "frames": frames,
-    }
-    typer.echo(json.dumps(found, allow_nan=False))
 
-
-def _check(out: Path, seconds: float | None, fps: int | None, magnify: float) -> None:
-    """Raise ``UserError`` for what the parser could not see."""
-    from snooker_cli.errors import UserError
-
+def _check_film(out: Path, seconds: float | None, fps: int | None, magnify: float) -> None:
+    """Raise ``UserError`` for options that do not fit together."""
     if out.suffix.lower() not in ENDINGS:
         raise UserError(f"--out {out}: give a name that ends in .html, .gif or .mp4")
     if fps is not None and out.suffix.lower() == ".html":
-        raise UserError("--fps goes with a GIF or an MP4: a page is drawn as often as it can be")
+        raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
     if seconds is not None and not 0.1 <= seconds <= 3600:
         raise UserError(f"--seconds {seconds}: give a number from 0.1 to 3600")
     if not 1 <= magnify <= MOST_MAGNIFIED:
@@ -336,33 +295,29 @@ def _check(out: Path, seconds: float | None, fps: int | None, magnify: float) ->
 
 
 def _subtitle(run: Run, trace: Trace, point: int, repeat: int) -> str:
-    """The setting and the repeat that a film shows."""
-    from snooker_cli.formatting import counted
-
-    setting = [f"{key}={value}" for key, value in run.points[point].parameters]
-    if not any(part.startswith("cor=") for part in setting):
-        setting.append(f"cor={trace.start.restitution:g}")
-    balls = counted(trace.start.number, "ball")
-    return ", ".join([*setting, balls, f"repeat {repeat}"])
+    """The parameters and the repeat that a film shows."""
+    parameters = dict(run.points[point].parameters)
+    if "cor" not in parameters:
+        parameters["cor"] = f"{trace.start.restitution:g}"
+    texts = [f"{key}={value}" for key, value in parameters.items()]
+    return ", ".join([*texts, counted(trace.start.number, "ball"), f"repeat {repeat}"])
 
 
-def _write(
-    film: Film, out: Path, pace: Passing, seconds: float | None, fps: int | None, magnify: float
+def _write_film(
+    made: Film, out: Path, pace: Pace, seconds: float | None, fps: int | None, magnify: float
 ) -> int | None:
-    """Write the film; the number of its frames, which a page does not have."""
-    from snooker_cli.animation import page, reel
-
+    """Write the film; the number of its frames, none for a page."""
     if out.suffix.lower() == ".html":
-        text = page(film, pace=pace.value, seconds=seconds, magnify=magnify)
+        text = page(made, pace=pace.value, seconds=seconds, magnify=magnify)
         out.write_text(text, encoding="utf-8")
         return None
-    from snooker_cli.animation.movie import save_movie
+    from snooker_cli.animation.movie import save_movie  # loads matplotlib
 
     return save_movie(
-        film,
-        reel(film, pace.value),
+        made,
+        reel(made, pace.value),
         out,
         seconds=seconds or SECONDS,
-        rate=fps or FRAMES_A_SECOND,
+        rate=fps or FRAMES_PER_SECOND,
         magnify=magnify,
     )

@@ -1,77 +1,111 @@
-"""What the shell offers on Tab: runs, figures, templates and keys, loaded when asked."""
+"""Arguments and options that several commands share, and their completion on Tab."""
 
 from __future__ import annotations
 
-from importlib.resources import files
+import difflib
+from collections.abc import Iterable, Sequence
+from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from textwrap import shorten
+from typing import Annotated
 
 import typer
+from rich.markup import escape
 
-if TYPE_CHECKING:
-    from importlib.resources.abc import Traversable
-
-
-# The commented configs that ``snooker init`` writes: which there are, and what each is for.
-
-
-def templates() -> dict[str, Traversable]:
-    """The templates by name, in the order in which to meet them."""
-    names = ("report", "decay", "sweep", "exact", "dense")
-    return {name: files("snooker_cli.cli") / "templates" / f"{name}.yaml" for name in names}
-
-
-def purpose(template: Traversable) -> str:
-    """What a template is for, its second line."""
-    return template.read_text(encoding="utf-8").splitlines()[1].removeprefix("# ")
-
-
-RUNS, MANIFEST = Path("runs"), "run.json"
-"""As in ``results``, which takes a second to load: too long to wait for after a Tab."""
+from snooker_cli.config import Loaded, Point, load, schema
+from snooker_cli.errors import SceneError, UserError
+from snooker_cli.runs import MANIFEST, RUNS, Run
+from snooker_cli.runs.plan import SceneClass, scene_classes
 
 LINE = 72
-"""Characters of an explanation: rich breaks longer ones, and fish takes a line for a candidate."""
-
-Offer = tuple[str, str]
-"""What can be typed, and what it means."""
+"""Characters of an explanation: rich breaks longer ones, and fish would show two candidates."""
 
 
-def runs() -> list[str]:
+def explanation(text: str) -> str:
+    """Text as completion can show it: one line, no apostrophe for zsh, no markup for rich."""
+    return escape(shorten(text.replace("'", "’"), LINE, placeholder="…"))
+
+
+def complete_runs() -> list[str]:
     """Names of the runs in runs/."""
     return sorted(path.parent.name for path in RUNS.glob(f"*/{MANIFEST}"))
 
 
-def figures(context: typer.Context) -> list[Offer]:
-    """Figures that are not on the command line yet."""
-    from snooker_cli.figures import FIGURES
-
-    given = context.params.get("figures") or ()
-    return [(name, _plain(kind.title)) for name, kind in FIGURES.items() if name not in given]
-
-
-def complete_templates() -> list[Offer]:
-    """Templates of ``init``."""
-
-    return [(name, _plain(purpose(template))) for name, template in templates().items()]
-
-
-def overrides() -> list[Offer]:
-    """Keys for -o: those at the top, and those that can be swept."""
-    from snooker_cli.config import schema
-
+def complete_overrides() -> list[tuple[str, str]]:
+    """Keys for -o: those at the top of a config, and those that can be swept."""
     top = schema()["properties"]
     keys = {**top, **top["sweep"]["properties"]}
     return [
-        (f"{key}=", _plain(entry["description"]))
+        (f"{key}=", explanation(entry["description"]))
         for key, entry in keys.items()
         if key not in ("container", "balls", "sweep", "zip")
     ]
 
 
-def _plain(text: str) -> str:
-    """Text as Typer's scripts can show it: a line, no apostrophes for zsh, no markup for rich."""
-    from textwrap import shorten
+class EngineName(StrEnum):
+    """The engines that a user can choose."""
 
-    from rich.markup import escape
+    ALL_PAIRS = "allpairs"
+    CELLS = "cells"
 
-    return escape(shorten(text.replace("'", "’"), LINE, placeholder="…"))
+
+ConfigPath = Annotated[Path, typer.Argument(metavar="CONFIG", help="A YAML experiment.")]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option(
+        "-o",
+        "--override",
+        metavar="KEY=VALUE",
+        help="Set a key; `-o cor=0.8,0.9`, `-o cor=0.5:1.0:11` and `-o balls.rings=range(1,6)` "
+        "sweep it. Can be repeated.",
+        autocompletion=complete_overrides,
+    ),
+]
+RUN = typer.Argument(
+    metavar="RUN", help="A run's folder, or its name in runs/.", autocompletion=complete_runs
+)
+RunName = Annotated[str, RUN]
+PointNumber = Annotated[int, typer.Option("--point", min=0, help="Point, from 0.")]
+RepeatNumber = Annotated[int, typer.Option("--repeat", min=0, help="Repeat, from 0.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
+Jobs = Annotated[
+    int | None, typer.Option("-j", "--jobs", min=1, max=1024, help="Threads [all cores].")
+]
+
+
+def checked(
+    config: Path, overrides: Sequence[str], engine: str | None = None
+) -> tuple[Loaded, tuple[Point, ...], list[SceneClass]]:
+    """The loaded config, its points and the classes of their scenes.
+
+    Raises ``ConfigError``, also for a scene that cannot exist.
+    """
+    loaded = load(config, overrides)
+    try:
+        points = loaded.points()
+        return loaded, points, scene_classes(points, engine)
+    except SceneError as error:
+        raise loaded.error(error.key, str(error)) from None
+
+
+def chosen_point(run: Run, point: int, repeat: int) -> Point:
+    """The point with a number. Raises ``UserError`` if the run has no such point or repeat."""
+    if point >= len(run.points):
+        raise UserError(f"--point {point}: {run.name} has points 0 to {len(run.points) - 1}")
+    if repeat >= run.experiment.repeats:
+        last = run.experiment.repeats - 1
+        raise UserError(f"--repeat {repeat}: {run.name} has repeats 0 to {last}")
+    return run.points[point]
+
+
+def check_name(name: str, names: Iterable[str], noun: str, command: str) -> None:
+    """Raise ``UserError`` with the nearest name if a name is unknown.
+
+    command : lists all names
+    """
+    names = list(names)
+    if name not in names:
+        near = difflib.get_close_matches(name, names, n=1, cutoff=0.0)[0]
+        raise UserError(
+            f"there is no {noun} {name}; the nearest is {near}, and `{command}` lists all"
+        )

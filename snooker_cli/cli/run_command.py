@@ -1,4 +1,4 @@
-"""``snooker run``: simulate every point and repeat of a config."""
+"""``snooker run``: simulate every point and repeat of a config, or show what that would take."""
 
 from __future__ import annotations
 
@@ -6,226 +6,47 @@ import math
 import os
 import threading
 from collections import Counter
-from collections.abc import Iterator
-from enum import StrEnum
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
-from snooker_cli.cli import options
-from snooker_cli.cli.output import tell
+from snooker_cli import runs
+from snooker_cli.cli.exit_codes import STOPPING, handling, leave
+from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Overrides, checked
+from snooker_cli.cli.output import (
+    Bar,
+    Lines,
+    notice,
+    point_label,
+    print_json,
+    print_line,
+    print_some,
+    print_table,
+)
+from snooker_cli.config import Experiment
 from snooker_cli.errors import ExitCode, UserError
+from snooker_cli.formatting import Column, counted, listed, rough, size
+from snooker_cli.runs import Run
+from snooker_cli.runs.execution import POLL_INTERVAL, execute
+from snooker_cli.runs.plan import SceneClass, is_excessive, run_plan
+from snooker_cli.runs.repeat import RepeatResult
+from snooker_cli.trace import StopReason
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
-    from snooker_cli.cli.progress_bar import Lines
-    from snooker_cli.config import Experiment, Loaded, Point
-    from snooker_cli.runs import Run
-    from snooker_cli.runs.dask_executor import DaskExecutor
+    from snooker_cli.runs.dask_executor import DaskExecutor  # loaded only if it is needed
     from snooker_cli.runs.folder import Change
-    from snooker_cli.runs.plan import SceneClass
-    from snooker_cli.runs.repeat import RepeatResult
-    from snooker_cli.trace import StopReason
 
+Result = TypeVar("Result")
 
-# ``--executor``: who simulates a run's repeats.
-
-THREADS = "threads"
-
-
-def scheduler_of(executor: str) -> str | None:
-    """The address of the dask scheduler that ``--executor`` names; none for threads.
-
-    Raises ``UserError`` for another kind and ``RunError`` for what is no address.
-    """
-    kind, _, address = executor.partition("=")
-    if executor == THREADS:
-        return None
-    if kind != "dask":
-        raise UserError(
-            f"--executor {executor}: there is no such executor; say {THREADS}, or "
-            "dask=tcp://HOST:PORT for the workers of a dask scheduler"
-        )
-    from snooker_cli.runs.dask_executor import check_address
-
-    check_address(address)
-    return address
-
-
-def reached(address: str, at_once: int | None, cancelled: threading.Event) -> DaskExecutor:
-    """The workers of a scheduler; tells that none are there. Raises ``RunError``."""
-    from snooker_cli.cli.progress_bar import say
-    from snooker_cli.runs.dask_executor import DaskExecutor
-
-    cluster = DaskExecutor(address, at_once, cancelled)
-    if cluster.threads == 0:
-        say(f"the dask scheduler at {address} has no workers yet; waiting for them")
-    return cluster
-
-
-# What to set in a config so that repeats go on past infinitely many collisions.
-
-SLIDE = "collapse: slide lets trapped balls slide along the wall, exactly, and the repeats go on"
-SLIDE_IF_FIXED = (
-    "collapse: {tc: 0.01} has repeats with trapped balls go on; exactly, in a fixed container, "
-    "collapse: slide does"
-)
-TC = "collapse: {tc: 0.01} has repeats with collapsed balls go on"
-
-
-def advice(run: Run, outcomes: list[RepeatResult]) -> list[str]:
-    """A sentence for each way out of what some repeats ended in."""
-    ends = {(each.point, each.stop.reason) for each in outcomes if each.stop}
-    return list(
-        dict.fromkeys(
-            said
-            for point, reason in sorted(ends)
-            for said in _ways_on(run.points[point].experiment, reason)
-        )
-    )
-
-
-def _ways_on(experiment: Experiment, reason: StopReason) -> Iterator[str]:
-    """What has repeats go on that ended so, if the config asks for nothing of the kind."""
-    from snooker_cli.trace import StopReason
-
-    if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
-        yield SLIDE_IF_FIXED if math.isfinite(experiment.container.mass) else SLIDE
-    lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
-    if reason is StopReason.COLLAPSE and experiment.collapse in ("stop", "slide") and lossy:
-        yield TC
-
-
-# ``snooker run --dry-run``: what a run would do, what it models, and about how long it takes.
-
-
-def show(content: dict[str, Any], *, as_json: bool) -> None:
-    """Print a plan."""
-    import json
-
-    if as_json:
-        tell(json.dumps(content, allow_nan=False))
-        return
-    for line in _lines(content):
-        tell(line)
-
-
-def refuse_excess(run: Run, kinds: Sequence[SceneClass], workers: int, fresh: bool = False) -> None:
-    """Raise ``UserError`` for what may take very long or more disk than is free."""
-    from snooker_cli.errors import UserError
-    from snooker_cli.runs.plan import is_excessive, run_plan
-
-    # The files that are there are checked only if all of them anew would be too much.
-    if not is_excessive(run_plan(run, kinds, workers, fresh=True)):
-        return
-    content = run_plan(run, kinds, workers, fresh)
-    if is_excessive(content):
-        raise UserError(
-            f"{_estimate(content)}; give fewer collisions or repeats, or record: summary to take "
-            "less disk, or --yes if it is meant"
-        )
-
-
-def _lines(content: dict[str, Any]) -> Iterator[str]:
-    """The plan for people."""
-    from snooker_cli.formatting import counted, listed
-
-    there = "is" if content["cached"] == 1 else "are"
-    yield (
-        f"{counted(content['points'], 'point')}, {counted(content['repeats'], 'repeat')} each: "
-        f"{content['cached']:,} {there} in {content['run']} already, {content['to_do']:,} to do"
-    )
-    for kind in content["kinds"]:
-        balls = kind["balls"]
-        numbers = f"{balls[0]:,}" if len(balls) == 1 else f"{balls[0]:,} to {balls[-1]:,}"
-        noun = "ball" if balls == [1] else "balls"
-        yield ""
-        yield f"{_where(kind)}: {numbers} {noun}, {kind['to_do']:,} to do"
-        models = dict(kind["models"])
-        yield f"  engine    {kind['engine']}: {kind['because']}"
-        yield f"  records   {'events' if models.pop('events') else 'a summary'}"
-        for heading, wanted in (("modelled", True), ("left out", False)):
-            names = [name for name, is_so in models.items() if is_so is wanted]
-            yield f"  {heading}  {listed(names) if names else 'nothing'}"
-    yield ""
-    yield _estimate(content)
-
-
-def _where(kind: dict[str, Any]) -> str:
-    """The points of a kind."""
-    from snooker_cli.cli.output import point_label
-    from snooker_cli.formatting import counted
-
-    points = kind["points"]
-    if len(points) == 1:
-        return point_label(points[0])
-    return f"{counted(len(points), 'point')}, {point_label(points[0])} to {point_label(points[-1])}"
-
-
-def _estimate(content: dict[str, Any]) -> str:
-    """The sentence about time and disk."""
-    from snooker_cli.formatting import counted, size
-
-    if content["to_do"] == 0:
-        return "nothing is left to do"
-    disk, free = "", content["free_bytes"]
-    if content["bytes"] is not None:
-        disk = f", and about {size(content['bytes'])}"
-        if free is not None and content["bytes"] > free:
-            disk += f", where {size(free)} are free"
-    if content["collisions"] is None:
-        return (
-            "a repeat that ends at a time, not after so many collisions, may take any time" + disk
-        )
-    longer = ", or far longer if balls cool until they hardly meet" if content["cools_out"] else ""
-    return (
-        f"at most {content['collisions']:,} collisions: about {_duration(content['seconds'])} on "
-        f"{counted(content['threads'], 'thread')}{longer}{disk}"
-    )
-
-
-def _duration(seconds: float) -> str:
-    """A time to two digits, which is more than is known of it."""
-    from snooker_cli.formatting import rough
-
-    if seconds < 1.0:
-        return "a second"
-    for unit, size in (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
-        if seconds >= 2 * size:
-            return f"{rough(seconds / size)} {unit}"
-    return f"{rough(seconds)} s"
-
-
-ConfigPath = Annotated[Path, typer.Argument(metavar="CONFIG", help="A YAML experiment.")]
-Overrides = Annotated[
-    list[str] | None,
-    typer.Option(
-        "-o",
-        "--override",
-        metavar="KEY=VALUE",
-        help="Set a key; `-o cor=0.8,0.9`, `-o cor=0.5:1.0:11` and `-o balls.rings=range(1,6)` "
-        "sweep it. May be given several times.",
-        autocompletion=options.overrides,
-    ),
-]
 MOST_ROWS = 200
 """Points in the table that is printed; a terminal keeps about as many lines."""
 
-
-class EngineName(StrEnum):
-    """The engines that a study can ask for."""
-
-    ALL_PAIRS = "allpairs"
-    CELLS = "cells"
-
-
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
-Jobs = Annotated[
-    int | None, typer.Option("-j", "--jobs", min=1, max=1024, help="Threads [all cores].")
-]
+MOST_COLLAPSED = 3
+"""Repeats with a wall trap or collapse whose messages are printed."""
 
 
 def run(
@@ -242,36 +63,35 @@ def run(
             "--jobs",
             min=1,
             max=1024,
-            help="Threads [all cores]; with dask, the repeats that the scheduler has at a time "
-            "[1024].",
+            help="Threads [all cores]; with dask, repeats that the scheduler has at a time [1024].",
         ),
     ] = None,
     executor: Annotated[
         str,
         typer.Option(
             "--executor",
-            metavar="KIND",
-            help="Who simulates: threads, or dask=tcp://HOST:PORT for the workers of a dask "
-            "scheduler, which must share the run's folder [threads].",
+            metavar="EXECUTOR",
+            help="threads, or dask=tcp://HOST:PORT for the workers of a dask scheduler, which "
+            "must share the run's folder [threads].",
             show_default=False,
         ),
     ] = "threads",
     fresh: Annotated[
-        bool, typer.Option("--fresh", help="Replace what is in the folder, even of another config.")
+        bool, typer.Option("--fresh", help="Replace the results in the folder, of any config.")
     ] = False,
     engine: Annotated[
         EngineName | None,
-        typer.Option("--engine", help="Engine for all points [for each what suits it]."),
+        typer.Option("--engine", help="Engine for all points [the best one for each]."),
     ] = None,
     dry_run: Annotated[
         bool,
-        typer.Option(
-            "--dry-run", help="Only show what would be done, what is modelled, time and disk."
-        ),
+        typer.Option("--dry-run", help="Only show the plan: what is modelled, time and disk."),
     ] = False,
     yes: Annotated[
         bool,
-        typer.Option("--yes", help="Begin even what may take weeks, or more disk than is free."),
+        typer.Option(
+            "--yes", help="Allow a run longer than a week or larger than the free disk space."
+        ),
     ] = False,
     no_collapse: Annotated[
         bool,
@@ -285,61 +105,57 @@ def run(
 ) -> None:
     """Simulate all points and repeats of CONFIG and store them.
 
-    Repeats that are there already are checked and kept, so that an interrupted run goes on where
-    it was; more repeats, collisions or time extend it, and until that is finished other commands
-    take each repeat as long as it is. A repeat that ends in a wall trap or inelastic collapse is
-    kept up to there and said. Results of a forced --engine are not mixed with others: their bits
-    differ.
+    Stored repeats are checked and kept. After an interrupt, run the same command again to finish.
+    More repeats, collisions or time extend the run. During an extension, analyses use the existing
+    data. A repeat that ends in a wall trap or inelastic collapse is kept up to that time. Results
+    of a forced --engine have other bits, so they never mix with others.
     """
-    import threading
-    from contextlib import ExitStack
-
-    from snooker_cli import runs
-    from snooker_cli.cli.exit_codes import leave
-    from snooker_cli.cli.progress_bar import Bar, Lines, awaited, stopping_on_signals
-    from snooker_cli.runs.execution import execute
-    from snooker_cli.runs.plan import run_plan
-
-    scheduler = scheduler_of(executor)
+    scheduler = _scheduler(executor)
     cancelled = threading.Event()
-    with stopping_on_signals(cancelled), ExitStack() as exits:
-        loaded, points, scene_classes = awaited(
+    with _stopping_on_signals(cancelled), ExitStack() as exits:
+        loaded, points, scene_classes = _awaited(
             lambda: checked(config, override or (), engine), cancelled
         )
-        target = runs.Run(out or _folder(config), loaded.experiment, points, engine)
+        experiment, directory = loaded.experiment, out or _default_folder(config)
         cores, cluster = os.cpu_count() or 1, None
         workers = threads = jobs or cores
         if scheduler is not None:
-            cluster = awaited(lambda: reached(scheduler, jobs, cancelled), cancelled)
+            cluster = _awaited(lambda: _connected(scheduler, jobs, cancelled), cancelled)
             exits.enter_context(cluster)
             workers = cores
             threads = max(1, min(cluster.threads, jobs or cluster.threads))
+        target = Run(directory, experiment, points, engine)
         if dry_run:
-            _say_change(runs.planned_change(target, fresh=fresh))
-            show(
-                awaited(lambda: run_plan(target, scene_classes, threads, fresh), cancelled),
-                as_json=as_json,
-            )
+            _print_change(runs.planned_change(target, fresh=fresh))
+            plan = _awaited(lambda: run_plan(target, scene_classes, threads, fresh), cancelled)
+            if as_json:
+                print_json(plan)
+            else:
+                print_line("\n".join(_plan_lines(plan)))
             return
         if not yes:
             runs.planned_change(target, fresh=fresh)
-            awaited(lambda: refuse_excess(target, scene_classes, threads, fresh), cancelled)
-        watching = Lines if no_progress else Bar
-        with runs.locked(target.directory):
-            _say_change(runs.create(target, fresh=fresh))
-            with watching(len(target.points), target.experiment.repeats) as watcher:
+            _awaited(lambda: _refuse_excess(target, scene_classes, threads, fresh), cancelled)
+        with runs.locked(directory):
+            _print_change(runs.create(target, fresh=fresh))
+            progress = Lines if no_progress else Bar
+            with progress(len(target.points), experiment.repeats) as watcher:
                 outcomes = execute(
                     target, workers=workers, watcher=watcher, cancelled=cancelled, executor=cluster
                 )
     summary = _summary(target, outcomes, watcher)
     if as_json:
-        import json
-
-        tell(json.dumps(summary))
+        print_json(summary)
     else:
-        _show(target, outcomes, summary)
+        _print_summary(target, outcomes, summary)
     if cancelled.is_set():
-        _say_how_to_go_on(target, outcomes, fresh)
+        complete = sum(
+            outcome.stop is not None and outcome.stop.reason is not StopReason.INTERRUPTED
+            for outcome in outcomes
+        )
+        wanted = counted(len(target.points) * experiment.repeats, "repeat")
+        command = "the same command without --fresh" if fresh else "the same command again"
+        notice(f"interrupted: {complete:,} of {wanted} complete; run {command} to finish")
         leave(ExitCode.INTERRUPTED)
     if any(outcome.error for outcome in outcomes):
         raise typer.Exit(ExitCode.SOME_FAILED)
@@ -347,40 +163,149 @@ def run(
         raise typer.Exit(ExitCode.COLLAPSED)
 
 
-def _folder(config: Path) -> Path:
-    """Where the results of a config go if nothing else is said. Raises ``UserError``."""
-    from snooker_cli import runs
-    from snooker_cli.errors import UserError
+def _scheduler(executor: str) -> str | None:
+    """The address of the dask scheduler that ``--executor`` names; none for threads."""
+    name, _, address = executor.partition("=")
+    if executor == "threads":
+        return None
+    if name != "dask":
+        raise UserError(
+            f"--executor {executor}: there is no such executor",
+            "give threads, or dask=tcp://HOST:PORT for the workers of a dask scheduler",
+        )
+    from snooker_cli.runs.dask_executor import check_address
 
+    check_address(address)
+    return address
+
+
+def _connected(address: str, at_once: int | None, cancelled: threading.Event) -> DaskExecutor:
+    """The workers of a scheduler. Raises ``RunError``."""
+    from snooker_cli.runs.dask_executor import DaskExecutor
+
+    cluster = DaskExecutor(address, at_once, cancelled)
+    if cluster.threads == 0:
+        notice(f"the dask scheduler at {address} has no workers yet; waiting for them")
+    return cluster
+
+
+@contextmanager
+def _stopping_on_signals(cancelled: threading.Event) -> Iterator[None]:
+    """Inside, Ctrl-C and SIGTERM set ``cancelled``; the simulated part is then saved."""
+
+    def stop(_number: int, _frame: object) -> None:
+        if not cancelled.is_set():
+            notice("stopping; saving the current repeats")
+        cancelled.set()
+
+    with handling(stop, STOPPING):
+        yield
+
+
+def _awaited(function: Callable[[], Result], cancelled: threading.Event) -> Result:
+    """The result of a function that has nothing to save: once cancelled, the process ends."""
+    future = ThreadPoolExecutor(1).submit(function)
+    while not wait([future], POLL_INTERVAL).done:
+        if cancelled.is_set():
+            leave(ExitCode.INTERRUPTED)
+    return future.result()
+
+
+def _default_folder(config: Path) -> Path:
+    """The folder of a config's run without ``--out``. Raises ``UserError``."""
     if config.stem in (".", ".."):
-        raise UserError(f"{config}: its name is none for a folder; give --out, or rename it")
+        raise UserError(f"{config}: its name gives no folder name", "give --out, or rename it")
     return runs.RUNS / config.stem
 
 
-def checked(
-    config: Path, overrides: Sequence[str], engine: str | None = None
-) -> tuple[Loaded, tuple[Point, ...], list[SceneClass]]:
-    """The loaded config, its points and the kinds of their scenes, all of them tried.
-
-    Raises ``ConfigError``.
-    """
-    from snooker_cli.config import load
-    from snooker_cli.errors import SceneError
-    from snooker_cli.runs.plan import scene_classes
-
-    loaded = load(config, overrides)
-    try:
-        points = loaded.points()
-        return loaded, points, scene_classes(points, engine)
-    except SceneError as error:
-        raise loaded.error(error.key, str(error)) from None
+def _print_change(change: Change) -> None:
+    """Print how the run extends or reduces the stored one, if it does."""
+    if change.description:
+        notice(change.description)
 
 
-def _summary(run: Run, outcomes: list[RepeatResult], watcher: Lines) -> dict[str, Any]:
+def _refuse_excess(
+    run: Run, scene_classes: Sequence[SceneClass], workers: int, fresh: bool
+) -> None:
+    """Raise ``UserError`` for a run that may take very long or more disk than is free."""
+    # Stored files are checked only if the whole run would be too much.
+    if not is_excessive(run_plan(run, scene_classes, workers, fresh=True)):
+        return
+    plan = run_plan(run, scene_classes, workers, fresh)
+    if is_excessive(plan):
+        raise UserError(
+            _estimate(plan),
+            "set fewer collisions or repeats, set `record: summary` to save disk, or give --yes",
+        )
+
+
+def _plan_lines(plan: dict[str, Any]) -> Iterator[str]:
+    """The plan as text."""
+    yield (
+        f"{counted(plan['points'], 'point')}, {counted(plan['repeats'], 'repeat')} each: "
+        f"{plan['cached']:,} stored in {plan['run']}, {plan['to_do']:,} to do"
+    )
+    for one in plan["kinds"]:
+        balls = one["balls"]
+        numbers = f"{balls[0]:,}" if len(balls) == 1 else f"{balls[0]:,} to {balls[-1]:,}"
+        noun = "ball" if balls == [1] else "balls"
+        yield ""
+        yield f"{_points_label(one['points'])}: {numbers} {noun}, {one['to_do']:,} to do"
+        models = dict(one["models"])
+        yield f"  engine    {one['engine']}: {one['because']}"
+        yield f"  records   {'events' if models.pop('events') else 'a summary'}"
+        for heading, wanted in (("modelled", True), ("left out", False)):
+            names = [name for name, is_so in models.items() if is_so is wanted]
+            yield f"  {heading}  {listed(names) if names else 'nothing'}"
+    yield ""
+    yield _estimate(plan)
+
+
+def _points_label(points: Sequence[dict[str, Any]]) -> str:
+    first = point_label(points[0])
+    if len(points) == 1:
+        return first
+    return f"{counted(len(points), 'point')}, {first} to {point_label(points[-1])}"
+
+
+def _estimate(plan: dict[str, Any]) -> str:
+    """The sentence about time and disk."""
+    if plan["to_do"] == 0:
+        return "nothing to do"
+    disk, free = "", plan["free_bytes"]
+    if plan["bytes"] is not None:
+        disk = f", about {size(plan['bytes'])}"
+        if free is not None and plan["bytes"] > free:
+            disk += f", but only {size(free)} are free"
+    if plan["collisions"] is None:
+        return (
+            "no estimate of the time: repeats end at a time, not after a number of collisions"
+            + disk
+        )
+    longer = " (much more if balls cool until they hardly meet)" if plan["cools_out"] else ""
+    return (
+        f"at most {plan['collisions']:,} collisions: about {_duration(plan['seconds'])} on "
+        f"{counted(plan['threads'], 'thread')}{longer}{disk}"
+    )
+
+
+def _duration(seconds: float) -> str:
+    """A time to two digits."""
+    if seconds < 1.0:
+        return "a second"
+    for unit, length in (
+        ("years", 3.156e7),
+        ("days", 86400.0),
+        ("hours", 3600.0),
+        ("minutes", 60.0),
+    ):
+        if seconds >= 2 * length:
+            return f"{rough(seconds / length)} {unit}"
+    return f"{rough(seconds)} s"
+
+
+def _summary(run: Run, outcomes: Sequence[RepeatResult], watcher: Lines) -> dict[str, Any]:
     """What ``--json`` prints."""
-    from snooker_cli.trace import StopReason
-
-    as_asked = (StopReason.COLLISIONS, StopReason.TIME)
     simulated = sum(outcome.collisions for outcome in outcomes if not outcome.cached)
     seconds = watcher.seconds
     by_point: list[list[RepeatResult]] = [[] for _ in run.points]
@@ -401,10 +326,11 @@ def _summary(run: Run, outcomes: list[RepeatResult], watcher: Lines) -> dict[str
                 "stops": [
                     {"repeat": outcome.repeat, **vars(outcome.stop)}
                     for outcome in mine
-                    if outcome.stop and outcome.stop.reason not in as_asked
+                    if outcome.stop
+                    and outcome.stop.reason not in (StopReason.COLLISIONS, StopReason.TIME)
                 ],
                 "errors": [outcome.error for outcome in mine if outcome.error],
-                "work": _work([each for each in mine if each.work is not None]),
+                "work": _work_per_collision(mine),
             }
         )
     return {
@@ -417,24 +343,21 @@ def _summary(run: Run, outcomes: list[RepeatResult], watcher: Lines) -> dict[str
     }
 
 
-def _work(outcomes: list[RepeatResult]) -> dict[str, float] | None:
+def _work_per_collision(outcomes: Sequence[RepeatResult]) -> dict[str, float] | None:
     """What the engine did for each collision of the repeats simulated now; none without any."""
-    collisions = sum(outcome.collisions for outcome in outcomes)
+    done = [(each.work, each.collisions) for each in outcomes if each.work is not None]
+    collisions = sum(number for _, number in done)
     if collisions == 0:
         return None
-    works = [outcome.work for outcome in outcomes if outcome.work]
     names = ("predictions", "crossings", "queue_updates")
-    return {name: sum(getattr(work, name) for work in works) / collisions for name in names}
+    return {name: sum(getattr(work, name) for work, _ in done) / collisions for name in names}
 
 
-def _show(run: Run, outcomes: list[RepeatResult], summary: dict[str, Any]) -> None:
-    """The table of points, what ended early, and where the results are.
+def _print_summary(run: Run, outcomes: Sequence[RepeatResult], summary: dict[str, Any]) -> None:
+    """Print the table of points, early ends, and where the results are.
 
-    Of repeats that failed it has the numbers alone: the watcher has told them as they failed.
+    Failed repeats are only counted: their errors were printed as they failed.
     """
-    from snooker_cli.cli.output import point_label, print_table
-    from snooker_cli.formatting import Column, counted
-
     points = summary["points"]
     wanted = run.experiment.repeats
     rows = [
@@ -450,49 +373,44 @@ def _show(run: Run, outcomes: list[RepeatResult], summary: dict[str, Any]) -> No
         [Column("point"), Column("repeats", True), Column("collisions", True), Column("ended")],
         rows,
     )
-    if unstored := sum(outcome.unstored for outcome in outcomes):
-        files = "file stays as it was" if unstored == 1 else "files stay as they were"
-        tell(f"{unstored} {files}, no shorter than what was simulated now")
     if len(points) > MOST_ROWS:
-        tell(f"... and {len(points) - MOST_ROWS:,} more points; --json tells of all")
+        print_line(f"... and {len(points) - MOST_ROWS:,} more points; --json prints all")
+    if kept := sum(outcome.unstored for outcome in outcomes):
+        files = "The older, longer file was" if kept == 1 else f"{kept} older, longer files were"
+        print_line(f"{files} kept.")
     collapsed = [
-        (outcome, outcome.stop.message)
+        f"point {outcome.point}, repeat {outcome.repeat}: {outcome.stop.message}"
         for outcome in outcomes
         if outcome.stop and outcome.stop.reason.collapsed
     ]
-    for outcome, said in collapsed[:3]:
-        tell(f"point {outcome.point}, repeat {outcome.repeat}: {said}")
-    if len(collapsed) > 3:
-        tell(f"... and {counted(len(collapsed) - 3, 'more such repeat')}")
-    for way in advice(run, outcomes):
-        tell(f"in the config, {way}")
+    print_some(collapsed, MOST_COLLAPSED, " such repeats")
+    for hint in _collapse_hints(run, outcomes):
+        print_line(hint)
     cached = sum(outcome.cached for outcome in outcomes)
     were = "was" if cached == 1 else "were"
-    kept = f", {counted(cached, 'repeat')} {were} there already" if cached else ""
+    stored = f", {counted(cached, 'repeat')} {were} already stored" if cached else ""
     compiling = summary["compiling_seconds"]
     after = f" after {compiling:.0f} s of compiling" if compiling >= 1 else ""
-    tell(
+    print_line(
         f"{counted(summary['events'], 'event')} in {summary['seconds']:.2f} s"
-        f" ({summary['events_per_second']:,} events/s){after}{kept}; results in {run.directory}"
+        f" ({summary['events_per_second']:,} events/s){after}{stored}; results in {run.directory}"
     )
 
 
-def _say_change(change: Change) -> None:
-    """How the run extends or reduces the one in its folder, if it does."""
-    from snooker_cli.cli.progress_bar import say
+def _collapse_hints(run: Run, outcomes: Sequence[RepeatResult]) -> list[str]:
+    """How the config can be changed so that collapsed repeats continue, each way once."""
+    ends = {(each.point, each.stop.reason) for each in outcomes if each.stop}
+    ways = [_way_to_continue(run.points[point].experiment, why) for point, why in sorted(ends)]
+    return [f"To continue such repeats, set {way}." for way in dict.fromkeys(filter(None, ways))]
 
-    if change.description:
-        say(change.description)
 
-
-def _say_how_to_go_on(run: Run, outcomes: list[RepeatResult], fresh: bool) -> None:
-    """After an interrupt: what is there, and how to get the rest."""
-    from snooker_cli.cli.progress_bar import say
-    from snooker_cli.formatting import counted
-    from snooker_cli.trace import StopReason
-
-    ended = [outcome.stop.reason for outcome in outcomes if outcome.stop]
-    done = len(ended) - ended.count(StopReason.INTERRUPTED)
-    command = "the same command without --fresh" if fresh else "the same command"
-    wanted = counted(len(run.points) * run.experiment.repeats, "repeat")
-    say(f"interrupted with {done:,} of {wanted} done; {command} goes on where it stopped")
+def _way_to_continue(experiment: Experiment, reason: StopReason) -> str:
+    """The config keys with which a repeat that ended so continues; empty without any."""
+    if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
+        if math.isinf(experiment.container.mass):
+            return "`collapse: slide` (exact)"
+        return "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
+    lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
+    if reason is StopReason.COLLAPSE and experiment.collapse in ("stop", "slide") and lossy:
+        return "`collapse: {tc: 0.01}`"
+    return ""

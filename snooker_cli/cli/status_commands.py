@@ -1,31 +1,37 @@
-"""``snooker verify``: read every file of a run again, and simulate it again."""
+"""``snooker ls``, ``show`` and ``verify``: the state of runs and of their files."""
 
 from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
+from rich.console import Console
+from rich.progress import track
 
-from snooker_cli.cli.analysis_commands import RunName
-from snooker_cli.cli.output import tell
-from snooker_cli.cli.run_command import MOST_ROWS, AsJson, Jobs
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from snooker_cli.runs import RepeatStatus, Run
-    from snooker_cli.runs.status import RunStatus
-
-
-# ``snooker ls`` and ``show``: what there is of runs, as their files tell it.
+from snooker_cli.cli.options import AsJson, Jobs, RunName
+from snooker_cli.cli.output import (
+    notice,
+    point_label,
+    print_json,
+    print_line,
+    print_some,
+    print_table,
+)
+from snooker_cli.errors import ExitCode, RunError
+from snooker_cli.formatting import Column, counted, listed, size
+from snooker_cli.runs import State, open_run, runs_in
+from snooker_cli.runs.status import RunStatus, run_status
+from snooker_cli.runs.verification import verify as verdicts
 
 COUNTS = ("done", "running", "failed", "to_do")
-"""The ledger: each repeat is in one of them."""
+"""Each repeat is in one of these columns."""
 
+MOST_ROWS = 200
 MOST_REMARKS = 10
 
 
@@ -35,36 +41,25 @@ def ls(
     ] = Path("runs"),
     as_json: AsJson = False,
 ) -> None:
-    """List the runs in DIR: what is done, running, failed and to do, as their files tell it.
+    """List the runs in DIR and the state of their repeats.
 
-    A repeat counts as done if its file says that it is whole and of the run's config and engine
-    version; `snooker verify` reads the content, too. Short repeats, which are simulated in memory,
-    are to do until their file is there.
+    A repeat is done if its file is complete and belongs to the run's config and engine version.
+    `snooker verify` also reads the content of the files. Short repeats count as to do until their
+    file is written.
     """
-    import json
-
-    from snooker_cli.cli.output import print_table
-    from snooker_cli.cli.progress_bar import say
-    from snooker_cli.errors import RunError
-    from snooker_cli.formatting import Column
-    from snooker_cli.runs import open_run, runs_in
-    from snooker_cli.runs.status import run_status
-
     found: list[dict[str, Any]] = []
     for path in runs_in(directory):
         try:
-            found.append(_summary(run_status(open_run(path))))
+            found.append(_record(run_status(open_run(path))))
         except RunError as error:
-            say(str(error))
+            notice(str(error))
             found.append({"run": str(path), "error": str(error)})
     if as_json:
-        tell(json.dumps(found))
-        return
-    if not found:
-        say(f"{directory}: there are no runs in it")
-        return
-    print_table(
-        [
+        print_json(found)
+    elif not found:
+        notice(f"{directory}: contains no runs")
+    else:
+        columns = [
             Column("run"),
             Column("points", True),
             Column("repeats", True),
@@ -74,21 +69,15 @@ def ls(
             Column("last file"),
             Column("engine", True),
             Column("config"),
-        ],
-        [_row(one) for one in found if "error" not in one],
-    )
+        ]
+        print_table(columns, [_row(one) for one in found if "error" not in one])
 
 
 def show(run: RunName, as_json: AsJson = False) -> None:
-    """Show what there is of RUN: its ledger by point, how repeats ended, files and analyses."""
-    import json
-
-    from snooker_cli.runs import open_run
-    from snooker_cli.runs.status import run_status
-
+    """Show the state of RUN: points, ends of repeats, files."""
     opened = open_run(run)
     status = run_status(opened)
-    content = _summary(status) | {
+    content = _record(status) | {
         "title": opened.experiment.title,
         "analyses": [path.name for path in opened.analyses()],
         "figures": [path.name for path in opened.figures()],
@@ -106,12 +95,12 @@ def show(run: RunName, as_json: AsJson = False) -> None:
         ],
     }
     if as_json:
-        tell(json.dumps(content))
+        print_json(content)
     else:
-        _print(content)
+        _print_status(content)
 
 
-def _summary(status: RunStatus) -> dict[str, Any]:
+def _record(status: RunStatus) -> dict[str, Any]:
     """What ``ls --json`` prints of a run."""
     run = status.run
     counts = {name: status.total(name) for name in COUNTS}
@@ -134,79 +123,72 @@ def _summary(status: RunStatus) -> dict[str, Any]:
     }
 
 
-def _row(one: dict[str, Any]) -> list[str]:
-    """A run's line in the list."""
-    from snooker_cli.formatting import size
+def _counts(record: Mapping[str, Any]) -> list[str]:
+    return [f"{record[name]:,}" for name in (*COUNTS, "collisions")]
 
+
+def _row(one: Mapping[str, Any]) -> list[str]:
+    """A run's row in the list."""
     return [
         Path(one["run"]).name,
         f"{one['points']:,}",
         f"{one['repeats']:,}",
-        *(f"{one[name]:,}" for name in COUNTS),
-        f"{one['collisions']:,}",
+        *_counts(one),
         size(one["bytes"]),
-        _moment(one["last_file"]),
+        _local_time(one["last_file"]),
         _engine(one),
         one["config"],
     ]
 
 
-def _print(content: dict[str, Any]) -> None:
-    """A run for people."""
-    from snooker_cli.cli.output import point_label, print_table
-    from snooker_cli.formatting import Column, counted, listed, size
-
+def _print_status(content: Mapping[str, Any]) -> None:
+    """Print what ``show`` shows as text."""
     title = f" ({content['title']})" if content["title"] else ""
-    tell(
+    print_line(
         f"{content['run']}: {content['state']}{title}; engine {_engine(content)}, config "
         f"{content['config']}"
     )
-    ledger = content["ledger"]
-    print_table(
+    points = content["ledger"]
+    columns = [
+        Column("point"),
+        *(Column(name.replace("_", " "), True) for name in COUNTS),
+        Column("collisions", True),
+        Column("ended"),
+    ]
+    rows = [
         [
-            Column("point"),
-            *(Column(name.replace("_", " "), True) for name in COUNTS),
-            Column("collisions", True),
-            Column("ended"),
-        ],
-        [
-            [
-                point_label(one["parameters"]),
-                *(f"{one[name]:,}" for name in COUNTS),
-                f"{one['collisions']:,}",
-                ", ".join(f"{count} {reason}" for reason, count in one["ended"].items()),
-            ]
-            for one in ledger[:MOST_ROWS]
-        ],
-    )
-    if len(ledger) > MOST_ROWS:
-        tell(f"... and {len(ledger) - MOST_ROWS:,} more points; --json tells of all")
+            point_label(one["parameters"]),
+            *_counts(one),
+            ", ".join(f"{count} {reason}" for reason, count in one["ended"].items()),
+        ]
+        for one in points[:MOST_ROWS]
+    ]
+    print_table(columns, rows)
+    if len(points) > MOST_ROWS:
+        print_line(f"... and {len(points) - MOST_ROWS:,} more points; --json prints all")
     remarks = [
         f"point {k}, repeat {one['repeat']}: {one['remark']}"
-        for k, point in enumerate(ledger)
+        for k, point in enumerate(points)
         for one in point["remarks"]
     ]
-    for remark in remarks[:MOST_REMARKS]:
-        tell(remark)
-    if len(remarks) > MOST_REMARKS:
-        tell(f"... and {len(remarks) - MOST_REMARKS:,} more; --json tells of all")
-    there = [f"{counted(content['files'], 'file')} of {size(content['bytes'])}"]
-    there += content["analyses"]
+    print_some(remarks, MOST_REMARKS, "; --json prints all")
+    contents = [f"{counted(content['files'], 'file')} of {size(content['bytes'])}"]
+    contents += content["analyses"]
     if content["figures"]:
-        there.append(counted(len(content["figures"]), "figure file"))
-    tell(listed(there))
+        contents.append(counted(len(content["figures"]), "figure file"))
+    print_line(listed(contents))
     if content["command"]:
-        tell(f"last file {_moment(content['last_file'])}, by: {content['command']}")
+        print_line(f"last file {_local_time(content['last_file'])}, by: {content['command']}")
 
 
-def _engine(one: dict[str, Any]) -> str:
-    """The engine version, and which engine if all points were told to have the same."""
+def _engine(one: Mapping[str, Any]) -> str:
+    """The engine version, and the engine's name if it was forced."""
     forced = f" {one['engine']}" if one["engine"] else ""
     return f"{one['engine_version']}{forced}"
 
 
-def _moment(text: str | None) -> str:
-    """A moment in this machine's time, to the minute."""
+def _local_time(text: str | None) -> str:
+    """A date and time in this machine's time zone, to the minute."""
     return "–" if text is None else f"{datetime.fromisoformat(text).astimezone():%Y-%m-%d %H:%M}"
 
 
@@ -214,92 +196,61 @@ def verify(
     run: RunName,
     replay: Annotated[
         bool,
-        typer.Option("--replay", help="Simulate every repeat again, too, and compare all bits."),
+        typer.Option("--replay", help="Also simulate every repeat again and compare all bits."),
     ] = False,
     jobs: Jobs = None,
     as_json: AsJson = False,
 ) -> None:
-    """Read every file of RUN again: its content by its hash, and whether it is of this run.
+    """Read and check every file of RUN.
 
-    A line is printed for each bad file, and the exit code is then 1. Repeats that are missing,
-    interrupted or shorter than an extended run's are told, but are no fault.
+    The check covers the hash of the content, and whether the file belongs to the run. A line is
+    printed for each bad file, and the exit code is then 1. Missing, interrupted and too short
+    repeats are reported, but they are no error.
     """
-    import json
-
-    from snooker_cli.errors import ExitCode
-    from snooker_cli.runs import State, open_run
-
     opened = open_run(run)
-    verdicts = sorted(
-        _followed(opened, replay, jobs or os.cpu_count() or 1),
-        key=lambda verdict: (verdict.point, verdict.repeat),
+    checked = track(
+        verdicts(opened, replay=replay, workers=jobs or os.cpu_count() or 1),
+        "",
+        total=len(opened.points) * opened.experiment.repeats,
+        console=Console(stderr=True),
+        transient=True,
+        disable=not sys.stderr.isatty(),
     )
-    bad = [verdict for verdict in verdicts if verdict.state is State.UNUSABLE]
-    counts = {
-        str(state): sum(verdict.state is state for verdict in verdicts)
-        for state in State
-        if state is not State.UNUSABLE
-    }
-    content: dict[str, Any] = {
-        "run": str(opened.directory),
-        "replayed": replay,
-        **counts,
-        "bad": [
-            {
-                "point": verdict.point,
-                "repeat": verdict.repeat,
-                "path": str(verdict.path),
-                "error": str(verdict.error),
-            }
-            for verdict in bad
-        ],
-    }
+    found = sorted(checked, key=lambda each: (each.point, each.repeat))
+    counts = {str(state): sum(each.state is state for each in found) for state in State}
+    del counts[str(State.UNUSABLE)]
+    bad = [
+        {
+            "point": each.point,
+            "repeat": each.repeat,
+            "path": str(each.path),
+            "error": str(each.error),
+        }
+        for each in found
+        if each.state is State.UNUSABLE
+    ]
+    content = {"run": str(opened.directory), "replayed": replay, **counts, "bad": bad}
     if as_json:
-        tell(json.dumps(content))
+        print_json(content)
     else:
-        for line in _lines(content):
-            tell(line)
+        print_line("\n".join(_verification_lines(content)))
     if bad:
         raise typer.Exit(ExitCode.UNSOUND)
 
 
-def _followed(run: Run, replay: bool, workers: int) -> Iterator[RepeatStatus]:
-    """The verdicts, with a progress bar on a terminal."""
-    from rich.console import Console
-    from rich.progress import track
-
-    from snooker_cli.runs.verification import verify as verdicts
-
-    return iter(
-        track(
-            verdicts(run, replay=replay, workers=workers),
-            "",
-            total=len(run.points) * run.experiment.repeats,
-            console=Console(stderr=True),
-            transient=True,
-            disable=not sys.stderr.isatty(),
-        )
-    )
-
-
-def _lines(content: dict[str, Any]) -> Iterator[str]:
-    """The verdict for people."""
-    from snooker_cli.formatting import counted, listed
-
+def _verification_lines(content: Mapping[str, Any]) -> Iterator[str]:
+    """What ``verify`` prints as text."""
     for one in content["bad"]:
         yield one["error"]
     how = "read and simulated again" if content["replayed"] else "read again"
     bad = f", {counted(len(content['bad']), 'bad file')}" if content["bad"] else ""
-    whole = counted(content["done"], "whole repeat")
-    yield f"{content['run']}: {whole}{bad}, {how}"
-    left = [
-        f"{content[state]:,} {words}"
-        for state, words in (
-            ("missing", "missing"),
-            ("interrupted", "interrupted"),
-            ("shorter", "shorter than the run is now"),
-        )
-        if content[state]
-    ]
-    if left:
-        yield f"{listed(left)}; run the config again, which does them"
+    complete = counted(content["done"], "complete repeat")
+    yield f"{content['run']}: {complete}{bad}, {how}"
+    states = (
+        ("missing", "missing"),
+        ("interrupted", "interrupted"),
+        ("shorter", "shorter than the extended run"),
+    )
+    rest = [f"{content[state]:,} {words}" for state, words in states if content[state]]
+    if rest:
+        yield f"{listed(rest)}; run the config again to complete them"

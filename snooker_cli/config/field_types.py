@@ -13,6 +13,8 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from snooker_cli.containers import SHAPES, ShapeName
+
 MAX_RINGS = 1000
 """1 + 3·1000·1001 = 3,003,001 balls."""
 
@@ -125,9 +127,7 @@ Title = Annotated[
     AfterValidator(_printable),
     _needs("one line of printable text of at most 200 characters", "other"),
 ]
-Shape = Annotated[
-    Literal["circle", "box", "periodic"], _needs("one of circle, box, periodic", "other")
-]
+Shape = Annotated[ShapeName, _needs(f"one of {', '.join(SHAPES)}", "other")]
 Start = Annotated[Literal["lattice", "random"], _needs("one of lattice, random", "other")]
 Speeds = Annotated[Literal["equal", "maxwell"], _needs("one of equal, maxwell", "other")]
 COLLAPSE = "stop, slide, {tc: NUMBER} or {elastic_below: NUMBER}"

@@ -1,8 +1,8 @@
-"""The frozen model of an experiment: what may be written, in which unit, in which range."""
+"""The model of an experiment: its keys with units, ranges and rules, and their JSON schema."""
 
 import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Any
 
 from pydantic import (
@@ -26,8 +26,7 @@ from snooker_cli.config import field_types as q
 from snooker_cli.config.axes import WHOLE_RUN, ZIP, Axes, axes, written
 from snooker_cli.config.field_types import MAX_BALLS
 from snooker_cli.config.problems import Complaint, KeyPath, refusal
-
-# The models of a container and of the balls in it: what may be written, and in which unit.
+from snooker_cli.containers import SHAPES, Circle, Container
 
 
 class Model(BaseModel):
@@ -37,10 +36,7 @@ class Model(BaseModel):
 
 
 class _Sparse(Model):
-    """Written without the keys that are absent, as if they did not exist.
-
-    So a container that is a circle is written as before there were others, with its old digest.
-    """
+    """Written without absent keys, so that digests are the same as before these keys existed."""
 
     @model_serializer(mode="wrap")
     def _written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -48,7 +44,7 @@ class _Sparse(Model):
         return {
             key: value
             for key, value in data.items()
-            if value is not None and (key, value) != ("shape", "circle")
+            if value is not None and (key, value) != ("shape", Circle.name)
         }
 
 
@@ -57,7 +53,7 @@ class ContainerConfig(_Sparse):
 
     shape: q.Shape = Field(
         default="circle",
-        description="What it is: a circle, a box with four walls, or a periodic box without any.",
+        description="Shape: a circle, a box with four walls, or a periodic box without walls.",
     )
     radius: q.Positive | None = Field(
         default=None,
@@ -73,8 +69,8 @@ class ContainerConfig(_Sparse):
     )
     packing: q.Fraction | None = Field(
         default=None,
-        description="Fraction of the container's area that balls given by count cover together. "
-        "Of this, the container's size and the balls' radii two are given, the third follows.",
+        description="Fraction of the container's area that balls given by count cover. Two of "
+        "this, the container's size and the balls' radii are given; the third follows.",
     )
     mass: q.WallMass = Field(
         default=math.inf,
@@ -83,13 +79,17 @@ class ContainerConfig(_Sparse):
     )
 
     @property
-    def size(self) -> tuple[float, float] | None:
-        """Width and height, m, where they are given; of a circle both are the diameter."""
-        if self.shape == "circle":
-            return None if self.radius is None else (2 * self.radius, 2 * self.radius)
-        if self.width is None:
+    def shape_class(self) -> type[Container]:
+        """The class of the shape."""
+        return SHAPES[self.shape]
+
+    @property
+    def given(self) -> Container | None:
+        """The container, or None where its size follows from packing."""
+        first, *others = (getattr(self, key) for key in self.shape_class.keys)
+        if first is None:
             return None
-        return self.width, self.width if self.height is None else self.height
+        return self.shape_class(first, *(first if each is None else each for each in others))
 
 
 class Rings(Model):
@@ -136,19 +136,18 @@ class Species(_Sparse):
     )
     mass: q.Mass = Field(default=1.0, description="Mass of every ball, kg.")
     speed: q.NotNegative = Field(
-        description="Speed of every ball at the start, m/s; for speeds: maxwell the root mean "
-        "square. In a periodic box the velocity of the centre of mass is taken off all and the "
-        "kinetic energy then restored."
+        description="Speed of every ball at the start, m/s; with speeds: maxwell the root mean "
+        "square. In a periodic box the total momentum is set to zero at the same kinetic energy."
     )
     speeds: q.Speeds = Field(
         default="equal",
-        description="Speeds at the start: equal, or those of Maxwell's distribution. Directions "
-        "are random.",
+        description="Speeds at the start: equal, or from Maxwell's distribution. Directions are "
+        "random.",
     )
     start: q.Start | None = Field(
         default=None,
         description="Places at the start: a hexagonal lattice over the whole container (the "
-        "default), or random. Of several species one says it for all.",
+        "default), or random. One of several species can give it for all.",
     )
 
 
@@ -157,8 +156,8 @@ class BallCount(Species):
 
     packing: q.Fraction | None = Field(
         default=None,
-        description="Fraction of the container's area that the balls cover. Of this, the "
-        "container's size and the balls' radius two are given, the third follows.",
+        description="Fraction of the container's area that the balls cover. Two of this, the "
+        "container's size and the balls' radius are given; the third follows.",
     )
 
 
@@ -167,27 +166,29 @@ BALLS: Mapping[str, type[Rings] | type[BallList] | type[BallCount]] = {
     "list": BallList,
     "count": BallCount,
 }
-"""The ways to give balls in a mapping, by the key that tells them apart."""
+"""The ways to give balls in a mapping, by the key that only one of them has."""
 
 
-def balls_variant(value: object) -> str | None:
-    """The key in BALLS that `balls:` evidently goes by, misspelt or not; None when unclear.
+def _variants(models: Mapping[str, type[Model]], value: object) -> list[str]:
+    """The keys of `models` that a mapping has, or the one of its model."""
+    if isinstance(value, Mapping):
+        return [key for key in models if key in value]
+    return [key for key, model in models.items() if isinstance(value, model)]
 
-    A list is one of species.
+
+def _balls_variant(value: object) -> str | None:
+    """The key in BALLS that a value has, misspelt or not; None if it has none or several.
+
+    It is "species" for a list.
     """
     if isinstance(value, list | tuple):
         return "species"
-    for key, model in BALLS.items():
-        if isinstance(value, model):
-            return key
-    if not isinstance(value, Mapping):
-        return None
-    given = [key for key in BALLS if key in value]
-    if not given:
+    found = _variants(BALLS, value)
+    if not found and isinstance(value, Mapping):
         known = {name for model in BALLS.values() for name in model.model_fields}
         unknown = [str(key).lower() for key in value if key not in known]
-        given = [key for key in BALLS if difflib.get_close_matches(key, unknown, cutoff=0.7)]
-    return given[0] if len(given) == 1 else None
+        found = [key for key in BALLS if difflib.get_close_matches(key, unknown, cutoff=0.7)]
+    return found[0] if len(found) == 1 else None
 
 
 AllSpecies = Annotated[tuple[Species, ...], Field(min_length=1), BeforeValidator(q.as_tuple)]
@@ -198,25 +199,22 @@ Balls = Annotated[
     | Annotated[BallCount, Tag("count")]
     | Annotated[AllSpecies, Tag("species")],
     Discriminator(
-        balls_variant,
+        _balls_variant,
         custom_error_type="balls",
         custom_error_message="one of rings, list and count is needed",
     ),
 ]
 
 
-# The models of what is done about infinitely many collisions in finite time.
-
-
 class ContactDuration(Model):
-    """Contacts last: a ball whose last contact was a moment ago collides without loss.
+    """A ball that collided a short time ago collides without loss: contacts have a duration.
 
-    The TC model of Luding and McNamara, Granular Matter 1, 113 (1998).
+    TC model: Luding and McNamara, Granular Matter 1, 113 (1998).
     """
 
     tc: q.Fraction = Field(
-        description="How long a contact lasts, in mean free times as they are at present, at most "
-        "1: a collision is elastic if a ball in it had another contact more recently."
+        description="Duration of a contact in present mean free times, at most 1. A collision is "
+        "elastic if one of its balls had another contact more recently."
     )
 
 
@@ -232,18 +230,13 @@ REGULARISED: Mapping[str, type[ContactDuration] | type[ElasticBelow]] = {
     "tc": ContactDuration,
     "elastic_below": ElasticBelow,
 }
-"""The ways to give it as a mapping, by their key."""
+"""The models that prevent a collapse, by their key."""
 
 
-def collapse_variant(value: object) -> str | None:
-    """The key in REGULARISED that `collapse:` goes by, "word" for a text; None when unclear."""
-    if isinstance(value, str):
-        return "word"
-    for key, model in REGULARISED.items():
-        if isinstance(value, model):
-            return key
-    given = list(value) if isinstance(value, Mapping) else []
-    return given[0] if len(given) == 1 and given[0] in REGULARISED else None
+def _collapse_variant(value: object) -> str | None:
+    """The key in REGULARISED that a value has, "word" for a text; None if it has none or both."""
+    found = ["word"] if isinstance(value, str) else _variants(REGULARISED, value)
+    return found[0] if len(found) == 1 else None
 
 
 Collapse = Annotated[
@@ -251,7 +244,7 @@ Collapse = Annotated[
     | Annotated[ContactDuration, Tag("tc")]
     | Annotated[ElasticBelow, Tag("elastic_below")],
     Discriminator(
-        collapse_variant,
+        _collapse_variant,
         custom_error_type="needs",
         custom_error_message="{needs} is needed",
         custom_error_context={"needs": q.COLLAPSE, "form": "other"},
@@ -266,31 +259,30 @@ AnyBalls = Rings | BallList | BallCount | tuple[Species, ...]
 
 def faults_of_container(container: ContainerConfig) -> Iterator[Complaint]:
     """What is wrong with a container whatever the balls are."""
-    shape = container.shape
-    if shape == "circle":
-        for key, value in (("width", container.width), ("height", container.height)):
-            if value is not None:
-                sentence = f"a circle has no {key}; give its radius, or set shape: box or periodic"
-                yield Complaint(("container", key), sentence, about_key=True)
-        return
-    box = f"a {shape} box" if shape == "periodic" else "a box"
-    if container.radius is not None:
-        sentence = f"{box} has no radius; give width and height, or remove shape for a circle"
-        yield Complaint(("container", "radius"), sentence, about_key=True)
-    if container.height is not None and container.width is None:
-        sentence = f"the height of {box} is given without its width; add width"
-        yield Complaint(("container", "height"), sentence, about_key=True)
-    if math.isfinite(container.mass):
-        sentence = f"{box} is fixed and has no mass; remove it, or remove shape for a circle"
+    shape = container.shape_class
+    for key in dict.fromkeys(key for other in SHAPES.values() for key in other.keys):
+        if key not in shape.keys and getattr(container, key) is not None:
+            owners = " or ".join(other.name for other in SHAPES.values() if key in other.keys)
+            sentence = (
+                f"a {shape.title} has no {key}; give {' and '.join(shape.keys)}, or set shape: "
+                f"{owners}"
+            )
+            yield Complaint(("container", key), sentence, about_key=True)
+    first, *others = shape.keys
+    for key in others:
+        if getattr(container, key) is not None and getattr(container, first) is None:
+            sentence = f"the {key} of a {shape.title} is given without its {first}; add {first}"
+            yield Complaint(("container", key), sentence, about_key=True)
+    if math.isfinite(container.mass) and not shape.can_move:
+        sentence = f"a {shape.title} is fixed and has no mass; remove it, or set shape: circle"
         yield Complaint(("container", "mass"), sentence, about_key=True)
 
 
 def faults_of_slide(container: ContainerConfig) -> Iterator[Complaint]:
     """Balls slide along the fixed wall of a circle and nowhere else."""
-    if container.shape != "circle":
-        wall = "walls are straight" if container.shape == "box" else "there is no wall"
+    if not issubclass(container.shape_class, Circle):
         sentence = (
-            f"slide is for a circle, and with shape: {container.shape} {wall}; set collapse: stop, "
+            f"balls slide only in a circle, not with shape: {container.shape}; set collapse: stop, "
             "{tc: 0.01} or {elastic_below: 1e-6}"
         )
         yield Complaint(("collapse",), sentence)
@@ -315,30 +307,26 @@ def faults_of_balls(container: ContainerConfig, balls: AnyBalls) -> Iterator[Com
         sentence = f"the species have {number:,} balls in all, of at most {MAX_BALLS:,}; give fewer"
         yield Complaint(("balls",), sentence)
     yield from _faults_of_starts(species, paths)
-    if container.shape == "periodic" and sum(each.count for each in species) == 1:
-        sentence = "one ball in a periodic box meets nothing; give two or more"
+    if not container.shape_class.has_wall and sum(each.count for each in species) == 1:
+        sentence = f"one ball in a {container.shape_class.title} meets nothing; give two or more"
         yield Complaint((*paths[0], "count"), sentence)
     yield from _faults_of_sizes(container, balls, paths)
-
-
-def _size_key(container: ContainerConfig) -> str:
-    return "radius" if container.shape == "circle" else "width"
 
 
 def _faults_of_places(container: ContainerConfig, balls: Rings | BallList) -> Iterator[Complaint]:
     """Rings need a circle, and balls that have their places a container that has its size."""
     kind = "rings" if isinstance(balls, Rings) else "list"
-    if kind == "rings" and container.shape != "circle":
+    if kind == "rings" and not issubclass(container.shape_class, Circle):
         sentence = f"rings are for a circle, not for shape: {container.shape}; give count or list"
         yield Complaint(("balls", "rings"), sentence, about_key=True)
         return
     if container.packing is not None:
         sentence = f"packing is for balls given by count, not for {kind}; remove it"
         yield Complaint(("container", "packing"), sentence, about_key=True)
-    key = _size_key(container)
-    if container.size is None:
-        inner = "inner radius of the circle, m" if key == "radius" else "inner width of the box, m"
-        sentence = f"the key is missing; add it: {inner}"
+    if container.given is None:
+        shape = container.shape_class
+        key = shape.keys[0]
+        sentence = f"the key is missing; add it: inner {key} of the {shape.title}, m"
         yield Complaint(("container", key), sentence, about_key=True)
 
 
@@ -374,11 +362,11 @@ def _faults_of_sizes(
         )
         yield from (Complaint((*path, "radius"), sentence, about_key=True) for path in without)
         return
-    size = f"container.{_size_key(container)}"
+    size = f"container.{container.shape_class.keys[0]}"
     given = [
         name
         for name, there in (
-            (size, container.size is not None),
+            (size, container.given is not None),
             ("radius of the balls", not without),
             ("packing", bool(packings)),
         )
@@ -396,6 +384,12 @@ def _faults_of_sizes(
             f"{given[0] if given else 'none'} is given, so add {'one' if given else 'two'}"
         )
         yield Complaint(("balls",), sentence)
+
+
+def _refuse(faults: Iterable[Complaint]) -> None:
+    """Raise an error for pydantic if there are faults."""
+    if found := tuple(faults):
+        raise refusal(found)
 
 
 class Experiment(Model):
@@ -416,10 +410,10 @@ class Experiment(Model):
     )
     collapse: Collapse = Field(
         default="stop",
-        description="What to do about infinitely many collisions in finite time: stop and say so, "
-        "the default, which is right everywhere; let a ball slide along a circle's fixed wall "
-        "after them (slide); or have contacts last (tc) or slow collisions elastic "
-        "(elastic_below), so that there are none.",
+        description="What to do about infinitely many collisions in finite time. stop (the "
+        "default): end the repeat and report it. slide: let the ball slide along a circle's fixed "
+        "wall. tc: contacts have a duration; elastic_below: slow collisions are elastic; with "
+        "either there is no collapse.",
     )
     collisions: q.Count | None = Field(
         default=None,
@@ -445,37 +439,35 @@ class Experiment(Model):
         default=(),
         description="A grid over keys (dotted paths), each with a list of values, range(1, 6) or "
         "start:stop:count; the last key runs fastest. Keys under zip, or under each item of a list "
-        "there, walk together: one axis of the grid, in the place of zip.",
+        "there, change together: they are one axis of the grid, at the place of zip.",
     )
 
     @field_validator("container")
     @classmethod
-    def _is_sound(cls, container: ContainerConfig) -> ContainerConfig:
-        if found := tuple(faults_of_container(container)):
-            raise refusal(found)
+    def _has_sound_keys(cls, container: ContainerConfig) -> ContainerConfig:
+        _refuse(faults_of_container(container))
         return container
+
+    # A container or `collisions` that failed its own check is not in info.data.
 
     @field_validator("balls")
     @classmethod
-    def _agree_with_container(cls, balls: AnyBalls, info: ValidationInfo) -> AnyBalls:
-        # A container that failed its own check is not in info.data.
-        container = info.data.get("container")
-        if container and (found := tuple(faults_of_balls(container, balls))):
-            raise refusal(found)
+    def _fit_the_container(cls, balls: AnyBalls, info: ValidationInfo) -> AnyBalls:
+        if container := info.data.get("container"):
+            _refuse(faults_of_balls(container, balls))
         return balls
 
     @field_validator("collapse")
     @classmethod
     def _has_a_wall_to_slide_on(cls, collapse: Collapse, info: ValidationInfo) -> Collapse:
         container = info.data.get("container")
-        if collapse == "slide" and container and (found := tuple(faults_of_slide(container))):
-            raise refusal(found)
+        if container and collapse == "slide":
+            _refuse(faults_of_slide(container))
         return collapse
 
     @field_validator("time")
     @classmethod
     def _has_an_end(cls, time: float | None, info: ValidationInfo) -> float | None:
-        # A `collisions` that failed its own check is not in info.data: it was given.
         if time is None and info.data.get("collisions", 0) is None:
             raise PydanticCustomError("endless", "collisions or time is needed")
         return time
@@ -487,7 +479,7 @@ class Experiment(Model):
 
     @property
     def contact_duration(self) -> float:
-        """How long a contact lasts in the TC model, mean free times; zero without it."""
+        """Duration of a contact in the TC model, mean free times; zero without the model."""
         return self.collapse.tc if isinstance(self.collapse, ContactDuration) else 0.0
 
     @property
@@ -504,7 +496,7 @@ class Experiment(Model):
 
     @property
     def start(self) -> str:
-        """Where balls given by count are at the start, "lattice" or "random"."""
+        """Places of balls given by count at the start, "lattice" or "random"."""
         return next((each.start for each in self.species if each.start), "lattice")
 
     @property
@@ -544,38 +536,28 @@ def schema() -> dict[str, Any]:
     swept: dict[str, Any] = {}
     for key, entry in properties.items():
         homes = _models(entry)
-        for inner, inner_entry in (
-            pair for home in homes for pair in definitions[home]["properties"].items()
-        ):
-            if not _models(inner_entry.get("items", {})):
-                swept[f"{key}.{inner}"] = _axis(inner_entry)
+        for home in homes:
+            for inner, inner_entry in definitions[home]["properties"].items():
+                if not _models(inner_entry.get("items", {})):
+                    swept[f"{key}.{inner}"] = _axis(inner_entry)
         words = [each for each in entry.get("oneOf", ()) if each.get("type") == "string"]
         if words:
             swept[key] = _axis({**words[0], "description": entry["description"]})
         elif not homes and key not in WHOLE_RUN:
             swept[key] = _axis(entry)
-    patterns = {rf"^{key}\[[0-9]+\]\.": _SEVERAL for key in ("balls", r"balls\.list")}
-    group = {
-        "type": "object",
-        "properties": {
+    group = _closed(
+        {
             key: {**_SEVERAL, "items": {"$ref": f"#/properties/sweep/properties/{key}/items"}}
             for key in swept
-        },
-        "patternProperties": patterns,
-        "additionalProperties": False,
-    }
+        }
+    )
     zipped = {
-        "description": "Keys that walk together: lists of as many values each, or several such "
-        "groups as a list.",
+        "description": "Keys that change together: lists of equal length, or several such groups "
+        "as a list.",
         "anyOf": [group, {"type": "array", "items": group}],
     }
-    properties["sweep"] = {
-        "type": "object",
-        "description": properties["sweep"]["description"],
-        "properties": {**swept, ZIP: zipped},
-        "patternProperties": patterns,
-        "additionalProperties": False,
-    }
+    description = properties["sweep"]["description"]
+    properties["sweep"] = {"description": description, **_closed({**swept, ZIP: zipped})}
     return {
         "$schema": GenerateJsonSchema.schema_dialect,
         **document,
@@ -598,4 +580,16 @@ def _axis(entry: dict[str, Any]) -> dict[str, Any]:
         "description": entry["description"],
         "items": value,
         "uniqueItems": True,
+    }
+
+
+def _closed(properties: dict[str, Any]) -> dict[str, Any]:
+    """The schema of a mapping of swept keys, among them those of single balls or species."""
+    return {
+        "type": "object",
+        "properties": properties,
+        "patternProperties": {
+            rf"^{key}\[[0-9]+\]\.": _SEVERAL for key in ("balls", r"balls\.list")
+        },
+        "additionalProperties": False,
     }

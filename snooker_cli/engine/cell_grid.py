@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli.containers import Circle
 from snooker_cli.engine.contact import NEVER, nearest_image
 from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import (
@@ -111,8 +112,8 @@ def new_mesh(scene: Scene, side: float) -> Mesh:
     """
     least = 2.0 * float(np.max(scene.radii)) * ROUNDING
     side = max(side, least)
-    width, height = scene.size
-    if scene.shape == "periodic":
+    width, height = scene.container.size
+    if scene.container.period is not None:
         columns = max(int(width / side), min(LEAST_CELLS, int(width / least)))
         rows = max(int(height / side), min(LEAST_CELLS, int(height / least)))
         if min(columns, rows) < LEAST_CELLS:
@@ -164,16 +165,15 @@ def _at_wall(scene: Scene, mesh: Mesh, margin: float) -> NDArray[np.bool_]:
     far_x = np.maximum(-left, left + mesh.width)[None, :]
     far_y = np.maximum(-bottom, bottom + mesh.height)[:, None]
     largest = float(np.max(scene.radii))
-    if scene.shape == "periodic":
+    if not scene.container.has_wall:
         return np.zeros((mesh.rows, 1 << mesh.shift), dtype=np.bool_)
-    if scene.shape == "box":
-        width, height = scene.size
-        return np.asarray(
-            (far_x * ROUNDING >= 0.5 * width - largest)
-            | (far_y * ROUNDING >= 0.5 * height - largest)
-        )
-    reach = scene.container_radius - largest - margin
-    return np.asarray(np.hypot(far_x, far_y) * ROUNDING >= reach)
+    if isinstance(scene.container, Circle):
+        reach = scene.container.radius - largest - margin
+        return np.asarray(np.hypot(far_x, far_y) * ROUNDING >= reach)
+    width, height = scene.container.size
+    return np.asarray(
+        (far_x * ROUNDING >= 0.5 * width - largest) | (far_y * ROUNDING >= 0.5 * height - largest)
+    )
 
 
 @inlined

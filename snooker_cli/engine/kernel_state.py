@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli.containers import Box, Circle
 from snooker_cli.engine.jit import inlined
 
 if TYPE_CHECKING:
@@ -114,10 +115,11 @@ class Setup(NamedTuple):
     @classmethod
     def of(cls, scene: Scene, time_limit: float = math.inf, collision_limit: int = 2**62) -> Setup:
         """The constants of a scene; of different radii or masses, the first."""
+        container = scene.container
         return cls(
             radius=float(scene.radii[0]),
             mass=float(scene.masses[0]),
-            container_radius=float(scene.container_radius),
+            container_radius=float(container.radius) if isinstance(container, Circle) else math.nan,
             container_mass=float(scene.container_mass),
             restitution=float(scene.restitution),
             wall_restitution=float(scene.wall_restitution),
@@ -170,12 +172,13 @@ def slides_of(scene: Scene) -> Integers | None:
 
 def half_sides_of(scene: Scene) -> Floats | None:
     """Half of the width and height of a box with walls, m."""
-    return np.array([scene.width, scene.height]) / 2 if scene.shape == "box" else None
+    return np.array(scene.container.size) / 2 if isinstance(scene.container, Box) else None
 
 
 def period_of(scene: Scene) -> Floats | None:
     """Width and height of a periodic box, m."""
-    return np.array([scene.width, scene.height]) if scene.shape == "periodic" else None
+    period = scene.container.period
+    return None if period is None else np.array(period)
 
 
 def new_sums(scene: Scene) -> Floats:

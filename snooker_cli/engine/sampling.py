@@ -77,7 +77,7 @@ def no_grid() -> Grid:
 def new_grid(scene: Scene) -> Grid:
     """An empty grid that starts with a 1024th of the time to cross half the container, or less."""
     speed = float(np.max(np.hypot(*scene.velocities.T)))
-    crossing = min(scene.size) / 2 / speed if speed > 0.0 else 1.0
+    crossing = min(scene.container.size) / 2 / speed if speed > 0.0 else 1.0
     step = math.ldexp(1.0, math.frexp(crossing)[1] - 11)
     rows = ROWS + 1 + EARLY_ROWS
     return Grid(

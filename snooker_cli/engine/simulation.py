@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from snooker_cli.containers import Box, Circle
 from snooker_cli.engine import (
     all_pairs,
     cell_grid,
@@ -326,15 +327,16 @@ def engine_for(scene: Scene, kind: str | None = None) -> type[AllPairs] | type[I
     Raises ``ValueError`` for all pairs in a box, for balls that slide in cells, and for balls that
     slide where there is no fixed circle.
     """
-    if scene.slides and (scene.shape != "circle" or scene.free):
+    in_circle = isinstance(scene.container, Circle)
+    if scene.slides and (not in_circle or scene.free):
         raise ValueError("balls slide along the fixed wall of a circle only: set collapse: stop")
     if scene.slides and kind == "cells":
         raise ValueError("the engine cells lets no ball slide: use allpairs")
-    if kind == "allpairs" and scene.shape != "circle":
-        raise ValueError(f"the engine allpairs knows no {scene.shape}: use cells")
+    if kind == "allpairs" and not in_circle:
+        raise ValueError(f"the engine allpairs knows no {scene.container.title}: use cells")
     if kind is None:
         few = scene.number <= few_at(scene.packing_fraction, free=scene.free)
-        kind = "allpairs" if scene.slides or (few and scene.shape == "circle") else "cells"
+        kind = "allpairs" if scene.slides or (few and in_circle) else "cells"
     return AllPairs if kind == "allpairs" else InCells
 
 
@@ -356,7 +358,7 @@ def side_of(scene: Scene) -> float:
     cube root to -1.
     """
     balls = max(BALLS_A_CELL, DILUTE * scene.packing_fraction ** (-1 / 3))
-    return math.sqrt(balls * scene.area / scene.number)
+    return math.sqrt(balls * scene.container.area / scene.number)
 
 
 CHUNK = 65536
@@ -410,8 +412,8 @@ def specialisation(scene: Scene, *, engine: str | None = None) -> dict[str, bool
     return {
         "cells": in_cells,
         "balls sorted by cells": in_cells and scene.number >= REORDERED,
-        "straight walls": scene.shape == "box",
-        "periodic images": scene.shape == "periodic",
+        "straight walls": isinstance(scene.container, Box),
+        "periodic images": scene.container.period is not None,
         "moving container": scene.free,
         "unequal balls": kernel_state.unlike(scene)[0] is not None,
         "sliding along the wall": scene.slides,
@@ -584,7 +586,7 @@ class _Run:
     def _endless(self, ball: int, other: int) -> str:
         """What it is that has collisions without end, the last of these two."""
         scene, digit = self.scene, clock.CLOCK_DIGITS * self.now
-        if other == CONTAINER and scene.shape == "circle":
+        if other == CONTAINER and isinstance(scene.container, Circle):
             here = self._finish(float(self.engine.sums[kernel_state.NOW]))
             x, y = here.positions[ball] - here.container_position
             u, v = here.velocities[ball] - here.container_velocity
@@ -592,9 +594,8 @@ class _Run:
             # A chord lasts 2 a v_n/v^2, which here does not move the clock.
             if square > 0.0 and 2.0 * abs(x * u + y * v) <= digit * square:
                 return f"ball {ball} moves along the wall and touches it at every moment"
-        if scene.restitution == 1.0 and (
-            scene.wall_restitution == 1.0 or scene.shape == "periodic"
-        ):
+        elastic_wall = scene.wall_restitution == 1.0 or not scene.container.has_wall
+        if scene.restitution == 1.0 and elastic_wall:
             return "collisions without end"
         return "inelastic collapse"
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from snooker_cli.analysis.decay import early_endings
+from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.figure_data import SPREAD
 from snooker_cli.figures.selection import (
@@ -94,10 +95,10 @@ def early(shown: Sequence[Facts]) -> str:
 def _constants(points: Sequence[Point]) -> list[str]:
     """What all points have in common, as ``r = 1 m``."""
     constants = [one] if (one := _single_balls(points[0])) else []
-    without_walls = all(point.experiment.container.shape == "periodic" for point in points)
+    without_walls = not any(point.experiment.container.shape_class.has_wall for point in points)
     for key in _SCENE:
         value = _common(points, key)
-        unsaid = value is None or (key, value) == ("container.shape", "circle")
+        unsaid = value is None or (key, value) == ("container.shape", Circle.name)
         if not unsaid and not (key == "wall_cor" and without_walls):
             constants.append(described(points[0], key))
     return constants

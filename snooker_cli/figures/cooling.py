@@ -338,12 +338,12 @@ def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, 
 
 def _kept(points: Sequence[Point]) -> str:
     """The letter of what the balls keep: angular momentum in a circle, momentum without walls."""
-    return "p" if points[0].experiment.container.shape == "periodic" else "L"
+    return "L" if points[0].experiment.container.shape_class.has_wall else "p"
 
 
 def _at_walls(points: Sequence[Point]) -> str:
     """What collisions at walls take, where there are any."""
-    walls = any(point.experiment.container.shape != "periodic" for point in points)
+    walls = any(point.experiment.container.shape_class.has_wall for point in points)
     return " and each of c_w at the wall (1 − e_w²)E/N" if walls else ""
 
 

@@ -18,6 +18,7 @@ from snooker_cli.analysis.observables import (
     pair_distances,
     reduced_speed_counts,
 )
+from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import setting
 from snooker_cli.figures.figure_data import (
@@ -46,16 +47,12 @@ if TYPE_CHECKING:
 
     from snooker_cli.config import Point
     from snooker_cli.runs import Run
-    from snooker_cli.scene import Scene, Shape
+    from snooker_cli.scene import Scene
 
 
 BINS = 45
-DIRECTIONS = 2000
 MOST_DISTANCES = 5_000_000
 """Of a point; more states are thinned out evenly, so that a picture takes seconds."""
-
-
-_SHAPES: dict[Shape, str] = {"circle": "circle", "box": "box", "periodic": "periodic box"}
 
 
 @dataclass(frozen=True)
@@ -117,8 +114,12 @@ def _picture(run: Run, selection: Selection, words: _Words) -> FigureData:
     widest = max(found, key=lambda each: float(each.edges[-1]))
     largest = float(widest.edges[-1])
     apart = np.linspace(0.0, largest, 200)
-    uniform = 2 * apart / largest**2 if central else _uniform_pairs(apart, widest.scene)
-    where = f"uniform in the {_SHAPES[widest.scene.shape]}"
+    uniform = (
+        2 * apart / largest**2
+        if central
+        else widest.scene.container.distance_density(apart, float(widest.scene.radii.min()))
+    )
+    where = f"uniform in the {widest.scene.container.title}"
     equal = all(equal_balls(each.scene) for each in found)
     name = words.limit if equal else words.limit_of_unequal
     extremes = {each.limit: each.extreme for each in found}
@@ -128,7 +129,7 @@ def _picture(run: Run, selection: Selection, words: _Words) -> FigureData:
         [f"{exact(at)} m where {name} = {exact(limit)} m" for limit, at in extremes.items()]
     )
     once = ", an instant of many counting once" if any(each.once for each in found) else ""
-    images = any(each.scene.shape == "periodic" for each in found)
+    images = any(each.scene.container.period is not None for each in found)
     return FigureData(
         kind=words.kind,
         title=words.title,
@@ -221,26 +222,11 @@ def _distances(run: Run, point: Point, selection: Selection, *, central: bool) -
 def _limits(scene: Scene, *, central: bool) -> tuple[Array, float, float]:
     """What each distance must not pass, and the range that the distances can have; m."""
     if central:
-        inside = scene.container_radius - scene.radii
+        inside = scene.container.wall_gaps(np.zeros(2), scene.radii)
         return inside, 0.0, float(inside.max())
     first, second = np.triu_indices(scene.number, k=1)
     contact = scene.radii[first] + scene.radii[second]
-    return contact, float(contact.min()), _farthest(scene)
-
-
-def _reach(scene: Scene) -> Array:
-    """Width and height of the region that the centres of the smallest balls can reach, m."""
-    walls = 0.0 if scene.shape == "periodic" else 2 * float(scene.radii.min())
-    return np.array(scene.size) - walls
-
-
-def _farthest(scene: Scene) -> float:
-    """The largest distance that two balls can have, m; in a periodic box of nearest images."""
-    width, height = _reach(scene)
-    if scene.shape == "circle":
-        return float(width)
-    diagonal = float(np.hypot(width, height))
-    return diagonal if scene.shape == "box" else diagonal / 2
+    return contact, float(contact.min()), scene.container.longest_distance(float(scene.radii.min()))
 
 
 def _points_with_states(run: Run, selection: Selection, least: int) -> list[Point]:
@@ -251,7 +237,7 @@ def _points_with_states(run: Run, selection: Selection, least: int) -> list[Poin
     for point in points:
         scene = one_repeat(run, point, selection).start
         number = scene.number
-        if least == 1 and scene.shape != "circle":
+        if least == 1 and not isinstance(scene.container, Circle):
             raise FigureError("only the wall of a circle is at one distance from the centre")
         if number < least:
             raise FigureError("one ball has no distance to another; it needs two or more")
@@ -259,28 +245,6 @@ def _points_with_states(run: Run, selection: Selection, least: int) -> list[Poin
         if 2 * (number if least == 1 else number * (number - 1) // 2) > MOST_DISTANCES:
             raise FigureError(f"{number:,} balls have too many distances to show")
     return points
-
-
-def _uniform_pairs(apart: Array, scene: Scene) -> Array:
-    """Density of the distance of two random points in a container.
-
-    In a circle that of disk line picking. In a rectangle both components of the distance are
-    independent, and their densities are multiplied and summed over directions.
-    """
-    if scene.shape == "circle":
-        diameter = _farthest(scene)
-        s = np.clip(apart / diameter, 0.0, 1.0)
-        density = 16 * s / math.pi * (np.arccos(s) - s * np.sqrt(1 - s * s)) / diameter
-        return np.asarray(density)
-    angles = (np.arange(DIRECTIONS) + 0.5) * (math.pi / 2 / DIRECTIONS)
-    product = np.ones((len(apart), DIRECTIONS))
-    for component, side in zip((np.cos(angles), np.sin(angles)), _reach(scene), strict=True):
-        along = apart[:, None] * component
-        if scene.shape == "box":
-            product *= 2 * np.maximum(side - along, 0.0) / side**2
-        else:
-            product *= np.where(along <= side / 2, 2 / side, 0.0)
-    return np.asarray(apart * product.mean(axis=1) * (math.pi / 2))
 
 
 def _verdict(excess: float, limit: float, words: _Words) -> str:

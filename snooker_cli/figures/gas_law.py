@@ -69,7 +69,7 @@ class _State:
     @property
     def area(self) -> float:
         """Area of the container, m^2."""
-        return self.scene.area
+        return self.scene.container.area
 
     @property
     def ideal(self) -> Array:
@@ -98,7 +98,7 @@ _TEMPERATURE = _Axis(
 _AREA = _Axis(
     "area of the container (m²)",
     lambda state: state.area,
-    lambda scene, temperature, x: (scene.number, temperature, math.sqrt(x / scene.area)),
+    lambda scene, temperature, x: (scene.number, temperature, math.sqrt(x / scene.container.area)),
 )
 _NUMBER = _Axis(
     "number of balls",
@@ -259,7 +259,7 @@ def _theory_line(
         number, warm, scale = axis.at(scene, temperature, float(each))
         ratio = _ideal_over_theory(scene, number, float(scene.radii[0]), scale)
         if math.isfinite(ratio):
-            ideal = theory.ideal_gas_pressure(number, warm, scene.area * scale**2)
+            ideal = theory.ideal_gas_pressure(number, warm, scene.container.area * scale**2)
             found.append((float(each), ideal / ratio))
     if not found:
         return []
@@ -269,11 +269,11 @@ def _theory_line(
 
 def _ideal_over_theory(scene: Scene, number: float, radius: float, scale: float = 1.0) -> float:
     """The ideal gas's pressure over that of hard disks in the container; nan if they are solid."""
-    room = predictions.container(scene, radius, scale)
-    state = predictions.fluid(number, 1.0, radius, room)
+    container = scene.container.scaled(scale)
+    state = predictions.fluid(number, 1.0, radius, container)
     if state is None:
         return math.nan
-    return theory.ideal_gas_pressure(number, 1.0, room.area) / state.pressure
+    return theory.ideal_gas_pressure(number, 1.0, container.area) / state.pressure
 
 
 def _state(run: Run, point: Point, selection: Selection) -> _State:

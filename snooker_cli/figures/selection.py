@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from snooker_cli import store
+from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import listed, short
 
@@ -112,7 +113,6 @@ _WORDS = {
     "balls.mass": "m = {} kg",
     "balls.speed": "v₀ = {} m/s",
     "balls.ring_extent": "ring extent {}",
-    "container.shape": "{}",
     "container.radius": "R = {} m",
     "container.width": "width {} m",
     "container.height": "height {} m",
@@ -260,7 +260,7 @@ def along(points: Sequence[Point], *xs: str, series: str | None = None) -> list[
 def elastic(point: Point) -> bool:
     """Whether no collision of a point loses energy; a periodic box has none with a wall."""
     experiment = point.experiment
-    walls = experiment.container.shape == "periodic" or experiment.effective_wall_cor == 1.0
+    walls = not experiment.container.shape_class.has_wall or experiment.effective_wall_cor == 1.0
     return experiment.cor == 1.0 and walls
 
 
@@ -296,8 +296,8 @@ def described(point: Point, key: str) -> str:
     value = value_at(point, key)
     if key == "balls.rings":
         value = 1 + 3 * value * (value + 1)
-    if (key, value) == ("container.shape", "periodic"):
-        return "periodic box"
+    if key == "container.shape":
+        return SHAPES[value].title
     if key in _ABSENT and value in (None, math.inf):
         return _ABSENT[key]
     shown = short(value, 6) if isinstance(value, float) else str(value)

@@ -170,9 +170,9 @@ def _ratio(trace: Trace) -> tuple[Array, Array]:
 def _total(trace: Trace, component: int, name: str) -> tuple[Array, Array]:
     """Times and one component of the total momentum, s and kg m/s. Raises ``FigureError``."""
     scene = trace.start
-    if scene.shape == "box":
+    if not scene.container.can_move and scene.container.has_wall:
         raise FigureError("the walls of a box are fixed and take momentum")
-    if scene.shape == "circle" and not scene.free:
+    if scene.container.has_wall and not scene.free:
         raise FigureError("a fixed container takes momentum; give it a finite container.mass")
     states = at_collisions(trace)
     total = momentum(states, scene)[:, component]
@@ -184,8 +184,8 @@ def _total(trace: Trace, component: int, name: str) -> tuple[Array, Array]:
 
 def _bodies(points: Sequence[Point]) -> str:
     """Whose energy and momentum are counted: a circle can move, boxes do not."""
-    circle = any(point.experiment.container.shape == "circle" for point in points)
-    return "balls and container" if circle else "the balls"
+    movable = any(point.experiment.container.shape_class.can_move for point in points)
+    return "balls and container" if movable else "the balls"
 
 
 TITLE_WITHOUT_WALLS = "Mean pressure since the start, by the virial"
@@ -222,7 +222,7 @@ def pressure(run: Run, selection: Selection) -> FigureData:
             expected |= dict.fromkeys(_equilibrium(traces[0].start))
     if not any(record["pressure"] for record in records):
         raise FigureError("nothing hits the wall, so that there is no pressure; run longer")
-    walls = any(point.experiment.container.shape != "periodic" for point in points)
+    walls = any(point.experiment.container.shape_class.has_wall for point in points)
     references: list[Layer] = [
         Reference("y", value, "hard-disk theory, CoR 1") for value in expected
     ]
@@ -250,7 +250,7 @@ def _from_zero(trace: Trace) -> tuple[Array, Array]:
     time, values = cumulative_pressure(trace, series(trace))
     if not len(time):
         raise FigureError("nothing happens after the start of a repeat, so that it has no pressure")
-    first = 0.0 if scene.shape != "periodic" else scene.kinetic_energy / scene.area
+    first = 0.0 if scene.container.has_wall else scene.kinetic_energy / scene.container.area
     return np.append(0.0, time), np.append(first, values)
 
 
@@ -259,4 +259,8 @@ def _equilibrium(scene: Scene) -> list[float]:
     warm = scene.kinetic_energy / scene.number
     met = meeting_temperature(scene.kinetic_energy, scene)
     state = predictions.scene_state(scene, met)
-    return [] if state is None else [state.pressure + scene.number * (warm - met) / scene.area]
+    return (
+        []
+        if state is None
+        else [state.pressure + scene.number * (warm - met) / scene.container.area]
+    )

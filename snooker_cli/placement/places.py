@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from snooker_cli.containers import Box, Circle
 from snooker_cli.errors import JammedError, SceneError
 from snooker_cli.neighbours import near, near_pairs
 from snooker_cli.placement.random_numbers import points_in_disc, uniforms
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from snooker_cli.config import Rings
-    from snooker_cli.scene import Shape
+    from snooker_cli.containers import Container
 
     Floats = NDArray[np.float64]
     Integers = NDArray[np.int64]
@@ -101,15 +102,13 @@ class Lattice(NamedTuple):
     diameter: float
 
 
-def lattice(shape: Shape, size: tuple[float, float], number: int) -> Lattice:
-    """The places for so many balls, as far from one another and from the wall as may be.
-
-    size : width and height, m, of the container or of the square round a circle
-    """
-    if shape == "circle":
-        found = _in_circle(size[0] / 2, number)
+def lattice(container: Container, number: int) -> Lattice:
+    """The places for so many balls, as far from one another and from the wall as may be."""
+    size = container.size
+    if isinstance(container, Circle):
+        found = _in_circle(container.radius, number)
     else:
-        layout = _in_periodic if shape == "periodic" else _in_box
+        layout = _in_box if isinstance(container, Box) else _in_periodic
         found, lying = layout(*size, number), layout(*size[::-1], number)
         if lying.diameter > found.diameter:
             found = Lattice(np.ascontiguousarray(lying.positions[:, ::-1]), lying.diameter)
@@ -232,64 +231,34 @@ SKIN = 0.6
 """Beyond touching, up to which gap pairs are kept in sight, in mean radii."""
 
 
-class Room(NamedTuple):
-    """A container at rest with its middle at the origin; width and height in m."""
-
-    shape: Shape
-    size: tuple[float, float]
-
-    @property
-    def period(self) -> tuple[float, float] | None:
-        """Width and height of a periodic box, m."""
-        return self.size if self.shape == "periodic" else None
-
-    def places(self, generator: np.random.PCG64, number: int, radius: float) -> Floats:
-        """Uniform places for the centres of balls of a radius (m), (*number*, 2)."""
-        if self.shape == "circle":
-            return (self.size[0] / 2 - radius) * points_in_disc(generator, number, 0.0)
-        margin = 2 * radius if self.shape == "box" else 0.0
-        return np.asarray((uniforms(generator, number) - 0.5) * (np.array(self.size) - margin))
-
-    def between(self, points: Floats, others: Floats) -> tuple[Floats, Floats]:
-        """x and y of points seen from others, or from their nearest images, (*n*,) each, m."""
-        x, y = points[:, 0] - others[:, 0], points[:, 1] - others[:, 1]
-        if self.period is not None:
-            x -= self.period[0] * np.rint(x / self.period[0])
-            y -= self.period[1] * np.rint(y / self.period[1])
-        return x, y
-
-    def put_inside(self, positions: Floats, radii: Floats) -> None:
-        """Move back what has left the room, and in a periodic box in by the other side."""
-        if self.shape == "circle":
-            farthest = self.size[0] / 2 - radii
-            distances = np.sqrt(positions[:, 0] ** 2 + positions[:, 1] ** 2)
-            out = distances > farthest
-            positions[out] *= (farthest[out] / distances[out])[:, None]
-        elif self.shape == "box":
-            corners = np.array(self.size) / 2 - radii[:, None]
-            np.clip(positions, -corners, corners, out=positions)
-        else:
-            positions -= np.array(self.size) * np.rint(positions / np.array(self.size))
+def uniform_places(
+    container: Container, generator: np.random.PCG64, number: int, radius: float
+) -> Floats:
+    """Uniform places for the centres of balls of a radius (m), (*number*, 2), m."""
+    if isinstance(container, Circle):
+        return (container.radius - radius) * points_in_disc(generator, number, 0.0)
+    margin = 2 * radius if container.has_wall else 0.0
+    return np.asarray((uniforms(generator, number) - 0.5) * (np.array(container.size) - margin))
 
 
 def scattered(
-    room: Room, radii: Sequence[float], counts: Sequence[int], generator: np.random.PCG64
+    container: Container, radii: Sequence[float], counts: Sequence[int], generator: np.random.PCG64
 ) -> Floats:
     """Random places for so many balls of each radius (m), in that order; (*N*, 2), m.
 
     Raises ``JammedError`` where they find none.
     """
     each = np.repeat(np.asarray(radii, dtype=np.float64), counts)
-    packing = packing_of(room, each)
+    packing = packing_of(container, each)
     if packing > GROWN * (1 + 1e-9):
         raise JammedError(GROWN)
-    wide = 2 * max(radii) / min(room.size)
+    wide = 2 * max(radii) / min(container.size)
     if wide > 1:
         raise JammedError(packing / (wide * wide))
     inserted = min(packing, INSERTED)
     while True:
         scale = math.sqrt(inserted / packing)
-        positions = _inserted(room, radii, counts, generator, scale)
+        positions = _inserted(container, radii, counts, generator, scale)
         if positions is not None:
             break
         inserted /= 2
@@ -297,20 +266,17 @@ def scattered(
         # In strips, what is near is near in memory too.
         strips = np.floor(positions[:, 1] / (4 * _mean(each)))
         order = np.lexsort((positions[:, 0], strips))
-        positions[order] = _grown(room, positions[order], each[order], packing)
+        positions[order] = _grown(container, positions[order], each[order], packing)
     return positions
 
 
-def packing_of(room: Room, radii: Floats) -> float:
-    """Area of balls over that of the room."""
-    squares = math.fsum((radii * radii).tolist())
-    if room.shape == "circle":
-        return 4 * squares / (room.size[0] * room.size[0])
-    return math.pi * squares / (room.size[0] * room.size[1])
+def packing_of(container: Container, radii: Floats) -> float:
+    """Area of balls over that of the container, the same for any order of the balls."""
+    return container.packing_fraction(math.fsum((radii * radii).tolist()))
 
 
 def _inserted(
-    room: Room,
+    container: Container,
     radii: Sequence[float],
     counts: Sequence[int],
     generator: np.random.PCG64,
@@ -325,20 +291,24 @@ def _inserted(
             if attempts > ATTEMPTS * counts[k]:
                 return None
             number = int(missing / accepted) + 8
-            tried = room.places(generator, number, radii[k])
+            tried = uniform_places(container, generator, number, radii[k])
             attempts += number
             for other, places in found.items():
-                tried = tried[~_blocked(room, tried, places, scale * (radii[k] + radii[other]))]
-            tried = tried[~_blocked(room, tried, tried, scale * 2 * radii[k])]
+                tried = tried[
+                    ~_blocked(container, tried, places, scale * (radii[k] + radii[other]))
+                ]
+            tried = tried[~_blocked(container, tried, tried, scale * 2 * radii[k])]
             accepted = max(len(tried) / number, 0.05)
             found[k] = np.concatenate([found[k], tried[:missing]])
     return np.concatenate([found[k] for k in range(len(radii))])
 
 
-def _blocked(room: Room, tried: Floats, places: Floats, reach: float) -> NDArray[np.bool_]:
+def _blocked(
+    container: Container, tried: Floats, places: Floats, reach: float
+) -> NDArray[np.bool_]:
     """Which places are within reach (m) of others, or of earlier ones among themselves."""
     blocked = np.zeros(len(tried), dtype=np.bool_)
-    for a, b, distances in near(tried, places, reach, room.period):
+    for a, b, distances in near(tried, places, reach, container.period):
         close = distances < reach
         if tried is places:
             close &= b < a
@@ -346,7 +316,7 @@ def _blocked(room: Room, tried: Floats, places: Floats, reach: float) -> NDArray
     return blocked
 
 
-def _grown(room: Room, positions: Floats, radii: Floats, packing: float) -> Floats:
+def _grown(container: Container, positions: Floats, radii: Floats, packing: float) -> Floats:
     """The positions of balls pushed apart until none overlap. Raises ``JammedError``.
 
     They are pushed as if they were larger by a quarter of what jamming leaves room for, so that
@@ -357,16 +327,16 @@ def _grown(room: Room, positions: Floats, radii: Floats, packing: float) -> Floa
     steps, moved = np.zeros_like(positions), np.full(len(radii), math.inf)
     for _ in range(SWEEPS):
         if 2 * np.max(moved) > skin:
-            room.put_inside(positions, radii)
-            pairs = list(near_pairs(positions, wanted, skin, room.period))
+            container.put_inside(positions, radii)
+            pairs = list(near_pairs(positions, wanted, skin, container.period))
             i, j, _ = (np.concatenate(one) for one in zip(*pairs, strict=True))
             seen = positions.copy()
-        x, y = room.between(positions[i], positions[j])
+        x, y = container.nearest_image(positions[i] - positions[j]).T
         distances = np.sqrt(x * x + y * y)
         close = np.flatnonzero(distances < wanted[i] + wanted[j])
         a, b, apart = i[close], j[close], distances[close]
         if np.all(apart >= radii[a] + radii[b]):
-            room.put_inside(positions, radii)
+            container.put_inside(positions, radii)
             return positions
         part = PUSH / 2 * (wanted[a] + wanted[b] - apart) / apart
         for axis, offsets in enumerate((x, y)):
@@ -374,8 +344,8 @@ def _grown(room: Room, positions: Floats, radii: Floats, packing: float) -> Floa
             steps[:, axis] *= MEMORY
             steps[:, axis] += np.bincount(a, push, len(radii)) - np.bincount(b, push, len(radii))
         positions += steps
-        if room.period is None:
-            room.put_inside(positions, radii)
+        if container.period is None:
+            container.put_inside(positions, radii)
         moved = np.sqrt(np.sum((positions - seen) ** 2, axis=1))
     ratio = float(np.min(apart / (radii[a] + radii[b])))
     raise JammedError(packing * ratio * ratio)

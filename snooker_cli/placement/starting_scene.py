@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snooker_cli.config import BallList, Rings
+from snooker_cli.containers import Circle
 from snooker_cli.errors import JammedError, SceneError
 from snooker_cli.placement.places import (
-    Room,
     check_rings,
     lattice,
     packing_of,
@@ -25,7 +25,7 @@ from snooker_cli.placement.random_numbers import (
     shuffled,
     stream,
 )
-from snooker_cli.scene import Scene, check, check_period
+from snooker_cli.scene import Scene, check
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from snooker_cli.config import Experiment
+    from snooker_cli.containers import Container
 
     Floats = NDArray[np.float64]
 
@@ -42,42 +43,41 @@ if TYPE_CHECKING:
 Radii = tuple[float, ...]
 
 
-def room_and_radii(experiment: Experiment) -> tuple[Room, Radii]:
-    """The container, and the radius of each species, m, of which one may follow from packing."""
-    species, container, packing = experiment.species, experiment.container, experiment.packing
-    disks = 1.0 if container.shape == "circle" else math.pi
+def container_and_radii(experiment: Experiment) -> tuple[Container, Radii]:
+    """The container and the radius of each species (m); one of them may follow from packing."""
+    species, packing = experiment.species, experiment.packing
+    container = experiment.container.given
     radii = tuple(each.radius for each in species if each.radius is not None)
-    size = container.size
-    if size is None:
+    if container is None:
         assert packing is not None
         squares = math.fsum(one.count * r * r for one, r in zip(species, radii, strict=True))
-        side = math.sqrt(disks * squares / packing[1])
-        size = (2 * side, 2 * side) if container.shape == "circle" else (side, side)
+        container = experiment.container.shape_class.for_packing(packing[1], squares)
     if not radii:
         assert packing is not None
         number = sum(each.count for each in species)
-        across, up = (side / 2 for side in size) if container.shape == "circle" else size
-        radii = len(species) * (math.sqrt(packing[1] * across * up / (disks * number)),)
-    return Room(container.shape, size), radii
+        radii = len(species) * (container.ball_radius(packing[1], number),)
+    return container, radii
 
 
-def start_positions(experiment: Experiment, room: Room, radii: Radii, repeat: int) -> Floats:
+def start_positions(
+    experiment: Experiment, container: Container, radii: Radii, repeat: int
+) -> Floats:
     """Places of all balls, species by species; (*N*, 2), m. Raises ``SceneError``."""
     counts = [each.count for each in experiment.species]
-    if room.shape == "periodic":
-        check_period(room.size, max(radii))
+    if not container.has_wall:
+        container.check_radii(np.array(radii))
     generator = stream(experiment.seed, repeat, PLACES)
     if experiment.start == "random":
         try:
-            return scattered(room, radii, counts, generator)
+            return scattered(container, radii, counts, generator)
         except JammedError as jammed:
-            raise _too_dense(experiment, room, radii, jammed.packing) from None
+            raise _too_dense(experiment, container, radii, jammed.packing) from None
     number = sum(counts)
-    found = lattice(room.shape, room.size, number)
+    found = lattice(container, number)
     scale = found.diameter / (2 * max(radii))
     if scale < 1:
-        packing = packing_of(room, each_ball(experiment, radii))
-        raise _too_dense(experiment, room, radii, scale * scale * packing)
+        packing = packing_of(container, each_ball(experiment, radii))
+        raise _too_dense(experiment, container, radii, scale * scale * packing)
     if len(counts) == 1:
         return found.positions
     return found.positions[shuffled(generator, number)]
@@ -104,7 +104,7 @@ def start_velocities(experiment: Experiment, repeat: int) -> Floats:
             velocities[part] = drawn / math.sqrt(_sum_of_squares(drawn) / each.count)
         velocities[part] *= each.speed
         first += each.count
-    if experiment.container.shape == "periodic":
+    if not experiment.container.shape_class.has_wall:
         _stop_drift(velocities, each_ball(experiment, [each.mass for each in species]))
     return velocities
 
@@ -132,16 +132,17 @@ def _sum_of_squares(values: Floats) -> float:
     return math.fsum((values * values).ravel().tolist())
 
 
-def _too_dense(experiment: Experiment, room: Room, radii: Radii, reached: float) -> SceneError:
+def _too_dense(
+    experiment: Experiment, container: Container, radii: Radii, reached: float
+) -> SceneError:
     """What to say of balls that do not fit, where a packing of ``reached`` would."""
     counts = [each.count for each in experiment.species]
-    packing = packing_of(room, each_ball(experiment, radii))
+    packing = packing_of(container, each_ball(experiment, radii))
     random, mixed = experiment.start == "random", len(set(radii)) > 1
     on_lattice = "on a lattice with room for the largest everywhere" if mixed else "on a lattice"
     how = "put in at random and grown" if random else on_lattice
-    where = "a periodic box" if room.shape == "periodic" else f"a {room.shape}"
     said = (
-        f"{sum(counts):,} balls {how} in {where} reach a packing of "
+        f"{sum(counts):,} balls {how} in a {container.title} reach a packing of "
         f"{math.floor(reached * 1e4) / 1e4:.4f}, and {packing:.4g} is asked for; "
     )
     instead = ", or set start: lattice" if random else ", or set start: random" if mixed else ""
@@ -164,35 +165,29 @@ def starting_scene(experiment: Experiment, repeat: int) -> Scene:
     The same repeat has the same random directions at every point of a sweep (common random
     numbers). Raises ``SceneError`` if balls overlap or stick out of the container.
     """
-    container, balls = experiment.container, experiment.balls
-    size = container.size
+    container, balls = experiment.container.given, experiment.balls
     if isinstance(balls, Rings):
-        assert container.radius is not None
+        assert isinstance(container, Circle)
         columns = _of_rings(balls, container.radius, experiment.seed, repeat)
     elif isinstance(balls, BallList):
         columns = _of_list(balls)
     else:
-        room, radii = room_and_radii(experiment)
-        size = room.size
+        container, radii = container_and_radii(experiment)
         columns = (
-            start_positions(experiment, room, radii, repeat),
+            start_positions(experiment, container, radii, repeat),
             start_velocities(experiment, repeat),
             each_ball(experiment, radii),
             each_ball(experiment, [each.mass for each in experiment.species]),
         )
-    assert size is not None
-    circle = container.shape == "circle"
+    assert container is not None
     scene = Scene(
         *columns,
-        container_radius=size[0] / 2 if circle else math.nan,
-        container_mass=container.mass,
+        container=container,
+        container_mass=experiment.container.mass,
         container_position=np.zeros(2),
         container_velocity=np.zeros(2),
         restitution=experiment.cor,
         wall_restitution=experiment.effective_wall_cor,
-        shape=container.shape,
-        width=math.nan if circle else size[0],
-        height=math.nan if circle else size[1],
         contact_duration=experiment.contact_duration,
         elastic_below=experiment.elastic_below,
         slides=experiment.collapse == "slide",

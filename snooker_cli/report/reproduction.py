@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snooker_cli import containers, theory
+from snooker_cli import theory
 from snooker_cli.analysis.decay import Decay, Law, Quantity, decays, reported_constant
 from snooker_cli.analysis.observables import (
     ROUNDING,
@@ -150,7 +150,7 @@ def _extremes(run: Run) -> dict[SourceQuantity, OurValue]:
 
 def _source_formulas(scene: Scene) -> dict[SourceQuantity, OurValue]:
     """Quantities of the scene by the formulas of the source report."""
-    density = theory.number_density(scene.number, scene.area)
+    density = theory.number_density(scene.number, scene.container.area)
     radius = float(scene.radii[0])
     return {
         "density": OurValue(density),
@@ -171,9 +171,8 @@ def _ideal_gas_limit(runs: Runs, number: SourceValue) -> OurValue:
     traces = list(run.traces(point))
     scene = traces[0].start
     radius = float(scene.radii[0])
-    circle = containers.circle(scene.container_radius, radius)
-    disks = theory.fluid_state(scene.number, 1.0, radius, circle).pressure
-    expected = disks / theory.ideal_gas_pressure(scene.number, 1.0, scene.area)
+    disks = theory.fluid_state(scene.number, 1.0, radius, scene.container).pressure
+    expected = disks / theory.ideal_gas_pressure(scene.number, 1.0, scene.container.area)
     ratios = np.array([ideal_gas_ratio(trace) for trace in traces])
     if inverted:
         ratios, expected = 1 / ratios, 1 / expected

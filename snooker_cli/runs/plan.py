@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from snooker_cli.config import BallList, Experiment, Point
+from snooker_cli.containers import Circle
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.starting_scene import starting_scene
@@ -65,11 +66,13 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
             setting = ", ".join(f"{key}={value}" for key, value in same[0].parameters)
             where = f" (at the point {setting})" if setting else ""
             raise SceneError(error.key, f"{error}{where}") from None
-        starts.update((point.index, (scene.shape, scene.number, compiled)) for point in same)
+        starts.update(
+            (point.index, (scene.container.name, scene.number, compiled)) for point in same
+        )
     found: dict[Any, list[Point]] = {}
     for point in points:
         shape, _, compiled = starts[point.index]
-        models = compiled | _loss_models(point.experiment, shape)
+        models = compiled | _loss_models(point.experiment)
         found.setdefault((shape, tuple(models.items())), []).append(point)
     return [
         SceneClass(
@@ -114,14 +117,15 @@ def _compiled_models(scene: Scene, experiment: Experiment, engine: str | None) -
         raise SceneError("container.shape", str(error)) from None
 
 
-def _loss_models(experiment: Experiment, shape: str) -> dict[str, bool]:
+def _loss_models(experiment: Experiment) -> dict[str, bool]:
     """Which losses there are, and what is watched for because of them."""
-    at_wall = experiment.effective_wall_cor < 1.0 and shape != "periodic"
+    shape = experiment.container.shape_class
+    at_wall = experiment.effective_wall_cor < 1.0 and shape.has_wall
     stops = experiment.collapse == "stop"
     return {
         "losses between balls": experiment.cor < 1.0,
         "losses at the wall": at_wall,
-        "wall traps": stops and at_wall and shape == "circle",
+        "wall traps": stops and at_wall and issubclass(shape, Circle),
         "collapse": True,
         "lasting contacts": experiment.contact_duration > 0.0,
         "slow collisions elastic": experiment.elastic_below > 0.0,

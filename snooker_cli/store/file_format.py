@@ -6,6 +6,7 @@ docs/file-format.md names every dataset and attribute.
 from __future__ import annotations
 
 import hashlib
+import math
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -91,12 +92,11 @@ class Fingerprint:
         """The hash of the events added, the rest of a trace, and the provenance's JSON."""
         digest = hashlib.sha256(provenance.encode())
         for scene in (trace.start, trace.finish):
-            for field in fields(scene):
-                value = getattr(scene, field.name)
-                if field.name in HASHED_IF_SET:
+            for name, value in _hashed_values(scene).items():
+                if name in HASHED_IF_SET:
                     if not value:
                         continue
-                    digest.update(field.name.encode())
+                    digest.update(name.encode())
                 text = isinstance(value, str)
                 digest.update(
                     value.encode() if text else _bytes(np.asarray(value, dtype=np.float64))
@@ -118,6 +118,18 @@ def content_hash(trace: Trace) -> str:
     if trace.events is not None:
         fingerprint.add(trace.events)
     return fingerprint.content(trace)
+
+
+def _hashed_values(scene: Scene) -> dict[str, Any]:
+    """All values of a scene in the order of the fingerprint; nan for lengths that it lacks."""
+    container = scene.container
+    radius, width, height = (
+        getattr(container, key, math.nan) for key in ("radius", "width", "height")
+    )
+    values = {field.name: getattr(scene, field.name) for field in fields(scene)}
+    later = {name: values.pop(name) for name in HASHED_IF_SET}
+    values["container"] = radius
+    return values | {"shape": container.name, "width": width, "height": height} | later
 
 
 def _bytes(values: NDArray[Any]) -> memoryview:

@@ -13,6 +13,7 @@ import numpy as np
 from h5py import h5g
 from numpy.typing import NDArray
 
+from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.errors import AbsentError, StoreError
 from snooker_cli.scene import Scene
 from snooker_cli.store import hdf5
@@ -168,27 +169,25 @@ def _trace(root: Any, parameters: Any) -> Trace:
     ending = json.loads(hdf5.read_text(parameters, b"ending"))
     positions, velocities, masses, radii = _particles(root, BALLS)
     places, motions, container_mass, container_radius = _particles(root, CONTAINER)
-    sides = {}
-    if ending["shape"] != "circle":
-        width, height = hdf5.get(root, BALLS + b"box/edges").tolist()
-        sides = {"width": width, "height": height}
+    shape, lengths = SHAPES[ending["shape"]], container_radius
+    if not issubclass(shape, Circle):
+        lengths = hdf5.get(root, BALLS + b"box/edges")
+    container = shape(*lengths.tolist())
     start, finish = (
         Scene(
             positions=positions[k],
             velocities=velocities[k],
             radii=radii,
             masses=masses,
-            container_radius=float(container_radius[0]),
+            container=container,
             container_mass=float(container_mass[0]),
             container_position=places[k, 0],
             container_velocity=motions[k, 0],
             restitution=ending["restitution"],
             wall_restitution=ending["wall_restitution"],
-            shape=ending["shape"],
             contact_duration=ending.get("contact_duration", 0.0),
             elastic_below=ending.get("elastic_below", 0.0),
             slides=ending.get("slides", False),
-            **sides,
         )
         for k in (0, 1)
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import threading
 from contextlib import suppress
 from dataclasses import asdict
@@ -16,9 +17,10 @@ import numpy as np
 from h5py import h5f, h5g
 from numpy.typing import NDArray
 
+from snooker_cli.containers import Circle, Container
 from snooker_cli.errors import AbsentError
 from snooker_cli.files import discard, move_into_place, temporary_path
-from snooker_cli.scene import Scene, Shape
+from snooker_cli.scene import Scene
 from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import (
     BALLS,
@@ -117,7 +119,7 @@ class Recorder:
 
     def _image(self, trace: Trace, provenance: Provenance) -> bytes:
         """The bytes of a short repeat's file."""
-        image = empty_file(self.start.number, self.start.shape)
+        image = empty_file(self.start.number, type(self.start.container))
         file = hdf5.open_image(image, f"repeat-{threading.get_ident()}")
         try:
             root = h5g.open(file, b"/")
@@ -145,7 +147,7 @@ class _Stream:
     """A file on the disk to which a thread adds chunks of ``ROWS`` events."""
 
     def __init__(self, part: Path, start: Scene, fingerprint: Fingerprint) -> None:
-        part.write_bytes(empty_file(start.number, start.shape))
+        part.write_bytes(empty_file(start.number, type(start.container)))
         self._file = hdf5.open_file(part, write=True)
         self._root = h5g.open(self._file, b"/")
         self._fingerprint = fingerprint
@@ -197,7 +199,7 @@ class _Stream:
 
 
 @lru_cache(maxsize=64)
-def empty_file(balls: int, shape: Shape) -> bytes:
+def empty_file(balls: int, shape: type[Container]) -> bytes:
     """The bytes of a file without events, and with neither values nor attributes of a repeat.
 
     Creating these groups and datasets anew takes longer than all other writing.
@@ -212,13 +214,13 @@ def empty_file(balls: int, shape: Shape) -> bytes:
         return bytes(file.id.get_file_image())
 
 
-def _create_particles(file: h5py.File, group: bytes, number: int, shape: Shape) -> None:
+def _create_particles(file: h5py.File, group: bytes, number: int, shape: type[Container]) -> None:
     """Create the datasets of a group of particles at the start and the finish."""
     root = file["/"].id
     box = file.create_group(group.decode() + "box")
     box.attrs["dimension"] = 2
-    box.attrs["boundary"] = np.array([b"periodic" if shape == "periodic" else b"none"] * 2)
-    if shape != "circle":
+    box.attrs["boundary"] = np.array([b"none" if shape.has_wall else b"periodic"] * 2)
+    if not issubclass(shape, Circle):
         hdf5.create(root, group + b"box/edges", (2,), np.float64, "m")
     hdf5.create(root, group + b"position/value", (2, number, 2), np.float64, "m")
     hdf5.create(root, group + b"position/step", (2,), np.int64)
@@ -301,7 +303,7 @@ def write_scenes(root: Any, trace: Trace, provenance: Provenance, fingerprint: F
             (start.container_position[None], finish.container_position[None]),
             (start.container_velocity[None], finish.container_velocity[None]),
             np.array([start.container_mass]),
-            np.array([start.container_radius]),
+            np.array([getattr(start.container, "radius", math.nan)]),
         ),
     }
     for group, (positions, velocities, masses, radii) in groups.items():
@@ -311,13 +313,13 @@ def write_scenes(root: Any, trace: Trace, provenance: Provenance, fingerprint: F
         hdf5.fill(root, group + b"velocity/value", np.stack(velocities))
         hdf5.fill(root, group + b"mass", masses)
         hdf5.fill(root, group + b"radius", radii)
-        if start.shape != "circle":
-            hdf5.fill(root, group + b"box/edges", np.array([start.width, start.height]))
+        if not isinstance(start.container, Circle):
+            hdf5.fill(root, group + b"box/edges", np.array(start.container.size))
     ending = {
         **asdict(trace.stop),
         "wall_events": trace.wall_events,
         "pair_events": trace.pair_events,
-        "shape": start.shape,
+        "shape": start.container.name,
         "restitution": start.restitution,
         "wall_restitution": start.wall_restitution,
         "contact_duration": start.contact_duration,

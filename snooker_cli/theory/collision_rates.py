@@ -7,7 +7,7 @@ all have the same speed lose the fractions below of that.
 import math
 from dataclasses import dataclass
 
-from snooker_cli.containers import Container
+from snooker_cli.containers import AccessibleRegion, Container
 from snooker_cli.theory.equation_of_state import (
     contact_value,
     fluid_state,
@@ -50,12 +50,12 @@ def ball_ball_rate(
     return 4 * ball_radius * number_density * contact_value * thermal
 
 
-def wall_rate(mean_speed: float, container: Container) -> float:
+def wall_rate(mean_speed: float, region: AccessibleRegion) -> float:
     """Wall collisions of one ball per second in an ideal gas: ⟨v⟩ over the mean chord πA/L.
 
     A and L are the accessible area and its edge; the chord is πa/2 in a circle.
     """
-    return mean_speed * container.accessible_wall / (math.pi * container.accessible_area)
+    return mean_speed * region.edge / (math.pi * region.area)
 
 
 def wall_rate_from_pressure(
@@ -115,5 +115,5 @@ def collision_rates(
         mean_free_path=enskog_mean_free_path(density, ball_radius, contact),
         mean_speed=fixed_energy_mean_speed(number, temperature, mass),
         ball_ball=ball_ball_rate(density, ball_radius, temperature, contact, mass),
-        wall=wall_rate_from_pressure(number, pressure, temperature, container.wall, mass),
+        wall=wall_rate_from_pressure(number, pressure, temperature, container.wall_length, mass),
     )

@@ -45,15 +45,17 @@ def van_der_waals_pressure(
     return number * temperature / free_area if free_area > 0 else math.inf
 
 
-def accessible_wall_pressure(number: float, temperature: float, container: Container) -> float:
+def accessible_wall_pressure(
+    number: float, temperature: float, ball_radius: float, container: Container
+) -> float:
     """Force of balls that do not meet each other over the wall's length (N/m): N T L/(A W).
 
     A and L are the accessible area and its edge, W the wall. The virial theorem makes it exact
     without ball-ball collisions: in a circle a·F = 2 N T, so that P = N T/(π a R); in a box
     (w − 2r)F_x = 2 N⟨m u²⟩ and so in y, and both directions have the same share on average.
     """
-    force = number * temperature * container.accessible_wall / container.accessible_area
-    return force / container.wall
+    region = container.accessible(ball_radius)
+    return number * temperature * region.edge / region.area / container.wall_length
 
 
 # The type of a swept variable: a float, or an array of floats.
@@ -165,12 +167,12 @@ def fluid_state(
         force = P_b L − γ dL/ds                   P_b = n_b T Z(η)
         1 + ΣJd/(2 N T t) = (P_b A − γ L/2)/(N T)
 
-    dL/ds is the container's `spreading`: of a circle the curvature, of a box its corners. Z is the
+    dL/ds is the region's `spreading`: of a circle the curvature, of a box its corners. Z is the
     Padé's of `compressibility`, which is better in bulk than scaled particle theory's own.
 
     Raises ValueError when no fluid of that many balls fits.
     """
-    area, edge = container.accessible_area, container.accessible_wall
+    area, edge, spreading = container.accessible(ball_radius)
     covered = number * math.pi * ball_radius**2
     if ball_radius <= 0 or edge < 0 or covered >= area + edge * ball_radius:
         raise ValueError(
@@ -183,9 +185,9 @@ def fluid_state(
     density = packing / (math.pi * ball_radius**2)
     tension = -density * temperature * ball_radius * packing / (1 - packing) ** 2
     bulk = density * temperature * compressibility(packing)
-    force = bulk * edge - tension * container.spreading
+    force = bulk * edge - tension * spreading
     return FluidState(
-        pressure=force / container.wall if container.wall else bulk,
+        pressure=force / container.wall_length if container.has_wall else bulk,
         accessible_pressure=force / edge if edge else bulk,
         bulk_packing=packing,
         virial_ratio=(bulk * area - tension * edge / 2) / (number * temperature),

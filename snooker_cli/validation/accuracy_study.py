@@ -347,7 +347,8 @@ def quantities(course: Trajectory, time: float) -> dict[str, float]:
     start, events = course.start, course.events
     at_wall = events.at_wall
     found = {
-        "pressure, Pa m": float(np.sum(events.impulse[at_wall])) / (start.wall_length * time),
+        "pressure, Pa m": float(np.sum(events.impulse[at_wall]))
+        / (start.container.wall_length * time),
         "collisions, 1/s": len(events) / time,
     }
     if min(start.restitution, start.wall_restitution) == 1:

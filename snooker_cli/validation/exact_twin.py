@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from mpmath import MPContext
 
+from snooker_cli.containers import Box, Circle
 from snooker_cli.engine import replay, simulate
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import CONTAINER, Events
@@ -84,21 +85,23 @@ class Twin:
     """
 
     def __init__(self, scene: Scene, digits: int) -> None:
-        if scene.shape == "periodic":
+        container = scene.container
+        if not container.has_wall:
             raise ValueError("the exact twin knows circles and boxes, not periodic ones")
         self.mathematics = MPContext()
         self.mathematics.dps = digits
         number = self.mathematics.mpf
         self.never = self.mathematics.inf
-        self.box = scene.shape == "box"
+        self.box = isinstance(container, Box)
         self.free = scene.free
-        self.half_sides = [number(side) / 2 for side in scene.size]
+        self.half_sides = [number(side) / 2 for side in container.size]
         self.restitution = number(scene.restitution)
         self.wall_restitution = number(scene.wall_restitution)
         columns = np.column_stack([scene.positions, scene.velocities, scene.radii, scene.masses])
         self.balls = [Body(*map(number, row)) for row in columns.tolist()]
         centre = [*scene.container_position.tolist(), *scene.container_velocity.tolist()]
-        self.container = Body(*map(number, (*centre, scene.container_radius, scene.container_mass)))
+        radius = container.radius if isinstance(container, Circle) else math.nan
+        self.container = Body(*map(number, (*centre, radius, scene.container_mass)))
         self.now = number(0)
         # Ties go to the first: in the order of balls, and the wall before other balls.
         self.contacts: dict[tuple[int, int], Number] = {

@@ -32,6 +32,7 @@ from snooker_cli.analysis.observables import (
     total_energy,
     total_momentum,
 )
+from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay, series
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import CONTAINER, StopReason
@@ -93,10 +94,10 @@ def checks(trace: Trace) -> list[Check]:
         return [Check("numbers", broken, 0.0)]
     course = course_of(trace)
     found = [Check("numbers", 0.0, 0.0), *_books(trace, course)]
-    if trace.start.shape == "circle" and not trace.start.free:
+    if isinstance(trace.start.container, Circle) and not trace.start.free:
         found += _virial(trace, course)
     found.append(Check("overlap", _deepest_overlap(trace.start, course), course.place))
-    if trace.start.shape != "periodic":
+    if trace.start.container.has_wall:
         bound = course.place * (1 + course.run)
         found.append(Check("escape", _farthest_escape(trace.start, course), bound))
     return found
@@ -201,10 +202,10 @@ def _books(trace: Trace, course: EventRecord) -> Iterator[Check]:
         rows = series(trace)
         missing = float(np.max(abs(rows.kinetic_energy + rows.container_energy - energy)))
         yield Check("energy", _part(missing, energy), rounding)
-    if start.free or start.shape == "periodic":
+    if start.free or not start.container.has_wall:
         change = float(np.hypot(*(total_momentum(finish) - total_momentum(start))))
         yield Check("momentum", _part(change, course.momentum), rounding)
-    if start.shape == "circle":
+    if isinstance(start.container, Circle):
         change = total_angular_momentum(finish) - total_angular_momentum(start)
         yield Check("angular momentum", _part(change, course.arm), rounding)
 
@@ -215,7 +216,7 @@ def _virial(trace: Trace, course: EventRecord) -> Iterator[Check]:
     In a fixed circle, about its centre, as a part of all the terms together.
     """
     start, events = trace.start, trace.events
-    room = start.container_radius - start.radii
+    room = reaches(start)
     if events is not None:
         at_wall = events.at_wall
         energies = series(trace).kinetic_energy
@@ -243,6 +244,11 @@ def _virial(trace: Trace, course: EventRecord) -> Iterator[Check]:
     yield Check("virial", _part(change - action + wall - pairs, whole), _part(bound, whole))
 
 
+def reaches(scene: Scene) -> Floats:
+    """Distance of each ball from the centre of a circle when it touches the wall; (*N*,), m."""
+    return scene.container.wall_gaps(np.zeros(2), scene.radii)
+
+
 def _moment(scene: Scene) -> float:
     """The sum of m x.v about the container's centre, J s."""
     offsets = scene.positions - scene.container_position
@@ -266,9 +272,9 @@ def _deepest_overlap(scene: Scene, course: EventRecord) -> float:
     at_once = max(1, 1_000_000 // max(1, len(i)))
     for first in range(0, len(ways), at_once):
         rows = slice(first, first + at_once)
-        offset = states.positions[rows][:, i] - states.positions[rows][:, j]
-        if scene.period is not None:
-            offset -= scene.period * np.rint(offset / scene.period)
+        offset = scene.container.nearest_image(
+            states.positions[rows][:, i] - states.positions[rows][:, j]
+        )
         velocity = states.velocities[rows][:, i] - states.velocities[rows][:, j]
         x, y, u, v = *np.moveaxis(offset, -1, 0), *np.moveaxis(velocity, -1, 0)
         w2 = u * u + v * v
@@ -281,12 +287,8 @@ def _deepest_overlap(scene: Scene, course: EventRecord) -> float:
 def _farthest_escape(scene: Scene, course: EventRecord) -> float:
     """How far a ball sticks out of the wall, m, at the states; between them it is farther in."""
     states = course.states
-    offsets = abs(states.positions - states.container_positions[:, None])
-    if scene.shape == "circle":
-        out = np.hypot(*np.moveaxis(offsets, -1, 0)) - (scene.container_radius - scene.radii)
-    else:
-        out = np.max(offsets - np.array(scene.size) / 2, axis=-1) + scene.radii
-    return float(np.max(out, initial=0.0))
+    places = states.positions - states.container_positions[:, None]
+    return float(np.max(-scene.container.wall_gaps(places, scene.radii), initial=0.0))
 
 
 # What is known exactly of hard cases: counts, times, impulses, and whom a ball hits.
@@ -398,7 +400,7 @@ def newton_row(trace: Trace) -> Iterator[Check]:
 def whispering(trace: Trace) -> Iterator[Check]:
     """A chord at an angle lasts 2 a sin(angle)/v; a bounce turns it by some epsilon at most."""
     start = trace.start
-    room, speed = start.container_radius - float(start.radii[0]), math.hypot(*start.velocities[0])
+    room, speed = float(reaches(start)[0]), math.hypot(*start.velocities[0])
     sine = -float(start.velocities[0, 0]) / speed
     count = np.arange(1, len(_events(trace)) + 1)
     turned = 4 * EPSILON * count / sine
@@ -413,7 +415,7 @@ def whispering(trace: Trace) -> Iterator[Check]:
 def full(trace: Trace) -> Iterator[Check]:
     """Hits follow each other after 2 a/v, the first after a/v."""
     start = trace.start
-    room, speed = start.container_radius - float(start.radii[0]), math.hypot(*start.velocities[0])
+    room, speed = float(reaches(start)[0]), math.hypot(*start.velocities[0])
     count = np.arange(1, len(_events(trace)) + 1)
     found = _events(trace).time * speed / room / (2 * count - 1)
     yield _difference("time, relatively", found, 1.0, PLACE * EPSILON * count)
@@ -433,7 +435,7 @@ def wall_trap_sums(trace: Trace) -> Iterator[Check]:
     added as known. Each bounce rounds v_n by some epsilon of the whole velocity.
     """
     start, events = trace.start, _events(trace)
-    room, e = start.container_radius - float(start.radii[0]), start.wall_restitution
+    room, e = float(reaches(start)[0]), start.wall_restitution
     across, along = (float(each) for each in start.velocities[0])
     first = e * across
     hits = len(events)
@@ -523,7 +525,7 @@ def late_row(trace: Trace) -> Iterator[Check]:
 def corner(trace: Trace) -> Iterator[Check]:
     """A ball into the corner hits both sides in one instant, each with twice its momentum."""
     start = trace.start
-    time = (start.width / 2 - float(start.radii[0])) / float(start.velocities[0, 0])
+    time = (start.container.size[0] / 2 - float(start.radii[0])) / float(start.velocities[0, 0])
     own = _events(trace).i == 0
     yield _difference("time, s", _events(trace).time[own][:2], time, PLACE * EPSILON * time)
     momentum = 2 * float(start.masses[0] * start.velocities[0, 0])
@@ -544,7 +546,7 @@ def random_walk(trace: Trace) -> Iterator[Check]:
     yield Check("drift of energy, of a ball's", drift * start.number / energy, walk)
     turned = abs(total_angular_momentum(trace.finish) - total_angular_momentum(start))
     largest = float(np.max(start.masses * np.hypot(*trace.finish.velocities.T)))
-    part = turned / (largest * start.container_radius)
+    part = turned / (largest * start.container.size[0] / 2)
     yield Check("drift of angular momentum, of a ball's", part, walk)
 
 

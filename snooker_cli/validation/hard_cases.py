@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from snooker_cli.config import load
+from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.errors import SceneError, UserError
 from snooker_cli.formatting import Column, counted, table_lines
@@ -90,7 +91,7 @@ def runs(case: Hard, folder: Path, most: int | None = None) -> Iterator[Ran]:
             scene = starting_scene(point.experiment, 0)
         except SceneError as error:
             raise loaded.error(error.key, str(error)) from None
-        for engine in ("allpairs", "cells") if scene.shape == "circle" else ("cells",):
+        for engine in ("allpairs", "cells") if isinstance(scene.container, Circle) else ("cells",):
             yield _ran(case, point, scene, engine, most)
 
 

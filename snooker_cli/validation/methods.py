@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, simulate
 from snooker_cli.engine.jit import kernel
 from snooker_cli.formatting import short
@@ -55,7 +56,7 @@ def stepped(scene: Scene, step: float, moments: Floats) -> tuple[Events, Floats,
     # A pair, or a ball at the wall, collides once at most in a step.
     most_pairs = scene.number * (scene.number + 1) // 2
     pairs = np.empty((most_pairs, 2), dtype=np.int32)
-    skin = SKIN * math.sqrt(scene.area / scene.number)
+    skin = SKIN * math.sqrt(scene.container.area / scene.number)
     chunks = []
     while memory[MOMENTS] < len(moments):
         events = np.empty((ROOM + most_pairs, 4))
@@ -84,10 +85,11 @@ def stepped(scene: Scene, step: float, moments: Floats) -> tuple[Events, Floats,
 def table(scene: Scene) -> Floats:
     """The scene's bodies, a column each, with the container in the last."""
     balls = np.vstack([scene.positions.T, scene.velocities.T, scene.radii, scene.masses])
+    assert isinstance(scene.container, Circle)
     container = [
         *scene.container_position,
         *scene.container_velocity,
-        scene.container_radius,
+        scene.container.radius,
         scene.container_mass,
     ]
     return np.column_stack([balls, container])
@@ -352,10 +354,10 @@ def deepest_overlap(scene: Scene, positions: Floats, container_positions: Floats
     positions, container_positions : (*k*, *N*, 2) and (*k*, 2), m
     """
     i, j = np.triu_indices(scene.number, 1)
-    contact, room = scene.radii[i] + scene.radii[j], scene.container_radius - scene.radii
+    contact = scene.radii[i] + scene.radii[j]
     deepest = 0.0
     for places, centre in zip(positions, container_positions, strict=True):
         pairs = contact - np.sqrt(np.sum((places[i] - places[j]) ** 2, axis=1))
-        walls = np.sqrt(np.sum((places - centre) ** 2, axis=1)) - room
+        walls = -scene.container.wall_gaps(places - centre, scene.radii)
         deepest = max(deepest, float(np.max(pairs, initial=0.0)), float(np.max(walls)))
     return deepest

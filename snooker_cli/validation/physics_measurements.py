@@ -15,6 +15,7 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.analysis.observables import mean_and_error, meeting_temperature
 from snooker_cli.config import parse
+from snooker_cli.containers import SHAPES
 from snooker_cli.engine import simulate
 from snooker_cli.formatting import counted
 from snooker_cli.placement.starting_scene import starting_scene
@@ -80,7 +81,7 @@ class GasSample:
     @property
     def free(self) -> int:
         """Balls that the law of speeds counts: a periodic box without momentum has one less."""
-        return self.balls - (self.shape == "periodic")
+        return self.balls - (not SHAPES[self.shape].has_wall)
 
     def setting(self) -> Parameters:
         """What a row tells of it."""
@@ -140,7 +141,7 @@ def fluid_rows(gas: GasSample) -> list[KnownValue]:
     """Z beside the simulations of others, where there are any, and the Padé; the rate."""
     scene = gas.scene(0)
     number, packing = gas.balls, gas.packing
-    density = theory.number_density(number, scene.area)
+    density = theory.number_density(number, scene.container.area)
     temperature = meeting_temperature(scene.kinetic_energy, scene)
     (ratio, ratio_error), (rate, rate_error) = means(over_seeds(gas, partial(ratio_and_rate, gas)))
     lacking = missing(packing, number)
@@ -239,7 +240,7 @@ def haff_rows(gas: GasSample, dilute: bool) -> list[KnownValue]:
     """Haff's rate beside theory's with and without a2; if dilute, its evenness and a2 too."""
     scene = gas.scene(0)
     temperature = meeting_temperature(scene.kinetic_energy, scene)
-    density = theory.number_density(gas.balls, scene.area)
+    density = theory.number_density(gas.balls, scene.container.area)
     contact = theory.contact_value(gas.packing)
     rate = theory.ball_ball_rate(density, float(scene.radii[0]), temperature, contact)
     alpha = theory.haff_rate(theory.cooling_rate(gas.cor, rate))
@@ -472,7 +473,7 @@ def drawn_counts(gas: GasSample) -> Array:
     found = []
     for _ in range(DRAWS):
         velocities = generator.normal(size=(DRAWN_TIMES, gas.balls, 2))
-        if gas.shape == "periodic":
+        if not SHAPES[gas.shape].has_wall:
             velocities -= velocities.mean(axis=1, keepdims=True)
         squares = np.sum(velocities**2, axis=2)
         reduced = np.sqrt(squares / squares.mean(axis=1, keepdims=True))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snooker_cli.config import parse
+from snooker_cli.containers import Circle
 from snooker_cli.placement.places import DIGITS, cosine_and_sine
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
@@ -90,7 +91,7 @@ def fixed(balls: Sequence[Ball], restitution: float = 1.0, wall_restitution: flo
         velocities=table[:, 2:4].copy(),
         radii=table[:, 4].copy(),
         masses=table[:, 5].copy(),
-        container_radius=RADIUS,
+        container=Circle(RADIUS),
         container_mass=math.inf,
         container_position=np.zeros(2),
         container_velocity=np.zeros(2),

@@ -153,7 +153,7 @@ def test_cooling_is_compared_with_the_reports_own_constant(cooling: list[Trace])
     assert energy.measured == fitted["kinetic_energy", "exponential"].over_repeats.mean
     assert pressure.measured == fitted["pressure", "exponential"].over_repeats.mean
     haff = row(found, "Haff's α", "Enskog rates at the start")
-    rates = theory.collision_rates(NUMBER, 50.0, 1.0, containers.circle(10.0, 1.0))
+    rates = theory.collision_rates(NUMBER, 50.0, 1.0, containers.Circle(10.0))
     assert haff.predicted == pytest.approx(theory.cooling_rate(0.9, rates.ball_ball) / 2)
     assert haff.measured == fitted["kinetic_energy", "haff"].over_repeats.mean
 

@@ -14,6 +14,7 @@ from snooker_cli.analysis.decay import LAWS, QUANTITIES, SKIPPED_COLLISIONS, WIN
 from snooker_cli.analysis.fitting import NOTHING_DECAYS
 from snooker_cli.analysis.observables import energy_ratio, series, temperature
 from snooker_cli.config import parse
+from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import EPSILON, Scene
@@ -39,7 +40,7 @@ def at_rest() -> Scene:
         velocities=np.zeros((2, 2)),
         radii=np.ones(2),
         masses=np.ones(2),
-        container_radius=RADIUS,
+        container=Circle(RADIUS),
         container_mass=math.inf,
         container_position=np.zeros(2),
         container_velocity=np.zeros(2),

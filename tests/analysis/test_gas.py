@@ -40,28 +40,28 @@ def gas(container: str, balls: str, repeat: int = 0) -> Scene:
 )
 def test_of_size_radius_and_packing_the_third_follows(shape, size, area):
     given = gas(f"shape: {shape}, {size}", "{count: 50, radius: 1.0, speed: 2}")
-    assert given.area == pytest.approx(area, rel=1e-15)
+    assert given.container.area == pytest.approx(area, rel=1e-15)
     assert given.packing_fraction == pytest.approx(50 * math.pi / area, rel=1e-15)
 
     packed = gas(f"shape: {shape}, {size}", "{count: 50, packing: 0.2, speed: 2}")
-    assert packed.area == given.area
+    assert packed.container.area == given.container.area
     assert packed.packing_fraction == pytest.approx(0.2, rel=1e-14)
     assert np.all(packed.radii == packed.radii[0])
 
     grown = gas(f"shape: {shape}", "{count: 50, packing: 0.2, radius: 1.0, speed: 2}")
     assert np.all(grown.radii == 1.0)
-    assert grown.area == pytest.approx(50 * math.pi / 0.2, rel=1e-14)
-    assert grown.size[0] == grown.size[1]
+    assert grown.container.area == pytest.approx(50 * math.pi / 0.2, rel=1e-14)
+    assert grown.container.size[0] == grown.container.size[1]
 
 
 def test_packing_of_the_container_is_that_of_the_balls():
     """One says the same as the other; of several species only the container's can be meant."""
     one = gas("shape: box, packing: 0.3", "{count: 40, radius: 1, speed: 1}")
     other = gas("shape: box", "{count: 40, packing: 0.3, radius: 1, speed: 1}")
-    assert one.size == other.size
+    assert one.container == other.container
     two = "[{count: 30, radius: 1, speed: 1}, {count: 60, radius: 0.5, speed: 1}]"
     mixed = gas("shape: box, packing: 0.3", two)
-    assert mixed.area == pytest.approx((30 + 60 / 4) * math.pi / 0.3, rel=1e-14)
+    assert mixed.container.area == pytest.approx((30 + 60 / 4) * math.pi / 0.3, rel=1e-14)
 
 
 def test_species_without_radii_share_one():
@@ -77,9 +77,9 @@ def test_species_are_mixed_on_a_lattice():
     species = "[{count: 300, radius: 1, speed: 1}, {count: 300, radius: 0.5, speed: 1}]"
     scene, other = (gas("shape: periodic, packing: 0.3", species, repeat) for repeat in (0, 1))
     for axis in (0, 1):
-        assert abs(np.mean(scene.positions[:300, axis])) < 4 * scene.size[axis] / math.sqrt(
-            12 * 300
-        )
+        assert abs(np.mean(scene.positions[:300, axis])) < 4 * scene.container.size[
+            axis
+        ] / math.sqrt(12 * 300)
     assert not np.array_equal(scene.positions, other.positions)
     assert np.array_equal(*(np.unique(each.positions, axis=0) for each in (scene, other)))
 
@@ -296,7 +296,7 @@ def test_every_key_can_be_swept():
     )
     scenes = [starting_scene(point.experiment, 0) for point in points(swept)]
     assert len(scenes) == 48
-    assert {scene.shape for scene in scenes} == set(SHAPES)
+    assert {scene.container.name for scene in scenes} == set(SHAPES)
     assert {round(scene.packing_fraction, 9) for scene in scenes} == {0.1, 0.3}
     mixed = experiment(*MIXTURE, "balls[1].count=60,6", "container.packing=0.2,0.3")
     assert [starting_scene(point.experiment, 0).number for point in points(mixed)] == [

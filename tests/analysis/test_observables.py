@@ -11,6 +11,7 @@ import pytest
 
 from snooker_cli.analysis import observables
 from snooker_cli.config import parse
+from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import EPSILON, Scene
@@ -30,7 +31,7 @@ def by_hand() -> Trace:
         velocities=np.array([[1.0, 0.0], [-1.0, 0.0]]),
         radii=np.ones(2),
         masses=np.full(2, 2.0),
-        container_radius=9.0,
+        container=Circle(9.0),
         container_mass=math.inf,
         container_position=np.zeros(2),
         container_velocity=np.zeros(2),

@@ -10,6 +10,7 @@ import pytest
 
 from snooker_cli.analysis import observables
 from snooker_cli.config import parse
+from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import EPSILON, Scene
@@ -226,7 +227,7 @@ def gridded(energy: list[float], events: list[int]) -> Trace:
         velocities=np.zeros((2, 2)),
         radii=np.ones(2),
         masses=np.ones(2),
-        container_radius=9.0,
+        container=Circle(9.0),
         container_mass=math.inf,
         container_position=np.zeros(2),
         container_velocity=np.zeros(2),

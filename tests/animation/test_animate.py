@@ -35,7 +35,10 @@ def test_the_page_has_the_trace_in_it(name: str, films: dict[str, Film]) -> None
     np.testing.assert_array_equal(balls[:2].T, trace.start.positions)
     np.testing.assert_array_equal(balls[2:4].T, trace.start.velocities)
     np.testing.assert_array_equal(balls[4], trace.start.radii)
-    assert (data["shape"], tuple(data["size"])) == (trace.start.shape, trace.start.size)
+    assert (data["shape"], tuple(data["size"])) == (
+        trace.start.container.name,
+        trace.start.container.size,
+    )
     assert (data["start"], data["end"]) == (0.0, trace.stop.time)
 
 
@@ -159,7 +162,7 @@ MISTAKES = {
     "no point": (["--out", "a.html", "--point", "2"], r"--point 2: small has points 0 to 1"),
     "no repeat": (["--out", "a.html", "--repeat", "9"], r"--repeat 9: .* repeats 0 to 2"),
     "other kind": (["--out", "a.webm"], r"--out a\.webm: give a name that ends in \.html, \.gif"),
-    "frames of a page": (["--out", "a.html", "--fps", "5"], r"--fps goes with a GIF or an MP4"),
+    "frames of a page": (["--out", "a.html", "--fps", "5"], r"--fps is for a GIF or an MP4"),
     "span": (["--out", "a.html", "--to", "1e9"], r"repeat 0 of small cannot be shown from 0.0 s"),
     "seconds": (["--out", "a.gif", "--seconds", "nan"], r"--seconds nan: give a number from"),
     "magnify": (["--out", "a.gif", "--magnify", "0.5"], r"--magnify 0\.5: give a number from 1"),

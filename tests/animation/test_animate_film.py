@@ -32,6 +32,7 @@ from snooker_cli.animation import (
 )
 from snooker_cli.animation.frames import container_path
 from snooker_cli.animation.movie import save_movie
+from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.scene import Scene
@@ -48,7 +49,7 @@ def test_energy_and_pressure_are_those_of_the_observables(
     time, pressure = cumulative_pressure(made.trace, found)
     np.testing.assert_allclose(made.pressure(time), pressure, rtol=1e-12, atol=1e-12)
     scene = made.trace.start
-    first = scene.kinetic_energy / scene.area if scene.shape == "periodic" else 0.0
+    first = scene.kinetic_energy / scene.container.area if not scene.container.has_wall else 0.0
     assert made.pressure(np.zeros(1)) == pytest.approx(first, rel=1e-12)
 
 
@@ -61,17 +62,17 @@ def test_contacts_are_on_both_that_touch(name: str, films: dict[str, Film]) -> N
     np.testing.assert_allclose(np.hypot(*to_ball.T), scene.radii[made.i], rtol=1e-12)
     pairs = made.j != CONTAINER
     to_other = made.contacts[pairs] - states.positions[row[pairs], made.j[pairs]]
-    if scene.period is not None:
-        to_other -= scene.period * np.rint(to_other / scene.period)
+    if scene.container.period is not None:
+        to_other -= scene.container.period * np.rint(to_other / scene.container.period)
     assert np.max(np.abs(np.hypot(*to_other.T) - scene.radii[made.j[pairs]])) < slack(made.trace)
-    if scene.shape == "periodic":
+    if not scene.container.has_wall:
         assert pairs.all()
         return
     out = made.contacts[~pairs] - states.container_positions[~pairs]
-    if scene.shape == "circle":
-        gaps = np.hypot(*out.T) - scene.container_radius
+    if isinstance(scene.container, Circle):
+        gaps = np.hypot(*out.T) - scene.container.radius
     else:
-        gaps = np.max(abs(out) - np.array(scene.size) / 2, axis=1)
+        gaps = np.max(abs(out) - np.array(scene.container.size) / 2, axis=1)
     assert len(gaps) > 5
     assert np.max(np.abs(gaps)) < slack(made.trace)
 
@@ -102,7 +103,7 @@ def test_a_sliding_ball_is_shown_on_its_circle_and_presses() -> None:
     k = max(slide_begins(made.trace), key=lambda each: made.time[each])
     ball, since = int(made.i[k]), float(made.time[k])
     assert ball not in (*made.i[k + 1 :], *made.j[k + 1 :])  # it slides to the end
-    passing, radius = reel(made, "time"), made.trace.start.container_radius
+    passing, radius = reel(made, "time"), made.trace.start.container.radius
     late = [frame for frame in frames(made, passing, 600, 20.0) if frame.time >= since]
     assert len(late) > 20
     place, velocity = (
@@ -156,7 +157,7 @@ def test_what_cannot_be_shown_is_said(traces: dict[str, Trace], shown: dict[str,
         velocities=np.zeros((number, 2)),
         radii=np.ones(number),
         masses=np.ones(number),
-        container_radius=1e6,
+        container=Circle(1e6),
         container_mass=math.inf,
         container_position=np.zeros(2),
         container_velocity=np.zeros(2),
@@ -194,7 +195,7 @@ def test_the_containers_path_is_that_of_the_trace(name: str, films: dict[str, Fi
 def test_the_view_holds_the_container_and_offers_to_enlarge_its_motion(
     shown: dict[str, Trace], films: dict[str, Film]
 ) -> None:
-    width = films["fixed"].trace.start.size[0]
+    width = films["fixed"].trace.start.container.size[0]
     resting = view(films["fixed"], magnify=3.0)
     assert (resting.follow, resting.farthest) == (False, 0.0)
     assert resting.magnifications == (1.0, 3.0)

@@ -210,7 +210,7 @@ def test_nothing_to_list_is_said(here: Path, snooker: Snooker) -> None:
     assert (ended.code, ended.out) == (2, "")
     assert ended.err.startswith("snooker: runs: there is no such folder; ")
     ended = snooker("ls", ".")
-    assert (ended.code, ended.out, ended.err) == (0, "", "snooker: .: there are no runs in it\n")
+    assert (ended.code, ended.out, ended.err) == (0, "", "snooker: .: contains no runs\n")
     assert listed(snooker, ".") == []
 
 

@@ -49,7 +49,7 @@ def test_a_dry_run_writes_and_simulates_nothing(here: Path, snooker: Snooker) ->
     assert (ended.code, ended.err) == (0, "")
     assert list(here.iterdir()) == [here / "small.yaml"]
     assert ended.out == (
-        "2 points, 3 repeats each: 0 are in runs/small already, 6 to do\n"
+        "2 points, 3 repeats each: 0 stored in runs/small, 6 to do\n"
         "\n"
         "cor=0.85: 7 balls, 3 to do\n"
         "  engine    allpairs: few balls in a circle\n"
@@ -67,7 +67,7 @@ def test_a_dry_run_writes_and_simulates_nothing(here: Path, snooker: Snooker) ->
         "balls, sliding along the wall, losses between balls, losses at the wall, wall traps, "
         "lasting contacts and slow collisions elastic\n"
         "\n"
-        "at most 900 collisions: about a second on 2 threads, and about 130 kB\n"
+        "at most 900 collisions: about a second on 2 threads, about 130 kB\n"
     )
 
 
@@ -107,7 +107,7 @@ def test_a_dry_run_counts_what_is_there(finished: Path, snooker: Snooker) -> Non
     before = tree(finished)
     told = planned(snooker, "small.yaml")
     assert (told["cached"], told["to_do"], told["collisions"], told["bytes"]) == (6, 0, 0, 0)
-    assert snooker("run", "small.yaml", "--dry-run").out.endswith("\n\nnothing is left to do\n")
+    assert snooker("run", "small.yaml", "--dry-run").out.endswith("\n\nnothing to do\n")
     assert planned(snooker, "small.yaml", "-o", "repeats=5")["to_do"] == 4
     assert planned(snooker, "small.yaml", "--fresh")["to_do"] == 6
     assert tree(finished) == before
@@ -155,10 +155,7 @@ def test_what_ends_at_a_time_cannot_be_estimated(here: Path, snooker: Snooker) -
     summary = planned(snooker, "gas.yaml", "-o", "record=summary")
     assert summary["seconds"] is None
     assert summary["bytes"] > 0
-    said = snooker("run", "gas.yaml", "--dry-run").out
-    assert said.endswith(
-        "a repeat that ends at a time, not after so many collisions, may take any time\n"
-    )
+    assert "\nno estimate of the time" in snooker("run", "gas.yaml", "--dry-run").out
 
 
 def test_a_gas_that_cools_until_it_drifts_as_a_whole_may_take_longer(
@@ -179,7 +176,7 @@ def test_a_gas_that_cools_until_it_drifts_as_a_whole_may_take_longer(
         arguments = ["gas.yaml", *(f"--override={each}" for each in more)]
         assert planned(snooker, *arguments)["cools_out"] == longer, more
         said = snooker("run", *arguments, "--dry-run").out.splitlines()[-1]
-        assert ("thread, or far longer if balls cool until they hardly meet, and" in said) == longer
+        assert ("(much more if balls cool" in said) == longer
 
 
 @pytest.mark.parametrize("record", ["events", "summary"])
@@ -227,7 +224,7 @@ def test_a_dry_run_of_very_much_tells_its_cost(here: Path, snooker: Snooker) -> 
     ended = snooker("run", "small.yaml", "-j", "2", "-o", "collisions=1e12", "--dry-run")
     assert re.search(
         r"\nat most 6,000,000,000,000 collisions: about .* days on 2 threads, "
-        r"and about 87 TB, where \S+ \S+ are free\n$",
+        r"about 87 TB, but only \S+ \S+ are free\n$",
         ended.out,
     )
     assert list(here.iterdir()) == [here / "small.yaml"]
@@ -240,10 +237,7 @@ def test_a_run_of_very_much_is_not_begun(more: list[str], here: Path, snooker: S
     last = snooker("run", *arguments, "--dry-run").out.splitlines()[-1]
     ended = snooker("run", *arguments)
     assert (ended.code, ended.out) == (2, "")
-    assert ended.err == (
-        f"snooker: {last}; give fewer collisions or repeats, or record: summary to take less disk, "
-        "or --yes if it is meant\n"
-    )
+    assert ended.err.startswith(f"snooker: {last}; ")
     assert list(here.iterdir()) == [here / "small.yaml"]
 
 
@@ -255,7 +249,7 @@ def test_a_run_is_begun_on_a_full_disk_if_it_is_meant(
     arguments = ("run", "small.yaml", "-j", "2", "--no-progress")
     refused = snooker(*arguments)
     assert refused.code == 2
-    assert ", and about 130 kB, where 50 kB are free; give fewer " in refused.err
+    assert ", about 130 kB, but only 50 kB are free; " in refused.err
     assert snooker(*arguments, "--yes").code == 0
     # What is there asks for nothing more, and two repeats for less than is free.
     assert snooker(*arguments).code == 0
@@ -277,7 +271,7 @@ def test_a_zip_is_planned_run_and_extended(here: Path, snooker: Snooker) -> None
     assert longer.err.startswith(
         "snooker: this extends runs/zip: collisions from [9, 20] to [9, 30]; "
     )
-    assert "3 are in runs/zip already, 3 to do" in longer.out
+    assert "3 stored in runs/zip, 3 to do" in longer.out
 
 
 @pytest.mark.parametrize("name", ["..yaml", "...yaml"])
@@ -289,7 +283,7 @@ def test_a_config_whose_name_is_no_folder_is_refused(
         ended = snooker("run", name, *dry)
         assert (ended.code, ended.out) == (2, "")
         assert ended.err == (
-            f"snooker: {name}: its name is none for a folder; give --out, or rename it\n"
+            f"snooker: {name}: its name gives no folder name; give --out, or rename it\n"
         )
     assert list(here.iterdir()) == [here / name]
 

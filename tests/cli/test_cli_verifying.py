@@ -47,7 +47,7 @@ def test_a_whole_run_is_whole(options: list[str], finished: Path, snooker: Snook
         "bad": [],
     }
     how = "read and simulated again" if options else "read again"
-    assert snooker("verify", "small", *options).out == f"runs/small: 6 whole repeats, {how}\n"
+    assert snooker("verify", "small", *options).out == f"runs/small: 6 complete repeats, {how}\n"
 
 
 @pytest.mark.parametrize("record", ["events", "summary"])
@@ -110,7 +110,7 @@ def test_a_replay_finds_one_bit(
     first, last = ended.out.splitlines()
     relative = path.relative_to(finished.parents[1])
     assert first == bad["error"] == f"{relative}: {said}; delete it and run again"
-    assert last == "runs/small: 5 whole repeats, 1 bad file, read and simulated again"
+    assert last == "runs/small: 5 complete repeats, 1 bad file, read and simulated again"
 
 
 def test_every_bad_file_has_its_line(finished: Path, snooker: Snooker) -> None:
@@ -141,7 +141,7 @@ def test_every_bad_file_has_its_line(finished: Path, snooker: Snooker) -> None:
     ]
     for line, (path, said) in zip(lines, expected, strict=False):
         assert line.startswith(f"{path.relative_to(finished.parents[1])}: {said}"), line
-    assert lines[4:] == ["runs/small: 3 whole repeats, 4 bad files, read again"]
+    assert lines[4:] == ["runs/small: 3 complete repeats, 4 bad files, read again"]
 
 
 def test_what_is_not_done_is_no_fault(finished: Path, snooker: Snooker, small_config: str) -> None:
@@ -153,7 +153,7 @@ def test_what_is_not_done_is_no_fault(finished: Path, snooker: Snooker, small_co
     content = verified(snooker, "--replay")
     assert (content["done"], content["missing"], content["bad"]) == (5, 1, [])
     assert snooker("verify", "small").out.splitlines()[1:] == [
-        "1 missing; run the config again, which does them"
+        "1 missing; run the config again to complete them"
     ]
     made(finished, small_config, "collisions=151", "repeats=3")
     content = verified(snooker, "--replay")

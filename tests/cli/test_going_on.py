@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from snooker_cli.cli.app import app
-from snooker_cli.cli.run_command import SLIDE, SLIDE_IF_FIXED, TC
 
 HARD = Path(__file__).parents[2] / "configs" / "hard"
 
@@ -16,11 +16,15 @@ HARD = Path(__file__).parents[2] / "configs" / "hard"
 @pytest.mark.parametrize(
     ("config", "overrides", "said"),
     [
-        ("along-the-wall", ["wall_cor=0.5"], [SLIDE]),
-        ("along-the-wall", ["wall_cor=0.5", "container.mass=1e7"], [SLIDE_IF_FIXED]),
+        ("along-the-wall", ["wall_cor=0.5"], ["collapse: slide"]),
+        (
+            "along-the-wall",
+            ["wall_cor=0.5", "container.mass=1e7"],
+            ["collapse: slide", "collapse: {tc: 0.01}"],
+        ),
         ("along-the-wall", ["wall_cor=0.5", "collapse=slide"], []),
         ("along-the-wall", ["wall_cor=1.0"], []),  # nothing is lost that could be kept
-        ("collapse-three", ["cor=0.05"], [TC]),
+        ("collapse-three", ["cor=0.05"], ["collapse: {tc: 0.01}"]),
     ],
 )
 def test_the_way_on_is_said(
@@ -31,9 +35,8 @@ def test_the_way_on_is_said(
     ended = CliRunner().invoke(app, ["run", str(HARD / f"{config}.yaml"), *given, *out])
     assert ended.exit_code == 0, ended.output
     lines = ended.stdout.splitlines()
-    assert [line for line in lines if line.startswith("in the config")] == [
-        f"in the config, {each}" for each in said
-    ]
+    hints = [line for line in lines if line.startswith("To continue such repeats")]
+    assert [way for hint in hints for way in re.findall("`(.*?)`", hint)] == said
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""docs/cli.md is what the commands say of themselves: ``python tests/test_cli_reference.py``."""
+"""docs/cli.md is what ``--help`` prints; ``python tests/docs/test_cli_reference.py`` writes it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from unittest import mock
 
 from typer.main import get_command
 
-from snooker_cli.cli.app import app
+from snooker_cli.cli.app import COMMANDS, app, loaded
 from snooker_cli.errors import ExitCode
 
 REFERENCE = Path(__file__).parents[2] / "docs" / "cli.md"
@@ -20,21 +20,21 @@ REFERENCE = Path(__file__).parents[2] / "docs" / "cli.md"
 HEAD = """\
 # The commands
 
-What `--help` prints for each; made by `python tests/test_cli_reference.py`. The
-[tutorial](tutorial.md) shows them at work.
+This page shows the `--help` of each command; `python tests/docs/test_cli_reference.py` writes it.
+The [tutorial](tutorial.md) shows the commands at work.
 
-`snooker --install-completion` makes the shell that it is called from (bash, zsh, fish or
-PowerShell) complete commands and options, names of runs, figures and templates, and after `-o` the
-keys of a config.
+`snooker --install-completion` installs completion for the current shell (bash, zsh, fish or
+PowerShell). It completes commands, options, names of runs, figures and templates, and the keys of
+a config after `-o`.
 """
 
 MEANINGS = {
     "DONE": "done",
-    "UNEXPECTED": "a fault of snooker's, or a result's file that is damaged or of another run",
-    "USAGE": "a wrong command, or results that are not there or cannot be written",
-    "CONFIG": "a config that is not there or cannot be used",
+    "UNEXPECTED": "a bug in snooker, or a result file that is damaged or of another run",
+    "USAGE": "a wrong command, or results that are missing or cannot be written",
+    "CONFIG": "a config that is missing or cannot be used",
     "SOME_FAILED": "some repeats failed, or a measurement does not agree",
-    "COLLAPSED": "some repeats ended in a wall trap or collapse, and `run --no-collapse` was given",
+    "COLLAPSED": "some repeats ended in a wall trap or collapse, with `run --no-collapse`",
     "INTERRUPTED": "interrupted",
 }
 
@@ -53,14 +53,14 @@ def command() -> Any:
 
 
 def helps(path: str, group: Any) -> Iterator[tuple[str, str]]:
-    """What ``--help`` prints of a command and of those in it."""
+    """The ``--help`` of a command and of those in it."""
     yield path, printed(path, group)
     for name, inner in getattr(group, "commands", {}).items():
-        yield from helps(f"{path} {name}", inner)
+        yield from helps(f"{path} {name}", loaded(name) if name in COMMANDS else inner)
 
 
 def printed(path: str, one: Any) -> str:
-    """What ``--help`` of a command prints on a terminal of 80 columns."""
+    """The ``--help`` of a command on a terminal of 80 columns."""
     with (
         mock.patch.dict(os.environ, COLUMNS="80"),
         redirect_stdout(StringIO()) as out,
@@ -71,7 +71,7 @@ def printed(path: str, one: Any) -> str:
 
 def test_the_reference_is_what_help_prints() -> None:
     assert REFERENCE.read_text(encoding="utf-8") == reference(), (
-        "a command has changed: run python tests/test_cli_reference.py"
+        "a command has changed: run python tests/docs/test_cli_reference.py"
     )
 
 

@@ -25,7 +25,7 @@ import yaml
 from repeating import created
 
 from snooker_cli import __version__
-from snooker_cli.cli.options import templates
+from snooker_cli.cli.config_commands import templates
 from snooker_cli.config import digest, load, parse
 from snooker_cli.engine.jit import NOTICE
 from snooker_cli.report.setting_search import LIKELY, TARGETS, elastic_pressures, search

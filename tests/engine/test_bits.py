@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import math
 import os
 import subprocess
 import sys
@@ -14,8 +13,9 @@ import numpy as np
 import pytest
 from scenes import digest, mixed_scene, report_scene, same_events, twin_collisions
 
+from snooker_cli.containers import Box, Container, PeriodicBox
 from snooker_cli.engine import ENGINE_VERSION, replay, series, simulate
-from snooker_cli.scene import Scene, Shape
+from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
 TESTS = Path(__file__).parents[1]
@@ -42,21 +42,18 @@ SCENES = {
     "into a trap": lambda: report_scene(radius=0.1, cor=0.8, container_mass=1e7),
     "cells": lambda: report_scene(cor=0.9),
     "cells, mixed, free": lambda: mixed_scene(50.0, 0.9),
-    "cells, mixed, box": lambda: boxed(mixed_scene(restitution=0.9), "box"),
-    "cells, periodic": lambda: boxed(report_scene(cor=0.9), "periodic"),
+    "cells, mixed, box": lambda: boxed(mixed_scene(restitution=0.9), Box),
+    "cells, periodic": lambda: boxed(report_scene(cor=0.9), PeriodicBox),
 }
 
 
-def boxed(scene: Scene, shape: Shape) -> Scene:
+def boxed(scene: Scene, shape: type[Container]) -> Scene:
     """The same balls in a box as wide as the circle, the first of them at rest."""
     moving = np.arange(scene.number) > 0
     return replace(
         scene,
         velocities=scene.velocities * moving[:, np.newaxis],
-        shape=shape,
-        width=20.0,
-        height=20.0,
-        container_radius=math.nan,
+        container=shape(20.0, 20.0),
     )
 
 

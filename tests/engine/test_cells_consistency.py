@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from scenes import EPSILON, gas, lattice, scene_of
 
+from snooker_cli.containers import SHAPES, Box, Circle
 from snooker_cli.engine import cell_prediction, clock, kernel_state, sampling
 from snooker_cli.engine.event_queue import CHILDREN
 from snooker_cli.engine.simulation import InCells
-from snooker_cli.scene import Scene, Shape
+from snooker_cli.scene import Scene
 
 ROOM = 8192
 
@@ -48,7 +49,7 @@ def rounding(engine: InCells, now: float) -> float:
     away = float(np.max(abs(places(engine, now)))) if engine.container is not None else 0.0
     side = min(engine.mesh.width, engine.mesh.height)
     crossings = float(np.max(speeds * (now - engine.state[kernel_state.CLOCK]))) / side
-    size = max(engine.scene.size) + away + float(speeds.max()) * now
+    size = max(engine.scene.container.size) + away + float(speeds.max()) * now
     return (64 + crossings) * EPSILON * size
 
 
@@ -96,7 +97,7 @@ def assert_in_their_cells(engine: InCells, now: float) -> None:
     """Nobody is outside of its cell, nor in a cell without others all round it."""
     mesh, cell = engine.mesh, engine.links[kernel_state.CELL]
     slack = rounding(engine, now)
-    width, height = engine.scene.size
+    width, height = engine.scene.container.size
     at = places(engine, now)
     for number, index, start, side, period, coordinate in (
         (mesh.columns, cell % (1 << mesh.shift), mesh.left, mesh.width, width, at[:, 0]),
@@ -167,13 +168,13 @@ def wall_delays(
     """Time until each ball is as far outside of the wall as a place is rounded; s."""
     scene = engine.scene
     with np.errstate(divide="ignore", invalid="ignore"):
-        if scene.shape == "periodic":
+        if not scene.container.has_wall:
             return np.full(scene.number, math.inf)
-        if scene.shape == "box":
-            halves = np.array(scene.size) / 2 - radii[:, np.newaxis] + slack
+        if isinstance(scene.container, Box):
+            halves = np.array(scene.container.size) / 2 - radii[:, np.newaxis] + slack
             delays = (np.copysign(halves, speeds) - at) / speeds
             return np.min(np.where(speeds != 0, delays, math.inf), axis=1)
-        reach = scene.container_radius - radii + slack
+        reach = scene.container.radius - radii + slack
         if engine.container is not None:
             x, y, u, v, clock = engine.container
             at = at - np.array([x, y]) - np.array([u, v]) * (now - clock)
@@ -225,7 +226,7 @@ def test_books_are_right_after_any_number_of_events(changes):
 # --- what is seen to between events -------------------------------------------------------------
 
 
-def crowd(shape: Shape, *, container_mass: float = math.inf, drift: float = 0.0) -> Scene:
+def crowd(shape: str, *, container_mass: float = math.inf, drift: float = 0.0) -> Scene:
     """One ball of 3 m among small ones: cells are as wide as it, and there are 8 or so in one."""
     side = 34.0
     places = lattice(240, side, side, 3.0 if shape == "circle" else None)
@@ -239,13 +240,10 @@ def crowd(shape: Shape, *, container_mass: float = math.inf, drift: float = 0.0)
         velocities=velocities,
         radii=np.append(3.0, np.full(number - 1, 0.3)),
         masses=np.append(10.0, np.full(number - 1, 1.0)),
-        container_radius=side / 2,
+        container=Circle(side / 2) if shape == "circle" else SHAPES[shape](side, side),
         container_mass=container_mass,
         container_velocity=np.array([drift, 0.0]),
         restitution=0.95,
-        shape=shape,
-        width=side,
-        height=side,
     )
 
 

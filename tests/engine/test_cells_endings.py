@@ -8,6 +8,7 @@ import pytest
 from scenes import EPSILON, gas, report_scene, same_events, scene_of
 from test_statistics import assert_nothing_comes_between
 
+from snooker_cli.containers import Box, PeriodicBox
 from snooker_cli.engine import replay, simulate, simulation
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, StopReason, Trace
@@ -17,8 +18,8 @@ SIMULATE = importlib.import_module("snooker_cli.engine.simulation")
 CONTAINERS = {
     "circle": {},
     "light circle": {"container_mass": 5.0},
-    "box": {"shape": "box", "width": 20.0, "height": 16.0},
-    "periodic": {"shape": "periodic", "width": 20.0, "height": 16.0},
+    "box": {"container": Box(20.0, 16.0)},
+    "periodic": {"container": PeriodicBox(20.0, 16.0)},
 }
 
 UNLIKE = ("light circle", "box")
@@ -62,7 +63,7 @@ def test_collisions(scene):
     assert trace.stop.reason is StopReason.COLLISIONS
     assert trace.collisions == len(trace.events) == 500
     assert trace.wall_events == np.sum(trace.events.j == CONTAINER)
-    assert (trace.wall_events == 0) == (scene.shape == "periodic")
+    assert (trace.wall_events == 0) == (not scene.container.has_wall)
     assert trace.stop.time == trace.events.time[-1]
     assert np.all((trace.events.j > trace.events.i) | (trace.events.j == CONTAINER))
 
@@ -146,7 +147,7 @@ def test_balls_that_drift_with_all_there_is(container):
     assert trace.stop.time == 30.0
     moved = trace.finish.positions - scene.positions - 30.0 * scene.velocities
     if container == "periodic":
-        moved -= np.rint(moved / scene.size) * scene.size
+        moved -= np.rint(moved / scene.container.size) * scene.container.size
     assert np.allclose(moved, 0.0, rtol=0, atol=8 * EPSILON * 30.0 * 7.0)
 
 
@@ -269,7 +270,7 @@ def test_collapse_of_three_in_a_line(container):
 def test_collapse_of_a_ball_between_walls_that_it_touches():
     """It moves along a channel as wide as itself, and a little across."""
     balls = [(0.0, 0.0, 3.0, 0.1, 1.0, 1.0), (-5.0, 0.0, 0.0, 0.0, 0.5, 1.0)]
-    scene = scene_of(balls, shape="box", width=12.0, height=2.0)
+    scene = scene_of(balls, container=Box(12.0, 2.0))
     trace = simulate(scene, collisions=1000)
     assert trace.stop.reason is StopReason.COLLAPSE
     assert trace.stop.time == 0.0
@@ -311,6 +312,6 @@ def test_which_engine_suits():
 
 def test_a_periodic_box_that_is_too_small_is_refused():
     balls = [(0.0, 0.0, 1.0, 0.0, 1.0, 1.0)]
-    scene = scene_of(balls, shape="periodic", width=20.0, height=9.9)
+    scene = scene_of(balls, container=PeriodicBox(20.0, 9.9))
     with pytest.raises(ValueError, match="five diameters"):
         simulate(scene, collisions=1)

@@ -17,6 +17,7 @@ from snooker_cli.analysis.observables import (
     total_energy,
     total_momentum,
 )
+from snooker_cli.containers import Box, PeriodicBox
 from snooker_cli.engine import replay, simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
@@ -63,7 +64,7 @@ def test_momentum(run):
 
 @pytest.mark.parametrize("run", ["circle", "light circle, mixed"], indirect=True)
 def test_angular_momentum(run):
-    reach = run.start.container_radius + float(np.hypot(*run.finish.container_position))
+    reach = run.start.container.radius + float(np.hypot(*run.finish.container_position))
     drift = total_angular_momentum(run.finish) - total_angular_momentum(run.start)
     assert abs(drift) < WALK * largest_momentum(run.finish) * reach
 
@@ -95,14 +96,14 @@ def gaps_and_room(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Between balls, (N, N), inf for a ball and itself; and between each ball and the wall, m."""
     x, y = (scene.positions[:, np.newaxis] - scene.positions).transpose(2, 0, 1)
     off = abs(scene.positions - scene.container_position)
-    if scene.shape == "periodic":
-        x -= scene.width * np.rint(x / scene.width)
-        y -= scene.height * np.rint(y / scene.height)
-        room = np.min(np.array(scene.size) / 2 - off, axis=1)
-    elif scene.shape == "box":
-        room = np.min(np.array(scene.size) / 2 - off, axis=1) - scene.radii
+    if not scene.container.has_wall:
+        x -= scene.container.width * np.rint(x / scene.container.width)
+        y -= scene.container.height * np.rint(y / scene.container.height)
+        room = np.min(np.array(scene.container.size) / 2 - off, axis=1)
+    elif isinstance(scene.container, Box):
+        room = np.min(np.array(scene.container.size) / 2 - off, axis=1) - scene.radii
     else:
-        room = scene.container_radius - scene.radii - np.hypot(*off.T)
+        room = scene.container.radius - scene.radii - np.hypot(*off.T)
     gaps = np.hypot(x, y) - scene.radii[:, np.newaxis] - scene.radii
     np.fill_diagonal(gaps, math.inf)
     return gaps, room
@@ -110,7 +111,7 @@ def gaps_and_room(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 def slack(trace: Trace, velocities: np.ndarray) -> float:
     """As in ``test_invariants``: quadratics of squared distances, clocks, places, by rounding."""
-    size = max(trace.start.size)
+    size = max(trace.start.container.size)
     away = float(np.max(abs(trace.finish.container_position)))
     fastest = float(np.max(np.hypot(*velocities.T)))
     bound = 8 * EPSILON * size**2 / (2 * float(trace.start.radii.min()))
@@ -166,7 +167,7 @@ def test_virial_identity_in_a_square_box():
     events = trace.events
     energies = scene.kinetic_energy - np.concatenate([[0.0], np.cumsum(energy_losses(trace))])
     spans = np.diff(events.time, prepend=0.0, append=trace.stop.time)
-    hits = np.where(is_wall(events), 1.0 - scene.width / 2, 2.0) * events.impulse
+    hits = np.where(is_wall(events), 1.0 - scene.container.width / 2, 2.0) * events.impulse
     before, after = (
         np.sum(one.masses[:, np.newaxis] * one.positions * one.velocities)
         for one in (scene, trace.finish)
@@ -175,7 +176,7 @@ def test_virial_identity_in_a_square_box():
     # As in ``test_invariants``: contacts are off by the clock, the energy by its own walk.
     walk = 6 * math.sqrt(len(events)) * 4 * EPSILON
     speed = float(np.max(np.hypot(*scene.velocities.T)))
-    contacts = walk * events.impulse.max() * (speed * trace.stop.time + scene.width)
+    contacts = walk * events.impulse.max() * (speed * trace.stop.time + scene.container.width)
     ledger = walk * scene.kinetic_energy / scene.number * 2 * trace.stop.time
     assert abs(after - before - change) < contacts + ledger
     assert contacts + ledger < 1e-8 * math.fsum(abs(hits))
@@ -194,7 +195,7 @@ def test_a_billiard_in_a_box():
     parallelogram, round a ball at rest in the middle.
     """
     start, velocity, end = np.array([-2.0, 2.0]), np.array([10.0, 6.0]), 1000.0
-    scene = scene_of([(*start, *velocity, 1.0, 1.0), AT_REST], shape="box", width=12.0, height=8.0)
+    scene = scene_of([(*start, *velocity, 1.0, 1.0), AT_REST], container=Box(12.0, 8.0))
     trace = simulate(scene, time=end, engine="cells")
     sides = np.array([10.0, 6.0])  # of the box that the centre is in
     due = (sides * np.arange(1, 1010)[:, np.newaxis] - start - sides / 2) / velocity
@@ -227,7 +228,7 @@ def test_whispering_gallery(container_mass):
 
 def test_a_ball_in_a_corner_hits_both_walls():
     balls = [(0.0, 0.0, 3.0, 3.0, 1.0, 1.0), (2.5, -2.5, 0.0, 0.0, 0.5, 1.0)]
-    scene = scene_of(balls, shape="box", width=8.0, height=8.0)
+    scene = scene_of(balls, container=Box(8.0, 8.0))
     trace = simulate(scene, collisions=40, engine="cells")
     expected = np.repeat(1.0 + 2.0 * np.arange(20), 2)
     assert trace.events.time == pytest.approx(expected, rel=40 * EPSILON)
@@ -239,7 +240,7 @@ def test_balls_that_meet_through_the_sides_of_a_periodic_box(along):
     """They start near the middle and fly apart, half of the box's diagonal or side."""
     x, y = along
     balls = [(x, y, 2 * x, 2 * y, 0.5, 1.0), (-x, -y, -2 * x, -2 * y, 0.5, 1.0)]
-    scene = scene_of(balls, shape="periodic", width=10.0, height=10.0)
+    scene = scene_of(balls, container=PeriodicBox(10.0, 10.0))
     trace = simulate(scene, collisions=1, engine="cells")
     way = trace.stop.time * 2.0
     at = np.array([[x, y], [-x, -y]]) * (1.0 + way)

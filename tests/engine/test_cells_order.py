@@ -64,7 +64,7 @@ def test_balls_stay_in_a_periodic_box():
     scene = displaced(SCENES["periodic"]())
     trace = simulate(scene, time=20.0, engine="cells")
     for positions in (*replay(trace, np.linspace(0, 20.0, 50)).positions, trace.finish.positions):
-        inside = abs(positions - scene.container_position) <= np.array(scene.size) / 2
+        inside = abs(positions - scene.container_position) <= np.array(scene.container.size) / 2
         assert np.all(inside)
 
 

@@ -55,7 +55,7 @@ def fluid(packing: float) -> Fluid:
     return Fluid(
         virial=impulses * 2.0 * scene.radii[0] / (2 * N * temperature * spans),
         rate=2 * np.diff(edges) / (N * spans),
-        density=N / scene.area,
+        density=N / scene.container.area,
         temperature=temperature,
     )
 
@@ -122,7 +122,9 @@ def circle(engine: str, packing: float, first: int) -> NDArray[np.float64]:
         span = events.time[-1] - events.time[5999]
         wall = is_wall(events)[late]
         force = events.impulse[late][wall].sum() / span
-        rows.append((force / scene.wall_length, np.sum(~wall) / span, np.sum(wall) / span))
+        rows.append(
+            (force / scene.container.wall_length, np.sum(~wall) / span, np.sum(wall) / span)
+        )
     return np.array(rows)
 
 

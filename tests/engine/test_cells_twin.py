@@ -14,6 +14,7 @@ from scenes import EPSILON, Ball, gas, scene_of, twin_collisions
 from test_twin import CLUMSY_TWINS, ROUNDINGS, SHIFT, compared
 from test_twin import scenes as circles
 
+from snooker_cli.containers import Box, PeriodicBox
 from snooker_cli.engine import simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
@@ -98,9 +99,7 @@ def boxes(draw: st.DrawFn, least: int = 1, few_kinds: bool = False) -> Scene:
             balls.append((*place, *velocity, radius, mass))
     return scene_of(
         balls,
-        shape="periodic" if periodic else "box",
-        width=width,
-        height=height,
+        container=PeriodicBox(width, height) if periodic else Box(width, height),
         restitution=draw(st.floats(0.1, 1.0)),
         wall_restitution=draw(st.floats(0.1, 1.0)),
     )
@@ -129,12 +128,12 @@ def test_random_boxes(scene):
 def crossings(scene: Scene) -> float:
     """The time of 20 crossings: in a periodic box it may take for ever until balls meet."""
     fastest = float(np.max(np.hypot(*scene.velocities.T)))
-    return 20 * min(scene.size) / fastest if fastest > 0 else 1.0
+    return 20 * min(scene.container.size) / fastest if fastest > 0 else 1.0
 
 
 def meets_again(scene: Scene) -> bool:
     """Whether a pair that has parted next meets itself, which is through a periodic box's sides."""
-    if scene.shape != "periodic":
+    if scene.container.has_wall:
         return False
     last: dict[int, int] = {}
     for _, i, j, _ in twin_collisions(scene, 25, until=crossings(scene)):
@@ -147,7 +146,11 @@ def meets_again(scene: Scene) -> bool:
 def test_a_pair_that_has_parted_meets_again_through_a_side():
     """Balls 1 and 6, at 4.56 s and at 5.51 s."""
     saved = json.loads((DATA / "meets-again.json").read_text(encoding="utf-8"))
-    scene = scene_of(saved.pop("balls"), shape="periodic", **saved)
+    scene = scene_of(
+        saved.pop("balls"),
+        container=PeriodicBox(saved.pop("width"), saved.pop("height")),
+        **saved,
+    )
     assert meets_again(scene)
     assert compared(scene, 25, engine="cells").events == 25
 
@@ -166,7 +169,7 @@ def test_random_scenes_of_every_kind(scene):
 def shifted(scene: Scene, seed: int) -> Scene:
     """Every ball displaced by some ``SHIFT`` of half the container's width."""
     dice = np.random.default_rng(seed)
-    shifts = SHIFT * scene.size[0] / 2 * dice.normal(size=scene.positions.shape)
+    shifts = SHIFT * scene.container.size[0] / 2 * dice.normal(size=scene.positions.shape)
     return replace(scene, positions=scene.positions + shifts)
 
 

@@ -17,6 +17,7 @@ from scenes import (
     twin_collisions,
 )
 
+from snooker_cli.containers import Box
 from snooker_cli.engine import clock, simulate, specialisation
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, StopReason
@@ -252,7 +253,7 @@ def test_a_ball_along_an_elastic_wall_is_no_inelastic_collapse(engine, mass, rad
 def test_only_losses_are_called_inelastic(cor):
     """A ball in a channel as wide as itself hits both of its walls in no time."""
     balls = [(0.0, 0.0, 3.0, 0.1, 1.0, 1.0), (-5.0, 0.0, 0.0, 0.0, 0.5, 1.0)]
-    scene = scene_of(balls, shape="box", width=12.0, height=2.0, restitution=cor)
+    scene = scene_of(balls, container=Box(12.0, 2.0), restitution=cor)
     trace = simulate(scene, collisions=1000)
     assert trace.stop.reason is StopReason.COLLAPSE
     said = "collisions without end" if cor == 1.0 else "inelastic collapse"

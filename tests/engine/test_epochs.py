@@ -72,7 +72,7 @@ def test_contacts_are_as_exact_late_as_early(long_trace):
                 gaps.append(abs(math.hypot(x, y) - 2 * trace.start.radii[0]))
         worst.append(max(gaps))
     latest = float(np.diff(trace.events.time[size - 1 :: size]).max())
-    assert max(worst) <= EPSILON * (3 * trace.start.container_radius + 2 * fastest * latest)
+    assert max(worst) <= EPSILON * (3 * trace.start.container.radius + 2 * fastest * latest)
     assert worst[1] <= 4 * worst[0]
 
 

@@ -48,7 +48,7 @@ def run(request) -> Trace:
 
 def reach(scene: Scene) -> float:
     """How far from the origin anything is, m."""
-    return scene.container_radius + float(np.hypot(*scene.container_position))
+    return scene.container.radius + float(np.hypot(*scene.container_position))
 
 
 def largest_momentum(scene: Scene) -> float:
@@ -102,7 +102,7 @@ def test_virial_identity(cor, collisions, mixed):
     assert len(events) == collisions
     energies = start.kinetic_energy - np.concatenate([[0.0], np.cumsum(energy_losses(trace))])
     spans = np.diff(events.time, prepend=0.0, append=trace.stop.time)
-    radii = np.append(start.radii, -start.container_radius)
+    radii = np.append(start.radii, -start.container.radius)
     contact_distances = radii[events.i] + radii[events.j]  # at the wall minus (R - r)
     hits = contact_distances * events.impulse
     before, after = (
@@ -113,7 +113,7 @@ def test_virial_identity(cor, collisions, mixed):
     # A contact is off by the clock's rounding times the speed; the energy by its own walk.
     walk = 6 * math.sqrt(collisions) * 4 * EPSILON
     speed = float(np.max(np.hypot(*start.velocities.T)))
-    contacts = walk * events.impulse.max() * (speed * trace.stop.time + start.container_radius)
+    contacts = walk * events.impulse.max() * (speed * trace.stop.time + start.container.radius)
     ledger = walk * start.kinetic_energy / start.number * 2 * trace.stop.time
     assert abs(after - before - change) < contacts + ledger
     assert contacts + ledger < 1e-8 * math.fsum(abs(hits))
@@ -194,10 +194,10 @@ def test_nothing_overlaps_or_escapes(run):
     states = replay(run, events.time[chosen])
     fastest = np.max(np.hypot(*states.velocities.T))
     diameters = start.radii[:, np.newaxis] + start.radii
-    bound = 8 * EPSILON * (2 * start.container_radius) ** 2 / diameters.min()
+    bound = 8 * EPSILON * (2 * start.container.radius) ** 2 / diameters.min()
     bound += 4 * EPSILON * (fastest * run.stop.time + reach(run.finish))
     offsets = states.positions - states.container_positions[:, np.newaxis]
-    room = start.container_radius - start.radii - np.hypot(offsets[..., 0], offsets[..., 1])
+    room = start.container.radius - start.radii - np.hypot(offsets[..., 0], offsets[..., 1])
     assert room.min() > -bound
     x, y = (offsets[:, :, np.newaxis] - offsets[:, np.newaxis]).transpose(3, 0, 1, 2)
     gaps = np.hypot(x, y) - diameters

@@ -85,7 +85,7 @@ def test_the_engine_follows(name):
         (trace.events.impulse, truth.impulse, grown.impulse),
     ):
         assert np.all(abs(values[here] - exact[here]) <= tolerance(growth, exact)[here])
-    size = np.full(len(truth), reference.scene.container_radius)
+    size = np.full(len(truth), reference.scene.container.radius)
     for after, bodies in zip(reference.after, reference.states, strict=True):
         if after <= count:
             (places,) = replay(trace, trace.events.time[[after - 1]]).positions

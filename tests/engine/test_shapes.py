@@ -13,6 +13,7 @@ from scenes import report_scene
 from snooker_cli import theory
 from snooker_cli.analysis import observables, predictions
 from snooker_cli.config import parse
+from snooker_cli.containers import SHAPES, Box
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import EPSILON, Scene
@@ -36,15 +37,12 @@ def head_on(shape: str) -> Scene:
         velocities=np.array([[1.0, 0.0], [-1.0, 0.0]]),
         radii=np.ones(2),
         masses=np.full(2, 2.0),
-        container_radius=math.nan,
+        container=SHAPES[shape](16.0, 16.0),
         container_mass=math.inf,
         container_position=np.zeros(2),
         container_velocity=np.zeros(2),
         restitution=0.5,
         wall_restitution=0.5,
-        shape=shape,
-        width=16.0,
-        height=16.0,
     )
 
 
@@ -117,12 +115,12 @@ def test_virial_and_wall_pressure_obey_the_virial_theorem(shape: str) -> None:
     moving = trace.start.number * observables.mean_temperature(trace) * end
     virial = 2 * moving * observables.virial_ratio(trace)
     if shape == "circle":
-        arm = scene.container_radius - float(scene.radii[0])
-        walls = arm * observables.mean_pressure(trace) * scene.wall_length * end
+        arm = scene.container.radius - float(scene.radii[0])
+        walls = arm * observables.mean_pressure(trace) * scene.container.wall_length * end
     else:
         hits = np.flatnonzero(trace.events.j == CONTAINER)
         states = observables.engine.replay(trace, trace.events.time[hits])
-        rooms = np.array(scene.size) / 2 - scene.radii[0]
+        rooms = np.array(scene.container.size) / 2 - scene.radii[0]
         walls = 0.0
         for row, hit in enumerate(hits):
             place = np.abs(states.positions[row, trace.events.i[hit]])
@@ -151,12 +149,14 @@ def test_summaries_have_the_pressure_of_events() -> None:
 def test_pair_distances_are_those_of_the_nearest_images(cooling: Trace) -> None:
     states, scene = observables.at_collisions(cooling, 3), cooling.start
     found = observables.pair_distances(states, scene).reshape(3, -1)
-    steps = [np.array(each) * scene.size for each in itertools.product((-1, 0, 1), repeat=2)]
+    steps = [
+        np.array(each) * scene.container.size for each in itertools.product((-1, 0, 1), repeat=2)
+    ]
     for positions, row in zip(states.positions, found, strict=True):
         pairs = list(itertools.combinations(positions, 2))
         nearest = [min(math.dist(a, b + step) for step in steps) for a, b in pairs]
         np.testing.assert_allclose(row, nearest, rtol=64 * EPSILON)
-    assert found.max() <= math.hypot(*scene.size) / 2
+    assert found.max() <= math.hypot(*scene.container.size) / 2
 
 
 def test_the_temperature_at_which_balls_meet_leaves_out_what_they_share() -> None:
@@ -169,7 +169,7 @@ def test_the_temperature_at_which_balls_meet_leaves_out_what_they_share() -> Non
     met = observables.meeting_temperature(scene.kinetic_energy, scene)
     assert met == pytest.approx(scene.kinetic_energy / 63, rel=1e-12)
     assert observables.meeting_temperature(moving.kinetic_energy, moving) == pytest.approx(met)
-    box = replace(moving, shape="box")
+    box = replace(moving, container=Box(*moving.container.size))
     assert observables.meeting_temperature(box.kinetic_energy, box) == box.kinetic_energy / 64
 
 
@@ -182,7 +182,7 @@ def test_floors_are_of_what_the_shape_conserves() -> None:
     moving = replace(scene, velocities=scene.velocities + np.array([3.0, -4.0]))
     share = 64 * 25 / 2 / moving.kinetic_energy
     assert predictions.floor(moving) == pytest.approx(share, rel=1e-12)
-    assert math.isnan(predictions.floor(replace(moving, shape="box")))
+    assert math.isnan(predictions.floor(replace(moving, container=Box(*moving.container.size))))
 
 
 def test_a_cooling_periodic_gas_keeps_its_momentum_s_energy() -> None:
@@ -198,7 +198,7 @@ def test_a_cooling_periodic_gas_keeps_its_momentum_s_energy() -> None:
 def test_free_velocities() -> None:
     scene = gas()
     assert predictions.free_velocities(scene) == 63
-    assert predictions.free_velocities(replace(scene, shape="box")) == 64
+    assert predictions.free_velocities(replace(scene, container=Box(*scene.container.size))) == 64
     moving = replace(scene, velocities=scene.velocities + 1.0)
     assert predictions.free_velocities(moving) is None
     masses = np.linspace(1.0, 2.0, 64)

@@ -19,6 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import EPSILON, Ball, is_wall, mixed_scene, report_scene, scene_of, twin_collisions
 
+from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, StopReason
@@ -49,7 +50,7 @@ def clumsiness(scene: Scene, seed: int) -> Callable[[list[naive.Body], float], N
 
     def displace(bodies: list[naive.Body], now: float) -> None:
         for body in bodies:
-            way = max(scene.size) / 2 + math.hypot(body.u, body.v) * now
+            way = max(scene.container.size) / 2 + math.hypot(body.u, body.v) * now
             body.x += dice.gauss(0, SHIFT) * way
             body.y += dice.gauss(0, SHIFT) * way
 
@@ -148,7 +149,7 @@ def scenes(draw: st.DrawFn, least: int = 1, few_kinds: bool = False) -> Scene:
             balls.append((*place, *velocity, radius, mass))
     return scene_of(
         balls,
-        container_radius=6.0,
+        container=Circle(6.0),
         container_mass=10 ** dice.uniform(0, 7) if free else math.inf,
         container_velocity=(dice.uniform(-1, 1), dice.uniform(-1, 1)) if free else (0.0, 0.0),
         restitution=draw(st.floats(0.1, 1.0)),

@@ -175,7 +175,7 @@ def test_pressure_of_one_repeat_has_no_band(decaying: Run) -> None:
 
 def in_circle(temperature: float, radius: float) -> float:
     """Pressure of 19 hard disks in the circle of 10 m, by theory."""
-    circle = containers.circle(10.0, radius)
+    circle = containers.Circle(10.0)
     return theory.fluid_state(19, temperature, radius, circle).pressure
 
 
@@ -183,7 +183,7 @@ def pressure_of(trace: Trace) -> float:
     assert trace.summary is not None
     columns = trace.summary.series
     return float(
-        columns.wall_impulse[-1] / columns.time[-1] / (2 * math.pi * trace.start.container_radius)
+        columns.wall_impulse[-1] / columns.time[-1] / (2 * math.pi * trace.start.container.radius)
     )
 
 

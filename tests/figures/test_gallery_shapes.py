@@ -156,7 +156,7 @@ def test_pressure_against_area_and_number_of_boxes(tmp_path: Path) -> None:
     assert ideal.x[[0, -1]].tolist() == pytest.approx([400, 900])
     assert ideal.y == pytest.approx(37 * 50 / ideal.x, rel=1e-12)
     curve = next(line for line in layers(found, Line) if line.style == "dotted" and len(line.x))
-    state = theory.fluid_state(37, 50.0, 0.6, containers.box(20.0, 20.0, 0.6))
+    state = theory.fluid_state(37, 50.0, 0.6, containers.Box(20.0, 20.0))
     assert curve.y[0] == pytest.approx(state.pressure, rel=1e-12)
     many = made(tmp_path / "many", *elastic, "balls.count=20,40", text=PERIODIC)
     found = shown(many, "pressure-number")

@@ -9,6 +9,7 @@ from scenes import EPSILON, experiment
 from scipy import stats
 
 from snooker_cli.config import Experiment
+from snooker_cli.containers import Box, Circle
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.places import ring_positions, unit_polygon
 from snooker_cli.placement.random_numbers import random_directions
@@ -166,7 +167,7 @@ def test_a_scene_of_rings():
     assert scene.number == 37
     assert np.all(scene.radii == 0.5)
     assert np.all(scene.masses == 1.0)
-    assert (scene.container_radius, scene.container_mass) == (10.0, 1e7)
+    assert (scene.container, scene.container_mass) == (Circle(10.0), 1e7)
     assert (scene.restitution, scene.wall_restitution) == (0.8, 0.8)
     assert scene.kinetic_energy == pytest.approx(1850.0, rel=1e-14)
     assert scene.packing_fraction == pytest.approx(37 * 0.25 / 100, rel=1e-14)
@@ -224,7 +225,7 @@ def test_overlapping_balls_are_refused():
 def test_a_ball_that_sticks_out_is_refused():
     error = error_of(listed(ball(0, 0), ball(0, 9.25)))
     assert error.key == "balls.list[1]"
-    for part in ("ball 1", "by 0.25 m", "9.25 m from the middle", "radius 1 m", "radius 10 m"):
+    for part in ("ball 1", "by 0.25 m", "is 1 m", "[0, 9.25] m from the centre", "radius 10 m"):
         assert part in str(error)
     error_of(listed(ball(0, 9.0000001)))
 
@@ -264,9 +265,9 @@ def test_check_sees_the_container_where_it_is():
 
 def test_a_box_of_listed_balls():
     scene = starting_scene(listed(ball(9, -4), shape="box", width=20.0, height=10.0), 0)
-    assert (scene.shape, scene.size, scene.area, scene.free) == ("box", (20.0, 10.0), 200.0, False)
-    assert math.isnan(scene.container_radius)
-    assert starting_scene(listed(ball(0, 0), shape="box", width=20.0), 0).size == (20.0, 20.0)
+    assert (scene.container, scene.free) == (Box(20.0, 10.0), False)
+    square = starting_scene(listed(ball(0, 0), shape="box", width=20.0), 0)
+    assert square.container == Box(20.0, 20.0)
 
 
 @pytest.mark.parametrize("place", [(9.25, 0), (-9.25, 0), (0, 4.25), (0, -4.25)])
@@ -276,7 +277,7 @@ def test_a_ball_that_sticks_out_of_a_box_is_refused(place):
     for part in (
         "ball 1 sticks out",
         "by 0.25 m",
-        f"at [{place[0]}, {place[1]}] m",
+        f"[{place[0]}, {place[1]}] m",
         "20 m by 10 m",
     ):
         assert part in str(error)
@@ -285,7 +286,7 @@ def test_a_ball_that_sticks_out_of_a_box_is_refused(place):
 def test_a_periodic_box_has_no_wall_but_an_edge():
     box = {"shape": "periodic", "width": 20.0, "height": 12.0}
     scene = starting_scene(listed(ball(10, -6), ball(-8, 6), **box), 0)
-    assert scene.period == (20.0, 12.0)
+    assert scene.container.period == (20.0, 12.0)
     error = error_of(listed(ball(10.25, 0), **box))
     assert "the centre of ball 0 is 0.25 m outside" in str(error)
 

@@ -7,35 +7,36 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from snooker_cli.containers import SHAPES, Container
 from snooker_cli.placement.places import lattice
 from snooker_cli.scene import Scene, check
 
-SHAPES = ("circle", "box", "periodic")
+
+def container_of(shape: str, size: tuple[float, float]) -> Container:
+    return SHAPES[shape](*([size[0] / 2] if shape == "circle" else size))
 
 
 def packed(shape: str, size: tuple[float, float], number: int, part: float = 1.0) -> Scene:
     """Balls at the places of a lattice, as large as fit there, or a part of that."""
-    positions, diameter = lattice(shape, size, number)
+    container = container_of(shape, size)
+    positions, diameter = lattice(container, number)
     assert positions.shape == (number, 2)
     return Scene(
         positions=positions,
         velocities=np.zeros((number, 2)),
         radii=np.full(number, part * diameter / 2),
         masses=np.ones(number),
-        container_radius=size[0] / 2 if shape == "circle" else math.nan,
+        container=container,
         container_mass=math.inf,
         container_position=np.zeros(2),
         container_velocity=np.zeros(2),
         restitution=1.0,
         wall_restitution=1.0,
-        shape=shape,
-        width=size[0],
-        height=size[1],
     )
 
 
 @given(
-    st.sampled_from(SHAPES),
+    st.sampled_from(tuple(SHAPES)),
     st.integers(1, 2000),
     st.floats(-6, 6),
     st.floats(-1.5, 1.5),
@@ -91,7 +92,7 @@ def test_rows_in_a_box():
 @pytest.mark.parametrize("shape", SHAPES)
 def test_the_lattice_fills_the_whole_container(shape):
     """The middle of the balls is that of the container and their spread that of a uniform gas."""
-    positions = lattice(shape, (2.0, 2.0), 1000).positions
+    positions = lattice(container_of(shape, (2.0, 2.0)), 1000).positions
     assert np.mean(positions, axis=0) == pytest.approx([0, 0], abs=0.02)
     uniform = 1 / 4 if shape == "circle" else 1 / 3
     assert np.mean(positions**2, axis=0) == pytest.approx([uniform, uniform], rel=0.06)
@@ -99,6 +100,6 @@ def test_the_lattice_fills_the_whole_container(shape):
 
 def test_empty_places_are_spread_evenly():
     """93 balls in a square have places to spare; every quarter has its share of them."""
-    positions = lattice("periodic", (1.0, 1.0), 93).positions
+    positions = lattice(container_of("periodic", (1.0, 1.0)), 93).positions
     quarters = np.histogram2d(*positions.T, bins=2)[0]
     assert np.all(abs(quarters - 93 / 4) < 4)

@@ -64,7 +64,7 @@ def test_a_few_balls_as_dense_as_random_places_get():
 def test_thin_gases_are_uniform(shape):
     """By Kolmogorov and Smirnov; centres of a ball in a room that it hardly fills."""
     scene = scattered(shape, {"count": 20_000}, packing=1e-4)
-    x, y = (scene.positions / (np.array(scene.size) / 2)).T
+    x, y = (scene.positions / (np.array(scene.container.size) / 2)).T
     if shape == "circle":
         squares, angles = x * x + y * y, np.arctan2(y, x)
         assert stats.kstest(squares, stats.uniform(0, 1).cdf).pvalue > 0.001
@@ -80,7 +80,8 @@ def test_pairs_of_a_thin_gas_are_independent():
     packing, reach, number = 0.01, 10, 20_000
     scene = scattered("periodic", {"count": number}, packing=packing)
     pairs = sum(
-        len(i) for i, _, _ in near_pairs(scene.positions, scene.radii, reach - 2, scene.period)
+        len(i)
+        for i, _, _ in near_pairs(scene.positions, scene.radii, reach - 2, scene.container.period)
     )
     expected = number / 2 * packing * (reach**2 - 4)
     # Nearly Poisson's; the next virial coefficient adds less than the packing to the number.

@@ -112,7 +112,7 @@ def test_a_cluster_gives_the_bits_of_threads(
     before = bytes_of(far.directory)
     again = snooker(*command, *options)
     assert again.code == 0
-    assert f"{len(before)} repeats were there already" in again.out
+    assert f"{len(before)} repeats were already stored" in again.out
     assert bytes_of(far.directory) == before
 
 
@@ -170,13 +170,11 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
     process.send_signal(signal.SIGINT)
     _, said = process.communicate()
     assert process.returncode == 130
-    assert said.startswith(
-        "snooker: stopping; saving what is under way\nsnooker: interrupted with "
-    )
+    assert said.startswith("snooker: stopping; saving the current repeats\n")
     there = {path: store.check(path).stop.reason for path in point.glob("*.h5")}
     assert set(there.values()) <= {StopReason.COLLISIONS, StopReason.INTERRUPTED}
     whole = [reason for reason in there.values() if reason is StopReason.COLLISIONS]
-    assert f"interrupted with {len(whole)} of 10,000 repeats done" in said
+    assert f"interrupted: {len(whole)} of 10,000 repeats complete" in said
     assert len(there) - len(whole) <= 2
     before = bytes_of(here / "long")
     assert not [name for name in before if name.endswith(".part")]
@@ -188,7 +186,7 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
 @pytest.mark.parametrize(
     ("executor", "sentence"),
     [
-        ("ray=tcp://host:1", "--executor ray=tcp://host:1: there is no such executor; say threads"),
+        ("ray=tcp://host:1", "--executor ray=tcp://host:1: there is no such executor; "),
         ("dask", "--executor dask=: no address of a scheduler; it looks like dask=tcp://HOST:8786"),
         ("dask=host:8786", "--executor dask=host:8786: no address of a scheduler"),
         ("dask=tcp://host", "--executor dask=tcp://host: no address of a scheduler"),

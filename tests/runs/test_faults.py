@@ -183,7 +183,7 @@ def test_a_read_only_folder_is_read_and_nothing_else(
     same, more, rest, *looks = json.loads(ended.stdout)
     refused = "Read-only file system" if mounts() else "Permission denied"
     assert (same[0], same[2]) == (0, "")
-    assert "6 repeats were there already" in same[1]
+    assert "6 repeats were already stored" in same[1]
     assert more[0] == 2
     assert f"{folder}: cannot be written ({refused}); give --out for another folder" in more[2]
     assert rest[0] == 4
@@ -225,11 +225,11 @@ def test_bad_files_are_told_and_made_anew(finished: Path, here: Path, finished_r
     assert (code, err) == (1, "")
     for line, path in zip(out.splitlines(), sentences, strict=False):
         assert line.startswith(f"{names[path]}: {sentences[path]}")
-    assert out.splitlines()[4:] == ["runs/small: 2 whole repeats, 4 bad files, read again"]
+    assert out.splitlines()[4:] == ["runs/small: 2 complete repeats, 4 bad files, read again"]
 
     code, out, err = said(here, "run", "small.yaml", "--no-progress", "-j", "1")
     assert code == 0
-    assert "2 repeats were there already" in out
+    assert "2 repeats were already stored" in out
     lines = [line for line in err.splitlines() if "compiling" not in line]
     assert len(lines) == 4
     for line, path in zip(lines, sentences, strict=True):

@@ -174,10 +174,10 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
         assert process.returncode == 130
         # A new engine is compiled first, which is told.
         *_, stopping, rest = said.splitlines()
-        assert stopping == "snooker: stopping; saving what is under way"
+        assert stopping == "snooker: stopping; saving the current repeats"
         assert re.fullmatch(
-            r"snooker: interrupted with [\d,]+ of 10,000 repeats done; the same command goes on "
-            "where it stopped",
+            r"snooker: interrupted: [\d,]+ of 10,000 repeats complete; run the same command again "
+            "to finish",
             rest,
         )
         assert not list(directory.rglob("*.part"))
@@ -209,7 +209,7 @@ def test_an_interrupt_keeps_what_many_balls_have_done(tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     _, said = process.communicate()
     assert process.returncode == 130
-    assert "interrupted with 0 of 2 repeats done" in said
+    assert "interrupted: 0 of 2 repeats complete" in said
     (path,) = directory.glob("point-0000/*")
     trace = store.read(path)[0]
     assert trace.stop.reason is StopReason.INTERRUPTED
@@ -239,7 +239,7 @@ def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path
         check=False,
     )
     assert (done.returncode, done.stdout) == (130, "")
-    assert done.stderr == "snooker: stopping; saving what is under way\n"
+    assert done.stderr == "snooker: stopping; saving the current repeats\n"
     assert not directory.exists()
 
 

@@ -16,6 +16,7 @@ import pytest
 from scenes import gas
 
 from snooker_cli import export, runs, store
+from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.engine.clock import LEAST_EVENTS
 from snooker_cli.export import frames
@@ -157,7 +158,7 @@ def test_a_repeats_file_has_what_the_page_says(
     trace = trace_of(scene, record)
     store.write(tmp_path / "repeat.h5", trace, provenance)
     kinds = {"all", record} | ({"events"} if record == "long" else set())
-    kinds |= {"box"} if trace.start.shape != "circle" else set()
+    kinds |= {"box"} if not isinstance(trace.start.container, Circle) else set()
     letters = {"N": trace.start.number, "n": trace.collisions}
     if trace.summary is not None:
         letters["g"] = len(trace.summary.series.time)

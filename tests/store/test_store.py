@@ -19,6 +19,7 @@ from hypothesis.extra.numpy import arrays
 from pyh5md import File, element
 
 from snooker_cli import store
+from snooker_cli.containers import Box, Circle, PeriodicBox
 from snooker_cli.errors import StoreError
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance
@@ -67,11 +68,10 @@ def columns(length: int) -> st.SearchStrategy[Any]:
     return arrays(np.float64, length, elements=doubles)
 
 
-shapes = st.one_of(
-    st.just({"shape": "circle"}),
-    st.fixed_dictionaries(
-        {"shape": st.sampled_from(["box", "periodic"]), "width": finite, "height": finite}
-    ),
+containers = st.one_of(
+    st.builds(Circle, finite),
+    st.builds(Box, finite, finite),
+    st.builds(PeriodicBox, finite, finite),
 )
 
 
@@ -82,13 +82,12 @@ def scenes(draw: st.DrawFn, number: int) -> Scene:
         velocities=draw(arrays(np.float64, (number, 2), elements=doubles)),
         radii=draw(columns(number)),
         masses=draw(columns(number)),
-        container_radius=draw(finite),
+        container=draw(containers),
         container_mass=draw(st.floats(allow_nan=False)),
         container_position=draw(columns(2)),
         container_velocity=draw(columns(2)),
         restitution=draw(finite),
         wall_restitution=draw(finite),
-        **draw(shapes),
     )
 
 
@@ -96,7 +95,7 @@ def scenes(draw: st.DrawFn, number: int) -> Scene:
 def any_traces(draw: st.DrawFn) -> Trace:
     start = draw(scenes(draw(st.integers(1, 4))))
     moved = draw(scenes(start.number))
-    names = ("radii", "masses", "container_radius", "container_mass", "shape", "width", "height")
+    names = ("radii", "masses", "container", "container_mass")
     finish = replace(
         moved,
         restitution=start.restitution,
@@ -197,8 +196,13 @@ def test_content_hash_sees_every_array_and_the_ending(traces: dict[str, Trace]) 
     for end in ("start", "finish"):
         scene = getattr(trace, end)
         for field in fields(Scene):
-            if field.name == "shape":
-                others.append(replace(trace, **{end: replace(scene, shape="box")}))
+            if field.name == "container":
+                radius = np.nextafter(scene.container.radius, 0.0)
+                boxes = (Box(1.0, 2.0), Box(2.0, 1.0), PeriodicBox(1.0, 2.0))
+                others += [
+                    replace(trace, **{end: replace(scene, container=container)})
+                    for container in (Circle(radius), *boxes)
+                ]
                 continue
             values = np.array(getattr(scene, field.name), dtype=np.float64)
             values.reshape(-1).view(np.uint8)[-8] ^= 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -16,6 +15,7 @@ from pyh5md import File, element
 
 from snooker_cli import store
 from snooker_cli.config import parse
+from snooker_cli.containers import Box, PeriodicBox
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.store import Provenance
@@ -74,15 +74,14 @@ def test_particles_have_a_box_that_nothing_leaves(opened: tuple[h5py.File, Trace
             assert group[name]["value"].shape == (2, number, 2)
 
 
-@pytest.mark.parametrize(("shape", "boundary"), [("box", b"none"), ("periodic", b"periodic")])
+@pytest.mark.parametrize(("shape", "boundary"), [(Box, b"none"), (PeriodicBox, b"periodic")])
 def test_a_box_has_its_edges(
     shape: Any, boundary: bytes, traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
 ) -> None:
     """H5MD wants edges wherever a boundary is periodic; no other length tells the box's size."""
     trace = traces["events"]
     start, finish = (
-        replace(scene, shape=shape, width=30.0, height=20.0, container_radius=math.nan)
-        for scene in (trace.start, trace.finish)
+        replace(scene, container=shape(30.0, 20.0)) for scene in (trace.start, trace.finish)
     )
     store.write(tmp_path / "box.h5", replace(trace, start=start, finish=finish), provenance)
     with h5py.File(tmp_path / "box.h5", "r") as file:
@@ -91,7 +90,7 @@ def test_a_box_has_its_edges(
             assert group["box/edges"][:].tolist() == [30.0, 20.0]
             assert group["box/edges"].attrs["unit"] == b"m"
     found = store.read(tmp_path / "box.h5")[0].finish
-    assert (found.shape, found.width, found.height) == (shape, 30.0, 20.0)
+    assert found.container == shape(30.0, 20.0)
 
 
 def test_elements_have_step_time_and_value_of_one_length(opened: tuple[h5py.File, Trace]) -> None:

@@ -30,7 +30,7 @@ def digits(value: float, text: str) -> bool:
 
 
 def in_circle(number: float, radius: float) -> theory.FluidState:
-    return theory.fluid_state(number, T, radius, containers.circle(R, radius))
+    return theory.fluid_state(number, T, radius, containers.Circle(R))
 
 
 def test_ideal_gas_numbers_and_round_trip():
@@ -46,9 +46,9 @@ def test_wall_pressure_of_one_ball_is_its_momentum_flux():
     # A ball bouncing along a diameter at v: impulse 2 m v every 2a/v, over the perimeter 2πR.
     speed, radius = 3.0, 1.5
     accessible = R - radius
-    circle = containers.circle(R, radius)
+    circle = containers.Circle(R)
     flux = 2 * speed * speed / (2 * accessible) / (2 * math.pi * R)
-    assert theory.accessible_wall_pressure(1, speed**2 / 2, circle) == pytest.approx(flux)
+    assert theory.accessible_wall_pressure(1, speed**2 / 2, radius, circle) == pytest.approx(flux)
 
 
 def test_van_der_waals_is_ideal_for_points_and_infinite_at_half_packing():
@@ -181,7 +181,7 @@ def test_circle_state_solves_its_own_equations(number, radius):
 
 
 def test_circle_state_of_tiny_balls_is_the_ideal_one():
-    ideal = theory.accessible_wall_pressure(N, T, containers.circle(R, 1e-7))
+    ideal = theory.accessible_wall_pressure(N, T, 1e-7, containers.Circle(R))
     assert in_circle(N, 1e-7).pressure == pytest.approx(ideal, rel=1e-12)
 
 
@@ -221,7 +221,7 @@ def test_a_circle_s_virial_is_its_wall_s():
 def test_box_forces_are_the_derivative_of_the_grand_potential(radius):
     """The work of moving one wall, and of scaling the box, at one bulk density, numerically."""
     width, height, step = 30.0, 18.0, 1e-5
-    found = theory.fluid_state(N, T, radius, containers.box(width, height, radius))
+    found = theory.fluid_state(N, T, radius, containers.Box(width, height))
     eta = found.bulk_packing
     density = eta / (math.pi * radius**2)
     bulk = density * T * theory.compressibility(eta)
@@ -231,7 +231,7 @@ def test_box_forces_are_the_derivative_of_the_grand_potential(radius):
         across, along = wide - 2 * radius, high - 2 * radius
         return bulk * across * along - tension * 2 * (across + along)
 
-    assert density * containers.box(width, height, radius).accessible_area < N
+    assert density * containers.Box(width, height).accessible(radius).area < N
     right = (work(width + step, height) - work(width - step, height)) / (2 * step)
     top = (work(width, height + step) - work(width, height - step)) / (2 * step)
     # Central differences of a form of second degree are exact but for rounding, ε·work/step.
@@ -244,23 +244,24 @@ def test_box_forces_are_the_derivative_of_the_grand_potential(radius):
 
 
 def test_tiny_balls_in_a_box_are_an_ideal_gas():
-    box = containers.box(20.0, 12.0, 1e-7)
+    box = containers.Box(20.0, 12.0)
     found = theory.fluid_state(N, T, 1e-7, box)
-    ideal = theory.accessible_wall_pressure(N, T, box)
+    ideal = theory.accessible_wall_pressure(N, T, 1e-7, box)
     assert found.pressure == pytest.approx(ideal, rel=1e-12)
     assert found.virial_ratio == pytest.approx(1.0, rel=1e-12)
     # One ball that flies along x at v hits each of two walls every 2(w − 2r)/v.
-    alone = containers.box(20.0, 12.0, 1.0)
     along_x, along_y = 2 * 3.0**2 / 18.0, 2 * 3.0**2 / 10.0
-    mean = (along_x + along_y) / 2 / alone.wall
-    assert theory.accessible_wall_pressure(1, 3.0**2 / 2, alone) == pytest.approx(mean, rel=1e-15)
+    mean = (along_x + along_y) / 2 / box.wall_length
+    assert theory.accessible_wall_pressure(1, 3.0**2 / 2, 1.0, box) == pytest.approx(
+        mean, rel=1e-15
+    )
 
 
 @pytest.mark.parametrize("eta", [1e-6, 0.2, 0.4, 0.64])
 def test_a_periodic_box_is_bulk(eta):
     width, height = 30.0, 18.0
     radius = math.sqrt(eta * width * height / (math.pi * N))
-    found = theory.fluid_state(N, T, radius, containers.periodic_box(width, height))
+    found = theory.fluid_state(N, T, radius, containers.PeriodicBox(width, height))
     z = theory.compressibility(eta)
     assert found.bulk_packing == pytest.approx(eta, rel=1e-14)
     assert found.virial_ratio == pytest.approx(z, rel=1e-13)

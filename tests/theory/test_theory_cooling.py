@@ -53,14 +53,14 @@ def test_ball_ball_rate_of_the_report_scene():
 
 def test_ideal_wall_rate_is_the_chord_rate():
     # A ball of the ideal gas flies mean chords π·area/perimeter of the accessible disk.
-    assert theory.wall_rate(5.0, containers.circle(R, 1.0)) == pytest.approx(
+    assert theory.wall_rate(5.0, containers.Circle(R).accessible(1.0)) == pytest.approx(
         5.0 / (math.pi * (math.pi * 81) / (2 * math.pi * 9)), rel=1e-15
     )
     # In a box the mean of |u|/(w − 2r) + |v|/(h − 2r), with ⟨|u|⟩ = 2⟨v⟩/π for every direction.
-    assert theory.wall_rate(5.0, containers.box(20.0, 12.0, 1.0)) == pytest.approx(
+    assert theory.wall_rate(5.0, containers.Box(20.0, 12.0).accessible(1.0)) == pytest.approx(
         2 * 5.0 / math.pi * (1 / 18 + 1 / 10), rel=1e-15
     )
-    assert theory.wall_rate(5.0, containers.periodic_box(20.0, 12.0)) == 0
+    assert theory.wall_rate(5.0, containers.PeriodicBox(20.0, 12.0).accessible(1.0)) == 0
 
 
 @pytest.mark.parametrize("radius", SIMULATED)
@@ -75,7 +75,7 @@ def test_wall_rate_follows_from_the_simulated_pressure(radius):
 
 @pytest.mark.parametrize("radius", SIMULATED)
 def test_collision_rates_of_the_report_scene(radius):
-    found = theory.collision_rates(N, T, radius, containers.circle(R, radius))
+    found = theory.collision_rates(N, T, radius, containers.Circle(R))
     _, (between, _), (wall, _) = SIMULATED[radius]
     # Enskog's rate takes N for the N − 1 others of a ball, and the whole area for that which the
     # centres can reach. The wall's is as good as its pressure, to second orders of r/a and η/N, and
@@ -87,14 +87,14 @@ def test_collision_rates_of_the_report_scene(radius):
     assert found.mean_speed == theory.fixed_energy_mean_speed(N, T)
     contact = theory.contact_value(packing)
     assert found.mean_free_path == theory.enskog_mean_free_path(DENSITY, radius, contact)
-    heavy = theory.collision_rates(N, T, radius, containers.circle(R, radius), mass=4.0)
+    heavy = theory.collision_rates(N, T, radius, containers.Circle(R), mass=4.0)
     assert heavy.ball_ball == pytest.approx(found.ball_ball / 2)
     assert heavy.wall == pytest.approx(found.wall / 2)
 
 
 def test_collision_rates_without_a_fluid_are_refused():
     with pytest.raises(ValueError, match="no fluid"):
-        theory.collision_rates(99, T, 1.0, containers.circle(R, 1.0))
+        theory.collision_rates(99, T, 1.0, containers.Circle(R))
 
 
 def test_wall_rates_against_simulation():
@@ -105,10 +105,10 @@ def test_wall_rates_against_simulation():
 
 def test_rates_without_ball_ball_collisions():
     # The exact wall pressure of balls that never meet gives the chord rate, and no ball-ball rate.
-    pressure = theory.accessible_wall_pressure(N, T, containers.circle(R, 1.0))
+    pressure = theory.accessible_wall_pressure(N, T, 1.0, containers.Circle(R))
     mean_speed = theory.fixed_energy_mean_speed(N, T)
     assert theory.wall_rate_from_pressure(N, pressure, T, PERIMETER) == pytest.approx(
-        theory.wall_rate(mean_speed, containers.circle(R, 1.0)), rel=1e-13
+        theory.wall_rate(mean_speed, containers.Circle(R).accessible(1.0)), rel=1e-13
     )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scenes import EPSILON, scene_of
 
+from snooker_cli.containers import Circle
 from snooker_cli.figures import Line, Points
 from snooker_cli.figures.drawing import to_json
 from snooker_cli.validation import methods
@@ -127,7 +128,7 @@ def test_time_steps_do_not_depend_on_their_bookkeeping(constant, value, monkeypa
 
 def test_deepest_overlap():
     balls = [(0.0, 0.0, 0.0, 0.0, 1.0, 1.0), (1.9, 0.0, 0.0, 0.0, 1.0, 1.0)]
-    scene = scene_of(balls, container_radius=4.0)
+    scene = scene_of(balls, container=Circle(4.0))
     apart = np.array([[[0.0, 0.0], [2.5, 0.0]]])
     over = np.array([[[0.0, 0.0], [1.9, 0.0]]])
     out = np.array([[[0.0, 0.0], [3.3, 0.0]]])

@@ -12,6 +12,7 @@ from scenes import EPSILON, scene_of
 
 from snooker_cli import theory
 from snooker_cli.analysis.observables import total_energy, total_momentum
+from snooker_cli.containers import Box, PeriodicBox
 from snooker_cli.engine import simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER
@@ -27,12 +28,7 @@ from snooker_cli.validation.reference_scenes import (
 
 def box(*balls: tuple[float, float, float, float, float, float], restitution: float = 1.0) -> Scene:
     """Balls in a box of 8 m by 6 m."""
-    return replace(
-        scene_of(balls, container_radius=math.nan, wall_restitution=restitution),
-        shape="box",
-        width=8.0,
-        height=6.0,
-    )
+    return scene_of(balls, container=Box(8.0, 6.0), wall_restitution=restitution)
 
 
 def finish(truth):
@@ -109,7 +105,7 @@ def test_balls_in_a_box():
 
 
 def test_a_periodic_box_is_refused():
-    scene = replace(box((0.0, 0.0, 1.0, 0.0, 0.5, 1.0)), shape="periodic")
+    scene = scene_of([(0.0, 0.0, 1.0, 0.0, 0.5, 1.0)], container=PeriodicBox(8.0, 6.0))
     with pytest.raises(ValueError, match="not periodic"):
         trajectory(scene, 1)
 
