@@ -96,7 +96,7 @@ def test_the_pressure_told_of_dense_is_the_published_one() -> None:
     published = published_ratio(0.7)
     assert published is not None
     text = templates()["dense"].read_text(encoding="utf-8")
-    assert f"as others have found it, {published.ratio:.2f}," in text
+    assert f"of the literature, {published.ratio:.2f}," in text
 
 
 def test_out_names_the_file_and_the_schema_goes_beside_it(here: Path, snooker: Snooker) -> None:
