@@ -51,7 +51,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "rich": ("cli",),
     "pydantic": ("config",),
     "pydantic_core": ("config",),
-    "yaml": ("config", "report.source_values"),
+    "yaml": ("config", "report"),
     "numba": ("engine.jit",),
     "llvmlite": ("engine.jit",),
     "h5py": ("export", "store"),

@@ -17,7 +17,7 @@ from snooker_cli.errors import RunError
 from snooker_cli.figures.drawing import save
 from snooker_cli.files import write_json
 from snooker_cli.report.audit import AuditRow, audit
-from snooker_cli.report.content import REPORT_FIGURES, RUNS, Results, tables, values
+from snooker_cli.report.content import REPORT_FIGURES, RUNS, Results, values
 from snooker_cli.report.document import document, require_libraries, write_html, write_pdf
 from snooker_cli.report.setting_search import TARGETS
 from snooker_cli.report.source_values import OurValue, source_value
@@ -62,7 +62,7 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
     captions = {
         file: (figure.label, pictures[file].caption) for file, figure in REPORT_FIGURES.items()
     }
-    content = document(values(results), captions, tables(results))
+    content = document(values(results), captions)
     report_progress("pages")
     return [
         write_html(content, _players(opened["decay"]), out),

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
 from typing import TYPE_CHECKING, Any
+
+import yaml
 
 from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.selection import distinct
 from snooker_cli.formatting import listed, short, with_error
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report import supplements
 from snooker_cli.report.audit import (
     ALONE,
     EXPLAINED,
@@ -22,41 +24,31 @@ from snooker_cli.report.audit import (
     Audit,
     AuditRow,
 )
-from snooker_cli.report.document import Table, TableColumn
 from snooker_cli.report.setting_search import LIKELY, TARGETS, Candidate
 from snooker_cli.report.source_values import (
     COEFFICIENTS,
     LORD,
     TITLE,
     OurValue,
-    SourceQuantity,
     SourceValue,
     source_value,
 )
+from snooker_cli.report.supplements import (
+    MEASUREMENTS,
+    error_figure,
+    growth_figure,
+    measurement,
+    sliding_figure,
+    sliding_values,
+)
+from snooker_cli.validation.physics_study import sentence
+from snooker_cli.validation.study import machine
 
 if TYPE_CHECKING:
     from snooker_cli.runs import Run
 
 Runs = Mapping[str, "Run"]
 Record = Mapping[str, Any]
-
-RUNS = (
-    "decay",
-    "temperature",
-    "area",
-    "number",
-    "radius",
-    "dilute",
-    "speeds",
-    "restitution",
-    "elastic-wall",
-    "sliding",
-    "audit",
-)
-"""The runs of this report: those of the configs with these names."""
-
-
-# Figures
 
 
 @dataclass(frozen=True)
@@ -67,65 +59,35 @@ class ReportFigure:
     make: Callable[[Runs], FigureData]
 
 
-def _figure(label: str, run: str, name: str, **where: Any) -> ReportFigure:
-    """A figure of the registry; ``__`` in a key of ``where`` stands for a dot."""
-    selection = Selection({key.replace("__", "."): value for key, value in where.items()})
-    return ReportFigure(label, lambda runs: FIGURES[name].make(runs[run], selection))
+def _figure(label: str, run: str, figure: str, where: Record | None = None) -> ReportFigure:
+    """A figure of the registry, see figures.yaml."""
+    selection = Selection(where or {})
+    return ReportFigure(label, lambda runs: FIGURES[figure].make(runs[run], selection))
 
 
-def _source_figures() -> Iterator[tuple[str, ReportFigure]]:
-    """The figures of the source report, by file."""
-    shown: tuple[tuple[str, str, dict[str, Any]], ...] = (
-        ("decay", "central-distances", {"cor": 1.0}),
-        ("decay", "pair-distances", {"cor": 1.0}),
-        ("decay", "energy", {}),
-        ("decay", "momentum-x", {}),
-        ("decay", "momentum-y", {}),
-        ("decay", "energy-fit", {"cor": 0.8}),
-        ("decay", "energy-fit", {"cor": 0.9}),
-        ("decay", "temperature-fit", {"cor": 0.8}),
-        ("decay", "temperature-fit", {"cor": 0.9}),
-        ("decay", "pressure", {}),
-        ("decay", "pressure-fit", {"cor": 0.8}),
-        ("decay", "pressure-fit", {"cor": 0.9}),
-        ("temperature", "pressure-temperature", {}),
-        ("area", "pressure-area", {}),
-        ("number", "pressure-number", {}),
-        ("radius", "temperature-ratio", {}),
-        ("dilute", "ideal-ratio", {"balls__radius": source_value("ratio_caption").radius}),
-        ("speeds", "speeds", {}),
-    )
-    for number, (run, name, where) in enumerate(shown, start=1):
-        yield f"fig{number:02d}", _figure(f"Figure {number}", run, name, **where)
-
-
+_OF_RUNS: dict[str, dict[str, Any]] = yaml.safe_load(
+    (files("snooker_cli.report") / "figures.yaml").read_text(encoding="utf-8")
+)
 REPORT_FIGURES: dict[str, ReportFigure] = {
-    **dict(_source_figures()),
-    "fig17-text": _figure(
-        "Figure 17, text",
-        "dilute",
-        "ideal-ratio",
-        balls__radius=source_value("ratio_text").radius,
-    ),
-    "decay-against-cor": _figure("Figure 19", "restitution", "decay-against-cor"),
-    "decay-elastic-wall": _figure("Figure 20", "elastic-wall", "decay-against-cor"),
-    "haff-time": _figure("Figure 21", "elastic-wall", "haff-time"),
-    "event-decay": _figure("Figure 22", "elastic-wall", "event-decay"),
-    "error-against-cost": ReportFigure("Figure 23", lambda runs: supplements.error_figure()),
-    "error-growth": ReportFigure("Figure 24", lambda runs: supplements.growth_figure()),
+    **{file: _figure(**fields) for file, fields in _OF_RUNS.items()},
+    "error-against-cost": ReportFigure("Figure 23", lambda runs: error_figure()),
+    "error-growth": ReportFigure("Figure 24", lambda runs: growth_figure()),
     "sliding": ReportFigure(
-        "Figure 25", lambda runs: supplements.sliding_figure(runs["sliding"], "ratio_caption")
+        "Figure 25", lambda runs: sliding_figure(runs["sliding"], "ratio_caption")
     ),
     "sliding-text": ReportFigure(
-        "Figure 26", lambda runs: supplements.sliding_figure(runs["sliding"], "ratio_text")
+        "Figure 26", lambda runs: sliding_figure(runs["sliding"], "ratio_text")
     ),
 }
-"""All figures by file. The source report has 1 to 18; 17 twice, for its two radii."""
+"""All figures by file."""
+
+RUNS = (*dict.fromkeys(fields["run"] for fields in _OF_RUNS.values()), "sliding", "audit")
+"""The runs of this report: those of the configs with these names."""
 
 
 # Values in the text
 
-_GROUPS: dict[SourceQuantity, str] = {
+_GROUPS: dict[str, str] = {
     "central distance": "distances",
     "pair distance": "distances",
     "momentum x": "momentum",
@@ -178,12 +140,12 @@ class Results:
         return _text(self.audit.row(name).ours)
 
 
-def _text(ours: OurValue) -> str:
-    return with_error(ours.value, ours.error)
+def _text(ours: OurValue | None) -> str:
+    return "" if ours is None else with_error(ours.value, ours.error)
 
 
 def values(results: Results) -> dict[str, Any]:
-    """What templates/report.md.j2 refers to."""
+    """What templates/report.md.j2 refers to: results, and functions for text."""
     audit, runs = results.audit, results.runs
     counts = Counter(row.verdict for row in audit.rows)
     reproduced = [
@@ -191,9 +153,11 @@ def values(results: Results) -> dict[str, Any]:
         for row in audit.rows
         if row.verdict == REPRODUCED
     ]
-    decays = [source_value(name) for name in TARGETS if "decay" in source_value(name).quantity]
+    targets = [source_value(name) for name in TARGETS]
+    decays = [number for number in targets if "decay" in number.quantity]
     ratios = [audit.row(number.name).ours.value / number.value for number in decays]
     scene = runs["decay"].experiment
+    below_1 = [one for one in results.fits if one["parameters"]["cor"] < 1]
     return {
         "title": TITLE,
         "audit": audit,
@@ -213,36 +177,24 @@ def values(results: Results) -> dict[str, Any]:
             ]
         ),
         "path": source_value("mean_free_path"),
-        "at_each": _at_each,
-        "targets": TARGETS,
+        "targets": targets,
         "likely": LIKELY,
         "lord": 2 * LORD,
         "scene": {**dict(scene), "number": starting_scene(scene, 0).number},
-        "energy": {
+        "decay": {
             "k": [_fitted(results.fit(cor, "kinetic_energy")) for cor in COEFFICIENTS],
-            "repeats": scene.repeats,
             "r_squared": [
                 f"{results.fit(cor, 'kinetic_energy', 'haff')['r_squared']:.3f} instead of "
                 f"{results.fit(cor, 'kinetic_energy')['r_squared']:.3f}"
                 for cor in COEFFICIENTS
             ],
-        },
-        "pressure": {
-            "cor": COEFFICIENTS[0],
-            "elastic": results.ours("pressure"),
-            "local": _fitted(results.fit(COEFFICIENTS[0], "local_pressure")),
-            "mean": _fitted(results.fit(COEFFICIENTS[0], "pressure")),
-        },
-        "ideal": {
-            "early": sum(
-                results.pictures[file].numbers["ended_early"] for file in ("fig17", "fig17-text")
-            ),
-            "repeats": sum(
-                point["repeats"]
-                for file in ("fig17", "fig17-text")
-                for point in results.points(file)
-                if point["parameters"]["cor"] < 1
-            ),
+            "local": results.fit(COEFFICIENTS[0], "local_pressure"),
+            "pressure": results.fit(COEFFICIENTS[0], "pressure"),
+            "pairs": [
+                (one, results.fit(one["parameters"]["cor"], one["quantity"], "haff"))
+                for one in below_1
+                if one["model"] == "exponential"
+            ],
         },
         "copies": [
             f"those at {listed([f'{speed:g}' for speed in group])} m/s (figure {figure})"
@@ -250,7 +202,10 @@ def values(results: Results) -> dict[str, Any]:
             for group in scaled_copies(_swept(runs[name], "balls.speed"))
         ],
         "search": _search_values(audit, runs["audit"]),
-        "beyond": _beyond_values(results),
+        "numbers": {file: picture.numbers for file, picture in results.pictures.items()},
+        "restitution": runs["restitution"].experiment,
+        "elastic_wall": runs["elastic-wall"].experiment,
+        "zip": zip,
         "conclusion": {
             "holding": sum(one.holds for one in audit.claims),
             "found": [results.ours(f"energy_mean_{cor}") for cor in COEFFICIENTS],
@@ -261,7 +216,17 @@ def values(results: Results) -> dict[str, Any]:
                 if one["parameters"]["cor"] in COEFFICIENTS
             ],
         },
-        **supplements.values(results.pictures),
+        "sliding": sliding_values(results.pictures),
+        "measured": {name: measurement(name) for name in MEASUREMENTS},
+        "machine": machine,
+        "sentence": sentence,
+        "at_each": _at_each,
+        "ours": results.ours,
+        "value": _text,
+        "exact": _exact,
+        "explanation": _explanation,
+        "decimals": lambda one: [_decimals(one, number) for number in targets],
+        "worst": _worst,
     }
 
 
@@ -327,93 +292,6 @@ def _cost(audit: Audit, part: str) -> float:
     return min(others, default=math.inf) - audit.best.score
 
 
-def _beyond_values(results: Results) -> dict[str, Any]:
-    """Results for many coefficients."""
-    points = results.points("decay-against-cor")
-    rates = results.points("haff-time")
-    return {
-        "stated": results.runs["restitution"].experiment,
-        "elastic": results.runs["elastic-wall"].experiment,
-        "cors": [point.experiment.cor for point in results.runs["restitution"].points],
-        "early": sum(one["ended_early"] for one in points),
-        "total": sum(one["repeats"] for one in points),
-        "lowest": results.points("event-decay")[0],
-        "rates": [
-            f"from {short(one['first_rate'], 2)} to {short(one['last_rate'], 2)} 1/s at CoR "
-            f"{one['parameters']['cor']:g}"
-            for one in (rates[0], rates[-1])
-        ],
-    }
-
-
-# Tables
-
-
-def tables(results: Results) -> dict[str, Table]:
-    """All tables by name."""
-    return {
-        "decay_constants": _decay_constants(results.fits),
-        "audit": _audit_rows(results.audit),
-        "settings": _settings(results.audit),
-        "claims": _claims(results.audit),
-        "coefficients": _coefficients(results),
-        **supplements.tables(),
-    }
-
-
-def _decay_constants(fits: Sequence[Record]) -> Table:
-    """The fits to the stated scene."""
-    found = {(one["parameters"]["cor"], one["quantity"], one["model"]): one for one in fits}
-    rows = []
-    for cor, quantity, model in found:
-        if cor < 1.0 and model == "exponential":
-            cells = [f"{cor:g}", quantity.replace("_", " ")]
-            for law in ("exponential", "haff"):
-                one = found[cor, quantity, law]
-                half_range, r_squared = one["max_min_half_range"], one["r_squared"]
-                cells += [_fitted(one), short(half_range, 2), f"{r_squared:.3f}"]
-            rows.append(cells)
-    columns = [
-        TableColumn("CoR", 0.5),
-        TableColumn("quantity", 1.4, right=False),
-        TableColumn("k, 1/s", 1.3),
-        TableColumn("half range, 1/s", 1.1),
-        TableColumn("R²", 0.7),
-        TableColumn("α, 1/s", 1.3),
-        TableColumn("half range, 1/s", 1.1),
-        TableColumn("R²", 0.7),
-    ]
-    return Table(columns, rows)
-
-
-def _audit_rows(audit: Audit) -> Table:
-    """Every printed number."""
-    columns = [
-        TableColumn("where", 1.2, right=False),
-        TableColumn("what", 2.7, right=False),
-        TableColumn("unit", 0.65, right=False),
-        TableColumn("printed", 1.45),
-        TableColumn("as stated", 1.65),
-        TableColumn("common setting", 1.6),
-        TableColumn("best by itself", 2.8, right=False),
-        TableColumn("verdict", 1.35, right=False),
-    ]
-    rows = [
-        [
-            row.number.where,
-            row.number.what,
-            "" if row.number.unit == "1" else row.number.unit,
-            row.number.printed,
-            _exact(row) if row.number.exact else _text(row.ours),
-            "" if row.common is None else _text(row.common),
-            _explanation(row),
-            row.verdict,
-        ]
-        for row in audit.rows
-    ]
-    return Table(columns, rows)
-
-
 def _exact(row: AuditRow) -> str:
     """Our value of an exact number: the number and our difference from it."""
     if row.ours.error > 0:
@@ -431,61 +309,13 @@ def _explanation(row: AuditRow) -> str:
     return f"{nearest}{row.explanation}: {value}"
 
 
-def _settings(audit: Audit) -> Table:
-    """The best settings, and the cost of each other choice."""
-    numbers = [source_value(name) for name in TARGETS]
-    symbols = {"energy decay": "k", "pressure decay": "κ", "mean speed": "⟨v⟩", "pressure": "P"}
-    columns = [TableColumn("setting", 3.2, right=False)]
-    for number in numbers:
-        place = "" if number.cor is None else f" at {number.cor:g}"
-        columns.append(TableColumn(f"{symbols[number.quantity]}{place}, {number.unit}", 1.1))
-    rows = [["printed", *(number.printed for number in numbers), ""]]
-    rows += [
-        [
-            one.setting.description,
-            *(_printed_decimals(one, number) for number in numbers),
-            f"{one.score:.1f}" if one.score < 100 else f"{one.score:.0f}",
-        ]
-        for one in audit.profile
-    ]
-    return Table([*columns, TableColumn("χ²", 0.65)], rows)
-
-
-def _printed_decimals(one: Candidate, number: SourceValue) -> str:
+def _decimals(one: Candidate, number: SourceValue) -> str:
     """A setting's value with the printed decimals, at least one."""
     ours = one.our_value(number)
     return "–" if ours is None else f"{ours.value:.{max(number.decimals, 1)}f}"
 
 
-def _claims(audit: Audit) -> Table:
-    """The sentences of the source report that can be checked."""
-    columns = [
-        TableColumn("where", 1.0, right=False),
-        TableColumn("sentence", 2.2, right=False),
-        TableColumn("check", 4.0, right=False),
-        TableColumn("holds", 0.45, right=False),
-    ]
-    rows = [[one.where, one.claim, one.check, "yes" if one.holds else "no"] for one in audit.claims]
-    return Table(columns, rows)
-
-
-def _coefficients(results: Results) -> Table:
-    """The decay constants of the energy over all CoR, with both walls."""
-    columns = [
-        TableColumn("CoR", 0.5),
-        TableColumn("k, 1/s", 1.3),
-        TableColumn("α, 1/s", 1.3),
-        TableColumn("early", 0.6),
-        TableColumn("elastic wall: k, 1/s", 1.3),
-        TableColumn("α, 1/s", 1.3),
-        TableColumn("early", 0.6),
-    ]
-    rows = []
-    files = ("decay-against-cor", "decay-elastic-wall")
-    for both in zip(*(results.points(file) for file in files), strict=True):
-        cells = [f"{both[0]['parameters']['cor']:g}"]
-        for one in both:
-            k, alpha = ((one[name], one[f"{name}_error"]) for name in ("k", "alpha"))
-            cells += [with_error(*k), with_error(*alpha), str(one["ended_early"])]
-        rows.append(cells)
-    return Table(columns, rows)
+def _worst(case: Record, name: str) -> str:
+    """The largest error in an invariant of a hard case."""
+    found = case["worst"].get(name)
+    return short(found["error"], 2) if found else "–"

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -15,27 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from snooker_cli.errors import UserError
-from snooker_cli.formatting import listed, short, with_error
+from snooker_cli.formatting import listed, rough, short, with_error
 
 EPOCH = 0
 """Date of the PDF, s since 1970: the same bytes each time."""
-
-
-@dataclass(frozen=True)
-class TableColumn:
-    """A column: its heading, its relative width, and whether it is aligned right."""
-
-    heading: str
-    width: float
-    right: bool = True
-
-
-@dataclass(frozen=True)
-class Table:
-    """Columns and rows of cells."""
-
-    columns: Sequence[TableColumn]
-    rows: Sequence[Sequence[str]]
 
 
 @dataclass
@@ -44,7 +28,7 @@ class ReportDocument:
 
     A block is a dict with ``kind``: heading and paragraph have ``text``; barrier has nothing;
     figure has ``label``, ``file`` and ``caption``; table has ``label``, ``caption``, ``columns``
-    and ``rows``.
+    (each with ``heading``, ``width`` and ``right``) and ``rows`` of cells.
     """
 
     title: str = ""
@@ -65,46 +49,49 @@ def require_libraries() -> None:
             ) from None
 
 
-def document(
-    values: Mapping[str, Any],
-    figures: Mapping[str, tuple[str, str]],
-    tables: Mapping[str, Table],
-) -> ReportDocument:
+def document(values: Mapping[str, Any], figures: Mapping[str, tuple[str, str]]) -> ReportDocument:
     """The document from the template.
 
     values : what the template refers to
     figures : label and caption by file
-    tables : by name
     """
     found = ReportDocument()
-    for chunk in _rendered("report.md.j2", values).split("\n\n"):
-        first, _, rest = chunk.strip().partition("\n")
-        mark, _, line = first.partition(" ")
+    for chunk in re.split(r"\n\s*\n", _rendered("report.md.j2", values).strip()):
+        first, *lines = chunk.strip().splitlines()
+        mark, _, rest = first.partition(" ")
         text = " ".join(chunk.split())
         if mark == "#":
-            found.title = line
+            found.title = rest
         elif mark == "##":
-            found.blocks.append({"kind": "heading", "text": line})
+            found.blocks.append({"kind": "heading", "text": rest})
         elif mark == "@barrier":
             found.blocks.append({"kind": "barrier"})
         elif mark == "@figures":
-            for file in line.split():
+            for file in rest.split():
                 label, caption = figures[file]
                 found.blocks.append(
                     {"kind": "figure", "label": label, "file": file, "caption": caption}
                 )
         elif mark == "@table":
-            number, name = line.split()
-            caption = " ".join(rest.split())
-            found.blocks.append(
-                {"kind": "table", "label": f"Table {number}", "caption": caption}
-                | asdict(tables[name])
-            )
-        elif text and found.blocks:
+            found.blocks.append({"kind": "table", "label": f"Table {rest}", **_table(lines)})
+        elif found.blocks:
             found.blocks.append({"kind": "paragraph", "text": text})
-        elif text:
+        else:
             found.summary.append(text)
     return found
+
+
+def _table(lines: Sequence[str]) -> dict[str, Any]:
+    """Caption, columns and rows of a table in the template."""
+    head, *rows = [
+        [cell.strip() for cell in line.strip()[1:-1].split("|")] for line in lines if line[0] == "|"
+    ]
+    columns = []
+    for cell in head:
+        heading, side, width = re.fullmatch(r"(.*) ([<>])(\d+)", cell).groups()  # type: ignore[union-attr]
+        columns.append({"heading": heading, "width": int(width), "right": side == ">"})
+    caption = " ".join(line.strip() for line in lines if line[0] != "|")
+    return {"caption": caption, "columns": columns, "rows": rows}
 
 
 def write_html(document: ReportDocument, players: Sequence[str], folder: Path) -> Path:
@@ -149,8 +136,15 @@ def _rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> 
     environment = jinja2.Environment(
         autoescape=escape, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {"short": short, "listed": lambda words: listed(list(words))}
-    environment.globals["with_error"] = with_error
+    environment.filters |= {
+        "short": short,
+        "rough": rough,
+        "listed": lambda words: listed(list(words)),
+    }
+    environment.globals |= {
+        "with_error": with_error,
+        "row": lambda *cells: f"| {' | '.join(map(str, cells))} |",
+    }
     return environment.from_string(_template(name)).render(values)
 
 

@@ -38,7 +38,6 @@ from snooker_cli.report.source_values import (
     SOURCE_VALUES,
     OurValue,
     SourceClaim,
-    SourceQuantity,
     SourceValue,
     source_value,
 )
@@ -76,7 +75,7 @@ def stated_results(runs: Runs) -> StatedResults:
     run = runs["restitution"]
     elastic = list(run.traces(_points(run, cor=1.0)[0]))
     scene = elastic[0].start
-    samples: dict[tuple[SourceQuantity, float | None], Sample] = {
+    samples: dict[tuple[str, float | None], Sample] = {
         ("pressure", None): Sample.over([mean_pressure(trace) for trace in elastic])
     }
     laws: dict[float, Laws] = {}
@@ -85,7 +84,7 @@ def stated_results(runs: Runs) -> StatedResults:
         laws[cor] = {(one.quantity, one.law): one for one in decays(traces)}
         for found, sample in _cooling(cor, traces, laws[cor]).items():
             samples[found, cor] = sample
-    numbers: dict[SourceQuantity, OurValue] = {
+    numbers: dict[str, OurValue] = {
         **_extremes(runs["decay"]),
         **_source_formulas(scene),
     }
@@ -110,7 +109,7 @@ def _points(run: Run, **values: object) -> Sequence[Point]:
     return selected(run, Selection({key.replace("__", "."): one for key, one in values.items()}))
 
 
-def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[SourceQuantity, Sample]:
+def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[str, Sample]:
     """The quantities of the inelastic runs."""
 
     def constants(quantity: Quantity) -> Sample:
@@ -129,7 +128,7 @@ def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[SourceQuan
     }
 
 
-def _extremes(run: Run) -> dict[SourceQuantity, OurValue]:
+def _extremes(run: Run) -> dict[str, OurValue]:
     """The extreme distances and momentum ratios over all repeats."""
     largest, smallest, worst = -math.inf, math.inf, np.ones(2)
     for point in run.points:
@@ -148,7 +147,7 @@ def _extremes(run: Run) -> dict[SourceQuantity, OurValue]:
     }
 
 
-def _source_formulas(scene: Scene) -> dict[SourceQuantity, OurValue]:
+def _source_formulas(scene: Scene) -> dict[str, OurValue]:
     """Quantities of the scene by the formulas of the source report."""
     density = theory.number_density(scene.number, scene.container.area)
     radius = float(scene.radii[0])

@@ -16,7 +16,7 @@ from snooker_cli.analysis.decay import Quantity, curve
 from snooker_cli.analysis.fitting import fit
 from snooker_cli.analysis.observables import mean_pressure, series
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report.source_values import OurValue, SourceQuantity, SourceValue, source_value
+from snooker_cli.report.source_values import OurValue, SourceValue, source_value
 
 if TYPE_CHECKING:
     from snooker_cli.runs import Run
@@ -115,7 +115,7 @@ class Sample:
         return Sample(self.mean * factor, self.deviation * factor, self.count)
 
 
-Samples = Mapping[tuple[SourceQuantity, float | None], Sample]
+Samples = Mapping[tuple[str, float | None], Sample]
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class Candidate:
             sample = self.samples.get(("pressure decay", number.cor))
             return None if sample is None else sample.times(2)
         temperature = number.quantity == "temperature decay"
-        wanted: SourceQuantity = "energy decay" if temperature else number.quantity
+        wanted: str = "energy decay" if temperature else number.quantity
         return self.samples.get((wanted, number.cor))
 
     def predicts(self, name: str) -> bool:
@@ -192,10 +192,10 @@ def search(run: Run, pressures: Mapping[float, Sample]) -> Search:
             slip.text.format(factor=f"{factor:g}"): slip != SLIPS[0],
         }
         made = tuple(text for text, changed in changes.items() if changed)
-        samples: dict[tuple[SourceQuantity, float | None], Sample] = {}
+        samples: dict[tuple[str, float | None], Sample] = {}
         if radius in pressures:
             samples["pressure", None] = pressures[radius].times(factor**slip.pressure)
-        sources: tuple[tuple[SourceQuantity, Any, int], ...] = (
+        sources: tuple[tuple[str, Any, int], ...] = (
             ("mean speed", "mean speed", slip.speed),
             ("energy decay", ("kinetic_energy", window, fixed), slip.decay),
             ("pressure decay", ("pressure", window, fixed), slip.decay),

@@ -8,31 +8,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any, Literal
+from typing import Any
 
 import yaml
 
 from snooker_cli.analysis.observables import ROUNDING
-
-SourceQuantity = Literal[
-    "central distance",
-    "pair distance",
-    "momentum x",
-    "momentum y",
-    "energy decay",
-    "temperature decay",
-    "pressure decay",
-    "pressure decay, doubled",
-    "pressure",
-    "density",
-    "cross-section",
-    "mean free path",
-    "mean speed",
-    "tau",
-    "theory",
-    "temperature ratio",
-    "pressure ratio",
-]
 
 LORD = 0.507
 """95 % half width of the mean of five normal values, over their range (Lord 1947)."""
@@ -51,7 +31,7 @@ class SourceValue:
     name: str
     where: str
     what: str
-    quantity: SourceQuantity
+    quantity: str
     printed: str
     unit: str
     cor: float | None = None

@@ -28,9 +28,10 @@ from snooker_cli import __version__
 from snooker_cli.cli.config_commands import templates
 from snooker_cli.config import digest, load, parse
 from snooker_cli.engine.jit import NOTICE
+from snooker_cli.formatting import rough, short
 from snooker_cli.report.setting_search import LIKELY, TARGETS, elastic_pressures, search
 from snooker_cli.report.source_values import SOURCE_VALUES, source_value
-from snooker_cli.report.supplements import accuracy_values
+from snooker_cli.report.supplements import measurement
 from snooker_cli.runs import Run
 from snooker_cli.runs.execution import Watcher, execute
 
@@ -157,11 +158,16 @@ def test_links_lead_to_files(path: Path) -> None:
 
 
 def test_errors_and_costs_are_the_saved_measurements() -> None:
-    text, found = sentences_of(ACCURACY), accuracy_values()
-    for method in ("ours", "source", "coarse", "fine"):
-        assert f"| {found[method]['error']} m | {found[method]['rate']} |" in text
-    for name in ("wrong_event", "overlap", "digits", "date", "machine"):
-        assert str(found[name]) in text, name
+    text, found = sentences_of(ACCURACY), measurement("error")
+    scene = found["scenes"][0]
+    place = scene["checkpoints"].index(100)
+    ours, source, coarse, *_, fine = scene["results"]
+    for one in (ours, source, coarse, fine):
+        error = short(one["place_errors"][place], 2)
+        assert f"| {error} m | {rough(one['events_per_second'])} |" in text
+    for value in (source["first_different"] + 1, short(source["overlap"], 2), scene["digits"]):
+        assert str(value) in text
+    assert f"{found['date'][:10]} on one processor: {found['machine']['processor']}" in text
 
 
 def test_the_time_to_compile_is_that_of_the_notice() -> None:
