@@ -74,44 +74,30 @@ def as_tuple(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
-Coordinate = Annotated[float, AfterValidator(_positive_zero)]
+_ZERO = AfterValidator(_positive_zero)
+_WHOLE = BeforeValidator(_whole)
+
 Pair = Annotated[
-    tuple[Coordinate, Coordinate],
+    tuple[Annotated[float, _ZERO], Annotated[float, _ZERO]],
     BeforeValidator(as_tuple),
     _needs("a pair of finite numbers [x, y]", "pair"),
 ]
 Positive = Annotated[float, Field(gt=0), _needs("a finite number above 0")]
 Mass = Annotated[float, Field(ge=1e-100, le=1e100), _needs("a number from 1e-100 to 1e100")]
-NotNegative = Annotated[
-    float, Field(ge=0), AfterValidator(_positive_zero), _needs("a finite number of 0 or more")
-]
+NotNegative = Annotated[float, Field(ge=0), _ZERO, _needs("a finite number of 0 or more")]
 Fraction = Annotated[float, Field(gt=0, le=1), _needs("a number above 0, at most 1")]
-Restitution = Annotated[
-    float, Field(ge=0, le=1), AfterValidator(_positive_zero), _needs("a number from 0 to 1")
-]
+Restitution = Annotated[float, Field(ge=0, le=1), _ZERO, _needs("a number from 0 to 1")]
 Count = Annotated[
-    int,
-    Field(ge=1, le=MAX_INTEGER),
-    BeforeValidator(_whole),
-    _needs("a whole number of 1 or more (below 2^63)"),
+    int, Field(ge=1, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 1 or more (below 2^63)")
 ]
 Seed = Annotated[
-    int,
-    Field(ge=0, le=MAX_INTEGER),
-    BeforeValidator(_whole),
-    _needs("a whole number of 0 or more (below 2^63)"),
+    int, Field(ge=0, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 0 or more (below 2^63)")
 ]
 RingNumber = Annotated[
-    int,
-    Field(ge=0, le=MAX_RINGS),
-    BeforeValidator(_whole),
-    _needs(f"a whole number from 0 to {MAX_RINGS}"),
+    int, Field(ge=0, le=MAX_RINGS), _WHOLE, _needs(f"a whole number from 0 to {MAX_RINGS}")
 ]
 Number = Annotated[
-    int,
-    Field(ge=1, le=MAX_COUNT),
-    BeforeValidator(_whole),
-    _needs(f"a whole number from 1 to {MAX_COUNT:,}"),
+    int, Field(ge=1, le=MAX_COUNT), _WHOLE, _needs(f"a whole number from 1 to {MAX_COUNT:,}")
 ]
 WallMass = Annotated[
     float,

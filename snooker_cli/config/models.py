@@ -24,8 +24,7 @@ from pydantic_core import PydanticCustomError
 
 from snooker_cli.config import field_types as q
 from snooker_cli.config.axes import WHOLE_RUN, ZIP, Axes, axes, written
-from snooker_cli.config.field_types import MAX_BALLS
-from snooker_cli.config.problems import Complaint, KeyPath, refusal
+from snooker_cli.config.problems import Complaint, KeyPath, refusal, rendered
 from snooker_cli.containers import SHAPES, Circle, Container
 
 
@@ -252,13 +251,13 @@ Collapse = Annotated[
 ]
 
 
-# What the keys of a container and of the balls in it must agree on.
+# Rules about several keys. They yield what is wrong.
 
 AnyBalls = Rings | BallList | BallCount | tuple[Species, ...]
 
 
-def faults_of_container(container: ContainerConfig) -> Iterator[Complaint]:
-    """What is wrong with a container whatever the balls are."""
+def _faults_of_container(container: ContainerConfig) -> Iterator[Complaint]:
+    """Each shape has keys of its own."""
     shape = container.shape_class
     for key in dict.fromkeys(key for other in SHAPES.values() for key in other.keys):
         if key not in shape.keys and getattr(container, key) is not None:
@@ -278,112 +277,105 @@ def faults_of_container(container: ContainerConfig) -> Iterator[Complaint]:
         yield Complaint(("container", "mass"), sentence, about_key=True)
 
 
-def faults_of_slide(container: ContainerConfig) -> Iterator[Complaint]:
-    """Balls slide along the fixed wall of a circle and nowhere else."""
+def _faults_of_slide(container: ContainerConfig) -> Iterator[Complaint]:
+    """Balls can slide only along the fixed wall of a circle."""
+    others = "set collapse: stop, {tc: 0.01} or {elastic_below: 1e-6}"
     if not issubclass(container.shape_class, Circle):
-        sentence = (
-            f"balls slide only in a circle, not with shape: {container.shape}; set collapse: stop, "
-            "{tc: 0.01} or {elastic_below: 1e-6}"
-        )
+        sentence = f"balls slide only in a circle, not with shape: {container.shape}; {others}"
         yield Complaint(("collapse",), sentence)
     elif math.isfinite(container.mass):
         sentence = (
             f"slide needs a fixed wall, and container.mass is {container.mass:g} kg; remove it, or "
-            "set collapse: stop, {tc: 0.01} or {elastic_below: 1e-6}"
+            f"{others}"
         )
         yield Complaint(("collapse",), sentence)
 
 
-def faults_of_balls(container: ContainerConfig, balls: AnyBalls) -> Iterator[Complaint]:
-    """What is wrong with balls in a sound container."""
-    if isinstance(balls, Rings | BallList):
-        yield from _faults_of_places(container, balls)
-        return
-    species = balls if isinstance(balls, tuple) else (balls,)
-    paths: list[KeyPath] = (
-        [("balls", k) for k in range(len(balls))] if isinstance(balls, tuple) else [("balls",)]
-    )
-    if (number := sum(each.count for each in species)) > MAX_BALLS:
-        sentence = f"the species have {number:,} balls in all, of at most {MAX_BALLS:,}; give fewer"
-        yield Complaint(("balls",), sentence)
-    yield from _faults_of_starts(species, paths)
-    if not container.shape_class.has_wall and sum(each.count for each in species) == 1:
-        sentence = f"one ball in a {container.shape_class.title} meets nothing; give two or more"
-        yield Complaint((*paths[0], "count"), sentence)
-    yield from _faults_of_sizes(container, balls, paths)
-
-
 def _faults_of_places(container: ContainerConfig, balls: Rings | BallList) -> Iterator[Complaint]:
-    """Rings need a circle, and balls that have their places a container that has its size."""
-    kind = "rings" if isinstance(balls, Rings) else "list"
-    if kind == "rings" and not issubclass(container.shape_class, Circle):
-        sentence = f"rings are for a circle, not for shape: {container.shape}; give count or list"
+    """Rings need a circle; balls whose places are given need a container whose size is given."""
+    shape, way = container.shape_class, "rings" if isinstance(balls, Rings) else "list"
+    if way == "rings" and not issubclass(shape, Circle):
+        sentence = f"rings are for a circle, not for shape: {shape.name}; give count or list"
         yield Complaint(("balls", "rings"), sentence, about_key=True)
         return
     if container.packing is not None:
-        sentence = f"packing is for balls given by count, not for {kind}; remove it"
+        sentence = f"packing is for balls given by count, not for {way}; remove it"
         yield Complaint(("container", "packing"), sentence, about_key=True)
     if container.given is None:
-        shape = container.shape_class
         key = shape.keys[0]
         sentence = f"the key is missing; add it: inner {key} of the {shape.title}, m"
-        yield Complaint(("container", key), sentence, about_key=True)
+        path = ("container", key)
+        yield Complaint(path, sentence, about_key=True, missing=(rendered(path),))
 
 
-def _faults_of_starts(species: tuple[Species, ...], paths: list[KeyPath]) -> Iterator[Complaint]:
-    """All species start alike."""
-    said = [(each.start, path) for each, path in zip(species, paths, strict=True) if each.start]
-    for start, path in said[1:]:
-        if start != said[0][0]:
-            sentence = (
-                f"{start} is given where another species has {said[0][0]}; all species start "
-                "alike, so say it once"
-            )
-            yield Complaint((*path, "start"), sentence)
+def _faults_of_balls(container: ContainerConfig, balls: AnyBalls) -> Iterator[Complaint]:
+    """Balls must fit the rest of the configuration; whether they fit into space is not checked."""
+    if isinstance(balls, Rings | BallList):
+        yield from _faults_of_places(container, balls)
+        return
+    species: dict[KeyPath, Species] = {("balls",): balls} if isinstance(balls, Species) else {}
+    if isinstance(balls, tuple):
+        species = {("balls", k): each for k, each in enumerate(balls)}
+    number = sum(each.count for each in species.values())
+    if number > q.MAX_BALLS:
+        sentence = (
+            f"the species have {number:,} balls in all, of at most {q.MAX_BALLS:,}; give fewer"
+        )
+        yield Complaint(("balls",), sentence)
+    if number == 1 and not container.shape_class.has_wall:
+        sentence = f"one ball in a {container.shape_class.title} meets nothing; give two or more"
+        yield Complaint((*next(iter(species)), "count"), sentence)
+    starts = {(*path, "start"): each.start for path, each in species.items() if each.start}
+    for path, start in starts.items():
+        if start != (first := next(iter(starts.values()))):
+            sentence = f"{start} is given where another species has {first}; give one for all"
+            yield Complaint(path, sentence)
+    yield from _faults_of_sizes(container, _packings(container, balls), species)
 
 
 def _faults_of_sizes(
-    container: ContainerConfig, balls: BallCount | tuple[Species, ...], paths: list[KeyPath]
+    container: ContainerConfig, packings: dict[KeyPath, float], species: dict[KeyPath, Species]
 ) -> Iterator[Complaint]:
-    """Of the container's size, the balls' radii and packing two are given."""
-    packings: list[KeyPath] = [("container", "packing")] if container.packing is not None else []
-    if isinstance(balls, BallCount) and balls.packing is not None:
-        packings.append(("balls", "packing"))
+    """Two of the container's size, the balls' radii and packing are needed."""
+    without = [path for path, each in species.items() if each.radius is None]
     if len(packings) == 2:
         sentence = "packing is given here and as container.packing; keep one of them"
         yield Complaint(("balls", "packing"), sentence, about_key=True)
         return
-    species = balls if isinstance(balls, tuple) else (balls,)
-    without = [path for each, path in zip(species, paths, strict=True) if each.radius is None]
     if without and len(without) < len(species):
         sentence = (
-            "the radius is missing, where other species have one; give it in each species, or in "
-            "none if one radius of all is to follow from packing"
+            "the radius is missing, and other species have one; give it to each species, or to "
+            "none if one radius for all shall follow from packing"
         )
         yield from (Complaint((*path, "radius"), sentence, about_key=True) for path in without)
         return
     size = f"container.{container.shape_class.keys[0]}"
-    given = [
-        name
-        for name, there in (
-            (size, container.given is not None),
-            ("radius of the balls", not without),
-            ("packing", bool(packings)),
-        )
-        if there
-    ]
+    there = {
+        size: container.given is not None,
+        "radius of the balls": not without,
+        "packing": bool(packings),
+    }
+    given = [name for name, is_there in there.items() if is_there]
     if len(given) == 3:
         sentence = (
             f"packing follows from {size} and the radius of the balls, which are given too; remove "
             "one of the three"
         )
-        yield Complaint(packings[0], sentence, about_key=True)
+        yield Complaint(next(iter(packings)), sentence, about_key=True)
     elif len(given) < 2:
         sentence = (
-            f"of {size}, radius of the balls and packing two are needed, and the third follows; "
+            f"two of {size}, radius of the balls and packing are needed, and the third follows; "
             f"{given[0] if given else 'none'} is given, so add {'one' if given else 'two'}"
         )
         yield Complaint(("balls",), sentence)
+
+
+def _packings(container: ContainerConfig, balls: AnyBalls) -> dict[KeyPath, float]:
+    """The packing by the keys that give it."""
+    found: dict[KeyPath, float | None] = {("container", "packing"): container.packing}
+    if isinstance(balls, BallCount):
+        found["balls", "packing"] = balls.packing
+    return {path: packing for path, packing in found.items() if packing is not None}
 
 
 def _refuse(faults: Iterable[Complaint]) -> None:
@@ -445,7 +437,7 @@ class Experiment(Model):
     @field_validator("container")
     @classmethod
     def _has_sound_keys(cls, container: ContainerConfig) -> ContainerConfig:
-        _refuse(faults_of_container(container))
+        _refuse(_faults_of_container(container))
         return container
 
     # A container or `collisions` that failed its own check is not in info.data.
@@ -454,7 +446,7 @@ class Experiment(Model):
     @classmethod
     def _fit_the_container(cls, balls: AnyBalls, info: ValidationInfo) -> AnyBalls:
         if container := info.data.get("container"):
-            _refuse(faults_of_balls(container, balls))
+            _refuse(_faults_of_balls(container, balls))
         return balls
 
     @field_validator("collapse")
@@ -462,7 +454,7 @@ class Experiment(Model):
     def _has_a_wall_to_slide_on(cls, collapse: Collapse, info: ValidationInfo) -> Collapse:
         container = info.data.get("container")
         if container and collapse == "slide":
-            _refuse(faults_of_slide(container))
+            _refuse(_faults_of_slide(container))
         return collapse
 
     @field_validator("time")
@@ -502,11 +494,8 @@ class Experiment(Model):
     @property
     def packing(self) -> tuple[str, float] | None:
         """The key that gives the packing, and its value."""
-        if self.container.packing is not None:
-            return "container.packing", self.container.packing
-        if isinstance(self.balls, BallCount) and self.balls.packing is not None:
-            return "balls.packing", self.balls.packing
-        return None
+        found = _packings(self.container, self.balls)
+        return next(((rendered(path), packing) for path, packing in found.items()), None)
 
 
 # The JSON schema of a configuration file, for editors and other programs.
