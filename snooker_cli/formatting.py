@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -59,6 +59,17 @@ def rough(value: float) -> str:
     """A number of 1 or more to two digits: ``1.2``, ``17``, ``2,700``."""
     short = float(f"{value:.2g}")
     return f"{short:,.0f}" if short >= 10 else f"{short:g}"
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON has it: lists for arrays and tuples, ``None`` for what is not finite."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {str(key): plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 class Column(NamedTuple):

@@ -1,32 +1,34 @@
 """The repeats of a point -> decay constants of energy, temperature and pressure.
 
-Every repeat is fitted by itself and the constants are averaged: the points of one curve are
-correlated, so that the error of a fit to one curve, or to an averaged one, is far too small.
+Every repeat is fitted by itself, and the constants are averaged. The points of one curve are
+correlated, so the error of a fit to one curve, or to an averaged one, is far too small.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.fitting import FitResult, Model, RepeatMean, ensemble, fit
+from snooker_cli.analysis.fitting import LAWS, FitResult, RepeatMean, fit, mean_over_repeats
 from snooker_cli.analysis.observables import (
     after_collisions,
     cumulative_pressure,
     energy_ratio,
     equal_balls,
     over_first,
+    pressures,
+    series,
     temperature,
-    window_energy,
-    window_pressure,
+    time_means,
+    windows,
 )
-from snooker_cli.formatting import listed
+from snooker_cli.formatting import listed, plain
 from snooker_cli.trace import StopReason
 
 if TYPE_CHECKING:
@@ -34,60 +36,100 @@ if TYPE_CHECKING:
 
     from snooker_cli.trace import Trace
 
+    TimeCourse = tuple[NDArray[np.float64], NDArray[np.float64]]
 
-Quantity = Literal["kinetic_energy", "temperature", "pressure", "local_pressure", "local_energy"]
-Law = Literal["exponential", "haff"]
 
 SKIPPED_COLLISIONS = 50
-"""Collisions before the cumulative pressure is fitted, as in the report: it starts at zero."""
+"""Collisions before the cumulative pressure is fitted, as in the source report: it starts at 0."""
 
 WINDOWS = 20
-"""Windows of time in which the local pressure and energy are taken."""
+"""Windows of time for the local pressure and energy."""
 
 COLLISION_ROUNDING = 8 * float(np.finfo(np.float64).eps)
-"""What a collision of elastic balls may change of their energy.
+"""Relative error of the energy of elastic balls per collision.
 
 A speed after it is some four roundings off, its square twice as many.
 """
 
-QUANTITIES: dict[Quantity, str] = {
-    "kinetic_energy": "kinetic energy of balls and container over that at the start",
-    "temperature": "temperature of the balls over that at the start",
-    "pressure": f"mean pressure since the start, after {SKIPPED_COLLISIONS} collisions",
-    "local_pressure": f"pressure in {WINDOWS} windows of time",
-    "local_energy": f"mean of the energy over that at the start, in {WINDOWS} windows of time",
+
+def _energy(trace: Trace) -> TimeCourse:
+    found = after_collisions(trace)
+    return found.time, energy_ratio(found)
+
+
+def _temperature(trace: Trace) -> TimeCourse:
+    found = after_collisions(trace)
+    return found.time, over_first(temperature(found, trace.start.number))
+
+
+def _pressure(trace: Trace) -> TimeCourse:
+    found = after_collisions(trace)
+    settled = (found.wall_events + found.pair_events >= SKIPPED_COLLISIONS)[found.time > 0]
+    time, values = cumulative_pressure(trace, found)
+    return time[settled], over_first(values[settled])
+
+
+def _local_pressure(trace: Trace) -> TimeCourse:
+    edges = windows(trace, WINDOWS)
+    return (edges[:-1] + edges[1:]) / 2, over_first(pressures(trace, edges))
+
+
+def _local_energy(trace: Trace) -> TimeCourse:
+    edges = windows(trace, WINDOWS)
+    means = time_means(trace, energy_ratio(series(trace)), edges)
+    return (edges[:-1] + edges[1:]) / 2, means
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity whose decay is fitted.
+
+    label : for an axis
+    course : a repeat -> times (s) and values over the first
+    starts_at_one : whether the fit holds the amplitude at 1
+    is_mean : whether it is a mean since the start, which follows a law's ``mean_model``
+    """
+
+    label: str
+    course: Callable[[Trace], TimeCourse]
+    starts_at_one: bool = False
+    is_mean: bool = False
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "kinetic_energy": Quantity("kinetic energy, E(t)/E(0)", _energy, starts_at_one=True),
+    "temperature": Quantity("temperature, T(t)/T(0)", _temperature, starts_at_one=True),
+    "pressure": Quantity(
+        f"pressure, P(t)/P({SKIPPED_COLLISIONS} collisions)", _pressure, is_mean=True
+    ),
+    "local_pressure": Quantity("pressure in windows of time", _local_pressure),
+    "local_energy": Quantity("energy in windows of time, E/E(0)", _local_energy),
 }
-"""What is fitted: with a point a collision, or a window."""
+"""Every quantity that is fitted, by its name in ``fit.json``."""
 
 SAMPLING = (
-    "One point a collision, or every few of very many, for energy, temperature and pressure, of a "
-    "summary read between its rows; "
-    f"{WINDOWS} windows of time for the local ones."
+    "Fits use every collision (fewer in long runs; summaries are interpolated). "
+    f'"Local" means averages over {WINDOWS} windows of time. '
+    f"Models: {'; '.join(f'{name} {model.formula}' for name, model in LAWS.items())}."
 )
-"""How curves are sampled, as a fit's reader has to know."""
+"""What a reader of fits has to know."""
 
 WITHOUT_WALLS = (
-    "no walls: the pressure is the virial's, (N T + ΣJd/2t)/V, and Haff's law that of a gas that "
-    "stays even, without clusters"
+    "no walls: the pressure is the virial's, (N T + ΣJd/2t)/V; Haff's law is for a gas without "
+    "clusters"
 )
-"""What the constants of a periodic box are."""
-
-LAWS: tuple[Law, ...] = ("exponential", "haff")
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One repeat's decay: times (s) and values over the first, and what a fit of it needs.
+    """The decay of a quantity in one repeat: times (s) and values over the first.
 
-    amplitude : 1.0 if the curve starts at one, ``None`` if the fit is to find where it starts
-    haff : Haff's law for this quantity; a cumulative mean follows its root
     rounding : relative size of what may be rounding in the values
     """
 
+    quantity: Quantity
     time: NDArray[np.float64]
     value: NDArray[np.float64]
-    amplitude: float | None
-    haff: Model
     rounding: float = 0.0
 
 
@@ -95,13 +137,14 @@ class Curve:
 class Decay:
     """A decay constant of a point: over its repeats, and how well the law fits.
 
+    quantity, law : names in ``QUANTITIES`` and ``LAWS``
     r_squared, rms_residual : mean over the repeats
-    ended : how many repeats ended for which reason
-    walls : whether the container has walls; without, pressures are the virial's
+    ended : number of repeats by their stop reason
+    walls : whether the container has walls; without them, pressures are the virial's
     """
 
-    quantity: Quantity
-    law: Law
+    quantity: str
+    law: str
     over_repeats: RepeatMean
     r_squared: float
     rms_residual: float
@@ -111,12 +154,12 @@ class Decay:
 
     @property
     def short(self) -> int:
-        """Repeats that ended before what was asked for."""
+        """Number of repeats that stopped before the requested end."""
         return sum(number for reason, number in self.ended.items() if not reason.complete)
 
     @property
     def reason(self) -> str | None:
-        """Why fits failed, the most frequent reason first; None if none has."""
+        """Why fits failed, the most frequent reason first; ``None`` if none has."""
         reasons = Counter(result.message for result in self.fits if not result.converged)
         return " ".join(message for message, _ in reasons.most_common()) or None
 
@@ -137,45 +180,28 @@ def reported_constant(trace: Trace) -> float:
     return theory.report_decay_constant(scene.restitution, path, speed)
 
 
-def curve(trace: Trace, quantity: Quantity) -> Curve:
+def curve(trace: Trace, quantity: str) -> Curve:
     """The decay of a quantity in one repeat."""
-    rounding = COLLISION_ROUNDING * trace.collisions
-    if quantity == "local_pressure":
-        time, values = window_pressure(trace, WINDOWS)
-        return Curve(time, over_first(values), None, "haff", rounding)
-    if quantity == "local_energy":
-        time, values = window_energy(trace, WINDOWS)
-        return Curve(time, values, None, "haff", rounding)
-    found = after_collisions(trace)
-    if quantity == "kinetic_energy":
-        return Curve(found.time, energy_ratio(found), 1.0, "haff", rounding)
-    if quantity == "temperature":
-        values = over_first(temperature(found, trace.start.number))
-        return Curve(found.time, values, 1.0, "haff", rounding)
-    settled = found.wall_events + found.pair_events >= SKIPPED_COLLISIONS
-    time, values = cumulative_pressure(trace, found)
-    settled = settled[found.time > 0]
-    return Curve(time[settled], over_first(values[settled]), None, "haff_root", rounding)
+    known = QUANTITIES[quantity]
+    return Curve(known, *known.course(trace), COLLISION_ROUNDING * trace.collisions)
 
 
-def fit_curve(decay: Curve, law: Law) -> FitResult:
-    """Fit one repeat's decay; Haff's law counts time from the start of the run."""
-    held = decay.amplitude is not None
+def fit_curve(decay: Curve, law: str) -> FitResult:
+    """Fit one repeat's decay with a law or, for a mean since the start, with its mean model."""
+    model, quantity = LAWS[law], decay.quantity
     return fit(
         decay.time,
         decay.value,
-        "exponential" if law == "exponential" else decay.haff,
-        amplitude=decay.amplitude,
-        start=0.0 if held or law == "haff" else None,
+        (quantity.is_mean and model.mean_model) or law,
+        amplitude=1.0 if quantity.starts_at_one else None,
+        start=0.0 if quantity.starts_at_one or model.from_start else None,
         rounding=decay.rounding,
     )
 
 
-def decays(
-    traces: Iterable[Trace], quantities: Sequence[Quantity] = tuple(QUANTITIES)
-) -> list[Decay]:
+def decays(traces: Iterable[Trace], quantities: Sequence[str] = tuple(QUANTITIES)) -> list[Decay]:
     """Decay constants over the repeats of a point, for each quantity and law."""
-    fits: dict[tuple[Quantity, Law], list[FitResult]] = {
+    fits: dict[tuple[str, str], list[FitResult]] = {
         (quantity, law): [] for quantity in quantities for law in LAWS
     }
     ended: Counter[StopReason] = Counter()
@@ -191,7 +217,7 @@ def decays(
         Decay(
             quantity=quantity,
             law=law,
-            over_repeats=ensemble(results),
+            over_repeats=mean_over_repeats(results),
             r_squared=_mean([result.r_squared for result in results]),
             rms_residual=_mean([result.rms_residual for result in results]),
             ended=ended,
@@ -205,45 +231,45 @@ def decays(
 def record(decay: Decay, parameters: dict[str, Any]) -> dict[str, Any]:
     """A decay constant as JSON: ``value`` ± ``error``, the mean and its standard error."""
     found = decay.over_repeats
-    return {
+    content = {
         "parameters": parameters,
         "quantity": decay.quantity,
         "model": decay.law,
-        "value": _finite(found.mean),
-        "error": _finite(found.standard_error),
+        "value": found.mean,
+        "error": found.standard_error,
         "repeats": found.count,
         "failed": found.failed,
         "short": decay.short,
         "reason": decay.reason,
         "unit": "s-1",
-        "standard_deviation": _finite(found.standard_deviation),
-        "bootstrap_error": _finite(found.bootstrap_error),
-        "bootstrap_interval": [_finite(found.bootstrap_low), _finite(found.bootstrap_high)],
-        "max_min_half_range": _finite(found.max_min_half_range),
-        "r_squared": _finite(decay.r_squared),
-        "rms_residual": _finite(decay.rms_residual),
+        "standard_deviation": found.standard_deviation,
+        "bootstrap_error": found.bootstrap_error,
+        "bootstrap_interval": [found.bootstrap_low, found.bootstrap_high],
+        "max_min_half_range": found.max_min_half_range,
+        "r_squared": decay.r_squared,
+        "rms_residual": decay.rms_residual,
     }
+    return {key: plain(value) for key, value in content.items()}
 
 
 def notes(found: Sequence[Decay]) -> list[str]:
-    """What a reader of a point's decay constants has to know, in sentences."""
+    """Sentences for a reader of a point's decay constants: early ends and failed fits."""
     if not found:
         return []
-    failures: dict[tuple[str, int], dict[Quantity, list[Law]]] = {}
+    failures: dict[tuple[str, int], dict[str, list[str]]] = {}
     for each in found:
         if each.reason is not None:
             of_reason = failures.setdefault((each.reason, each.over_repeats.failed), {})
             of_reason.setdefault(each.quantity, []).append(each.law)
-    said = [] if found[0].walls else [WITHOUT_WALLS]
-    said.append(used_up_to_there(found[0].ended))
+    sentences = ["" if found[0].walls else WITHOUT_WALLS, early_note(found[0].ended)]
     for (reason, failed), laws in failures.items():
         names = [
-            quantity.replace("_", " ") + ("" if len(which) == len(LAWS) else f" ({which[0]})")
+            quantity.replace("_", " ") + ("" if len(which) == len(LAWS) else f" ({listed(which)})")
             for quantity, which in laws.items()
         ]
         of = "" if len(found[0].fits) == 1 else f" in {failed} of {len(found[0].fits)} repeats"
-        said.append(f"no fit of {listed(names)}{of}: {reason}")
-    return [sentence for sentence in said if sentence]
+        sentences.append(f"no fit of {listed(names)}{of}: {reason}")
+    return list(filter(None, sentences))
 
 
 _EARLY = {
@@ -252,7 +278,7 @@ _EARLY = {
     StopReason.NOTHING_LEFT: "with no collision ahead",
     StopReason.INTERRUPTED: "at an interruption",
 }
-"""What ends a repeat before the collisions or the time that were asked for."""
+"""Why a repeat stops before the requested collisions or time."""
 
 
 def early_endings(
@@ -263,25 +289,19 @@ def early_endings(
     if not counts:
         return ""
     short, total = sum(counts.values()), sum(ended.values())
-    who = "the repeat" if total == 1 else f"{short} of {total} repeats"
+    which = "the repeat" if total == 1 else f"{short} of {total} repeats"
     each = [words if len(counts) == 1 else f"{count} {words}" for words, count in counts.items()]
-    return f"{who} ended early, {listed(each)}"
+    return f"{which} ended early, {listed(each)}"
 
 
-def used_up_to_there(ended: Mapping[StopReason, int]) -> str:
-    """How many repeats lack something that could have happened, and that the rest is used."""
-    lacking = {reason: words for reason, words in _EARLY.items() if not reason.complete}
-    said = early_endings(ended, lacking)
-    used = "is" if sum(ended.get(reason, 0) for reason in lacking) == 1 else "are"
-    return f"{said}, and {used} used up to there" if said else ""
+def early_note(ended: Mapping[StopReason, int]) -> str:
+    """How many repeats miss collisions that could have happened; empty if none do."""
+    missing = {reason: words for reason, words in _EARLY.items() if not reason.complete}
+    endings = early_endings(ended, missing)
+    return f"{endings}; their data are used" if endings else ""
 
 
 def _mean(values: Sequence[float]) -> float:
     """Mean of the finite values, nan if there are none."""
     finite = [value for value in values if math.isfinite(value)]
     return sum(finite) / len(finite) if finite else math.nan
-
-
-def _finite(value: float) -> float | None:
-    """JSON has no nan: absent instead."""
-    return value if math.isfinite(value) else None

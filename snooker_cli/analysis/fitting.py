@@ -1,20 +1,21 @@
-"""Decay constants from curves: one least-squares fit a curve, honest errors from many repeats.
+"""Decay models, least-squares fits of one curve, and means of fits over repeats.
 
-The points of one cooling curve are correlated, so the error that a single fit reports is several
-times too small. `fit` gives it all the same; `ensemble` over repeats gives the error to quote.
+The points of one cooling curve are correlated, so the error of a single fit is several times too
+small. Quote the error over repeats, see `mean_over_repeats`.
 """
+
+from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import optimize
 
-Array = NDArray[np.float64]
-Model = Literal["exponential", "haff", "haff_root"]
+Array: TypeAlias = NDArray[np.float64]
 
 NOTHING_DECAYS = "The values are equal but for rounding, so nothing decays."
 """The message of a fit to a curve that stays where it is."""
@@ -23,72 +24,125 @@ _MOST_STEPS = 200
 
 
 @dataclass(frozen=True)
-class _Form:
-    """One decay y = A g(q s), with s the time since t0 over the span of the data, 0 ≤ s ≤ 1.
+class _Search:
+    """The free number p that a search uses in place of a rate q.
 
-    The search runs over a free number p; `rate` and `search` turn it into q and back. The first
-    guess is a straight line through `straight(y)`, whose points weigh `weight(y)` = 1/straight'².
+    rate, slope : q and dq/dp at p
+    parameter : p at q
     """
 
-    value: Callable[[float, Array], Array]
-    slope: Callable[[float, Array], Array]
     rate: Callable[[float], float]
-    rate_slope: Callable[[float], float]
-    search: Callable[[float], float]
-    straight: Callable[[Array], Array]
+    slope: Callable[[float], float]
+    parameter: Callable[[float], float]
+
+
+_ANY_RATE = _Search(lambda p: p, lambda p: 1.0, lambda q: q)
+_ABOVE_POLE = _Search(
+    lambda p: float(np.expm1(p)),
+    lambda p: float(np.exp(p)),
+    lambda q: math.log1p(max(q, -0.99)),
+)
+"""q > −1 for every p, so that the pole of 1/(1 + q s) stays outside 0 ≤ s ≤ 1."""
+
+
+@dataclass(frozen=True)
+class FitModel:
+    """A decay y = A g(q s) with one rate q, where g(0) = 1; s is the time since t0.
+
+    Attributes
+    ----------
+    name, label, formula : str
+        In files and tables; in legends; of y, with t the time since t0.
+    key, symbol, mean_symbol : str
+        Name of the rate in JSON; its letter; its letter where a mean since the start is fitted.
+    curve, derivative : callable
+        g and dg/dx at x = q s.
+    line, weight, rate_of_line : callable
+        For the first guess: y transformed to a straight line in s, 1/(its derivative)², and the
+        rate for the slope and intercept of that line.
+    search : _Search
+        The variable of the search.
+    mean_model : str
+        The model that the mean since the start follows; empty if it is this one.
+    from_start : bool
+        Whether the rate depends on t0, so that t0 is always the start of the run.
+    """
+
+    name: str
+    label: str
+    formula: str
+    key: str
+    symbol: str
+    mean_symbol: str
+    curve: Callable[[Array], Array]
+    derivative: Callable[[Array], Array]
+    line: Callable[[Array], Array]
     weight: Callable[[Array], Array]
     rate_of_line: Callable[[float, float], float]
+    search: _Search = _ANY_RATE
+    mean_model: str = ""
+    from_start: bool = False
 
 
-def _power_law(power: int) -> _Form:
-    """The form g = (1 + q s)^−power, searched over p = ln(1 + q).
-
-    Every p keeps the pole of g outside the data, even for curves that rise.
-    """
-
-    def value(p: float, s: Array) -> Array:
-        return np.asarray(1 / (1 + s * np.expm1(p)) ** power)
-
-    def slope(p: float, s: Array) -> Array:
-        base = 1 + s * np.expm1(p)
-        return np.asarray(-power * np.exp(p) * s / (base**power * base))
-
-    return _Form(
-        value=value,
-        slope=slope,
-        rate=lambda p: float(np.expm1(p)),
-        rate_slope=lambda p: float(np.exp(p)),
-        search=lambda q: math.log1p(max(q, -0.99)),
-        straight=lambda y: y ** (-1 / power),
+def _power_law(power: int, name: str, formula: str, mean_model: str = "") -> FitModel:
+    """The model g = 1/(1 + x)^power of Haff's law."""
+    return FitModel(
+        name=name,
+        label="Haff",
+        formula=formula,
+        key="alpha",
+        symbol="α",
+        mean_symbol="α",
+        curve=lambda x: 1 / (1 + x) ** power,
+        derivative=lambda x: -power / (1 + x) ** (power + 1),
+        line=lambda y: y ** (-1 / power),
         weight=lambda y: y ** (2 + 2 / power),
         rate_of_line=lambda slope, intercept: slope / intercept if intercept > 0 else math.nan,
+        search=_ABOVE_POLE,
+        mean_model=mean_model,
+        from_start=True,
     )
 
 
-_FORMS: dict[str, _Form] = {
-    "exponential": _Form(
-        value=lambda p, s: np.exp(-p * s),
-        slope=lambda p, s: -s * np.exp(-p * s),
-        rate=lambda p: p,
-        rate_slope=lambda p: 1.0,
-        search=lambda q: q,
-        straight=lambda y: np.log(y),
+_ALL = (
+    FitModel(
+        name="exponential",
+        label="exponential",
+        formula="A e^(−kt)",
+        key="k",
+        symbol="k",
+        mean_symbol="κ",
+        curve=lambda x: np.asarray(np.exp(-x)),
+        derivative=lambda x: np.asarray(-np.exp(-x)),
+        line=lambda y: np.asarray(np.log(y)),
         weight=lambda y: y * y,
         rate_of_line=lambda slope, intercept: -slope,
     ),
-    "haff": _power_law(2),
-    "haff_root": _power_law(1),
+    # Haff's law for the energy (Haff, J. Fluid Mech. 134, 401 (1983)), and the mean pressure under
+    # that law.
+    _power_law(2, "haff", "A/(1 + αt)²", "haff_root"),
+    _power_law(1, "haff_root", "A/(1 + αt)"),
+)
+
+MODELS: dict[str, FitModel] = {model.name: model for model in _ALL}
+"""Every decay model by its name."""
+
+LAWS: dict[str, FitModel] = {
+    name: model
+    for name, model in MODELS.items()
+    if name not in {other.mean_model for other in _ALL}
 }
+"""The laws of cooling: the models that are not the mean of another one."""
 
 
 @dataclass(frozen=True)
 class FitResult:
-    """What one curve says about one model; the numbers are nan when the fit has failed.
+    """What one curve gives for one model; the numbers are nan if the fit failed.
 
     Attributes
     ----------
     model : str
-        "exponential", "haff" or "haff_root", see `fit`.
+        A name in ``MODELS``.
     converged : bool
         Whether the numbers can be used.
     message : str
@@ -96,14 +150,12 @@ class FitResult:
     points : int
         Number of points given.
     start : float
-        t0, the time that the amplitude belongs to (s).
-    covariance : (1, 1) or (2, 2) numpy.ndarray of numpy.float64
-        Of `value` and, if it was free, `amplitude`. Read-only.
+        t0, the time of the amplitude (s).
     value : float
-        Decay constant k or Haff's α (1/s).
+        The rate: decay constant k or Haff's α (1/s).
     error : float
-        Standard error of `value` from this curve alone (1/s). It takes the points for independent,
-        which those of a cooling curve are not: too small.
+        Standard error of `value` from this curve alone (1/s). It is too small for a cooling curve,
+        whose points are correlated.
     amplitude : float
         A, in the unit of y; as given if it was held.
     rms_residual : float
@@ -112,12 +164,11 @@ class FitResult:
         1 − Σ residual²/Σ (y − mean y)²; nan for a constant y.
     """
 
-    model: Model
+    model: str
     converged: bool
     message: str
     points: int
     start: float
-    covariance: Array = field(compare=False)
     value: float = math.nan
     error: float = math.nan
     amplitude: float = math.nan
@@ -128,81 +179,71 @@ class FitResult:
 def fit(
     t: ArrayLike,
     y: ArrayLike,
-    model: Model = "exponential",
+    model: str = "exponential",
     *,
     amplitude: float | None = None,
     start: float | None = None,
-    sigma: ArrayLike | None = None,
     rounding: float = 0.0,
 ) -> FitResult:
     """Least-squares fit of a decay to one curve.
-
-    With u = t − t0, the models are "exponential" y = A e^(−k u); "haff" y = A/(1 + αu)², Haff's law
-    for the energy (Haff 1983); "haff_root" y = A/(1 + αu), the cumulative pressure under that law.
 
     Parameters
     ----------
     t, y : (n,) array_like
         Times (s, at least 0) and values (any unit). Any scale: the search is dimensionless.
+    model : str
+        A name in ``MODELS``.
     amplitude : float, optional
-        Hold A at this value (a ratio to the start is 1 there); by default it is free.
+        Hold A at this value; by default it is free.
     start : float, optional
         t0 (s), not after any of the times; by default the first of them.
-    sigma : (n,) array_like, optional
-        Standard deviations of y. They weight the points and set the scale of the errors, which
-        otherwise comes from the residuals.
     rounding : float, optional
-        Relative size of changes that are nothing but rounding: in them no decay is sought.
+        Relative size of changes that are only rounding; no decay is sought in them.
 
-    Data that cannot be fitted give a result with converged=False and a sentence that says why.
-    Raises ValueError for an unknown model, arrays of unlike shape, or an amplitude that is 0 or not
-    finite.
+    Data that cannot be fitted give a result with converged=False and a message with the reason.
+    Raises ValueError for an unknown model, arrays of different shape, or an amplitude that is 0 or
+    not finite.
     """
-    if model not in _FORMS:
-        raise ValueError(f"{model!r} is not a decay model; choose from {', '.join(_FORMS)}.")
+    if model not in MODELS:
+        raise ValueError(f"{model!r} is not a decay model; choose from {', '.join(MODELS)}.")
     if amplitude is not None and (amplitude == 0 or not math.isfinite(amplitude)):
-        raise ValueError(f"An amplitude of {amplitude!r} cannot be held; give a finite one, not 0.")
+        raise ValueError(
+            f"The amplitude cannot be held at {amplitude!r}; give a finite one, not 0."
+        )
     times, values = np.asarray(t, dtype=np.float64), np.asarray(y, dtype=np.float64)
-    sigmas = np.ones_like(values) if sigma is None else np.asarray(sigma, dtype=np.float64)
-    if times.ndim != 1 or not times.shape == values.shape == sigmas.shape:
-        shapes = ", ".join(str(array.shape) for array in (times, values, sigmas))
-        raise ValueError(f"The arrays of a fit must be flat and of one length, not {shapes}.")
+    if times.ndim != 1 or times.shape != values.shape:
+        raise ValueError(
+            f"t and y must be flat and of one length, not {times.shape}, {values.shape}."
+        )
     if start is None:
         start = float(times[0]) if times.size else math.nan
 
     def failure(message: str) -> FitResult:
-        size = 2 if amplitude is None else 1
-        covariance = np.full((size, size), math.nan)
-        covariance.setflags(write=False)
-        return FitResult(model, False, message, times.size, start, covariance)
+        return FitResult(model, False, message, times.size, start)
 
-    problem = _problem(times, values, sigmas, start, amplitude, rounding)
+    problem = _problem(times, values, start, amplitude, rounding)
     if problem:
         return failure(problem)
 
-    form, free = _FORMS[model], amplitude is None
+    form, free = MODELS[model], amplitude is None
     span = float(times.max()) - start
     scale = float(values[np.argmax(np.abs(values))]) if amplitude is None else amplitude
-    # Overflow and underflow on the way are met by the checks of what comes out.
+    s, scaled = (times - start) / span, values / scale
+
+    def residuals(x: Array) -> Array:
+        height = form.curve(s * form.search.rate(x[0]))
+        return np.asarray((x[1] * height if free else height) - scaled)
+
+    def jacobian(x: Array) -> Array:
+        at = s * form.search.rate(x[0])
+        slope = s * form.derivative(at) * form.search.slope(x[0])
+        return np.array([x[1] * slope, form.curve(at)] if free else [slope])
+
+    # Overflow and underflow on the way give numbers that the checks below refuse.
     with np.errstate(all="ignore"):
-        s, scaled, weights = (times - start) / span, values / scale, sigmas.min() / sigmas
-
-        def residuals(x: Array) -> Array:
-            factor = x[1] if free else 1.0
-            return np.asarray((factor * form.value(x[0], s) - scaled) * weights)
-
-        def jacobian(x: Array) -> Array:
-            factor = x[1] if free else 1.0
-            rows = np.empty((x.size, s.size))
-            rows[0] = factor * form.slope(x[0], s)
-            if free:
-                rows[1] = form.value(x[0], s)
-            rows *= weights
-            return rows
-
         best, _, _, _, code = optimize.leastsq(
             residuals,
-            _first_guess(form, s, scaled, weights, free),
+            _first_guess(form, s, scaled, free),
             Dfun=jacobian,
             col_deriv=True,
             full_output=True,
@@ -222,69 +263,52 @@ def fit(
         if np.sum(residuals(nearer) ** 2) <= np.sum(rest**2) * (1 + 1e-6):
             best = nearer
 
-        rest = residuals(best)
-        smallest = float(sigmas.min()) / scale
-        freedom = times.size - best.size
-        variance = float(rest @ rest) / freedom if sigma is None else smallest * smallest
-        slopes = jacobian(best)
-        slopes[0] /= form.rate_slope(float(best[0]))
-        relative = _inverse(slopes @ slopes.T) * variance
-        rate, rate_error = form.rate(float(best[0])), float(np.sqrt(relative[0, 0]))
-        units = np.array([1 / span, scale])[: best.size]
-        covariance = relative * units[:, None] * units
-        plain = rest / weights
-        plain_square = float(plain @ plain)
+        rest, slopes = residuals(best), jacobian(best)
+        squares = float(rest @ rest)
+        slopes[0] /= form.search.slope(float(best[0]))
+        covariance = _inverse(slopes @ slopes.T) * (squares / (times.size - best.size))
         deviation = scaled - scaled.mean()
         total = float(deviation @ deviation)
-    # The last clause meets decays that are over before the second point: no value is too large.
-    determined = np.all(np.isfinite(covariance)) and math.isfinite(rate_error)
-    if not determined or rate_error > 10 * abs(rate) > 10:
+        rate = form.search.rate(float(best[0]))
+        error = float(np.sqrt(covariance[0, 0]))
+        found = FitResult(
+            model=model,
+            converged=True,
+            message="The fit converged.",
+            points=times.size,
+            start=start,
+            value=rate / span + 0.0,  # never −0.0
+            error=error / span,
+            amplitude=float(best[1] * scale) if free else scale,
+            rms_residual=abs(scale) * math.sqrt(squares / times.size),
+            r_squared=1 - squares / total if total > 0 else math.nan,
+        )
+    known = np.array([found.value, found.error, found.amplitude, *covariance.flat])
+    # The last clause refuses decays that are over before the second point: no value is too large.
+    if not np.all(np.isfinite(known)) or error > 10 * abs(rate) > 10:
         return failure("The points do not determine the decay constant.")
-    covariance.setflags(write=False)
-    return FitResult(
-        model=model,
-        converged=True,
-        message="The fit converged.",
-        points=times.size,
-        start=start,
-        covariance=covariance,
-        value=rate / span + 0.0,  # never −0.0
-        error=rate_error / span,
-        amplitude=float(best[1]) * scale if free else scale,
-        rms_residual=abs(scale) * math.sqrt(plain_square / times.size),
-        r_squared=1 - plain_square / total if total > 0 else math.nan,
-    )
+    return found
 
 
 def fitted_curve(result: FitResult, t: ArrayLike) -> Array:
     """Values of the fitted model at the times `t` (s), same shape as `t`; nan if the fit failed."""
     elapsed = np.asarray(t, dtype=np.float64) - result.start
     with np.errstate(all="ignore"):
-        if result.model == "exponential":
-            return np.asarray(result.amplitude * np.exp(-result.value * elapsed))
-        power = 2 if result.model == "haff" else 1
-        return np.asarray(result.amplitude / (1 + result.value * elapsed) ** power)
+        return np.asarray(result.amplitude * MODELS[result.model].curve(result.value * elapsed))
 
 
 def _problem(
-    times: Array,
-    values: Array,
-    sigmas: Array,
-    start: float,
-    amplitude: float | None,
-    rounding: float,
+    times: Array, values: Array, start: float, amplitude: float | None, rounding: float
 ) -> str:
     """Why these data cannot be fitted, as a sentence; empty if they can."""
     held = amplitude is not None
     least = 2 if held else 3
     if times.size < least:
         return f"too few points for this fit: {times.size}; it needs {least} or more."
-    for name, array in (("times", times), ("values", values), ("standard deviations", sigmas)):
+    for name, array in (("times", times), ("values", values)):
         bad = np.flatnonzero(~np.isfinite(array))
         if bad.size:
             return f"{bad.size} of the {name} are not finite, the first at index {bad[0]}."
-    if not np.all(sigmas > 0):
-        return "The standard deviations must all be positive."
     lowest, highest = float(times.min()), float(times.max())
     if lowest < 0:
         return f"The time {lowest:g} s is negative; times count from the start of the run."
@@ -301,12 +325,11 @@ def _problem(
     return ""
 
 
-def _first_guess(form: _Form, s: Array, scaled: Array, weights: Array, free: bool) -> Array:
+def _first_guess(form: FitModel, s: Array, scaled: Array, free: bool) -> Array:
     """Start of the search: a weighted straight line through the transformed positive points."""
     positive = scaled > 0
     s, height = s[positive], scaled[positive]
-    line = form.straight(height)
-    weight = form.weight(height) * weights[positive] ** 2
+    line, weight = form.line(height), form.weight(height)
     if free:
         total = weight.sum()
         middle, level = (weight @ s) / total, (weight @ line) / total
@@ -314,13 +337,13 @@ def _first_guess(form: _Form, s: Array, scaled: Array, weights: Array, free: boo
         intercept = float(level - slope * middle)
     else:
         # Held at one: the line starts at the transform of one.
-        intercept = float(form.straight(np.ones(1))[0])
+        intercept = float(form.line(np.ones(1))[0])
         slope = (weight @ (s * (line - intercept))) / (weight @ (s * s))
     rate = form.rate_of_line(float(slope), intercept)
-    p = form.search(rate if math.isfinite(rate) else 1.0)
+    p = form.search.parameter(rate if math.isfinite(rate) else 1.0)
     if not free:
         return np.array([p])
-    shape = form.value(p, s)
+    shape = form.curve(s * form.search.rate(p))
     factor = (shape @ height) / (shape @ shape)
     return np.array([p, factor if np.isfinite(factor) else 1.0])
 
@@ -335,25 +358,25 @@ def _inverse(matrix: Array) -> Array:
 
 @dataclass(frozen=True)
 class RepeatMean:
-    """A decay constant over repeats; all spreads are nan for fewer than two usable repeats.
+    """A decay constant over repeats (1/s); all errors are nan for fewer than two usable repeats.
 
     Attributes
     ----------
     count, failed : int
         Repeats used, and repeats left out because their fit failed.
     mean : float
-        Mean of the fitted values (1/s).
+        Mean of the fitted values.
     standard_deviation : float
-        Sample standard deviation of one repeat (1/s).
+        Sample standard deviation of one repeat.
     standard_error : float
-        Of the mean: standard deviation/√count (1/s).
+        Of the mean: standard deviation/√count.
     bootstrap_error : float
-        Standard deviation of the mean over resampled repeats (1/s).
+        Standard deviation of the mean over resampled repeats.
     bootstrap_low, bootstrap_high : float
-        Percentile interval of the mean that holds 68.27 % of the resamples (1/s).
+        Percentile interval of the mean that holds 68.27 % of the resamples.
     max_min_half_range : float
-        (largest − smallest)/2 over the repeats, the source report's way (1/s). It is a spread of
-        single repeats that grows with their number, not an error of the mean.
+        Half of the range over the repeats, which the source report gives as the error. It grows
+        with the number of repeats.
     """
 
     count: int
@@ -367,15 +390,14 @@ class RepeatMean:
     max_min_half_range: float = math.nan
 
 
-def ensemble(results: Iterable[FitResult], *, resamples: int = 2000, seed: int = 0) -> RepeatMean:
-    """Mean decay constant over repeats of one experiment, and how well it is known.
+def mean_over_repeats(
+    results: Iterable[FitResult], *, resamples: int = 2000, seed: int = 0
+) -> RepeatMean:
+    """Mean decay constant over repeats of one experiment, and its errors.
 
     The bootstrap (Efron 1979) draws `resamples` sets of repeats with replacement from a generator
-    seeded with `seed`: the same results give the same numbers. Raises ValueError for fewer than
-    two resamples.
+    seeded with `seed`: the same results give the same numbers.
     """
-    if resamples < 2:
-        raise ValueError(f"A bootstrap needs at least 2 resamples, not {resamples}.")
     given = list(results)
     values = np.array([result.value for result in given if result.converged])
     count, failed = values.size, len(given) - values.size

@@ -1,4 +1,4 @@
-"""A trace -> temperature, pressure, momentum, distances and speeds."""
+"""A trace -> its series over time, temperature, pressure, momentum, distances and speeds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from snooker_cli.scene import Scene
-    from snooker_cli.trace import Events, Series, Trace
+    from snooker_cli.trace import Events, Trace
 
     Array = NDArray[np.float64]
 
@@ -29,11 +29,10 @@ INSTANT = 1e-9
 thousands of them."""
 
 MOST_POINTS = 2**16
-"""Collisions after which a curve has a point; of more, evenly so many."""
+"""Points of a curve at most; of more collisions, an even choice."""
 
 MOST_MEASURED = 2**28
-"""Balls times collisions that are measured, about a second's work: of more collisions evenly so
-many, some thousands of them for a hundred thousand balls."""
+"""Balls times collisions that are measured at most, about a second's work."""
 
 MOST_ROWS = 2**22
 """Collisions that are measured at most; their series takes some 300 megabytes."""
@@ -44,8 +43,8 @@ _remembered: tuple[weakref.ref[Trace], Series] | None = None
 def series(trace: Trace) -> Series:
     """The observables at time zero and after each collision; a summary's on its grid.
 
-    Of more collisions than ``MOST_ROWS``, or ``MOST_MEASURED`` / *N*, there is a row after every
-    few. Those of the repeat asked for last are remembered: an analysis asks again and again.
+    Of more collisions than ``MOST_ROWS``, or ``MOST_MEASURED`` / *N*, an even choice. The series
+    of the last repeat stays in memory, because an analysis asks for it several times.
     """
     global _remembered
     if _remembered is not None and _remembered[0]() is trace:
@@ -57,31 +56,30 @@ def series(trace: Trace) -> Series:
 
 
 def instants(time: Array) -> NDArray[np.intp]:
-    """The last row of each instant: collisions go on while a collapse's clock stands still."""
+    """The last row of each instant; a collapse has many collisions at one instant."""
     return np.flatnonzero(np.append(np.diff(time) > INSTANT * time[1:], True))
 
 
 def before_collapse(trace: Trace) -> Trace:
-    """The repeat without the collisions of a collapse, at the instant where its clock stands still.
+    """The repeat without the collisions of a collapse, which are all at one instant.
 
     Of a summary the part up to the last row of its grid before that is left.
     """
     if trace.stop.reason is not StopReason.COLLAPSE:
         return trace
     events, summary, end = trace.events, trace.summary, trace.stop.time
-    if summary is None:
-        if events is None:
-            raise ValueError("this repeat has neither events nor a summary")
-        kept = int(np.count_nonzero(events.time < (1 - INSTANT) * end))
-        events = events[:kept]
-        at_wall = int(np.count_nonzero(events.at_wall))
-        counts = at_wall, kept - at_wall
-    else:
+    if summary is not None:
         found = summary.series
         rows = max(1, int(np.count_nonzero(found.time < (1 - INSTANT) * end)))
         calm = Series(*(column[:rows] for column in vars(found).values()))
         summary, end = Summary(calm, summary.speed_histogram[:rows]), float(calm.time[-1])
         counts = int(calm.wall_events[-1]), int(calm.pair_events[-1])
+    elif events is not None:
+        events = events[: int(np.count_nonzero(events.time < (1 - INSTANT) * end))]
+        at_wall = int(np.count_nonzero(events.at_wall))
+        counts = at_wall, len(events) - at_wall
+    else:
+        raise ValueError("this repeat has neither events nor a summary")
     return replace(
         trace,
         stop=replace(trace.stop, time=end),
@@ -93,12 +91,12 @@ def before_collapse(trace: Trace) -> Trace:
 
 
 def after_collisions(trace: Trace) -> Series:
-    """The series at the start and after each collision, an instant a row, at most some thousands.
+    """The series at the start and after each collision: a row per instant, ``MOST_POINTS`` at most.
 
-    A summary's are read between the rows of its grid: of the m collisions between two rows, number
-    j is taken to be where the j-th of m random ones is on average, j/(m + 1) of the way, in a gas
-    that cools by Haff's law. Those between the last two rows of a repeat that ended early, in ever
-    faster bounces, are one instant, at its end.
+    A summary is interpolated: number j of the m collisions between two rows of its grid is at the
+    mean place of the j-th of m random ones, j/(m + 1) of the way, in a gas that cools by Haff's
+    law. The collisions between the last two rows of a repeat that ended early, in ever faster
+    bounces, are one instant, at its end.
     """
     found = series(trace)
     if len(found.time) < 2:
@@ -108,13 +106,13 @@ def after_collisions(trace: Trace) -> Series:
         rows = np.append(0, rows[_evenly(len(rows))])
         return Series(*(getattr(found, name)[rows] for name in SERIES_UNITS))
     events = found.wall_events + found.pair_events
-    told = int(events[-1] if trace.stop.reason.complete else events[-2])
-    number = 1.0 + _evenly(told)
+    known = int(events[-1] if trace.stop.reason.complete else events[-2])
+    number = 1.0 + _evenly(known)
     before = np.searchsorted(events, number) - 1
     order, between = number - events[before], events[before + 1] - events[before]
     speed = np.sqrt(np.where(found.kinetic_energy > 0, found.kinetic_energy, 1.0))
     slowing = np.log(speed[before + 1] / speed[before])
-    rest = slice(len(events) - (told < events[-1]), None)
+    rest = slice(len(events) - (known < events[-1]), None)
 
     def read(name: str) -> Array:
         column, powers = getattr(found, name), _POWERS.get(name, 0) * slowing
@@ -139,15 +137,15 @@ _POWERS = {
 
 
 def _evenly(count: int) -> NDArray[np.intp]:
-    """Of so many rows in order, evenly at most ``MOST_POINTS``, with the first and the last."""
+    """An even choice of at most ``MOST_POINTS`` of ``count`` rows, with the first and the last."""
     return np.linspace(0, count - 1, min(count, MOST_POINTS)).round().astype(np.intp)
 
 
 def so_far(trace: Trace, column: Array, times: Array) -> Array:
     """A column of the series that only collisions add to, such as the wall's impulse, at times.
 
-    At the time of a collision it is that after it; between the rows of a summary, or of a series
-    without all collisions, it is straight.
+    The value at the time of a collision is the one after it. Between the rows of a summary, or of
+    a series without all collisions, the column is straight.
     """
     known = series(trace).time
     if not _has_all(trace):
@@ -155,26 +153,38 @@ def so_far(trace: Trace, column: Array, times: Array) -> Array:
     return np.asarray(column[np.searchsorted(known, times, side="right") - 1])
 
 
+def gains(trace: Trace, column: Array, edges: Array) -> Array:
+    """What collisions add to a column of the series between edges (s)."""
+    known = so_far(trace, column, edges)
+    if len(edges) and edges[0] == 0:
+        known[0] = 0.0  # collisions at time zero count
+    return np.diff(known)
+
+
 def gained(trace: Trace, column: Array, since: float) -> float:
-    """What collisions add to a column of the series after a time (s); all of it if that is 0."""
-    before = so_far(trace, column, np.array([since]))[0] if since > 0 else 0.0
-    return float(column[-1] - before)
+    """What collisions add to a column of the series from a time (s) to the end."""
+    return float(gains(trace, column, np.array([since, trace.stop.time]))[0])
 
 
 def integrals(trace: Trace, values: Array, times: Array) -> Array:
-    """Integrals over time, from the start to each time (s), of what the rows of the series say.
+    """Integrals over time of rows of the series, from the start to each time (s).
 
-    After a collision it stays as it is; between the rows of a summary, or of a series without all
-    collisions, it is straight.
+    Values stay as they are after a collision. Between the rows of a summary, or of a series without
+    all collisions, they are straight.
     """
-    first = values[0]
-    return np.asarray(first * times + _changes(trace, values, times))
+    time, first = series(trace).time, values[0]
+    held = values if _has_all(trace) else np.append((values[:-1] + values[1:]) / 2, values[-1])
+    steps = np.diff(np.append(time, max(trace.stop.time, time[-1])))
+    # Less the first value, so that a constant has its integral without rounding.
+    changes = np.concatenate([[0.0], np.cumsum((held - first) * steps)])
+    ends = np.append(time, max(trace.stop.time, time[-1]))
+    return np.asarray(first * times + np.interp(times, ends, changes))
 
 
 def time_means(trace: Trace, values: Array, edges: Array) -> Array:
-    """Means over time between the edges (s) of what the rows of the series say, see `integrals`.
+    """Means over time between edges (s) of rows of the series, see `integrals`.
 
-    Each is made of its own window alone: what went before may be larger by any factor.
+    Each window is computed by itself, because values before it may be larger by any factor.
     """
     if len(edges) < 2:
         return np.empty(0)
@@ -187,28 +197,14 @@ def time_means(trace: Trace, values: Array, edges: Array) -> Array:
         read = np.interp(times, known, values)
         held = (read[:-1] + read[1:]) / 2
     windows = np.searchsorted(times, edges[:-1])
-    least = np.minimum.reduceat(held, windows)  # of what does not change the mean, without rounding
+    # Above the least value, so that a constant has its mean without rounding.
+    least = np.minimum.reduceat(held, windows)
     above = held - np.repeat(least, np.diff(np.append(windows, len(held))))
     return np.asarray(least + np.add.reduceat(above * np.diff(times), windows) / np.diff(edges))
 
 
-def _changes(trace: Trace, values: Array, times: Array) -> Array:
-    """Integrals of values less the first, so that what does not change has one without rounding."""
-    time, first = series(trace).time, values[0]
-    if _has_all(trace):
-        time, values = np.append(time, trace.stop.time), np.append(values, values[-1])
-        held = values[:-1]
-    else:
-        held = (values[:-1] + values[1:]) / 2
-        if time[-1] < trace.stop.time:
-            # After the last collision.
-            time, held = np.append(time, trace.stop.time), np.append(held, values[-1])
-    integral = np.concatenate([[0.0], np.cumsum((held - first) * np.diff(time))])
-    return np.asarray(np.interp(times, time, integral))
-
-
 def time_mean(trace: Trace, values: Array, since: float = 0.0) -> float:
-    """Mean over time of what the rows of the series say, from a time (s) to the end; or nan."""
+    """Mean over time of rows of the series, from a time (s) to the end; nan without a span."""
     if not trace.stop.time > since:
         return math.nan
     return float(time_means(trace, values, np.array([since, trace.stop.time]))[0])
@@ -248,10 +244,22 @@ def losses(start: Scene, events: Events) -> float:
     return float(np.sum((1 - e) / (1 + e) * events.impulse**2 * inverse / 2))
 
 
+def momentum(velocities: Array, container_velocities: Array, scene: Scene) -> Array:
+    """Total momentum of balls and container; (..., 2), kg m/s.
+
+    velocities : (..., *N*, 2), m/s; container_velocities : (..., 2), m/s
+
+    A fixed container is left out, because its momentum is not a number; a periodic box has none.
+    """
+    total = np.einsum("...ic,i->...c", velocities, scene.masses)
+    if scene.free:
+        total = total + scene.container_mass * container_velocities
+    return np.asarray(total)
+
+
 def total_momentum(scene: Scene) -> Array:
-    """Momentum of the balls and of a free container; (2,), kg m/s."""
-    total = scene.masses @ scene.velocities
-    return total + scene.container_mass * scene.container_velocity if scene.free else total
+    """`momentum` of a scene; (2,), kg m/s."""
+    return momentum(scene.velocities, scene.container_velocity, scene)
 
 
 def total_angular_momentum(scene: Scene) -> float:
@@ -266,8 +274,8 @@ def total_angular_momentum(scene: Scene) -> float:
 
 def drift_energy(scene: Scene) -> float:
     """Kinetic energy of the balls' centre of mass, p^2/(2 sum m), J; a periodic box keeps it."""
-    momentum = scene.masses @ scene.velocities
-    return float(momentum @ momentum / (2 * np.sum(scene.masses)))
+    drift = scene.masses @ scene.velocities
+    return float(drift @ drift / (2 * np.sum(scene.masses)))
 
 
 def meeting_temperature(kinetic_energy: Real, scene: Scene) -> Real:
@@ -287,13 +295,13 @@ def energy_ratio(found: Series) -> Array:
 
 
 def over_first(values: Array) -> Array:
-    """Values over the first of them that is not zero; as they are if all of them are."""
+    """Values over the first positive one; unchanged if none is positive."""
     positive = values[values > 0]
     return np.asarray(values / positive[0] if len(positive) else values)
 
 
 def equal_balls(scene: Scene) -> bool:
-    """Whether all balls have one radius and one mass, as the theories want."""
+    """Whether all balls have one radius and one mass, as the theories need."""
     return bool(np.all(scene.radii == scene.radii[0]) and np.all(scene.masses == scene.masses[0]))
 
 
@@ -306,8 +314,7 @@ def elastic(scene: Scene) -> bool:
 def mean_and_error(values: Array) -> tuple[float, float]:
     """Mean over repeats and its standard error.
 
-    The error is nan for fewer than two of them, and if they differ by rounding alone: that is no
-    measure of their spread.
+    The error is nan for one repeat, and for repeats that differ by rounding alone.
     """
     mean = float(values.mean())
     deviation = float(values.std(ddof=1)) if len(values) > 1 else 0.0
@@ -316,11 +323,18 @@ def mean_and_error(values: Array) -> tuple[float, float]:
     return mean, deviation / math.sqrt(len(values))
 
 
+def standard_errors(rows: Array) -> Array:
+    """Standard errors of the means over the rows of (*n*, *t*); nan for one row."""
+    if len(rows) < 2:
+        return np.full(rows.shape[1], math.nan)
+    return np.asarray(rows.std(axis=0, ddof=1) / math.sqrt(len(rows)))
+
+
 def cumulative_pressure(trace: Trace, found: Series) -> tuple[Array, Array]:
     """Times and the mean pressure since the start, s and Pa m, at the rows of a series.
 
-    The wall's impulse over its length and the time, or what the virial gives in a periodic box.
-    Time zero, where it is not defined, is left out.
+    The wall's impulse over its length and the time, or the virial's in a periodic box. Time zero,
+    where it is not defined, is left out.
     """
     scene, later = trace.start, found.time > 0
     time = found.time[later]
@@ -330,50 +344,29 @@ def cumulative_pressure(trace: Trace, found: Series) -> tuple[Array, Array]:
     return time, (moving + found.pair_virial[later] / 2) / (scene.container.area * time)
 
 
-def window_pressure(trace: Trace, windows: int) -> tuple[Array, Array]:
-    """Middles and pressures of equal windows of time over the whole repeat; s and Pa m."""
-    edges = _edges(trace, windows)
-    found, scene = series(trace), trace.start
-    middles, widths = (edges[:-1] + edges[1:]) / 2, np.diff(edges)
-    has_wall = scene.container.has_wall
-    column = found.wall_impulse if has_wall else found.pair_virial
-    gains = np.diff(so_far(trace, column, edges[1:]), prepend=0.0)
-    if has_wall:
-        return middles, gains / (scene.container.wall_length * widths)
+def pressures(trace: Trace, edges: Array) -> Array:
+    """Mean pressures between edges (s), Pa m: on the wall, or the virial's in a periodic box."""
+    found, scene, widths = series(trace), trace.start, np.diff(edges)
+    if scene.container.has_wall:
+        return gains(trace, found.wall_impulse, edges) / (scene.container.wall_length * widths)
     moving = time_means(trace, found.kinetic_energy, edges)
-    return middles, (moving + gains / (2 * widths)) / scene.container.area
+    return (moving + gains(trace, found.pair_virial, edges) / (2 * widths)) / scene.container.area
 
 
-def window_energy(trace: Trace, windows: int) -> tuple[Array, Array]:
-    """Middles (s) of equal windows of time, and the mean of ``energy_ratio`` in each."""
-    edges = _edges(trace, windows)
-    middles = (edges[:-1] + edges[1:]) / 2
-    return middles, time_means(trace, energy_ratio(series(trace)), edges)
-
-
-def _edges(trace: Trace, windows: int) -> Array:
-    """The edges of equal windows of time, s; none for a repeat without length."""
+def windows(trace: Trace, number: int) -> Array:
+    """The edges of equal windows of time over the repeat, s; none for a repeat without length."""
     end = trace.stop.time
-    return np.linspace(0.0, end, windows + 1) if end > 0 else np.empty(0)
+    return np.linspace(0.0, end, number + 1) if end > 0 else np.empty(0)
 
 
 def mean_pressure(trace: Trace, since: float = 0.0) -> float:
-    """Pressure from a time (s) to the end, Pa m; 0 if there is nothing between.
-
-    That on the wall, or what the virial gives in a periodic box.
-    """
-    end, scene = trace.stop.time, trace.start
-    if not end > since:
-        return 0.0
-    if not scene.container.has_wall:
-        moving = scene.number * mean_temperature(trace, since)
-        return (moving + _mean_virial(trace, since) / 2) / scene.container.area
-    impulse = gained(trace, series(trace).wall_impulse, since)
-    return impulse / (scene.container.wall_length * (end - since))
+    """Mean pressure from a time (s) to the end, Pa m; 0 without a span."""
+    end = trace.stop.time
+    return float(pressures(trace, np.array([since, end]))[0]) if end > since else 0.0
 
 
 def mean_temperature(trace: Trace, since: float = 0.0) -> float:
-    """Temperature from a time (s) to the end, J; nan if there is nothing between."""
+    """Mean temperature from a time (s) to the end, J; nan without a span."""
     return time_mean(trace, temperature(series(trace), trace.start.number), since)
 
 
@@ -386,26 +379,27 @@ def ideal_gas_ratio(trace: Trace, since: float = 0.0) -> float:
 
 
 def virial_ratio(trace: Trace, since: float = 0.0) -> float:
-    """1 + sum J d / (2 N T t) from a time (s) to the end: Z of the balls, whatever the walls do."""
+    """1 + sum J d / (2 N T t) from a time (s) to the end: Z of the balls, with any walls."""
     moving = trace.start.number * mean_temperature(trace, since)
-    return 1 + _mean_virial(trace, since) / (2 * moving) if moving > 0 else math.nan
-
-
-def _mean_virial(trace: Trace, since: float) -> float:
-    """Sum of impulse times distance over pair collisions from a time (s) to the end, per s, J."""
-    return gained(trace, series(trace).pair_virial, since) / (trace.stop.time - since)
+    if not moving > 0:
+        return math.nan
+    virial = gained(trace, series(trace).pair_virial, since) / (trace.stop.time - since)
+    return 1 + virial / (2 * moving)
 
 
 # States of a trace -> momentum, distances and speeds.
 
 MOST_BALLS = 2**22
-"""Balls times states that are held at once, some hundred megabytes."""
+"""Balls times states in memory at once, some hundred megabytes."""
+
+COLLISIONS_BETWEEN = 5.0
+"""Collisions of a ball between two times at which its speed counts."""
 
 
 def at_collisions(trace: Trace, most: int = 2000) -> States:
-    """The states at time zero and after each collision; evenly thinned to at most ``most``.
+    """The states at time zero and after each collision: an even choice of at most ``most``.
 
-    Of many balls to fewer, so that they fit in memory. Raises ``ValueError`` if the trace has no
+    Fewer of many balls, so that they fit in memory. Raises ``ValueError`` if the trace has no
     events.
     """
     if trace.events is None:
@@ -415,17 +409,6 @@ def at_collisions(trace: Trace, most: int = 2000) -> States:
     if len(trace.events) < most:
         rows = np.arange(len(trace.events) + 1)
     return replay(trace, np.concatenate([[0.0], trace.events.time])[rows])
-
-
-def momentum(states: States, scene: Scene) -> Array:
-    """Total momentum of balls and container, from the states; (*t*, 2), kg m/s.
-
-    A fixed container's momentum is not a number, and is left out; a periodic box has none.
-    """
-    total = np.einsum("tic,i->tc", states.velocities, scene.masses)
-    if scene.free:
-        total = total + scene.container_mass * states.container_velocities
-    return np.asarray(total)
 
 
 def central_distances(states: States) -> Array:
@@ -445,26 +428,19 @@ def pair_distances(states: States, scene: Scene) -> Array:
     return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).ravel())
 
 
-def sampling_times(trace: Trace, collisions_between: float = 5.0, since: float = 0.0) -> Array:
-    """Fixed times, apart by some collisions a ball, at which speeds are nearly independent.
+def sampling_times(trace: Trace, since: float = 0.0) -> Array:
+    """Fixed times, ``COLLISIONS_BETWEEN`` collisions a ball apart: speeds are nearly independent.
 
-    They count from ``since`` (s), which is not among them: there is none before balls have met so
-    often. Never at events: those are biased towards fast balls.
+    They count from ``since`` (s), which is not among them. They are not at events, which are biased
+    towards fast balls.
     """
-    length, pairs = trace.stop.time - since, float(trace.pair_events)
-    if since > 0:
-        pairs = gained(trace, series(trace).pair_events, since)
-    if not (pairs > 0 and length > 0):
+    length = trace.stop.time - since
+    pairs = gained(trace, series(trace).pair_events, since) if length > 0 else 0.0
+    if not pairs > 0:
         return np.empty(0)
-    interval = length * (collisions_between * trace.start.number / 2) / pairs
+    interval = length * (COLLISIONS_BETWEEN * trace.start.number / 2) / pairs
     times = since + np.arange(1, int(length / interval) + 1, dtype=np.float64) * interval
     return np.asarray(np.minimum(times, trace.stop.time))
-
-
-def speeds(trace: Trace, times: Array) -> Array:
-    """Speeds of all balls at given times; (*t*, *N*), m/s."""
-    velocities = replay(trace, times).velocities
-    return np.asarray(np.hypot(velocities[..., 0], velocities[..., 1]))
 
 
 def reduced_speed_counts(trace: Trace, since: float = 0.0) -> NDArray[np.int64]:
@@ -479,46 +455,3 @@ def reduced_speed_counts(trace: Trace, since: float = 0.0) -> NDArray[np.int64]:
     reduced = np.sqrt(energies / np.where(means > 0, means, 1.0))
     bins = np.minimum((reduced / SPEED_BIN).astype(int), SPEED_BINS - 1)
     return np.bincount(bins.ravel(), minlength=SPEED_BINS)
-
-
-__all__ = [
-    "INSTANT",
-    "MOST_MEASURED",
-    "MOST_POINTS",
-    "ROUNDING",
-    "after_collisions",
-    "at_collisions",
-    "before_collapse",
-    "central_distances",
-    "cumulative_pressure",
-    "drift_energy",
-    "elastic",
-    "energy_ratio",
-    "equal_balls",
-    "gained",
-    "ideal_gas_ratio",
-    "instants",
-    "integrals",
-    "losses",
-    "mean_and_error",
-    "mean_pressure",
-    "mean_temperature",
-    "meeting_temperature",
-    "momentum",
-    "over_first",
-    "pair_distances",
-    "reduced_speed_counts",
-    "sampling_times",
-    "series",
-    "so_far",
-    "speeds",
-    "temperature",
-    "time_mean",
-    "time_means",
-    "total_angular_momentum",
-    "total_energy",
-    "total_momentum",
-    "virial_ratio",
-    "window_energy",
-    "window_pressure",
-]

@@ -1,9 +1,9 @@
-"""What theory predicts for a scene, added to the table of what its repeats measured."""
+"""What theory predicts for a scene, as rows beside the measured means of its repeats."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from snooker_cli.scene import Scene
 
 
-# A scene -> what theory has of it: its fluid, its collision rates, the energy it keeps.
+# A scene -> its fluid, its collision rates, and the energy it keeps.
 
 DENSEST_FLUID = 0.65
-"""Packing fraction above which disks begin to order, where no theory here speaks of them."""
+"""Packing fraction above which disks begin to order, where no theory here holds."""
 
 HEAVY = 1000.0
 """A free container this many times as heavy as the balls keeps their angular momentum."""
@@ -39,7 +39,7 @@ HEAVY = 1000.0
 def fluid(
     number: float, temperature: float, radius: float, container: Container
 ) -> theory.FluidState | None:
-    """The state of equal hard disks; None where they are too many to be a fluid."""
+    """The state of equal hard disks; ``None`` if they are too dense to be a fluid."""
     if theory.packing_fraction(number, radius, container.area) > DENSEST_FLUID:
         return None
     try:
@@ -49,14 +49,14 @@ def fluid(
 
 
 def scene_state(scene: Scene, temperature: float) -> theory.FluidState | None:
-    """The state of a scene's balls; None for one ball, unequal ones, or too many for a fluid."""
+    """The state of a scene's balls; ``None`` for one ball, unequal ones, or a dense packing."""
     if scene.number < 2 or not equal_balls(scene):
         return None
     return fluid(scene.number, temperature, float(scene.radii[0]), scene.container)
 
 
 def scene_rates(scene: Scene, temperature: float) -> theory.CollisionRates | None:
-    """How a scene's balls collide at a temperature (J), after Enskog; None as for `state`."""
+    """Enskog's collision rates of a scene at a temperature (J); ``None`` as in `scene_state`."""
     if scene_state(scene, temperature) is None:
         return None
     radius, mass = float(scene.radii[0]), float(scene.masses[0])
@@ -69,10 +69,10 @@ def at_rest(scene: Scene) -> bool:
 
 
 def free_velocities(scene: Scene) -> int | None:
-    """As many balls as the law of speeds at fixed energy counts; None where it does not hold.
+    """Number of balls in the law of speeds at fixed energy; ``None`` where it does not hold.
 
-    With walls all of them; without, one less, as total momentum is kept, and for balls of one mass
-    whose centre of mass is at rest only.
+    With walls all of them. Without walls one less, because total momentum is kept, and only for
+    balls of one mass whose centre of mass is at rest.
     """
     if scene.container.has_wall:
         return scene.number
@@ -81,7 +81,7 @@ def free_velocities(scene: Scene) -> int | None:
 
 
 def floor(scene: Scene) -> float:
-    """Least energy that what is conserved leaves the balls, over that at the start.
+    """Least energy of the balls by conservation laws, over that at the start.
 
     A circle keeps their angular momentum about its centre, a periodic box their momentum. nan where
     nothing is kept (a box, a light circle), and in a circle for unequal balls.
@@ -141,29 +141,19 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Comparisons:
-    """All comparisons of a point, and what their reader has to know, in sentences."""
-
-    rows: tuple[Comparison, ...]
-    notes: tuple[str, ...]
-
-
 class ComparisonTable:
-    """Collects comparisons from columns over the repeats, and notes."""
+    """Rows made from measured quantities over the repeats, and notes on rows that are missing.
 
-    def __init__(self) -> None:
-        self.rows: list[Comparison] = []
-        self.notes: list[str] = []
-        self.columns: Sequence[object] = []
+    repeats : for each repeat, its measured quantities by name
+    """
+
+    repeats: Sequence[Mapping[str, float]]
+    rows: list[Comparison]
+    notes: list[str]
 
     def column(self, name: str) -> NDArray[np.float64]:
         """A measured quantity over the repeats."""
-        return np.array([getattr(one, name) for one in self.columns], dtype=np.float64)
-
-    def note(self, sentence: str) -> None:
-        """A sentence for the reader, unless it is empty."""
-        if sentence:
-            self.notes.append(sentence)
+        return np.array([one[name] for one in self.repeats], dtype=np.float64)
 
     def add(self, quantity: str, unit: str, values: Any, model: str, predicted: Any) -> None:
         """A row; ``predicted`` is a number or a column over the repeats."""
@@ -171,14 +161,14 @@ class ComparisonTable:
         predicted = np.broadcast_to(np.asarray(predicted, dtype=np.float64), values.shape)
         good = np.isfinite(values) & np.isfinite(predicted)
         if not np.any(good):
-            measured = bool(np.any(np.isfinite(values)))
-            why = "the theory has no value here" if measured else "it could not be measured"
-            self.note(f"{quantity} ({model}) is left out: {why}")
+            known = bool(np.any(np.isfinite(values)))
+            why = "the theory has no value here" if known else "it could not be measured"
+            self.notes.append(f"{quantity} ({model}) is missing: {why}")
             return
         values, predicted = values[good], predicted[good]
         mean, error = mean_and_error(values)
         difference = values - predicted
-        spread = float(difference.std(ddof=1)) if len(difference) > 1 else math.nan
+        deviation = float(difference.std(ddof=1)) if len(difference) > 1 else math.nan
         self.rows.append(
             Comparison(
                 quantity=quantity,
@@ -188,54 +178,53 @@ class ComparisonTable:
                 error=error,
                 predicted=float(predicted.mean()),
                 difference=float(difference.mean()),
-                difference_error=spread / math.sqrt(len(difference)),
+                difference_error=deviation / math.sqrt(len(difference)),
                 repeats=len(values),
             )
         )
 
 
 LEAST_EXPECTED = 8
-"""Balls expected in a bin of the chi-square at either end; bins with fewer are taken together."""
+"""Balls expected in the first and last bin of the chi-square; bins with fewer are merged."""
 
 
-def exceptions(scene: Scene) -> str:
-    """Which theories do not hold for the balls, and why; empty if all do."""
+def missing_note(scene: Scene) -> str:
+    """Which rows are missing for these balls, and why; empty if none are."""
+    missing = ["equations of state", "collision rates", "mean free path"]
     if scene.number == 1:
-        return (
-            "one ball meets no other: no equations of state, ball-ball rates, mean free path, "
-            "distribution of speeds and decay of a gas"
-        )
-    left_out = ["equations of state", "collision rates", "mean free path"]
-    if not equal_balls(scene):
+        why = "one ball meets no other"
+        missing += ["distribution of speeds", "decay constants", "energy left"]
+    elif not equal_balls(scene):
+        why = "the theory needs equal balls"
         if not elastic(scene):
-            left_out += ["distribution of speeds", "decay constants", "energy left"]
+            missing += ["distribution of speeds", "decay constants", "energy left"]
         elif not _one(scene.masses):
-            left_out.append("mean speed")
-        return f"the balls differ, and theory is for equal ones: no {listed(left_out)}"
-    if scene_rates(scene, 1.0) is None:
-        left_out += [] if elastic(scene) else ["Haff's α"]
-        return (
-            f"the balls fill {scene.packing_fraction:.2f} of the area, and theory is for a fluid: "
-            f"no {listed(left_out)}"
+            missing.append("mean speed")
+    elif scene_rates(scene, 1.0) is None:
+        why = (
+            f"the theory needs a fluid, and the balls fill {scene.packing_fraction:.2f} of the area"
         )
-    return ""
+        missing += [] if elastic(scene) else ["Haff's α"]
+    else:
+        return ""
+    return f"{why}, so these rows are missing: {listed(missing)}"
 
 
-def shape(scene: Scene) -> str:
-    """What the container's shape means for the comparisons; empty for one with walls."""
+def shape_note(scene: Scene) -> str:
+    """What a container without walls changes; empty for one with walls."""
     if scene.container.has_wall:
         return ""
-    said = "no walls: the pressure is the virial's, (N T + ΣJd/2t)/V"
+    note = "no walls: the pressure is the virial's, (N T + ΣJd/2t)/V"
     if scene.number > 1 and free_velocities(scene) is None:
         why = "two balls have one speed" if scene.number == 2 else "the balls' masses differ"
         if not at_rest(scene):
             why = "the balls' centre of mass moves on for ever"
-        said += f"; no law of speeds at fixed energy, as {why}"
-    return said
+        note += f"; the law of speeds at fixed energy is missing, because {why}"
+    return note
 
 
 def ideal_gas(table: ComparisonTable, scene: Scene) -> None:
-    """The ideal gas law, which knows neither radii nor dissipation."""
+    """The ideal gas law, without radii and dissipation."""
     number, area = scene.number, scene.container.area
     pressure, warm = table.column("pressure"), table.column("temperature")
     ideal = theory.ideal_gas_pressure(number, 1.0, area) * warm
@@ -284,7 +273,7 @@ def hard_disks(table: ComparisonTable, scene: Scene) -> None:
 def _virial(
     table: ComparisonTable, scene: Scene, state: theory.FluidState | None, met: NDArray[np.float64]
 ) -> None:
-    """PV/NT by the virial, which the wall's is not, and what others have simulated."""
+    """PV/NT by the virial, and published simulations."""
     found, walls = table.column("virial_ratio"), scene.container.has_wall
     if state is not None and walls:
         bulk = float(theory.compressibility(scene.packing_fraction))
@@ -376,7 +365,7 @@ def speeds(table: ComparisonTable, scene: Scene, counts: NDArray[np.int64]) -> N
         edges = np.arange(SPEED_BINS, dtype=np.float64) * np.float64(SPEED_BIN)
         for model, _, cumulative, arguments in laws:
             shares = np.append(cumulative(edges, *arguments), 1.0)
-            table.rows.append(_chi_square(model, counts, shares, len(table.columns)))
+            table.rows.append(_chi_square(model, counts, shares, len(table.repeats)))
 
 
 def _chi_square(

@@ -11,10 +11,10 @@ from snooker_cli.figures.figure_data import (
     Note,
     Points,
     Reference,
-    plain,
 )
 from snooker_cli.figures.registry import FIGURES, FigureSpec
 from snooker_cli.figures.selection import Selection, described, selected
+from snooker_cli.formatting import plain
 
 __all__ = [
     "FIGURES",

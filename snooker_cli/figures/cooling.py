@@ -11,17 +11,20 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
 from snooker_cli.analysis.decay import (
-    LAWS,
     SKIPPED_COLLISIONS,
     Curve,
-    Law,
-    Quantity,
     curve,
     decays,
     fit_curve,
     reported_constant,
 )
-from snooker_cli.analysis.fitting import FitResult, RepeatMean, ensemble, fitted_curve
+from snooker_cli.analysis.fitting import (
+    LAWS,
+    FitResult,
+    RepeatMean,
+    fitted_curve,
+    mean_over_repeats,
+)
 from snooker_cli.analysis.observables import (
     before_collapse,
     energy_ratio,
@@ -201,8 +204,8 @@ def _rates_over_time(
     require_motion(traces[0].start)
     edges, rates, errors, left = _local_rates(traces)
     curves = [curve(trace, "kinetic_energy") for trace in traces]
-    k = ensemble(fit_curve(each, "exponential") for each in curves).mean
-    alpha = ensemble(fit_curve(each, "haff") for each in curves).mean
+    k = mean_over_repeats(fit_curve(each, "exponential") for each in curves).mean
+    alpha = mean_over_repeats(fit_curve(each, "haff") for each in curves).mean
     if not (math.isfinite(k) and math.isfinite(alpha)):
         raise FigureError("a point's repeats are too short to be fitted; run longer")
     floor = float(np.mean([predictions.floor(trace.start) for trace in traces]))
@@ -355,7 +358,7 @@ def _key(text: str, style: _Style) -> Line:
 # One repeat's decay beside its exponential and Haff's law, and the means over the repeats.
 
 RATE = "s⁻¹"
-_NAMES: dict[Law, str] = {"exponential": "exponential", "haff": "Haff"}
+_NAMES: dict[str, str] = {"exponential": "exponential", "haff": "Haff"}
 
 
 def energy_fit(run: Run, selection: Selection) -> FigureData:
@@ -373,7 +376,7 @@ def pressure_fit(run: Run, selection: Selection) -> FigureData:
     return _fit(run, selection, "pressure", "pressure-fit", "Cumulative pressure")
 
 
-def _fit(run: Run, selection: Selection, quantity: Quantity, kind: str, title: str) -> FigureData:
+def _fit(run: Run, selection: Selection, quantity: str, kind: str, title: str) -> FigureData:
     point = single_point(run, selection)
     if elastic(point):
         raise FigureError("nothing decays where all collisions are elastic; take cor below 1")
@@ -386,8 +389,8 @@ def _fit(run: Run, selection: Selection, quantity: Quantity, kind: str, title: s
     whole = Selection(selection.where)
     traces = list(repeats(run, point, whole))
     curves = [curve(trace, quantity) for trace in traces]
-    means = {law: ensemble(fit_curve(each, law) for each in curves) for law in LAWS}
-    symbols: dict[Law, str] = {"exponential": "κ" if quantity == "pressure" else "k", "haff": "α"}
+    means = {law: mean_over_repeats(fit_curve(each, law) for each in curves) for law in LAWS}
+    symbols: dict[str, str] = {"exponential": "κ" if quantity == "pressure" else "k", "haff": "α"}
     steps = quantity != "pressure"
     begun = [(each.time, each.value) for each in curves if len(each.time) > 1]
     spread = bands(*at_common_times(begun, steps=steps), 0, f"all {len(begun)} repeats, {SPREAD}")
@@ -421,7 +424,7 @@ def _fit(run: Run, selection: Selection, quantity: Quantity, kind: str, title: s
 
 
 def _curves(
-    shown: Curve, fits: dict[Law, FitResult], symbols: dict[Law, str], repeat: int, *, steps: bool
+    shown: Curve, fits: dict[str, FitResult], symbols: dict[str, str], repeat: int, *, steps: bool
 ) -> list[Layer]:
     """The repeat's curve and the laws fitted to it, with value ± error of this fit alone."""
     kept = thinned(shown.time)
@@ -440,9 +443,9 @@ def _curves(
 
 
 def _caption(
-    fits: dict[Law, FitResult],
-    means: dict[Law, RepeatMean],
-    symbols: dict[Law, str],
+    fits: dict[str, FitResult],
+    means: dict[str, RepeatMean],
+    symbols: dict[str, str],
     ended: str,
 ) -> str:
     """What the fits say, in sentences."""
@@ -466,11 +469,11 @@ def _caption(
 
 
 def _numbers(
-    point: Point, fits: dict[Law, FitResult], means: dict[Law, RepeatMean], repeat: int
+    point: Point, fits: dict[str, FitResult], means: dict[str, RepeatMean], repeat: int
 ) -> dict[str, Any]:
     """The fits as JSON: ``k`` of the exponential (κ of a pressure), ``alpha`` of Haff's law."""
     numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": repeat}
-    names: dict[Law, str] = {"exponential": "k", "haff": "alpha"}
+    names: dict[str, str] = {"exponential": "k", "haff": "alpha"}
     for law, name in names.items():
         numbers |= {
             name: fits[law].value,
@@ -492,7 +495,7 @@ def _where(point: Point, run: Run) -> str:
 
 # The decay constants of the energy over many CoR, beside the report's formula and theory.
 
-_CONSTANTS: tuple[tuple[Law, str, str], ...] = (
+_CONSTANTS: tuple[tuple[str, str, str], ...] = (
     ("exponential", "k", "k, exponential fitted"),
     ("haff", "alpha", "α, Haff's law fitted"),
 )

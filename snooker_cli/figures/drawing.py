@@ -25,8 +25,8 @@ from snooker_cli.figures.figure_data import (
     Note,
     Points,
     Reference,
-    plain,
 )
+from snooker_cli.formatting import plain
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.analysis.observables import instants
+from snooker_cli.formatting import plain
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -134,19 +134,6 @@ class FigureData:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", plain(self.numbers))
-
-
-def plain(value: Any) -> Any:
-    """A value as JSON has it: lists for arrays and tuples, ``None`` for what is not finite."""
-    if isinstance(value, dict):
-        return {str(key): plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(each) for each in value]
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 # The curves of several repeats -> those curves at common times, and a band around their mean.

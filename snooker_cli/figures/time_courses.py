@@ -175,7 +175,7 @@ def _total(trace: Trace, component: int, name: str) -> tuple[Array, Array]:
     if scene.container.has_wall and not scene.free:
         raise FigureError("a fixed container takes momentum; give it a finite container.mass")
     states = at_collisions(trace)
-    total = momentum(states, scene)[:, component]
+    total = momentum(states.velocities, states.container_velocities, scene)[:, component]
     parts = np.abs(scene.masses * scene.velocities[:, component])
     if abs(total[0]) <= scene.number * EPSILON * float(np.sum(parts)):
         raise FigureError(f"the momentum in {name} is zero at the start, so it has no ratio to it")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.decay import Decay, Law, Quantity, decays, reported_constant
+from snooker_cli.analysis.decay import Decay, decays, reported_constant
 from snooker_cli.analysis.observables import (
     ROUNDING,
     at_collisions,
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from snooker_cli.trace import Trace
 
 Runs = Mapping[str, "Run"]
-Laws = Mapping[tuple[Quantity, Law], Decay]
+Laws = Mapping[tuple[str, str], Decay]
 AT_EACH = " and ".join(f"{cor:g}" for cor in COEFFICIENTS)
 
 
@@ -112,7 +112,7 @@ def _points(run: Run, **values: object) -> Sequence[Point]:
 def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[str, Sample]:
     """The quantities of the inelastic runs."""
 
-    def constants(quantity: Quantity) -> Sample:
+    def constants(quantity: str) -> Sample:
         fits = laws[quantity, "exponential"].fits
         return Sample.over([one.value for one in fits if one.converged])
 
@@ -136,7 +136,7 @@ def _extremes(run: Run) -> dict[str, OurValue]:
             states = at_collisions(trace)
             largest = max(largest, float(central_distances(states).max()))
             smallest = min(smallest, float(pair_distances(states, trace.start).min()))
-            total = momentum(states, trace.start)
+            total = momentum(states.velocities, states.container_velocities, trace.start)
             ratios = np.vstack([worst, total / total[0]])
             worst = ratios[np.abs(ratios - 1).argmax(axis=0), [0, 1]]
     return {

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.decay import Quantity, curve
+from snooker_cli.analysis.decay import curve
 from snooker_cli.analysis.fitting import fit
 from snooker_cli.analysis.observables import mean_pressure, series
 from snooker_cli.placement.starting_scene import starting_scene
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 WINDOWS = (0.2, 0.4, 1.0)
 """Shares of the collisions, from the start, that a curve is fitted to."""
 
-FITTED: tuple[Quantity, ...] = ("kinetic_energy", "pressure")
+FITTED: tuple[str, ...] = ("kinetic_energy", "pressure")
 
 TARGETS = (
     "energy_mean_0.8",

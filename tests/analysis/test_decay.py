@@ -111,17 +111,14 @@ def test_curves_of_a_synthetic_run() -> None:
     near = {"rtol": 0, "atol": END / STEPS * 2.5e-4}
     for quantity in ("kinetic_energy", "temperature"):
         found = decay.curve(trace, quantity)
-        assert (found.amplitude, found.haff) == (1.0, "haff")
         np.testing.assert_allclose(found.time, [0.0, *middles], **near)
         np.testing.assert_allclose(found.value, np.exp(-0.4 * STAIRS), rtol=4 * EPSILON)
     pressure = decay.curve(trace, "pressure")
-    assert (pressure.amplitude, pressure.haff) == (None, "haff_root")
     np.testing.assert_allclose(pressure.time, middles[SKIPPED_COLLISIONS - 1 :], **near)
     assert pressure.value[0] == 1
     smooth = exponential(0.4, TIME)
     for quantity in ("local_pressure", "local_energy"):
         local = decay.curve(smooth, quantity)
-        assert (local.amplitude, local.haff) == (None, "haff")
         assert local.time.tolist() == ((np.arange(WINDOWS) + 0.5) * END / WINDOWS).tolist()
         assert local.value.max() == local.value[0]
         np.testing.assert_allclose(
@@ -206,8 +203,8 @@ def test_repeats_that_ended_early_are_counted() -> None:
         assert found.over_repeats.count == 5
         assert found.ended == dict.fromkeys((trace.stop.reason for trace in ended), 1)
     assert decay.notes(decay.decays(ended, ["temperature"])) == [
-        "3 of 5 repeats ended early, 1 in a wall trap, 1 in a collapse and 1 at an interruption, "
-        "and are used up to there"
+        "3 of 5 repeats ended early, 1 in a wall trap, 1 in a collapse and 1 at an interruption; "
+        "their data are used"
     ]
 
 
@@ -260,11 +257,12 @@ def test_a_record_says_what_was_found(cooling: list[Trace]) -> None:
         assert record["rms_residual"] == found.rms_residual
 
 
+NOTHING = Events(np.empty(0), np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0))
+
+
 def no_events(trace: Trace, end: float) -> Trace:
-    nobody = np.empty(0, dtype=np.int32)
     stop = Stop(StopReason.NOTHING_LEFT, end, (), "no collision lies ahead")
-    events = Events(np.empty(0), nobody, nobody, np.empty(0))
-    return replace(trace, stop=stop, events=events, summary=None, wall_events=0, pair_events=0)
+    return replace(trace, stop=stop, events=NOTHING, summary=None, wall_events=0, pair_events=0)
 
 
 @pytest.mark.filterwarnings("error")
@@ -390,3 +388,77 @@ def test_more_loss_decays_faster() -> None:
         for cor in (0.99, 0.95, 0.85)
     ]
     assert 0 < rates[0] < rates[1] < rates[2]
+
+
+# What is recorded, and the source report's constant
+
+REPORT_SCENE = """\
+container: {radius: 10.0, mass: 1.0e7}
+balls: {rings: 3, radius: 1.0, mass: 1.0, speed: 10.0, ring_extent: 0.8}
+cor: 0.95
+collisions: 500
+"""
+
+
+@pytest.fixture(scope="module", params=["0.8", "0.95"])
+def both_records(request: pytest.FixtureRequest) -> tuple[list[Trace], list[Trace]]:
+    """Twenty repeats of the report's scene, every collision of them and a summary."""
+    experiment = parse(REPORT_SCENE, overrides=[f"cor={request.param}"]).experiment
+    scenes = [starting_scene(experiment, repeat) for repeat in range(20)]
+    return (
+        [simulate(scene, collisions=500) for scene in scenes],
+        [simulate(scene, collisions=500, summary=True) for scene in scenes],
+    )
+
+
+def test_summaries_and_events_give_the_same_constants(
+    both_records: tuple[list[Trace], list[Trace]],
+) -> None:
+    """The difference of the two means over 20 repeats is a tenth of their standard error at most.
+
+    In windows of time it is half of it: an edge of a window is anywhere between two of the some 400
+    rows, and the hits between those, one in two windows or so, may be in either.
+    """
+    full, grid = (by_name(decay.decays(traces)) for traces in both_records)
+    for (quantity, law), one in full.items():
+        other = grid[quantity, law]
+        assert one.over_repeats.count == other.over_repeats.count == 20
+        allowed = 0.5 if quantity == "local_pressure" else 0.1
+        difference = other.over_repeats.mean - one.over_repeats.mean
+        assert abs(difference) <= allowed * one.over_repeats.standard_error, (quantity, law)
+        if quantity in ("kinetic_energy", "temperature", "pressure"):
+            assert all(each.points <= 501 for each in (*one.fits, *other.fits))
+            assert [each.points for each in one.fits] == [each.points for each in other.fits]
+
+
+# The report's constant
+
+
+def test_the_reported_constant_is_the_reports_formula(
+    both_records: tuple[list[Trace], list[Trace]],
+) -> None:
+    for trace, summary in zip(*both_records, strict=True):
+        speed = series(trace).mean_speed[1:].mean()
+        density = 37 / (math.pi * 10.0**2)
+        path = 1 / (math.sqrt(2) * density * 2 * math.pi * 1.0)
+        expected = -2 * math.log(trace.start.restitution) * speed / path
+        assert decay.reported_constant(trace) == pytest.approx(expected, rel=1e-12)
+        # The 400 rows of a grid have as many collisions between them: a fifth of a percent of 500.
+        assert decay.reported_constant(summary) == pytest.approx(expected, rel=0.002)
+
+
+def test_where_the_report_has_no_constant() -> None:
+    trace = simulate(starting_scene(parse(REPORT_SCENE).experiment, 0), collisions=100)
+    scene = trace.start
+    unequal = np.linspace(0.9, 1.0, scene.number)
+    for start in (
+        replace(scene, restitution=0.0),
+        replace(scene, radii=unequal),
+        replace(scene, masses=unequal),
+    ):
+        assert math.isnan(decay.reported_constant(replace(trace, start=start)))
+    idle = replace(trace, stop=replace(trace.stop, time=0.01), events=NOTHING)
+    assert math.isnan(decay.reported_constant(idle))
+    elastic = replace(trace, start=replace(scene, restitution=1.0))
+    assert decay.reported_constant(elastic) == 0
+    assert math.copysign(1, decay.reported_constant(elastic)) == 1

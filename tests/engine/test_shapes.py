@@ -80,8 +80,7 @@ def test_periodic_pressure_by_hand() -> None:
     assert observables.mean_pressure(trace, 4.0) == pytest.approx(
         late / (256 * 16), rel=8 * EPSILON
     )
-    middles, windows = observables.window_pressure(trace, 5)
-    assert middles.tolist() == [2, 6, 10, 14, 18]
+    windows = observables.pressures(trace, observables.windows(trace, 5))
     sums = [4 + 1 + 3, 2, 2, 1 + 0.25 + 1.5, 0.5]
     assert windows == pytest.approx([each / (256 * 4) for each in sums], rel=16 * EPSILON)
     ratio = whole / kinetic_to[20]
@@ -234,7 +233,7 @@ def test_long_traces_of_many_balls_are_measured_every_few_collisions(
 ) -> None:
     full = observables.series(cooling)
     pressures = observables.mean_pressure(cooling), observables.mean_pressure(cooling, 1.0)
-    _, windows = observables.window_pressure(cooling, 4)
+    windows = observables.pressures(cooling, observables.windows(cooling, 4))
     monkeypatch.setattr(observables, "MOST_MEASURED", 101 * 64)
     again = replace(cooling)
     thin = observables.series(again)
@@ -245,7 +244,8 @@ def test_long_traces_of_many_balls_are_measured_every_few_collisions(
     # Between rows all is taken to be straight: a fraction of what 20 of 2000 collisions change.
     assert observables.mean_pressure(again) == pytest.approx(pressures[0], rel=2e-3)
     assert observables.mean_pressure(again, 1.0) == pytest.approx(pressures[1], rel=1e-2)
-    assert observables.window_pressure(again, 4)[1] == pytest.approx(windows, rel=2e-2)
+    edges = observables.windows(again, 4)
+    assert observables.pressures(again, edges) == pytest.approx(windows, rel=2e-2)
     assert len(observables.after_collisions(again).time) == 101
 
 

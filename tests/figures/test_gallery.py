@@ -12,7 +12,7 @@ from galleries import ELASTIC, layers, made, shown, traces, why_not
 
 from snooker_cli import containers, theory
 from snooker_cli.analysis.decay import curve, fit_curve
-from snooker_cli.analysis.fitting import ensemble, fitted_curve
+from snooker_cli.analysis.fitting import fitted_curve, mean_over_repeats
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import NEUTRAL, Band, Histogram, Line, Note, Points, Reference
 from snooker_cli.formatting import exact, with_error
@@ -119,7 +119,7 @@ def test_fits_are_those_of_the_repeat_and_of_all(
         results = [fit_curve(each, law) for each in curves]
         assert found.numbers[name] == results[1].value
         assert found.numbers[f"{name}_error"] == results[1].error
-        over = ensemble(results)
+        over = mean_over_repeats(results)
         assert found.numbers[f"{name}_mean"] == over.mean
         assert found.numbers[f"{name}_standard_error"] == over.standard_error
         assert found.numbers[f"{name}_half_range"] == over.max_min_half_range

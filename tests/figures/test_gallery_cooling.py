@@ -13,7 +13,6 @@ from galleries import layers, made, shown, traces, why_not
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
 from snooker_cli.analysis.decay import curve, fit_curve, reported_constant
-from snooker_cli.analysis.fitting import ensemble
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Points, Reference
 from snooker_cli.runs import Run
@@ -58,7 +57,7 @@ def test_decay_against_cor(decaying: Run) -> None:
     law: Any
     for points, law in ((k, "exponential"), (alpha, "haff")):
         for index in (0, 1):
-            over = ensemble(
+            over = mean_over_repeats(
                 fit_curve(curve(trace, "kinetic_energy"), law) for trace in traces(decaying, index)
             )
             assert points.y[index] == over.mean

@@ -1,17 +1,35 @@
-"""Fits: exact curves, honest errors, every scale, and every way to fail."""
+"""Fits: exact curves, honest errors, every scale, every way to fail, and golden values.
+
+``PYTHONPATH=tests python tests/analysis/test_fitting.py > tests/golden/fits.json`` writes the
+golden values anew.
+"""
 
 import dataclasses
+import json
 import math
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.random import PCG64
-from scenes import EPSILON
+from scenes import EPSILON, report_scene
 from scipy import optimize, stats
 
-from snooker_cli.analysis.fitting import NOTHING_DECAYS, fit, fitted_curve
+from snooker_cli.analysis.decay import Decay, decays, reported_constant
+from snooker_cli.analysis.fitting import (
+    NOTHING_DECAYS,
+    FitResult,
+    RepeatMean,
+    fit,
+    fitted_curve,
+    mean_over_repeats,
+)
+from snooker_cli.analysis.observables import mean_and_error
+from snooker_cli.engine import simulate
+from snooker_cli.trace import Trace
 
 pytestmark = pytest.mark.filterwarnings("error")
 STEADY = settings(derandomize=True, deadline=None)
@@ -51,7 +69,6 @@ def test_exact_curves_are_recovered(model, held, rate, amplitude, first):
     assert result.rms_residual <= 1e-14 * amplitude * (1 + rate)
     assert result.r_squared == pytest.approx(1, abs=1e-10)
     assert (result.start, result.points) == (first, 60)
-    assert result.covariance.shape == ((1, 1) if held else (2, 2))
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -98,28 +115,22 @@ def test_fitted_curve_is_the_model(model):
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("weighted", [False, True])
-def test_against_curve_fit(model, weighted):
+def test_against_curve_fit(model):
     rng = np.random.default_rng(3)
     t = np.sort(rng.uniform(0, 7, 200))
-    sigma = rng.uniform(0.01, 0.05, t.size)
-    y = 2.5 * CURVES[model](t - t[0], 1.3) + sigma * rng.normal(size=t.size)
-    given_sigma = sigma if weighted else None
+    y = 2.5 * CURVES[model](t - t[0], 1.3) + 0.03 * rng.normal(size=t.size)
     expected, covariance = optimize.curve_fit(
         lambda t, rate, a: a * CURVES[model](t, rate),
         t - t[0],
         y,
         p0=[1, 2],
-        sigma=given_sigma,
-        absolute_sigma=weighted,
         ftol=1e-14,
         xtol=1e-14,
     )
-    result = fit(t, y, model, sigma=given_sigma)
+    result = fit(t, y, model)
     # curve_fit differentiates numerically: steps of √ε leave 1e-8 to 1e-6 in the derivatives.
     assert result.value == pytest.approx(expected[0], rel=1e-6)
     assert result.amplitude == pytest.approx(expected[1], rel=1e-6)
-    np.testing.assert_allclose(result.covariance, covariance, rtol=1e-5)
     assert result.error == pytest.approx(math.sqrt(covariance[0, 0]), rel=1e-5)
     residual = y - result.amplitude * CURVES[model](t - t[0], result.value)
     assert result.rms_residual == pytest.approx(math.sqrt(np.mean(residual**2)), rel=1e-9)
@@ -137,17 +148,6 @@ def test_held_amplitude_against_curve_fit(model):
     assert result.value == pytest.approx(expected[0], rel=1e-6)
     assert result.error == pytest.approx(math.sqrt(covariance[0, 0]), rel=1e-5)
     assert result.amplitude == 1.0
-
-
-def test_sigma_sets_scale_and_weight():
-    t, y = noisy_curve("exponential", 1.0, 0.01 * np.random.default_rng(5).normal(size=100))
-    sigma = np.full(100, 0.01)
-    one, two = fit(t, y, sigma=sigma), fit(t, y, sigma=2 * sigma)
-    assert two.value == one.value
-    assert two.error == pytest.approx(2 * one.error, rel=1e-12)
-    # An outlier that is known to be bad does not count: its pull is (0.01/1e6)² × 100.
-    y[50], sigma[50] = 100.0, 1e6
-    assert fit(t, y, sigma=sigma).value == pytest.approx(one.value, abs=one.error)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -270,8 +270,6 @@ def changed(index: int, value: float, which: int) -> tuple[np.ndarray, np.ndarra
         ([3.0] * 5, [1.0] * 5, {"amplitude": 1.0}, "All times are 3 s"),
         (GOOD[0], np.zeros(30), {}, "All values are zero"),
         (GOOD[0], np.zeros(30), {"amplitude": 1.0}, "All values are zero"),
-        (*GOOD, {"sigma": np.zeros(30)}, "standard deviations must all be positive"),
-        (*GOOD, {"sigma": np.full(30, math.nan)}, "30 of the standard deviations are not finite"),
         (GOOD[0], np.eye(30)[0], {}, ""),
         (GOOD[0], np.eye(30)[0], {"amplitude": 1.0}, ""),
         (GOOD[0], -GOOD[1], {"amplitude": 1.0}, ""),
@@ -285,8 +283,6 @@ def test_data_that_cannot_be_fitted(t, y, options, says, model):
     assert "\n" not in result.message
     numbers = (result.value, result.error, result.amplitude, result.rms_residual, result.r_squared)
     assert all(math.isnan(number) for number in numbers)
-    assert np.isnan(result.covariance).all()
-    assert result.covariance.shape == ((1, 1) if "amplitude" in options else (2, 2))
     assert (result.model, result.points) == (model, len(t))
 
 
@@ -294,11 +290,10 @@ def test_data_that_cannot_be_fitted(t, y, options, says, model):
     ("arguments", "options", "says"),
     [
         (GOOD, {"model": "linear"}, "'linear' is not a decay model; choose from exponential"),
-        (GOOD, {"amplitude": 0.0}, "amplitude of 0.0 cannot be held"),
-        (GOOD, {"amplitude": math.inf}, "amplitude of inf cannot be held"),
-        ((GOOD[0], GOOD[1][1:]), {}, r"one length, not \(30,\), \(29,\)"),
+        (GOOD, {"amplitude": 0.0}, "amplitude"),
+        (GOOD, {"amplitude": math.inf}, "amplitude"),
+        ((GOOD[0], GOOD[1][1:]), {}, "one length"),
         ((np.ones((2, 3)), np.ones((2, 3))), {}, "must be flat"),
-        (GOOD, {"sigma": np.ones(3)}, "one length"),
     ],
 )
 def test_misuse_is_refused(arguments, options, says):
@@ -318,7 +313,6 @@ def test_no_data_raise_or_warn(model, pairs, amplitude):
     assert isinstance(result.message, str)
     assert math.isfinite(result.value) == result.converged
     assert math.isfinite(result.error) == result.converged
-    assert np.isfinite(result.covariance).all() == result.converged
 
 
 def test_an_error_that_is_no_number_is_no_fit():
@@ -330,15 +324,6 @@ def test_an_error_that_is_no_number_is_no_fit():
     assert result.message == "The points do not determine the decay constant."
 
 
-def test_results_cannot_be_changed():
-    result = fit(*GOOD)
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        result.value = 3.0  # type: ignore[misc]
-    with pytest.raises(ValueError, match="read-only"):
-        result.covariance[0, 0] = 1.0
-    assert result == fit(*GOOD)
-
-
 @pytest.mark.parametrize("seed", [2, 3, 4, 5])
 def test_a_fit_of_noise_ends_at_the_minimum(seed):
     """Rounding, which differs between processors, does not decide where the search ends."""
@@ -347,3 +332,185 @@ def test_a_fit_of_noise_ends_at_the_minimum(seed):
     model = np.exp(-fit(t, y, amplitude=1.0).value * t)
     slope = t * model
     assert abs(slope @ (model - y)) <= EPSILON * np.sum(slope)
+
+
+# -- errors over repeats ---------------------------------------------------------------------------
+
+
+def autoregressive(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+    """Noise with unit variance that remembers 0.9 of itself from point to point."""
+    noise = rng.normal(size=shape)
+    for k in range(1, shape[-1]):
+        noise[..., k] = 0.9 * noise[..., k - 1] + math.sqrt(1 - 0.81) * noise[..., k]
+    return noise
+
+
+def random_walk(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+    """Noise that starts at zero and adds up, with unit variance at its end."""
+    steps = rng.normal(size=shape) / math.sqrt(shape[-1] - 1)
+    steps[..., 0] = 0
+    return np.cumsum(steps, axis=-1)
+
+
+@pytest.mark.parametrize(
+    ("noise_of", "model", "amplitude"),
+    [
+        pytest.param(autoregressive, "exponential", None, marks=pytest.mark.long),
+        (random_walk, "haff", 1.0),
+    ],
+)
+def test_coverage_with_correlated_noise(noise_of, model, amplitude):
+    ensembles, repeats, truth = 200, 20, 0.8
+    noise = 0.02 * noise_of(np.random.default_rng(7), (ensembles, repeats, 40))
+    by_error = by_bootstrap = by_interval = by_single = by_average = 0
+    for curves in noise:
+        results = [fit(*noisy_curve(model, truth, x), model, amplitude=amplitude) for x in curves]
+        found = mean_over_repeats(results, resamples=500)
+        by_error += abs(found.mean - truth) < found.standard_error
+        by_bootstrap += abs(found.mean - truth) < found.bootstrap_error
+        by_interval += found.bootstrap_low < truth < found.bootstrap_high
+        by_single += sum(abs(result.value - truth) < result.error for result in results)
+        # One fit of the averaged curve.
+        average = fit(*noisy_curve(model, truth, curves.mean(axis=0)), model, amplitude=amplitude)
+        by_average += abs(average.value - truth) < average.error
+    # Mean ± s/√n of 20 covers by Student's t with 19 degrees of freedom: 67 %, and the bootstrap,
+    # whose error is √(19/20) of that, 66 %. Bounds: 99 % of binomial luck in 200 ensembles.
+    student = stats.t(repeats - 1)
+    expected = 1 - 2 * student.sf(1)
+    low, high = stats.binom.interval(0.99, ensembles, expected)
+    assert low <= by_error <= high
+    resampled = 1 - 2 * student.sf(math.sqrt(1 - 1 / repeats))
+    low, high = stats.binom.interval(0.99, ensembles, resampled)
+    assert low <= by_bootstrap <= high
+    assert low <= by_interval <= high
+    # The errors of single curves do not cover: luck of one in a million cannot explain the gap.
+    nominal = math.erf(math.sqrt(0.5))
+    assert by_single < stats.binom.ppf(1e-6, ensembles * repeats, nominal)
+    assert by_average < stats.binom.ppf(1e-6, ensembles, nominal)
+
+
+def results_with(values: list[float], failed: int = 0) -> list[FitResult]:
+    """Results of exact exponential curves with these rates, and of `failed` empty ones."""
+    t = np.linspace(0, 1, 20)
+    good = [fit(t, np.exp(-value * t)) for value in values]
+    return good + [fit([], [])] * failed
+
+
+def test_ensemble_by_hand():
+    values = [1.0, 1.5, 2.0, 2.5, 8.0]
+    found = mean_over_repeats(results_with(values, failed=2))
+    assert (found.count, found.failed) == (5, 2)
+    assert found.mean == pytest.approx(3.0, rel=1e-11)
+    # Squared deviations 4 + 2.25 + 1 + 0.25 + 25 = 32.5, over n − 1 = 4.
+    assert found.standard_deviation == pytest.approx(math.sqrt(32.5 / 4), rel=1e-11)
+    assert found.standard_error == pytest.approx(math.sqrt(32.5 / 20), rel=1e-11)
+    assert found.max_min_half_range == pytest.approx(3.5, rel=1e-11)
+    # The bootstrap's own variance is Σ(x − x̄)²/n², found to 1/√(2·2000) = 1.6 %: four of those.
+    assert found.bootstrap_error == pytest.approx(math.sqrt(32.5) / 5, rel=0.064)
+    assert 1.0 < found.bootstrap_low < found.mean < found.bootstrap_high < 8.0
+
+
+def test_bootstrap_interval_of_a_symmetric_ensemble_is_plus_minus_its_error():
+    rng = np.random.default_rng(11)
+    values = (2 + 0.1 * rng.normal(size=300)).tolist()
+    found = mean_over_repeats(results_with(values), resamples=20_000)
+    # A quantile one σ out of 20,000 draws has the error √(0.159·0.841/20,000)/φ(1) = 0.011 σ.
+    tolerance = 4 * 0.011 * found.bootstrap_error
+    low, high = found.mean - found.bootstrap_error, found.mean + found.bootstrap_error
+    assert found.bootstrap_low == pytest.approx(low, abs=tolerance)
+    assert found.bootstrap_high == pytest.approx(high, abs=tolerance)
+
+
+def test_bootstrap_repeats_itself_and_follows_its_seed():
+    results = results_with([1.0, 1.3, 0.8, 2.0])
+    assert mean_over_repeats(results) == mean_over_repeats(iter(results))
+    assert (
+        mean_over_repeats(results).bootstrap_error
+        != mean_over_repeats(results, seed=1).bootstrap_error
+    )
+    assert mean_over_repeats(results).mean == mean_over_repeats(results, seed=1).mean
+
+
+@pytest.mark.parametrize(("values", "mean"), [([], math.nan), ([1.7], 1.7)])
+def test_fewer_than_two_repeats_have_no_spread(values, mean):
+    found = mean_over_repeats(results_with(values, failed=1))
+    assert (found.count, found.failed) == (len(values), 1)
+    assert found.mean == pytest.approx(mean, rel=1e-11, nan_ok=True)
+    spreads = [
+        getattr(found, item.name)
+        for item in dataclasses.fields(RepeatMean)
+        if item.name not in ("count", "failed", "mean")
+    ]
+    assert len(spreads) == 6
+    assert all(math.isnan(spread) for spread in spreads)
+
+
+def test_mean_and_error() -> None:
+    assert mean_and_error(np.array([1.0, 2.0, 3.0, 6.0])) == (
+        3,
+        pytest.approx(math.sqrt(14 / 3 / 4)),
+    )
+    for alike in ([5.0], [5.0, 5.0, 5.0], [5.0, 5.0 * (1 + 2.0**-50), 5.0], [0.0, 0.0]):
+        mean, error = mean_and_error(np.array(alike))
+        assert mean == pytest.approx(alike[0])
+        assert math.isnan(error)
+
+
+# -- golden values ---------------------------------------------------------------------------------
+
+GOLDEN = Path(__file__).parents[1].joinpath("golden") / "fits.json"
+
+TOLERANCE = 1e-9
+"""Relative. Sums, exp and log that other processors round differently change a fit by a few 1e-15;
+the search ends at steps of 1e-12, which another path to the minimum may leave it off by. A change
+of the model, the points or the estimate of an error is larger."""
+
+
+def report_repeats(*, summary: bool) -> list[Trace]:
+    """Three repeats of the source report's cooling gas."""
+    scenes = [report_scene(repeat, cor=0.85, container_mass=1e7) for repeat in range(3)]
+    return [simulate(scene, collisions=500, summary=summary) for scene in scenes]
+
+
+def numbers(decay: Decay) -> dict[str, Any]:
+    """What a decay constant's fits found, of single repeats and of all."""
+    over = decay.over_repeats
+    return {
+        "points": [fit.points for fit in decay.fits],
+        "value": [fit.value for fit in decay.fits],
+        "error": [fit.error for fit in decay.fits],
+        "amplitude": [fit.amplitude for fit in decay.fits],
+        "r_squared": [fit.r_squared for fit in decay.fits],
+        "rms_residual": [fit.rms_residual for fit in decay.fits],
+        "mean": over.mean,
+        "standard_error": over.standard_error,
+        "bootstrap_error": over.bootstrap_error,
+        "bootstrap_interval": [over.bootstrap_low, over.bootstrap_high],
+        "max_min_half_range": over.max_min_half_range,
+    }
+
+
+def table() -> dict[str, dict[str, Any]]:
+    """What ``golden/fits.json`` holds, as fitted now."""
+    found: dict[str, dict[str, Any]] = {}
+    for kind in ("events", "summary"):
+        traces = report_repeats(summary=kind == "summary")
+        for decay in decays(traces):
+            found[f"{kind}, {decay.quantity}, {decay.law}"] = numbers(decay)
+        constants = [reported_constant(trace) for trace in traces]
+        found[f"{kind}, the report's constant"] = {"value": constants}
+    return found
+
+
+def test_fits():
+    golden, found = json.loads(GOLDEN.read_text(encoding="utf-8")), table()
+    assert found.keys() == golden.keys()
+    for name, constants in found.items():
+        assert constants.keys() == golden[name].keys()
+        for quantity, values in constants.items():
+            expected = pytest.approx(golden[name][quantity], rel=TOLERANCE, abs=0)
+            assert values == expected, f"{name}, {quantity}"
+
+
+if __name__ == "__main__":
+    print(json.dumps(table(), indent=1))
