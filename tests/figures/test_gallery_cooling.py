@@ -13,6 +13,7 @@ from galleries import layers, made, shown, traces, why_not
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
 from snooker_cli.analysis.decay import curve, fit_curve, reported_constant
+from snooker_cli.analysis.fitting import mean_over_repeats
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Points, Reference
 from snooker_cli.runs import Run
