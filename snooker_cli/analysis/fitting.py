@@ -88,7 +88,7 @@ def _power_law(power: int, name: str, formula: str, mean_model: str = "") -> Fit
     """The model g = 1/(1 + x)^power of Haff's law."""
     return FitModel(
         name=name,
-        label="Haff",
+        label="Haff's law",
         formula=formula,
         key="alpha",
         symbol="α",

@@ -1,21 +1,34 @@
-"""The sentences that end a caption: the scene, its repeats, how they ended, what they share."""
+"""A figure of several points: its layers, its numbers, and its caption with the scene."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from snooker_cli.analysis.decay import early_endings
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.figure_data import SPREAD
+from snooker_cli.figures.figure_data import (
+    Band,
+    Curve,
+    FigureData,
+    Layer,
+    Line,
+    LineStyle,
+    at_common_times,
+    bands,
+    thinned,
+)
 from snooker_cli.figures.selection import (
     described,
     distinct,
     facts,
+    label,
     matching,
-    there,
+    present,
+    repeats,
     value_at,
     varying,
 )
@@ -23,10 +36,13 @@ from snooker_cli.formatting import listed
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
-    from snooker_cli.figures.figure_data import Band
     from snooker_cli.figures.selection import Facts, Selection
     from snooker_cli.runs import Run
+    from snooker_cli.trace import Trace
 
+
+SPREAD = "mean ± standard deviation of a repeat"
+"""What a band shows."""
 
 MOST_LISTED = 3
 """More points than this with missing repeats are summed up."""
@@ -47,6 +63,85 @@ _SCENE = (
 )
 
 
+@dataclass
+class FigureBuilder:
+    """A figure of several points, while its layers, numbers and results are collected.
+
+    points : in the order of their series
+    single : whether one repeat of each point is shown
+    lines, bands : layers; bands are behind lines
+    records : the numbers of each point, as JSON
+    results : a phrase for each series
+    """
+
+    run: Run
+    selection: Selection
+    points: Sequence[Point]
+    single: bool = False
+    lines: list[Layer] = field(default_factory=list)
+    bands: list[Band] = field(default_factory=list)
+    records: list[dict[str, Any]] = field(default_factory=list)
+    results: list[str] = field(default_factory=list)
+
+    def traces(self, point: Point) -> Iterator[Trace]:
+        """The selected repeats of a point. Raises ``StoreError``."""
+        return repeats(self.run, point, self.selection)
+
+    def label(self, point: Point) -> str | None:
+        """The legend's text for a point; ``None`` if it is alone."""
+        return label(point, self.points)
+
+    def record(self, point: Point, **numbers: Any) -> None:
+        """Add the numbers of a point."""
+        self.records.append({"parameters": point.as_json(), **numbers})
+
+    def result(self, point: Point, text: str) -> None:
+        """Add a phrase of the caption, with the point it belongs to."""
+        name = self.label(point)
+        self.results.append(f"{text} ({name})" if name else text)
+
+    @property
+    def results_text(self) -> str:
+        """All phrases."""
+        return "; ".join(self.results)
+
+    def add_course(
+        self,
+        index: int,
+        point: Point,
+        curves: Sequence[Curve],
+        *,
+        steps: bool = True,
+        style: LineStyle = "series",
+    ) -> None:
+        """Add the curve of the first repeat as a line, and the band of all of them."""
+        time, values = curves[0]
+        kept = thinned(time)
+        line = Line(time[kept], values[kept], self.label(point), index, style, steps=steps)
+        self.lines.append(line)
+        self.bands += bands(*at_common_times(curves, steps=steps), index)
+
+    def figure(
+        self,
+        *,
+        caption: str,
+        references: Sequence[Layer] = (),
+        numbers: dict[str, Any] | None = None,
+        **words: Any,
+    ) -> FigureData:
+        """The figure: bands, references and lines; ``words`` are fields of ``FigureData``."""
+        if self.bands:
+            caption += f" Lines: {_which_repeat(self.run, self.points, self.selection)}; "
+            caption += f"bands: {SPREAD}."
+        ending = setting(self.run, self.points, self.selection, single=self.single)
+        return FigureData(
+            layers=(*self.bands, *references, *self.lines),
+            caption=f"{caption} {ending}",
+            numbers={**(numbers or {}), "points": self.records},
+            **words,
+        )
+
+
 def setting(
     run: Run, points: Sequence[Point], selection: Selection, *, single: bool = False
 ) -> str:
@@ -62,7 +157,7 @@ def setting(
     if number == 1:
         text = f"one repeat{' each' if len(points) > 1 else ''}{length}"
     elif not several:
-        text = f"{which_repeat(run, points, selection)} of {number}{length}"
+        text = f"{_which_repeat(run, points, selection)} of {number}{length}"
     else:
         text = f"{number} repeats{length}{' each' if length and not ended else ''}"
     sentences = [
@@ -73,22 +168,14 @@ def setting(
     return " ".join(filter(None, sentences))
 
 
-def which_repeat(run: Run, points: Sequence[Point], selection: Selection) -> str:
+def _which_repeat(run: Run, points: Sequence[Point], selection: Selection) -> str:
     """The repeat that is shown where one of each point is."""
-    numbers = {there(run, point, selection)[0] for point in points}
-    return f"repeat {numbers.pop()}" if len(numbers) == 1 else "the first repeat there is"
-
-
-def lines_and_bands(
-    run: Run, points: Sequence[Point], selection: Selection, bands: Sequence[Band]
-) -> str:
-    """The sentence about lines of single repeats with bands over all of them, with a space."""
-    which = which_repeat(run, points, selection)
-    return f"Lines: {which}, bands: {SPREAD}. " if bands else ""
+    numbers = {present(run, point, selection)[0] for point in points}
+    return f"repeat {numbers.pop()}" if len(numbers) == 1 else "the first repeat of each point"
 
 
 def early(shown: Sequence[Facts]) -> str:
-    """How many of these repeats ended early and why; empty if none did."""
+    """How many of these repeats ended early, and why; empty if none did."""
     return early_endings(Counter(each.reason for each in shown))
 
 
@@ -133,24 +220,24 @@ def _length(points: Sequence[Point], before: str) -> str:
 
 
 def unfinished(run: Run, selection: Selection) -> str:
-    """Of an unfinished run, how many of the repeats that were asked for are there."""
+    """How many of the requested repeats an unfinished run has; empty for a finished one."""
     wanted = 1 if selection.repeat is not None else run.experiment.repeats
     points = matching(run, selection)
-    present = [len(there(run, point, selection)) for point in points]
-    short = [k for k, count in enumerate(present) if count < wanted]
+    counts = [len(present(run, point, selection)) for point in points]
+    short = [k for k, count in enumerate(counts) if count < wanted]
     if not short:
         return ""
     if len(points) == 1 or len(short) > MOST_LISTED:
-        said = f"{sum(present)} of {wanted * len(points)} repeats are there"
-        none = present.count(0)
-        said += f", none at {none} of {len(points)} points" if none else ""
+        text = f"{sum(counts)} of {wanted * len(points)} repeats are there"
+        none = counts.count(0)
+        text += f", none at {none} of {len(points)} points" if none else ""
     else:
         keys = varying(points)
         places = [", ".join(described(points[k], key) for key in keys) for k in short]
-        counts = [f"{present[k] or 'none'} of {wanted}" for k in short]
-        said = listed([f"{n} at {place}" for n, place in zip(counts, places, strict=True)])
-        said += " are there"
-    return f"The run is unfinished: {said}."
+        parts = [f"{counts[k] or 'none'} of {wanted}" for k in short]
+        text = listed([f"{part} at {place}" for part, place in zip(parts, places, strict=True)])
+        text += " are there"
+    return f"The run is unfinished: {text}."
 
 
 def _copies(points: Sequence[Point], found: Sequence[Sequence[Facts]]) -> str:
@@ -165,10 +252,10 @@ def _copies(points: Sequence[Point], found: Sequence[Sequence[Facts]]) -> str:
     copies = dict.fromkeys(tuple(speeds) for speeds in groups.values() if len(speeds) > 1)
     if not copies:
         return ""
-    said = " and those at ".join(
+    text = " and at ".join(
         f"v₀ = {listed([f'{speed:g}' for speed in speeds])} m/s" for speeds in copies
     )
     return (
-        f"The repeats at {said} share their random numbers and are the same motions at another "
-        "pace, to the bit: they count once."
+        f"The repeats at {text} have the same random numbers: they are the same motions at "
+        "another pace and count once."
     )

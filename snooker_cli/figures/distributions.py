@@ -1,4 +1,4 @@
-"""Where the balls are: distances from the container's centre and between balls."""
+"""Distributions of distances from the centre, distances between balls, and speeds."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from snooker_cli.analysis.observables import (
 )
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import setting
+from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Array,
@@ -33,151 +33,110 @@ from snooker_cli.figures.figure_data import (
 from snooker_cli.figures.selection import (
     Selection,
     elastic,
-    label,
     one_repeat,
-    repeats,
+    present,
     series_of_points,
-    there,
 )
 from snooker_cli.formatting import exact, listed, short
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from snooker_cli.config import Point
+    from snooker_cli.engine import States
     from snooker_cli.runs import Run
     from snooker_cli.scene import Scene
 
 
 BINS = 45
 MOST_DISTANCES = 5_000_000
-"""Of a point; more states are thinned out evenly, so that a picture takes seconds."""
+"""Of a point; of more states an even choice, so that a figure takes seconds."""
 
 
 @dataclass(frozen=True)
-class _Words:
-    """How one of the two pictures speaks of its distances and of what they must not pass."""
+class Distance:
+    """A distance, and the limit that no ball may pass.
+
+    limit, limit_of_unequal : the limit in symbols, for equal and unequal balls
+    sign : 1 for an upper limit, -1 for a lower one
+    extreme, excess, kept, passed : words and JSON keys for how the limit is met
+    """
 
     kind: str
     title: str
     x_label: str
     limit: str
     limit_of_unequal: str
+    sign: int
     extreme: str
-    beyond: str
-    good: str
-    bad: str
+    excess: str
+    kept: str
+    passed: str
+
+    @property
+    def central(self) -> bool:
+        """Whether it is from the container's centre, not between two balls."""
+        return self.sign > 0
+
+    def outermost(self, values: Array) -> float:
+        """The value nearest to the limit or farthest beyond it."""
+        return float(np.max(values) if self.central else np.min(values))
+
+    def of_states(self, states: States, scene: Scene) -> Array:
+        """All distances in the states, m."""
+        return central_distances(states) if self.central else pair_distances(states, scene)
+
+    def limits(self, scene: Scene) -> tuple[Array, float, float]:
+        """The limit of each distance, and the range of the distances; m."""
+        if self.central:
+            inside = scene.container.wall_gaps(np.zeros(2), scene.radii)
+            return inside, 0.0, float(inside.max())
+        first, second = np.triu_indices(scene.number, k=1)
+        contact = scene.radii[first] + scene.radii[second]
+        longest = scene.container.longest_distance(float(scene.radii.min()))
+        return contact, float(contact.min()), longest
+
+    def uniform(self, distances: Array, scene: Scene) -> Array:
+        """Their density for balls at random places, 1/m."""
+        if self.central:
+            return np.asarray(2 * distances / distances[-1] ** 2)
+        return scene.container.distance_density(distances, float(scene.radii.min()))
 
 
-_CENTRAL = _Words(
+CENTRAL = Distance(
     kind="central-distances",
     title="Distances from the container's centre",
     x_label="distance of a ball from the centre (m)",
     limit="R − r",
     limit_of_unequal="R − smallest r",
+    sign=1,
     extreme="largest",
-    beyond="largest_excess",
-    good="no ball is outside",
-    bad="it is beyond",
+    excess="largest_excess",
+    kept="no ball is outside",
+    passed="it is beyond",
 )
-_PAIRS = _Words(
+PAIRS = Distance(
     kind="pair-distances",
     title="Distances between the balls",
     x_label="distance between two centres (m)",
     limit="2r",
     limit_of_unequal="smallest r₁ + r₂",
+    sign=-1,
     extreme="smallest",
-    beyond="largest_overlap",
-    good="no balls overlap",
-    bad="it is short of it",
+    excess="largest_overlap",
+    kept="no balls overlap",
+    passed="it is short of it",
 )
 
 
-def central_distances_picture(run: Run, selection: Selection) -> FigureData:
-    """How far the balls' centres are from the container's: none may be outside R − r."""
-    return _picture(run, selection, _CENTRAL)
-
-
-def pair_distances_picture(run: Run, selection: Selection) -> FigureData:
-    """How far the balls' centres are from each other: no two may be nearer than 2r."""
-    return _picture(run, selection, _PAIRS)
-
-
-def _picture(run: Run, selection: Selection, words: _Words) -> FigureData:
-    central = words is _CENTRAL
-    points = _points_with_states(run, selection, 1 if central else 2)
-    found = [_distances(run, point, selection, central=central) for point in points]
-    pick: Callable[[Sequence[float]], float] = max if central else min
-    limit, extreme = pick([each.limit for each in found]), pick([each.extreme for each in found])
-    excess = max(each.excess for each in found)
-    widest = max(found, key=lambda each: float(each.edges[-1]))
-    largest = float(widest.edges[-1])
-    apart = np.linspace(0.0, largest, 200)
-    uniform = (
-        2 * apart / largest**2
-        if central
-        else widest.scene.container.distance_density(apart, float(widest.scene.radii.min()))
-    )
-    where = f"uniform in the {widest.scene.container.title}"
-    equal = all(equal_balls(each.scene) for each in found)
-    name = words.limit if equal else words.limit_of_unequal
-    extremes = {each.limit: each.extreme for each in found}
-    for each in found:
-        extremes[each.limit] = pick([extremes[each.limit], each.extreme])
-    said = listed(
-        [f"{exact(at)} m where {name} = {exact(limit)} m" for limit, at in extremes.items()]
-    )
-    once = ", an instant of many counting once" if any(each.once for each in found) else ""
-    images = any(each.scene.container.period is not None for each in found)
-    return FigureData(
-        kind=words.kind,
-        title=words.title,
-        x_label=words.x_label,
-        y_label="probability density (m⁻¹)",
-        layers=(
-            *(
-                Histogram(each.edges, each.density, label(each.point, points), series)
-                for series, each in enumerate(found)
-            ),
-            Line(apart, uniform, where, NEUTRAL, "dashed"),
-            *(Reference("x", each, f"{name} = {each:g} m") for each in extremes),
-        ),
-        caption=f"The {words.extreme} distance is {said}: {_verdict(excess, limit, words)}. "
-        "Positions at the start and after "
-        f"{'every few collisions' if any(each.thinned for each in found) else 'each collision'}"
-        f"{once}. "
-        + ("In a periodic box distances are those of nearest images. " if images else "")
-        + setting(run, points, selection),
-        numbers={
-            f"{words.extreme}_distance": extreme,
-            "limit": limit,
-            words.beyond: excess,
-            "points": [
-                {
-                    "parameters": each.point.as_json(),
-                    f"{words.extreme}_distance": each.extreme,
-                    "beyond_limit": each.excess,
-                }
-                for each in found
-            ],
-        },
-        x_limits=(0.0, 1.04 * limit if central else None),
-        y_limits=(0.0, None),
-    )
-
-
 @dataclass(frozen=True, eq=False)
-class _Distances:
-    """The histogram of distances of a point.
+class _Sample:
+    """The histogram of the distances of a point.
 
     scene : the start of its last repeat
-    limit : what the distances must not pass, m; extreme : the one nearest to it or farthest
-        beyond, m; excess : how far one goes beyond, m
-    thinned : whether states are left out; once : whether states of one instant were
+    limit, extreme, excess : the limit, the outermost distance, and how far one is beyond; m
+    thinned : whether states are left out; once : whether states of one instant are
     """
 
-    point: Point
     scene: Scene
     edges: Array
     density: Array
@@ -188,78 +147,105 @@ class _Distances:
     once: bool
 
 
-def _distances(run: Run, point: Point, selection: Selection, *, central: bool) -> _Distances:
+def distances(kind: Distance, run: Run, selection: Selection) -> FigureData:
+    """The distribution of a distance, with its limit and random places."""
+    build = FigureBuilder(run, selection, _points_with_states(kind, run, selection))
+    found = [_sample(kind, build, point) for point in build.points]
+    extremes: dict[float, float] = {}
+    for index, (point, each) in enumerate(zip(build.points, found, strict=True)):
+        build.lines.append(Histogram(each.edges, each.density, build.label(point), index))
+        before = extremes.get(each.limit, each.extreme)
+        extremes[each.limit] = kind.outermost(np.array([before, each.extreme]))
+        key = f"{kind.extreme}_distance"
+        build.record(point, **{key: each.extreme, "beyond_limit": each.excess})
+    limit = kind.outermost(np.array(list(extremes)))
+    excess = max(each.excess for each in found)
+    widest = max(found, key=lambda each: float(each.edges[-1]))
+    x = np.linspace(0.0, float(widest.edges[-1]), 200)
+    where = f"uniform in the {widest.scene.container.title}"
+    equal = all(equal_balls(each.scene) for each in found)
+    name = kind.limit if equal else kind.limit_of_unequal
+    build.lines += [
+        Line(x, kind.uniform(x, widest.scene), where, NEUTRAL, "dashed"),
+        *(Reference("x", each, f"{name} = {each:g} m") for each in extremes),
+    ]
+    texts = [f"{exact(at)} m where {name} = {exact(edge)} m" for edge, at in extremes.items()]
+    verdict = kind.kept
+    if excess > 0:
+        roundings = short(excess / np.spacing(limit), 2)
+        verdict = f"{kind.passed} by {short(excess, 2)} m, {roundings} × the rounding of a double"
+    every = "every few collisions" if any(each.thinned for each in found) else "each collision"
+    caption = f"The {kind.extreme} distance is {listed(texts)}: {verdict}. "
+    caption += f"Positions at the start and after {every}"
+    caption += ", one per instant." if any(each.once for each in found) else "."
+    if any(each.scene.container.period is not None for each in found):
+        caption += " Distances are those of nearest images."
+    return build.figure(
+        kind=kind.kind,
+        title=kind.title,
+        x_label=kind.x_label,
+        y_label="probability density (m⁻¹)",
+        caption=caption,
+        numbers={
+            f"{kind.extreme}_distance": kind.outermost(np.array([each.extreme for each in found])),
+            "limit": limit,
+            kind.excess: excess,
+        },
+        x_limits=(0.0, 1.04 * limit if kind.central else None),
+        y_limits=(0.0, None),
+    )
+
+
+def _sample(kind: Distance, build: FigureBuilder, point: Point) -> _Sample:
     """The distances of a point, gathered repeat by repeat."""
-    number = len(there(run, point, selection))
+    number = len(present(build.run, point, build.selection))
     counts, excess, extremes, thinned, once = np.zeros(BINS), -math.inf, [], False, False
-    for trace in repeats(run, point, selection):
-        limits, low, high = _limits(trace.start, central=central)
+    for trace in build.traces(point):
+        limits, low, high = kind.limits(trace.start)
         most = max(2, MOST_DISTANCES // (len(limits) * number))
         states = at_collisions(trace, most)
-        found = central_distances(states) if central else pair_distances(states, trace.start)
-        table = found.reshape(-1, len(limits))
-        beyond = table - limits if central else limits - table
-        excess = max(excess, float(beyond.max()))
-        extremes.append(float(table.max() if central else table.min()))
+        table = kind.of_states(states, trace.start).reshape(-1, len(limits))
+        excess = max(excess, float((kind.sign * (table - limits)).max()))
+        extremes.append(kind.outermost(table))
         rows = instants(states.time)
         thinned, once = thinned or trace.collisions >= most, once or len(rows) < len(table)
         # A distance that is beyond by rounding belongs to the bin at the limit.
         edges = np.linspace(low, high, BINS + 1)
         counts += np.histogram(np.clip(table[rows], low, high), edges)[0]
-    return _Distances(
-        point=point,
+    return _Sample(
         scene=trace.start,
         edges=edges,
         density=counts / (counts.sum() * np.diff(edges)),
-        limit=high if central else low,
-        extreme=max(extremes) if central else min(extremes),
+        limit=high if kind.central else low,
+        extreme=kind.outermost(np.array(extremes)),
         excess=excess,
         thinned=thinned,
         once=once,
     )
 
 
-def _limits(scene: Scene, *, central: bool) -> tuple[Array, float, float]:
-    """What each distance must not pass, and the range that the distances can have; m."""
-    if central:
-        inside = scene.container.wall_gaps(np.zeros(2), scene.radii)
-        return inside, 0.0, float(inside.max())
-    first, second = np.triu_indices(scene.number, k=1)
-    contact = scene.radii[first] + scene.radii[second]
-    return contact, float(contact.min()), scene.container.longest_distance(float(scene.radii.min()))
-
-
-def _points_with_states(run: Run, selection: Selection, least: int) -> list[Point]:
-    """The points to show. Raises ``FigureError`` if their states cannot be had or are too many."""
+def _points_with_states(kind: Distance, run: Run, selection: Selection) -> list[Point]:
+    """The points to show. Raises ``FigureError`` without states, or for too many distances."""
     if run.experiment.record == "summary":
         raise FigureError("it needs positions; run the config with `record: events`")
     points = series_of_points(run, selection)
     for point in points:
         scene = one_repeat(run, point, selection).start
         number = scene.number
-        if least == 1 and not isinstance(scene.container, Circle):
+        if kind.central and not isinstance(scene.container, Circle):
             raise FigureError("only the wall of a circle is at one distance from the centre")
-        if number < least:
+        if not kind.central and number < 2:
             raise FigureError("one ball has no distance to another; it needs two or more")
         # The start and the finish at least.
-        if 2 * (number if least == 1 else number * (number - 1) // 2) > MOST_DISTANCES:
+        if 2 * (number if kind.central else number * (number - 1) // 2) > MOST_DISTANCES:
             raise FigureError(f"{number:,} balls have too many distances to show")
     return points
-
-
-def _verdict(excess: float, limit: float, words: _Words) -> str:
-    """Whether a limit is kept; if not, by how much, also in roundings of a double of its size."""
-    if excess <= 0:
-        return words.good
-    roundings = short(excess / np.spacing(limit), 2)
-    plural = "" if roundings == "1" else "s"
-    return f"{words.bad} by {short(excess, 2)} m, {roundings} rounding{plural} of a double"
 
 
 # The distribution of speeds beside Maxwell and Boltzmann's and the one at fixed energy.
 
 LEAST_SPEEDS = 100
-"""Fewer tell no more of a distribution than a tenth, 1/√n."""
+"""Fewer show a distribution to no more than a tenth, 1/√n."""
 
 REDUCED_TEMPERATURE = 0.5
 """The reduced speed v sqrt(m/2T) is the speed of a ball of mass 1 at this temperature."""
@@ -271,77 +257,61 @@ def speeds(run: Run, selection: Selection) -> FigureData:
     In m/s if no energy is lost and all balls have one mass; else in reduced units, v sqrt(m/2T)
     with the temperature of the moment.
     """
-    points = series_of_points(run, selection)
-    starts = [one_repeat(run, point, selection).start for point in points]
-    in_metres = all(elastic(point) for point in points) and all(map(equal_balls, starts))
+    build = FigureBuilder(run, selection, series_of_points(run, selection))
+    starts = [one_repeat(run, point, selection).start for point in build.points]
+    in_metres = all(map(elastic, build.points)) and all(map(equal_balls, starts))
     edges = np.arange(SPEED_BINS + 1, dtype=np.float64) * SPEED_BIN
-    layers: list[Layer] = []
-    records, said = [], []
     laws: dict[tuple[int | None, float], None] = {}
-    for index, (point, scene) in enumerate(zip(points, starts, strict=True)):
+    for index, (point, scene) in enumerate(zip(build.points, starts, strict=True)):
         if scene.number < 2 or scene.kinetic_energy == 0:
             raise FigureError("it needs two or more balls that move")
         counts = np.zeros(SPEED_BINS)
-        for trace in repeats(run, point, selection):
+        for trace in build.traces(point):
             counts += reduced_speed_counts(trace)
         total = counts.sum()
         if total < LEAST_SPEEDS:
             raise FigureError(
-                f"the balls have met too rarely: {total:.0f} speeds that have mixed are no "
-                "distribution; run longer or more repeats"
+                f"{total:.0f} speeds after enough collisions are no distribution; run longer or "
+                "more repeats"
             )
         unit = 1.0
         if in_metres:
             unit = float(np.sqrt(2 * scene.kinetic_energy / scene.number / scene.masses[0]))
         used = int(np.max(np.flatnonzero(counts))) + 1
         heights = counts[:used] / (total * SPEED_BIN * unit)
-        layers.append(Histogram(edges[: used + 1] * unit, heights, label(point, points), index))
+        build.lines.append(Histogram(edges[: used + 1] * unit, heights, build.label(point), index))
         free = predictions.free_velocities(scene)
         laws[free, unit] = None
         distance = _distance(counts, edges, free)
-        from_fixed = math.nan if free is None else distance
-        records.append(
-            {
-                "parameters": point.as_json(),
-                "speeds": int(total),
-                "distance_from_fixed_energy": from_fixed,
-                "one_over_root": float(total**-0.5),
-            }
+        build.record(
+            point,
+            speeds=int(total),
+            distance_from_fixed_energy=math.nan if free is None else distance,
+            one_over_root=float(total**-0.5),
         )
-        name = label(point, points)
-        said.append(f"{distance:.4f} ({name + ', ' if name else ''}1/√n = {total**-0.5:.4f})")
+        build.result(point, f"{distance:.4f}, 1/√n = {total**-0.5:.4f}")
     for index, (free, unit) in enumerate(laws):
-        layers += _laws(free, unit, named=index == 0)
+        build.lines += _laws(free, unit, named=index == 0)
     fixed = all(free is not None for free, _ in laws)
-    return FigureData(
+    law = "the law at fixed energy" if fixed else "Maxwell and Boltzmann's law"
+    return build.figure(
         kind="speeds",
         title="Distribution of speeds",
         x_label="speed (m/s)" if in_metres else "reduced speed v √(m/2T)",
         y_label="probability density (s/m)" if in_metres else "probability density",
-        layers=tuple(layers),
-        caption="Largest difference between the cumulative shares of n speeds and "
-        + ("the law at fixed energy" if fixed else "Maxwell and Boltzmann's law")
-        + f": {listed(said)}. Sampled at even times about five collisions of a ball apart. "
-        + setting(run, points, selection),
-        numbers={"points": records},
+        caption=f"Largest difference of the cumulative shares of n speeds from {law}: "
+        f"{build.results_text}. Sampled about five collisions of a ball apart.",
         x_limits=(0.0, None),
         y_limits=(0.0, None),
     )
 
 
 def _laws(free: int | None, unit: float, *, named: bool) -> list[Layer]:
-    """Maxwell-Boltzmann and the law of so many balls at fixed energy, speeds in ``unit``."""
+    """Maxwell-Boltzmann and the law of ``free`` balls at fixed energy, speeds in ``unit``."""
     reduced = np.linspace(0.0, 3.0, 120)
     maxwell = theory.maxwell_speed_density(reduced, REDUCED_TEMPERATURE) / unit
-    layers: list[Layer] = [
-        Line(
-            reduced * unit,
-            np.asarray(maxwell),
-            "Maxwell–Boltzmann" if named else None,
-            NEUTRAL,
-            "dashed",
-        )
-    ]
+    text = "Maxwell–Boltzmann" if named else None
+    layers: list[Layer] = [Line(reduced * unit, np.asarray(maxwell), text, NEUTRAL, "dashed")]
     if free is not None:
         fixed = theory.fixed_energy_speed_density(reduced, free, REDUCED_TEMPERATURE) / unit
         text = f"fixed energy, {free} free balls" if named else None

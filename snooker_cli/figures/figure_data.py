@@ -1,10 +1,10 @@
-"""A picture as plain data: layers of numbers with their meaning, no drawing."""
+"""A figure as plain data: layers of numbers with their meaning, nothing drawn."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from snooker_cli.analysis.observables import instants
 from snooker_cli.formatting import plain
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-
 Array: TypeAlias = NDArray[np.float64]
+Curve: TypeAlias = tuple[Array, Array]
+"""Times (s) and values."""
+
+LineStyle: TypeAlias = Literal["series", "solid", "dashed", "dashdot", "dotted"]
+"""A dash pattern; "series" is one of the series' own."""
 
 NEUTRAL = -1
-"""The series of what belongs to no series: the ideal gas, a limit, a law for all of them."""
+"""The series of layers that belong to no series: the ideal gas, a limit, a law for all of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,17 +41,16 @@ class Line(_Layer):
     """A curve through (x, y).
 
     label : its entry in the legend, if any
-    series : which series it belongs to, from 0: the same number has the same colour
-    style : "series" for a dash pattern of its own, or one shared by all series
+    series : the number of its series, from 0; it decides the colour
     steps : whether y stays as it is until the next x
-    broad : whether it is drawn wide and pale, so that what lies on it leaves it visible
+    broad : whether it is drawn wide and pale, so that lines on it leave it visible
     """
 
     x: Array
     y: Array
     label: str | None = None
     series: int = 0
-    style: Literal["series", "solid", "dashed", "dashdot", "dotted"] = "series"
+    style: LineStyle = "series"
     steps: bool = False
     broad: bool = False
 
@@ -100,7 +100,7 @@ class Reference(_Layer):
 
 @dataclass(frozen=True, eq=False)
 class Note(_Layer):
-    """A line of text on the plot."""
+    """A line of text above the axes."""
 
     text: str
 
@@ -115,9 +115,9 @@ class FigureData:
     kind : its name in the registry
     title, x_label, y_label : with units
     layers : from the back to the front
-    caption : one to three sentences, written from ``numbers``
+    caption : at most five lines, made from ``numbers``
     numbers : the key numbers, as JSON has them: what is not finite is ``None``
-    x_limits, y_limits : (low, high), either ``None`` to fit the data
+    x_limits, y_limits : (low, high); ``None`` fits the data
     """
 
     kind: str
@@ -136,48 +136,51 @@ class FigureData:
         object.__setattr__(self, "numbers", plain(self.numbers))
 
 
+def legend_line(text: str, style: LineStyle) -> Line:
+    """A legend's entry for a line style that all series share."""
+    return Line(np.empty(0), np.empty(0), text, NEUTRAL, style)
+
+
+def error_bars(errors: Array) -> Array | None:
+    """Error bars; ``None`` if one is not known, as for single repeats."""
+    return errors if np.all(np.isfinite(errors)) else None
+
+
 # The curves of several repeats -> those curves at common times, and a band around their mean.
 
-GRID = 300
+COMMON_TIMES = 300
 """Times at which repeats are compared."""
 
-SPREAD = "mean ± standard deviation of a repeat"
-"""What a band shows."""
+MOST_VERTICES = 1000
+"""Vertices of a line at most."""
 
 
-def at_common_times(
-    curves: Sequence[tuple[Array, Array]], *, steps: bool = False
-) -> tuple[Array, Array]:
+def at_common_times(curves: Sequence[Curve], *, steps: bool = False) -> Curve:
     """Times (*t*,) from the latest start to the earliest end, and the curves there (*n*, *t*).
 
-    steps : whether a curve stays as it is up to its next time, instead of being straight between
+    steps : whether a curve stays as it is up to its next time; otherwise it is straight between
     """
     first = max(float(time[0]) for time, _ in curves)
     last = min(float(time[-1]) for time, _ in curves)
-    grid = np.linspace(first, last, GRID)
+    times = np.linspace(first, last, COMMON_TIMES)
     rows = [
-        values[np.searchsorted(time, grid, side="right") - 1]
+        values[np.searchsorted(time, times, side="right") - 1]
         if steps
-        else np.interp(grid, time, values)
+        else np.interp(times, time, values)
         for time, values in curves
     ]
-    return grid, np.array(rows)
+    return times, np.array(rows)
 
 
-def bands(times: Array, table: Array, series: int, label: str | None = None) -> list[Band]:
-    """The band of several repeats; none for one, or if they have no time in common."""
-    if len(table) < 2 or not times[-1] > times[0]:
+def bands(times: Array, rows: Array, series: int, label: str | None = None) -> list[Band]:
+    """The band mean ± standard deviation of rows; none of one row, or without a span of time."""
+    if len(rows) < 2 or not times[-1] > times[0]:
         return []
-    mean, deviation = table.mean(axis=0), table.std(axis=0, ddof=1)
+    mean, deviation = rows.mean(axis=0), rows.std(axis=0, ddof=1)
     return [Band(times, mean - deviation, mean + deviation, label, series)]
 
 
-# A repeat's rows that are worth showing.
-
-MOST_VERTICES = 1000
-
-
 def thinned(time: Array, most: int = MOST_VERTICES) -> NDArray[np.intp]:
-    """At most so many rows, an instant each, evenly, with the last and, but for ties, the first."""
+    """An even choice of at most ``most`` rows, one per instant, with the last and the first."""
     rows = instants(time)
     return np.asarray(rows[np.linspace(0, len(rows) - 1, min(len(rows), most)).astype(np.intp)])

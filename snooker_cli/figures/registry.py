@@ -1,9 +1,10 @@
-"""The registry: every kind of picture by name, what it needs, and who makes it."""
+"""The registry: every figure by name, the runs that can give it, and the function that makes it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from snooker_cli.figures import cooling, distributions, gas_law, time_courses
@@ -14,19 +15,15 @@ if TYPE_CHECKING:
     from snooker_cli.runs import Run
 
 
-_STATES = "Any run with `record: events`."
-_MOMENTUM = "A run with `record: events` and a finite container.mass, or a periodic box."
-
-
 @dataclass(frozen=True)
 class FigureSpec:
-    """A kind of picture.
+    """A figure that runs can give.
 
     needs : what a run must have, as a sentence
-    make : a run and a selection of its points -> the picture; raises ``FigureError`` if the run
+    make : a run and a selection of its points -> the figure; raises ``FigureError`` if the run
         cannot give it, ``StoreError`` if a repeat cannot be read
-    report_figures : the source report's figures of this kind
-    each_point : whether a picture shows one point, so that several points make several pictures
+    report_figures : the source report's figures of this type
+    each_point : whether a figure shows one point, so that several points make several figures
     """
 
     name: str
@@ -37,19 +34,23 @@ class FigureSpec:
     each_point: bool = False
 
 
+_MOMENTUM = "A run with `record: events` and a finite container.mass, or a periodic box."
+_LOSSES = "A point with cor or wall_cor below 1"
+_RADII = "and over balls.radius if wanted."
+
 _ALL = (
     FigureSpec(
         "central-distances",
         "distances of the balls from the container's centre",
         "A circle, with `record: events`.",
-        distributions.central_distances_picture,
+        partial(distributions.distances, distributions.CENTRAL),
         (1,),
     ),
     FigureSpec(
         "pair-distances",
         "distances between the balls",
-        _STATES,
-        distributions.pair_distances_picture,
+        "Any run with `record: events`.",
+        partial(distributions.distances, distributions.PAIRS),
         (2,),
     ),
     FigureSpec(
@@ -63,29 +64,29 @@ _ALL = (
         "momentum-x",
         "total momentum in x over that at the start",
         _MOMENTUM,
-        time_courses.momentum_x,
+        partial(time_courses.momentum_component, 0, "x"),
         (4,),
     ),
     FigureSpec(
         "momentum-y",
         "total momentum in y over that at the start",
         _MOMENTUM,
-        time_courses.momentum_y,
+        partial(time_courses.momentum_component, 1, "y"),
         (5,),
     ),
     FigureSpec(
         "energy-fit",
         "decay of the energy with its fits",
-        "A point with cor or wall_cor below 1.",
-        cooling.energy_fit,
+        f"{_LOSSES}.",
+        partial(cooling.fit_figure, "kinetic_energy"),
         (6, 7),
         each_point=True,
     ),
     FigureSpec(
         "temperature-fit",
         "decay of the temperature with its fits",
-        "A point with cor or wall_cor below 1.",
-        cooling.temperature_fit,
+        f"{_LOSSES}.",
+        partial(cooling.fit_figure, "temperature"),
         (8, 9),
         each_point=True,
     ),
@@ -99,31 +100,30 @@ _ALL = (
     FigureSpec(
         "pressure-fit",
         "decay of the mean pressure with its fits",
-        "A point with cor or wall_cor below 1 and more than 50 collisions.",
-        cooling.pressure_fit,
+        f"{_LOSSES} and more than 50 collisions.",
+        partial(cooling.fit_figure, "pressure"),
         (11, 12),
         each_point=True,
     ),
     FigureSpec(
         "pressure-temperature",
         "pressure against temperature",
-        "Points at cor 1 with a sweep over balls.speed, and over balls.radius if wanted.",
-        gas_law.pressure_temperature,
+        f"Points at cor 1 with a sweep over balls.speed, {_RADII}",
+        partial(gas_law.pressures, gas_law.TEMPERATURE),
         (13,),
     ),
     FigureSpec(
         "pressure-area",
         "pressure against the container's area",
-        "Points at cor 1 with a sweep over container.radius or width, and over balls.radius if "
-        "wanted.",
-        gas_law.pressure_area,
+        f"Points at cor 1 with a sweep over container.radius or width, {_RADII}",
+        partial(gas_law.pressures, gas_law.AREA),
         (14,),
     ),
     FigureSpec(
         "pressure-number",
         "pressure against the number of balls",
-        "Points at cor 1 with a sweep over balls.rings or count, and over balls.radius if wanted.",
-        gas_law.pressure_number,
+        f"Points at cor 1 with a sweep over balls.rings or count, {_RADII}",
+        partial(gas_law.pressures, gas_law.NUMBER),
         (15,),
     ),
     FigureSpec(
@@ -135,7 +135,7 @@ _ALL = (
     ),
     FigureSpec(
         "ideal-ratio",
-        "simulated over ideal pressure, a point for each repeat",
+        "simulated over ideal pressure, two markers for each repeat",
         "Any run with collisions; small balls show the effect of the cor alone.",
         gas_law.ideal_ratio,
         (17,),
@@ -167,5 +167,5 @@ _ALL = (
     ),
 )
 
-FIGURES: dict[str, FigureSpec] = {kind.name: kind for kind in _ALL}
-"""Every kind of picture by its name: the report's in the order of its figures, then ours."""
+FIGURES: dict[str, FigureSpec] = {spec.name: spec for spec in _ALL}
+"""Every figure by its name: the source report's in the order of its figures, then ours."""

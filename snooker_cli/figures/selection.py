@@ -46,18 +46,18 @@ class Facts:
 
 def repeats(run: Run, point: Point, selection: Selection) -> Iterator[Trace]:
     """The selected repeats of a point that are there. Raises ``StoreError``."""
-    for number in there(run, point, selection):
+    for number in present(run, point, selection):
         yield _read(run, point, number)
 
 
 def one_repeat(run: Run, point: Point, selection: Selection) -> Trace:
     """The selected repeat of a point, the first if none is chosen. Raises ``StoreError``."""
-    return _read(run, point, there(run, point, selection)[0])
+    return _read(run, point, present(run, point, selection)[0])
 
 
 def facts(run: Run, point: Point, selection: Selection, *, single: bool) -> list[Facts]:
     """What a caption needs of the repeats; of the first alone if ``single``."""
-    numbers = there(run, point, selection)[: 1 if single else None]
+    numbers = present(run, point, selection)[: 1 if single else None]
     paths = [run.path(point.index, number) for number in numbers]
     return [_facts(path, _modified(path)) for path in paths]
 
@@ -143,7 +143,7 @@ class Selection:
 
 def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
     """The selected points of which a repeat is there, at least one. Raises ``FigureError``."""
-    points = tuple(point for point in matching(run, selection) if there(run, point, selection))
+    points = tuple(point for point in matching(run, selection) if present(run, point, selection))
     if not points:
         what = "no repeat is" if selection.repeat is None else f"repeat {selection.repeat} is not"
         raise FigureError(f"{what} there yet; run the config again, which goes on where it stopped")
@@ -169,7 +169,7 @@ def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
     return points
 
 
-def there(run: Run, point: Point, selection: Selection) -> list[int]:
+def present(run: Run, point: Point, selection: Selection) -> list[int]:
     """The selected repeats of a point that have a file; all of them if none is chosen."""
     numbers = range(run.experiment.repeats) if selection.repeat is None else [selection.repeat]
     return [number for number in numbers if run.holds(point, number)]
