@@ -135,7 +135,7 @@ _ALL = (
     ),
     FigureSpec(
         "ideal-ratio",
-        "simulated over ideal pressure, two markers for each repeat",
+        "simulated over ideal pressure, a marker for each repeat",
         "Any run with collisions; small balls show the effect of the cor alone.",
         gas_law.ideal_ratio,
         (17,),

@@ -130,7 +130,7 @@ def test_fits_are_those_of_the_repeat_and_of_all(
         assert line.label.endswith(printed)
         averaged = with_error(over.mean, over.standard_error, "s⁻¹")
         assert f"mean of 3 repeats: {sign} = {averaged}" in notes
-    assert ("κ is what the report calls k/2" in notes) == (kind == "pressure-fit")
+    assert ("κ is what the source report calls k/2" in notes) == (kind == "pressure-fit")
 
 
 def test_fits_show_one_point_that_decays(decaying: Run) -> None:

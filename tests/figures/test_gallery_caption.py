@@ -98,7 +98,7 @@ def test_pictures_of_an_unfinished_run(broken: Run, decaying: Run) -> None:
     assert picture.caption.endswith(missing)
     assert [line.label for line in layers(picture, Line)] == ["CoR 0.8", "CoR 0.9"]
     # 0 of one, 2 of the other
-    assert "Lines: the first repeat there is, bands: mean" in picture.caption
+    assert "Lines: the first repeat of each point; bands: mean" in picture.caption
     means = shown(broken, "decay-against-cor")
     assert [record["repeats"] for record in means.numbers["points"]] == [3, 1]
     k = layers(means, Points)[0]
@@ -134,8 +134,8 @@ def test_many_missing_repeats_are_summed_up(tmp_path: Path) -> None:
 
 def test_captions_say_which_runs_are_copies(warm: Run) -> None:
     said = (
-        "The repeats at v₀ = 5, 10 and 20 m/s share their random numbers and are the same motions "
-        "at another pace, to the bit: they count once."
+        "The repeats at v₀ = 5, 10 and 20 m/s have the same random numbers: they are the same "
+        "motions at another pace and count once."
     )
     assert shown(warm, "pressure-temperature").caption.endswith(said)
     assert shown(warm, "speeds", balls__radius=1.0).caption.endswith(said)

@@ -213,5 +213,5 @@ def test_collisions_at_one_instant_are_not_shown_as_many(collapsing: Run) -> Non
     (points,) = layers(shown(collapsing, "event-decay"), Points)
     assert points.x[-1] == (np.count_nonzero(before) - 1) / 3
     distances = shown(collapsing, "pair-distances")
-    assert "an instant of many counting once" in distances.caption
+    assert "one per instant" in distances.caption
     assert "fewer than 10 collisions" in why_not(collapsing, "haff-time")

@@ -12,7 +12,8 @@ from galleries import layers, made, shown, traces
 from snooker_cli.analysis.decay import curve
 from snooker_cli.engine import series
 from snooker_cli.figures import Band, Line
-from snooker_cli.figures.figure_data import SPREAD, at_common_times, bands
+from snooker_cli.figures.captions import SPREAD
+from snooker_cli.figures.figure_data import at_common_times, bands
 from snooker_cli.runs import Run
 
 
@@ -54,7 +55,7 @@ def test_no_band_of_one_repeat_or_of_repeats_without_common_times() -> None:
 
 def test_energy_of_one_repeat_and_of_all(decaying: Run) -> None:
     found = shown(decaying, "energy")
-    assert f"Lines: repeat 0, bands: {SPREAD}." in found.caption
+    assert f"Lines: repeat 0; bands: {SPREAD}." in found.caption
     assert "3 repeats, 200 collisions each." in found.caption
     for index, band in enumerate(layers(found, Band)):
         curves = []
@@ -99,7 +100,7 @@ def test_fits_to_one_repeat_before_all(decaying: Run, kind: str, quantity: Any) 
     k = found.numbers["k"]
     assert [fit.partition(" = ")[0] for fit in fits if fit] == [
         f"exponential of repeat 1: {'κ' if quantity == 'pressure' else 'k'}",
-        "Haff of repeat 1: α",
+        "Haff's law of repeat 1: α",
     ]
     assert fits[0].split(" = ")[1].startswith(f"{k:.2g}"[:3])
     assert f"Band: {SPREAD}." in found.caption
