@@ -1,9 +1,9 @@
-"""What a small error made in every collision grows to: exactly, event by event.
+"""The linear growth of a small error in every collision: exactly, event by event.
 
-A clumsy twin errs in each collision, in the places and velocities of both bodies, by so little
-that, with the digits at hand, its errors stay infinitesimal to the end. So its deviation from the
-exact twin, over the size of the errors, is their linear growth, with no chaos to cut it short; that
-of a program with double precision is the same times its roundings.
+A noisy twin errs in each collision, in positions and velocities of both bodies, by so little that
+its errors stay infinitesimal to the end, with the digits at hand. Its deviation from the exact twin
+over the size of the errors is their linear growth, which chaos does not limit. The errors of a
+program with double precision are this growth times its roundings.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
     from snooker_cli.scene import Scene
 
-CLUMSY_TWINS = 3
+NOISY_TWINS = 3
 
 
 @dataclass(frozen=True)
 class Growth:
     """Errors at each event for relative errors of 1 in every collision up to it.
 
-    Those of places are relative to the way gone, those of velocities to the speed. The largest of
-    some clumsy twins, who err at random; infinite from the event on in which other bodies collide,
-    as where contacts are simultaneous.
+    Those of positions are relative to the distance covered, those of velocities to the speed. The
+    largest of some noisy twins; infinite from the event in which other bodies collide, as where
+    contacts are simultaneous.
 
     time, impulse, place : (*n*,) ``numpy.float64``, s, kg m/s, and m for the worst ball
     """
@@ -43,8 +43,8 @@ class Growth:
     place: NDArray[np.float64]
 
 
-class ClumsyTwin(Twin):
-    """Errs at random in each collision: by ``shift`` of the way gone, and of the speed."""
+class NoisyTwin(Twin):
+    """Errs at random in each collision: by ``shift`` of the distance covered and of the speed."""
 
     def __init__(self, scene: Scene, digits: int, shift: Number, seed: int) -> None:
         self.shift, self.dice = shift, random.Random(seed)
@@ -58,7 +58,7 @@ class ClumsyTwin(Twin):
         return super().collide(i, j)
 
     def disturb(self, body: Body) -> None:
-        """The way is the container's size and that on the clock, which is rounded as well."""
+        """The distance is the container's size plus speed times time: clocks are rounded too."""
         speed = abs(body.u) + abs(body.v)
         way = self.half_sides[0] + speed * self.now
         body.turn(self.error(speed), self.error(speed), self.now)
@@ -70,7 +70,7 @@ class ClumsyTwin(Twin):
         return self.dice.gauss(0, 1) * self.shift * whole
 
 
-def growth(scene: Scene, collisions: int, twins: int = CLUMSY_TWINS) -> Growth:
+def growth(scene: Scene, collisions: int, twins: int = NOISY_TWINS) -> Growth:
     """The growth of errors over a scene's first collisions, fewer if no more happen.
 
     Raises ``ValueError`` for a periodic box.
@@ -81,13 +81,13 @@ def growth(scene: Scene, collisions: int, twins: int = CLUMSY_TWINS) -> Growth:
 
 
 def _deviation(scene: Scene, collisions: int, digits: int, seed: int) -> NDArray[np.float64]:
-    """One clumsy twin's deviation in time, impulse and place, over its errors; (3, *n*)."""
+    """One noisy twin's deviation in time, impulse and place, over its errors; (3, *n*)."""
     exact = Twin(scene, 2 * digits)
     shift = exact.mathematics.mpf(10) ** -digits
-    clumsy = ClumsyTwin(scene, 2 * digits, shift, seed)
+    noisy = NoisyTwin(scene, 2 * digits, shift, seed)
     rows, alike = [], True
     for own in islice(exact.collisions(), collisions):
-        other = next(clumsy.collisions(), None) if alike else None
+        other = next(noisy.collisions(), None) if alike else None
         alike = other is not None and (other.i, other.j) == (own.i, own.j)
         if other is None or not alike:
             rows.append([math.inf] * 3)
@@ -95,8 +95,8 @@ def _deviation(scene: Scene, collisions: int, digits: int, seed: int) -> NDArray
         apart = max(
             abs(x - p) + abs(y - q)
             for (x, y), (p, q) in (
-                (mine.place(own.time), yours.place(own.time))
-                for mine, yours in zip(exact.balls, clumsy.balls, strict=True)
+                (mine.position(own.time), yours.position(own.time))
+                for mine, yours in zip(exact.balls, noisy.balls, strict=True)
             )
         )
         errors = (abs(other.time - own.time), abs(other.impulse - own.impulse), apart)

@@ -1,15 +1,15 @@
-"""The exact courses in ``tests/reference``: how they are made, and how they are read.
+"""The exact trajectories in ``tests/reference``: how they are made, and how they are read.
 
 ``python tests/make_reference.py`` makes them all anew, in a few minutes; with names, only those.
 Each file is JSON:
 
-- what, made by: what the scene is, and by which program and how many digits
+- what, made by: the scene, and the program and its number of digits
 - scene: as in ``snooker_cli.scene``, SI units; null is infinite
 - events: a row each: time (s), i, j (-1 for the container), impulse (kg m/s), and what relative
   errors of 1 in every collision up to there, in places and velocities, make of the time (s), the
   impulse (kg m/s) and the worst ball's place (m); see ``error_growth``
-- states: after every so many events, and the number of events; a row a ball, the container last:
-  x, y (m), u, v (m/s)
+- states: after several numbers of events, evenly; a row a ball, the container last: x, y (m),
+  u, v (m/s)
 
 All numbers but the growths are the nearest doubles of the exact ones, in their shortest decimals.
 """
@@ -33,17 +33,18 @@ from snooker_cli.containers import Circle
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
 from snooker_cli.validation.exact_twin import trajectory
-from snooker_cli.validation.reference_scenes import CASES, Case
+from snooker_cli.validation.methods import events_from_rows
+from snooker_cli.validation.reference_scenes import SCENES, ReferenceScene
 
 FOLDER = Path(__file__).with_name("reference")
 
 STATES = 5
-"""So many states are kept, evenly over the events, the last one among them."""
+"""States in a file, evenly over the events, with the last one."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A file's content; ``states`` has a row for each of ``after``, the events before it."""
+    """A file's content; ``after`` has the number of events before each row of ``states``."""
 
     scene: Scene
     events: Events
@@ -53,7 +54,7 @@ class Reference:
 
 
 def read(name: str) -> Reference:
-    """A reference by the name of its case."""
+    """A reference by the name of its scene."""
     content = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
     scene = content["scene"]
     columns = np.array(content["events"], dtype=np.float64).T
@@ -62,12 +63,7 @@ def read(name: str) -> Reference:
     mass = math.inf if scene["container_mass"] is None else scene["container_mass"]
     return Reference(
         scene=Scene(**{**scene, **arrays, "container": container, "container_mass": mass}),
-        events=Events(
-            columns[0].copy(),
-            columns[1].astype(np.int32),
-            columns[2].astype(np.int32),
-            columns[3].copy(),
-        ),
+        events=events_from_rows(columns[:4].T),
         growth=Growth(*columns[4:7]),
         after=np.array([state["events"] for state in content["states"]]),
         states=np.array([state["bodies"] for state in content["states"]]),
@@ -79,7 +75,6 @@ REQUIRED = (
     "velocities",
     "radii",
     "masses",
-    "container",
     "container_mass",
     "container_position",
     "container_velocity",
@@ -89,8 +84,8 @@ REQUIRED = (
 """The fields of a scene in a circle."""
 
 
-def content(case: Case) -> dict[str, Any]:
-    """What a case's file says. Raises ``ValueError`` if not all of its events are certain."""
+def content(case: ReferenceScene) -> dict[str, Any]:
+    """A scene's file. Raises ``ValueError`` if not all of its events are certain."""
     scene = case.start()
     truth = trajectory(scene, case.collisions)
     events, number = truth.events, len(truth.events)
@@ -104,16 +99,19 @@ def content(case: Case) -> dict[str, Any]:
         for column in (grown.time, grown.impulse, grown.place)
     ]
     return {
-        "what": case.what,
+        "what": case.description,
         "made by": f"python tests/make_reference.py, with snooker {__version__}'s exact twin on "
         f"mpmath {mpmath.__version__}: {truth.check_digits} digits, and the same doubles with "
         f"{truth.digits}",
         "scene": {
-            "container_radius" if name == "container" else name: plain(value)
+            name: value.tolist() if isinstance(value, np.ndarray) else value
             for name, value in vars(scene).items()
             if name in REQUIRED
         }
-        | {"container_mass": scene.container_mass if scene.free else None},
+        | {
+            "container_radius": scene.container.size[0] / 2,
+            "container_mass": scene.container_mass if scene.free else None,
+        },
         "events": [
             list(row)
             for row in zip(*(column.tolist() for column in columns), *growths, strict=True)
@@ -122,32 +120,24 @@ def content(case: Case) -> dict[str, Any]:
     }
 
 
-def plain(value: Any) -> Any:
-    """A field of a scene in a circle as JSON knows it."""
-    if isinstance(value, Circle):
-        return value.radius
-    return value.tolist() if isinstance(value, np.ndarray) else value
-
-
 def text(content: dict[str, Any]) -> str:
     """JSON with a line for each event and each state."""
     fields = []
     for key, value in content.items():
-        said = json.dumps(value, allow_nan=False)
+        line = json.dumps(value, allow_nan=False)
         if isinstance(value, list):
-            said = "[\n" + ",\n".join(json.dumps(row, allow_nan=False) for row in value) + "\n]"
-        fields.append(f"{json.dumps(key)}: {said}")
+            line = "[\n" + ",\n".join(json.dumps(row, allow_nan=False) for row in value) + "\n]"
+        fields.append(f"{json.dumps(key)}: {line}")
     return "{\n" + ",\n".join(fields) + "\n}\n"
 
 
 def main(names: list[str]) -> None:
-    """Write the references of some cases, of all for none."""
+    """Write the named references, or all."""
     FOLDER.mkdir(exist_ok=True)
-    for case in CASES:
-        if case.name in names or not names:
-            path = FOLDER / f"{case.name}.json"
-            path.write_text(text(content(case)), encoding="utf-8")
-            print(path.name, path.stat().st_size, "bytes")
+    for name in names or SCENES:
+        path = FOLDER / f"{name}.json"
+        path.write_text(text(content(SCENES[name])), encoding="utf-8")
+        print(path.name, path.stat().st_size, "bytes")
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from snooker_cli.figures.captions import setting
 from snooker_cli.formatting import counted, short
 from snooker_cli.report.source_values import source_value
 from snooker_cli.trace import SLIDE, StopReason
-from snooker_cli.validation.accuracy_study import against_cost, growing
+from snooker_cli.validation.accuracy_study import error_against_cost, error_growth
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
@@ -42,13 +42,13 @@ def measurement(name: str) -> dict[str, Any]:
 def error_figure() -> FigureData:
     """Error against cost, on the stated scene."""
     found = measurement("error")
-    return against_cost(found, found["scenes"][0])
+    return error_against_cost(found, found["scenes"][0])
 
 
 def growth_figure() -> FigureData:
     """Growth of errors, on the stated scene."""
     found = measurement("error")
-    return growing(found, found["scenes"][0], found["horizons"][0]["exponent"])
+    return error_growth(found, found["scenes"][0])
 
 
 # Figure 17 past its wall traps: each start with collapse: stop and with collapse: slide

@@ -1,6 +1,7 @@
-"""The judge of the hard cases: runs each with both engines and holds it to all that must be true.
+"""``snooker bench hard``: scenes that could break an engine, checked with both engines.
 
-Balls may not be lost, nor overlap, nor a number be none, and a run has to end, and to say how.
+No ball may be lost or overlap another, every number must be finite, and a run must end and give the
+reason.
 """
 
 from __future__ import annotations
@@ -9,8 +10,8 @@ import difflib
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,177 +24,17 @@ from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.trace import StopReason
 from snooker_cli.validation import hard_case_checks as facts
 from snooker_cli.validation.hard_case_checks import Check, checks
-from snooker_cli.validation.study import origin
+from snooker_cli.validation.study import Record, Study, small
 
 if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.scene import Scene
     from snooker_cli.trace import Trace
-    from snooker_cli.validation.hard_case_checks import Check
-
 
 FOLDER = Path("configs", "hard")
 
-PATIENCE, SPEED = 60.0, 1e5
-"""A run hangs if it takes this long, s, and longer than its collisions at so many in a second."""
+LONGEST, SLOWEST = 60.0, 1e5
+"""A run hangs if it takes longer than this time, s, plus its collisions at this rate, 1/s."""
 
 INVARIANTS = ("energy", "momentum", "angular momentum", "virial", "overlap", "escape")
-
-
-@dataclass(frozen=True)
-class Ran:
-    """One run of a case: a point of its config, with one engine."""
-
-    parameters: dict[str, Any]
-    engine: str
-    events: int
-    ended: StopReason
-    message: str
-    time: float
-    seconds: float
-    checks: tuple[Check, ...]
-    faults: tuple[str, ...]
-
-
-def judged(case: Hard, trace: Trace, *, whole: bool = True) -> tuple[list[Check], list[str]]:
-    """What was checked of a trace, and a sentence for each thing that is wrong with it.
-
-    whole : if not, it was cut short by fewer collisions, and need not end as the case does
-    """
-    found = checks(trace)
-    # What is broken is no more to be measured.
-    if case.fact is not None and whole and found[0].holds:
-        found += case.fact(trace)
-    faults = [
-        f"{check.name}: {check.error:.2g} is over {check.bound:.2g}"
-        for check in found
-        if not check.holds
-    ]
-    endings = case.endings if whole else (*case.endings, StopReason.COLLISIONS)
-    reason = trace.stop.reason
-    if reason not in endings:
-        faults.append(f"it ended as {reason.value} instead of {' or '.join(endings)}")
-    if not trace.stop.message:
-        faults.append("it ended in silence")
-    return found, faults
-
-
-def runs(case: Hard, folder: Path, most: int | None = None) -> Iterator[Ran]:
-    """All runs of a case.
-
-    most : collisions at most, instead of those that the config asks for
-
-    Raises ``ConfigError`` if there is no such config, or none of a scene that can be.
-    """
-    loaded = load(folder / f"{case.name}.yaml")
-    for point in loaded.points():
-        try:
-            scene = starting_scene(point.experiment, 0)
-        except SceneError as error:
-            raise loaded.error(error.key, str(error)) from None
-        for engine in ("allpairs", "cells") if isinstance(scene.container, Circle) else ("cells",):
-            yield _ran(case, point, scene, engine, most)
-
-
-def _ran(case: Hard, point: Point, scene: Scene, engine: str, most: int | None) -> Ran:
-    """One point with one engine."""
-    experiment = point.experiment
-    asked = experiment.collisions
-    limit = asked if most is None else min(most, asked or most)
-    begun = time.monotonic()
-    patience = PATIENCE + (limit or 0) / SPEED
-    trace = simulate(
-        scene,
-        collisions=limit,
-        time=experiment.time,
-        summary=experiment.record == "summary",
-        engine=engine,
-        watch=lambda _: time.monotonic() - begun > patience,
-    )
-    seconds = time.monotonic() - begun
-    found, faults = judged(case, trace, whole=limit == asked)
-    return Ran(
-        parameters=point.as_json(),
-        engine=engine,
-        events=trace.collisions,
-        ended=trace.stop.reason,
-        message=trace.stop.message,
-        time=trace.stop.time,
-        seconds=seconds,
-        checks=tuple(found),
-        faults=tuple(faults),
-    )
-
-
-def measured(
-    cases: Sequence[Hard], folder: Path = FOLDER, say: Callable[[str], None] = lambda _: None
-) -> dict[str, Any]:
-    """The verdicts on cases, as plain data. Raises ``ConfigError`` if a config is missing."""
-    began, found = datetime.now(UTC), []
-    for case in cases:
-        say(f"{case.name} ...")
-        why = load(folder / f"{case.name}.yaml").experiment.title
-        found.append(_verdict(case, str(why), folder))
-    return origin("hard cases", began, "numpy", "numba") | {
-        "cases": found,
-        "left_out": [case.name for case in CASES if case.by_name_only and case not in cases],
-    }
-
-
-def _verdict(case: Hard, why: str, folder: Path) -> dict[str, Any]:
-    """A case's runs, the worst of each check, how they ended, and whether all is as it must be."""
-    done = list(runs(case, folder))
-    by_name: dict[str, list[Check]] = {}
-    for ran in done:
-        for check in ran.checks:
-            by_name.setdefault(check.name, []).append(check)
-    by_ending: dict[StopReason, list[Ran]] = {}
-    for ran in done:
-        by_ending.setdefault(ran.ended, []).append(ran)
-    return {
-        "name": case.name,
-        "why": why,
-        "events": sum(ran.events for ran in done),
-        "endings": [
-            {"reason": reason.value, "runs": len(each), "message": each[0].message}
-            for reason, each in by_ending.items()
-        ],
-        "worst": {
-            name: {
-                **_plain(max(each, key=lambda check: (not check.holds, check.error))),
-                "holds": all(check.holds for check in each),
-            }
-            for name, each in by_name.items()
-        },
-        "holds": not any(ran.faults for ran in done),
-        "faults": [f"{_label(ran)}: {fault}" for ran in done for fault in ran.faults],
-        "runs": [
-            {
-                **asdict(ran),
-                "ended": ran.ended.value,
-                "checks": [
-                    {"name": each.name, **_plain(each), "holds": each.holds} for each in ran.checks
-                ],
-            }
-            for ran in done
-        ],
-    }
-
-
-def _plain(check: Check) -> dict[str, Any]:
-    """An error and its bound; ``None`` for what is no number, which JSON has not."""
-    return {
-        key: value if abs(value) < float("inf") else None
-        for key, value in (("error", float(check.error)), ("bound", float(check.bound)))
-    }
-
-
-def _label(ran: Ran) -> str:
-    """Which run of a case: its engine and its point."""
-    return ", ".join([ran.engine, *(f"{key}={value}" for key, value in ran.parameters.items())])
-
-
-# The hard cases: which endings each may have, and what is known exactly of it.
 
 COLLISIONS, TIME = StopReason.COLLISIONS, StopReason.TIME
 NOTHING_LEFT, WALL_TRAP = StopReason.NOTHING_LEFT, StopReason.WALL_TRAP
@@ -201,178 +42,296 @@ COLLAPSE = StopReason.COLLAPSE
 
 
 @dataclass(frozen=True)
-class Hard:
-    """A case.
+class HardCase:
+    """A scene of ``configs/hard`` and what is known of it.
 
-    endings : how a run of it may end; which of them it is may depend on roundings
-    fact : what is known exactly of a whole run
-    lengthy : takes more than a second; for ``by_name_only`` it is minutes
+    endings : how a run may end; which of these it is may depend on rounding
+    fact : what is known exactly of a complete run
+    slow : takes more than a second
+    by_name_only : takes minutes
     """
 
     name: str
     endings: tuple[StopReason, ...]
-    fact: Callable[[Trace], Iterator[Check]] | None = None
-    lengthy: bool = False
+    fact: facts.Fact | None = None
+    slow: bool = False
     by_name_only: bool = False
 
 
-CASES = (
-    Hard("grazing-offset", (TIME,), facts.grazing),
-    Hard("grazing-angle", (TIME,), facts.grazing),
-    Hard("touching", (TIME,), facts.touching),
-    Hard("touching-wall", (TIME,), facts.touching_wall),
-    Hard("along-the-wall", (WALL_TRAP, COLLAPSE), facts.along_the_wall),
-    Hard("ring", (COLLISIONS,), facts.ring),
-    Hard("rack", (COLLISIONS, COLLAPSE, WALL_TRAP)),
-    Hard("newton-row", (TIME,), facts.newton_row),
-    Hard("cor-extremes", (COLLISIONS, COLLAPSE)),
-    Hard("whispering-1e-6", (COLLISIONS,), facts.whispering),
-    Hard("whispering-1e-9", (COLLISIONS,), facts.whispering),
-    Hard("wall-trap", (WALL_TRAP,), facts.wall_trap_told),
-    Hard("wall-trap-sums", (TIME,), facts.wall_trap_sums),
-    Hard("collapse-two", (COLLAPSE, TIME), facts.collapse_below(3 - 2 * math.sqrt(2))),
-    Hard("collapse-three", (COLLAPSE, TIME), facts.collapse_below(7 - 4 * math.sqrt(3))),
-    Hard("cluster", (COLLAPSE,), lengthy=True),
-    Hard("cluster-circle", (COLLAPSE, WALL_TRAP)),
-    Hard("galperin", (TIME,), facts.galperin, lengthy=True),
-    Hard("galperin-1e12", (TIME,), facts.galperin, lengthy=True),
-    Hard("mass-ratios", (COLLISIONS, COLLAPSE, WALL_TRAP)),
-    Hard("container-masses", (COLLISIONS, COLLAPSE, WALL_TRAP)),
-    Hard("radii-1e-9", (COLLISIONS,), facts.needles),
-    Hard("radii-apart", (COLLISIONS, WALL_TRAP)),
-    Hard("full", (COLLISIONS,), facts.full),
-    Hard("speeds", (COLLISIONS, WALL_TRAP)),
-    Hard("speeds-mixed", (COLLISIONS, WALL_TRAP), lengthy=True),
-    Hard("packing", (COLLISIONS,), lengthy=True),
-    Hard("corner", (TIME,), facts.corner),
-    Hard("clock-slow", (TIME,)),
-    Hard("clock-far", (TIME,), facts.late_row),
-    Hard("at-rest", (NOTHING_LEFT,), facts.nothing_happens),
-    Hard("at-rest-periodic", (NOTHING_LEFT,), facts.nothing_happens),
-    Hard("billion", (COLLISIONS,), facts.random_walk, lengthy=True, by_name_only=True),
-)
+CASES = {
+    case.name: case
+    for case in (
+        HardCase("grazing-offset", (TIME,), facts.grazing),
+        HardCase("grazing-angle", (TIME,), facts.grazing),
+        HardCase("touching", (TIME,), facts.touching),
+        HardCase("touching-wall", (TIME,), facts.touching_wall),
+        HardCase("along-the-wall", (WALL_TRAP, COLLAPSE), facts.along_the_wall),
+        HardCase("ring", (COLLISIONS,), facts.ring),
+        HardCase("rack", (COLLISIONS, COLLAPSE, WALL_TRAP)),
+        HardCase("newton-row", (TIME,), facts.newton_row),
+        HardCase("cor-extremes", (COLLISIONS, COLLAPSE)),
+        HardCase("whispering-1e-6", (COLLISIONS,), facts.whispering),
+        HardCase("whispering-1e-9", (COLLISIONS,), facts.whispering),
+        HardCase("wall-trap", (WALL_TRAP,), facts.trapped_ball),
+        HardCase("wall-trap-sums", (TIME,), facts.wall_trap_sums),
+        HardCase("collapse-two", (COLLAPSE, TIME), facts.collapse_below(3 - 2 * math.sqrt(2))),
+        HardCase("collapse-three", (COLLAPSE, TIME), facts.collapse_below(7 - 4 * math.sqrt(3))),
+        HardCase("cluster", (COLLAPSE,), slow=True),
+        HardCase("cluster-circle", (COLLAPSE, WALL_TRAP)),
+        HardCase("galperin", (TIME,), facts.galperin, slow=True),
+        HardCase("galperin-1e12", (TIME,), facts.galperin, slow=True),
+        HardCase("mass-ratios", (COLLISIONS, COLLAPSE, WALL_TRAP)),
+        HardCase("container-masses", (COLLISIONS, COLLAPSE, WALL_TRAP)),
+        HardCase("radii-1e-9", (COLLISIONS,), facts.needles),
+        HardCase("radii-apart", (COLLISIONS, WALL_TRAP)),
+        HardCase("full", (COLLISIONS,), facts.full),
+        HardCase("speeds", (COLLISIONS, WALL_TRAP)),
+        HardCase("speeds-mixed", (COLLISIONS, WALL_TRAP), slow=True),
+        HardCase("packing", (COLLISIONS,), slow=True),
+        HardCase("corner", (TIME,), facts.corner),
+        HardCase("clock-slow", (TIME,)),
+        HardCase("clock-far", (TIME,), facts.late_row),
+        HardCase("at-rest", (NOTHING_LEFT,), facts.nothing_happens),
+        HardCase("at-rest-periodic", (NOTHING_LEFT,), facts.nothing_happens),
+        HardCase("billion", (COLLISIONS,), facts.random_walk, slow=True, by_name_only=True),
+    )
+}
 
 
-# Verdicts on hard cases -> their tables for people, and cases by their names.
+@dataclass(frozen=True)
+class HardCaseStudy(Study):
+    """Cases, and the folder of their configs."""
+
+    name = "hard"
+    title = "hard cases"
+    libraries = ("numpy", "numba")
+
+    cases: tuple[HardCase, ...]
+    folder: Path = FOLDER
+
+    @classmethod
+    def of(cls, names: Sequence[str], folder: Path) -> HardCaseStudy:
+        """The named cases, or all but those that take minutes.
+
+        Raises ``UserError`` if there is no such folder or case.
+        """
+        if not folder.is_dir():
+            raise UserError(
+                f"there is no folder {folder}; run this command in the folder with snooker's "
+                "configs/hard, or name the folder of the cases with --configs"
+            )
+        for name in names:
+            if name not in CASES:
+                close = difflib.get_close_matches(name, CASES, n=1)
+                hint = f"did you mean {close[0]}?" if close else f"the cases are {', '.join(CASES)}"
+                raise UserError(f"there is no hard case {name}; {hint}")
+        chosen = [CASES[name] for name in dict.fromkeys(names)]
+        return cls(tuple(chosen or (one for one in CASES.values() if not one.by_name_only)), folder)
+
+    def results(self, report: Callable[[str], None]) -> Record:
+        """Run all cases. Raises ``ConfigError`` if a config is missing or wrong."""
+        found = []
+        for case in self.cases:
+            report(f"{case.name} ...")
+            found.append(verdict(case, self.folder))
+        left_out = [
+            one.name for one in CASES.values() if one.by_name_only and one not in self.cases
+        ]
+        return {"cases": found, "left_out": left_out}
+
+    @staticmethod
+    def passed(record: Record) -> bool:
+        """Whether all cases hold."""
+        return all(case["holds"] for case in record["cases"])
+
+    @staticmethod
+    def tables(record: Record) -> Iterator[str]:
+        """The cases, their worst errors, facts, endings and faults."""
+        cases = record["cases"]
+        names = [[case["name"], case["why"]] for case in cases]
+        yield from table_lines([Column("case"), Column("why it is hard")], names)
+        yield ""
+        yield LEGEND
+        yield ""
+        yield from _verdict_lines(cases)
+        yield ""
+        yield from _fact_lines(cases)
+        endings = [[case["name"], each["message"]] for case in cases for each in case["endings"]]
+        yield from table_lines([Column("case"), Column("first message of each ending")], endings)
+        yield ""
+        yield from (f"{case['name']}, {fault}" for case in cases for fault in case["faults"])
+        failed = sum(not case["holds"] for case in cases)
+        total = (
+            f"{counted(len(cases), 'case')}, {counted(sum(len(c['runs']) for c in cases), 'run')}"
+        )
+        yield f"{total}: {counted(failed, 'case')} failed" if failed else f"{total}: all hold"
+        if record["left_out"]:
+            names_left = " ".join(record["left_out"])
+            yield f"left out, because it takes minutes: snooker bench hard {names_left}"
+
+
+# What is measured
+
+
+def runs(case: HardCase, folder: Path, most: int | None = None) -> Iterator[Record]:
+    """Each point of a case's config with each engine that supports its container.
+
+    most : collisions at most, instead of those in the config
+
+    Raises ``ConfigError`` if there is no such config, or if its scene cannot exist.
+    """
+    loaded = load(folder / f"{case.name}.yaml")
+    for point in loaded.points():
+        experiment = point.experiment
+        try:
+            scene = starting_scene(experiment, 0)
+        except SceneError as error:
+            raise loaded.error(error.key, str(error)) from None
+        wanted = experiment.collisions
+        limit = wanted if most is None else min(most, wanted or most)
+        for engine in ("allpairs", "cells") if isinstance(scene.container, Circle) else ("cells",):
+            begun = time.monotonic()
+            deadline = begun + LONGEST + (limit or 0) / SLOWEST
+            trace = simulate(
+                scene,
+                collisions=limit,
+                time=experiment.time,
+                summary=experiment.record == "summary",
+                engine=engine,
+                watch=partial(_is_late, deadline),
+            )
+            found, faults = judged(case, trace, complete=limit == wanted)
+            yield {
+                "parameters": point.as_json(),
+                "engine": engine,
+                "events": trace.collisions,
+                "ended": trace.stop.reason.value,
+                "message": trace.stop.message,
+                "time": trace.stop.time,
+                "seconds": time.monotonic() - begun,
+                "checks": [check.as_json() for check in found],
+                "faults": faults,
+            }
+
+
+def _is_late(deadline: float, _: int) -> bool:
+    """Whether a run hangs."""
+    return time.monotonic() > deadline
+
+
+def judged(case: HardCase, trace: Trace, *, complete: bool = True) -> tuple[list[Check], list[str]]:
+    """The checks of a trace, and a sentence for each fault.
+
+    complete : if not, the run had a lower limit of collisions, and may end by it
+    """
+    found = checks(trace)
+    # Nothing is measured of broken numbers.
+    if case.fact is not None and complete and found[0].holds:
+        found += case.fact(trace)
+    faults = [
+        f"{check.name}: {check.error:.2g} is over {check.bound:.2g}"
+        for check in found
+        if not check.holds
+    ]
+    endings = case.endings if complete else (*case.endings, StopReason.COLLISIONS)
+    reason = trace.stop.reason
+    if reason not in endings:
+        faults.append(f"it ended as {reason.value} instead of {' or '.join(endings)}")
+    if not trace.stop.message:
+        faults.append("it ended without a message")
+    return found, faults
+
+
+def verdict(case: HardCase, folder: Path) -> Record:
+    """A case's runs, the worst of each check, the endings, and whether all is right."""
+    done = list(runs(case, folder))
+    worst: dict[str, Record] = {}
+    for each in (check for run in done for check in run["checks"]):
+        before = worst.get(each["name"], each)
+        worse = max(before, each, key=lambda one: (not one["holds"], one["error"]))
+        worst[each["name"]] = worse
+    endings: dict[str, Record] = {}
+    for run in done:
+        first = {"reason": run["ended"], "runs": 0, "message": run["message"]}
+        endings.setdefault(run["ended"], first)["runs"] += 1
+    return {
+        "name": case.name,
+        "why": str(load(folder / f"{case.name}.yaml").experiment.title),
+        "events": sum(run["events"] for run in done),
+        "endings": list(endings.values()),
+        "worst": {
+            name: {key: each[key] for key in ("error", "bound", "holds")}
+            for name, each in worst.items()
+        },
+        "holds": not any(run["faults"] for run in done),
+        "faults": [f"{_label(run)}: {fault}" for run in done for fault in run["faults"]],
+        "runs": done,
+    }
+
+
+def _label(run: Record) -> str:
+    """A run's engine and point."""
+    return ", ".join(
+        [run["engine"], *(f"{key}={value}" for key, value in run["parameters"].items())]
+    )
+
+
+# The record as tables
 
 LEGEND = """\
-events: of all runs of a case, its points with each of the two engines that knows its container
-ended: why runs ended, and how many of them
-energy, momentum, angular, virial: the worst of what is missing in the books, as a part of the whole
+events: of all runs of a case: each point with each engine that supports its container
+ended: why runs ended, and how many
+energy, momentum, angular, virial: the worst violation of the conservation law, relative
 overlap, escape: the deepest of two balls, and of a ball in the wall
-facts: how many of those that are known exactly hold"""
+facts: how many of the facts that are known exactly hold"""
 
 
-def chosen(names: Sequence[str], folder: Path) -> list[Hard]:
-    """The cases of some names; of none, all but those that take minutes. Raises ``UserError``."""
-
-    if not folder.is_dir():
-        raise UserError(
-            f"there is no folder {folder}; run this where snooker's configs/hard is, or name that "
-            "folder with --configs"
-        )
-    if not names:
-        return [case for case in CASES if not case.by_name_only]
-    known = {case.name: case for case in CASES}
-    for name in names:
-        if name not in known:
-            close = difflib.get_close_matches(name, known, n=1)
-            meant = f"did you mean {close[0]}?" if close else f"the cases are {', '.join(known)}"
-            raise UserError(f"there is no hard case {name}; {meant}")
-    return [known[name] for name in dict.fromkeys(names)]
-
-
-def lines_of_hard(measurement: dict[str, Any]) -> Iterator[str]:
-    """The measurement as tables and sentences."""
-    cases = measurement["cases"]
-    yield from table_lines(
-        [Column("case"), Column("why it is hard")], [[case["name"], case["why"]] for case in cases]
-    )
-    yield ""
-    yield LEGEND
-    yield ""
-    yield from _verdicts(cases)
-    yield ""
-    yield from _facts(cases)
-    yield from table_lines(
-        [Column("case"), Column("how it ended, the first run of each kind")],
-        [[case["name"], each["message"]] for case in cases for each in case["endings"]],
-    )
-    yield ""
-    faults = [f"{case['name']}, {fault}" for case in cases for fault in case["faults"]]
-    yield from faults
-    failed = sum(not case["holds"] for case in cases)
-    runs = counted(sum(len(case["runs"]) for case in cases), "run")
-    verdict = f"{counted(failed, 'case')} failed" if failed else "all hold"
-    yield f"{counted(len(cases), 'case')}, {runs}: {verdict}"
-    if measurement["left_out"]:
-        names = " ".join(measurement["left_out"])
-        yield f"left out, as it takes minutes: snooker bench hard {names}"
-
-
-def _verdicts(cases: list[dict[str, Any]]) -> list[str]:
-    """A row a case."""
-
-    units = {"overlap": ", m", "escape": ", m", "angular momentum": ""}
-    return table_lines(
-        [
-            Column("case"),
-            Column("events", True),
-            Column("ended"),
-            *(
-                Column(name.removesuffix(" momentum") + units.get(name, ""), True)
-                for name in INVARIANTS
-            ),
-            Column("facts", True),
-            Column("verdict"),
-        ],
-        [
+def _verdict_lines(cases: Sequence[Record]) -> list[str]:
+    """A row for each case."""
+    headings = ("energy", "momentum", "angular", "virial", "overlap, m", "escape, m", "facts")
+    rows = []
+    for case in cases:
+        endings = (f"{each['runs']} {each['reason']}" for each in case["endings"])
+        known = _facts(case).values()
+        rows.append(
             [
                 case["name"],
                 f"{case['events']:,}",
-                ", ".join(
-                    f"{each['runs']} {each['reason']}".replace("_", " ") for each in case["endings"]
-                ),
+                ", ".join(endings).replace("_", " "),
                 *(_error(case["worst"].get(name)) for name in INVARIANTS),
-                _held([each for name, each in case["worst"].items() if _is_fact(name)]),
+                f"{sum(each['holds'] for each in known)} of {len(known)}" if known else "–",
                 "holds" if case["holds"] else "fails",
             ]
-            for case in cases
-        ],
-    )
+        )
+    columns = [Column("case"), Column("events", True), Column("ended")]
+    columns += [Column(name, True) for name in headings]
+    return table_lines([*columns, Column("verdict")], rows)
 
 
-def _facts(cases: list[dict[str, Any]]) -> Iterator[str]:
-    """A row a fact, if there are any."""
+def _fact_lines(cases: Sequence[Record]) -> Iterator[str]:
+    """A row for each fact, if there are any."""
     rows = [
         [case["name"], name, _error(each), _error({"error": each["bound"]})]
         for case in cases
-        for name, each in case["worst"].items()
-        if _is_fact(name)
+        for name, each in _facts(case).items()
     ]
     if rows:
-        yield from table_lines(
-            [Column("case"), Column("fact"), Column("worst error", True), Column("bound", True)],
-            rows,
-        )
+        columns = [Column("case"), Column("fact"), Column("worst error", True)]
+        yield from table_lines([*columns, Column("bound", True)], rows)
         yield ""
 
 
-def _is_fact(name: str) -> bool:
-    """Whether a check is one of a case's own."""
-
-    return name not in ("numbers", *INVARIANTS)
-
-
-def _held(facts: list[dict[str, Any]]) -> str:
-    """As in ``2 of 3``."""
-    return f"{sum(each['holds'] for each in facts)} of {len(facts)}" if facts else "–"
+def _facts(case: Record) -> dict[str, Any]:
+    """The checks that only this case has."""
+    return {
+        name: each for name, each in case["worst"].items() if name not in ("numbers", *INVARIANTS)
+    }
 
 
-def _error(check: dict[str, Any] | None) -> str:
-    """An error to two digits, as 1.2e−15; a dash where there is nothing to measure."""
+def _error(check: Record | None) -> str:
+    """An error to two digits; a dash where there is nothing to measure."""
     if check is None:
         return "–"
     if check["error"] is None:
         return "infinite"
-    return "0" if check["error"] == 0 else f"{check['error']:.1e}".replace("-", "−")
+    return "0" if check["error"] == 0 else small(check["error"])

@@ -1,40 +1,243 @@
-"""Ways to simulate a scene, side by side: this engine, the report's algorithm, time stepping."""
+"""Methods to simulate a scene: this engine, the source report's algorithm, time stepping."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.containers import Circle
-from snooker_cli.engine import replay, simulate
+from snooker_cli.engine import States, replay, simulate
 from snooker_cli.engine.jit import kernel
 from snooker_cli.formatting import short
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int32]
 
-    from snooker_cli.scene import Scene
-
-    Floats = NDArray[np.float64]
-    Indices = NDArray[np.int32]
-
-
-# Time stepping with impulses, as games and codes for grains have it, compiled.
+TOLERANCE = 1e-6
+"""The source report: "If the computed time to collision is less than 10⁻⁶ seconds, it is considered
+zero"; and zero is not a "positive solution" that can be selected."""
 
 SKIN = 0.2
-"""Width of the shell round a ball in which others are looked at, in mean distances of balls."""
+"""Time stepping lists pairs that are nearer than this to contact, in mean distances of balls."""
 
 ROOM = 8192
-"""Events that are recorded before the kernel returns, at the least."""
+"""Events after which the kernel of time stepping returns."""
 
-# Rows of the bodies' table; the container is its last column.
+PAIRS_AT_ONCE = 1_000_000
+"""Pairs of balls, times states, whose distances are held in memory at once."""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A scene simulated by a method, until the last of the given times.
+
+    positions : (*k*, *N*, 2), m, at the given times
+    finish : the scene at the last of them
+    overlap : the deepest overlap of two bodies at any of its events or steps, m
+    seconds : processor time of the simulation
+    """
+
+    start: Scene
+    events: Events
+    positions: Floats
+    finish: Scene
+    overlap: float
+    seconds: float
+
+
+class Method(NamedTuple):
+    """A method; ``run`` takes a scene and ascending times, s."""
+
+    name: str
+    step: float | None
+    run: Callable[[Scene, Floats], Trajectory]
+
+
+def all_methods(steps: Sequence[float]) -> tuple[Method, ...]:
+    """All of them; time stepping once for each step, s."""
+    stepping = (
+        Method(f"time steps of {short(step)} s", step, partial(by_steps, step=step))
+        for step in steps
+    )
+    return (
+        Method("snooker", None, by_engine),
+        Method("the source report's algorithm", None, by_source_report),
+        *stepping,
+    )
+
+
+# Comparison of trajectories
+
+
+def events_from_rows(rows: ArrayLike) -> Events:
+    """Events from rows of time (s), i, j and impulse (kg m/s)."""
+    time, i, j, impulse = np.array(rows, dtype=np.float64).reshape(-1, 4).T
+    return Events(time.copy(), i.astype(np.int32), j.astype(np.int32), impulse.copy())
+
+
+def first_different(events: Events, truth: Events) -> int:
+    """The number of events before the first in which other bodies collide, or the last."""
+    common = min(len(events), len(truth))
+    differs = (events.i[:common] != truth.i[:common]) | (events.j[:common] != truth.j[:common])
+    return int(np.argmax(differs)) if differs.any() else common
+
+
+def rms_distance(positions: Floats, others: Floats) -> Floats:
+    """Root mean square over the balls of their distance in two trajectories, (*k*,), m."""
+    squares = np.sum((positions - others) ** 2, axis=2)
+    return np.asarray(np.sqrt(np.mean(squares, axis=1)))
+
+
+def deepest_overlap(scene: Scene, states: States, flights: Floats | None = None) -> float:
+    """The deepest overlap of two balls, m, at the states and during free flight from them.
+
+    flights : (*t*,) s, the time of free flight after each state; none by default
+    """
+    flights = np.zeros(len(states.time)) if flights is None else flights
+    i, j = np.triu_indices(scene.number, 1)
+    contact = scene.radii[i] + scene.radii[j]
+    deepest = 0.0
+    at_once = max(1, PAIRS_AT_ONCE // max(1, len(i)))
+    for first in range(0, len(flights), at_once):
+        rows = slice(first, first + at_once)
+        offset = states.positions[rows][:, i] - states.positions[rows][:, j]
+        offset = scene.container.nearest_image(offset)
+        velocity = states.velocities[rows][:, i] - states.velocities[rows][:, j]
+        speed_squares = np.sum(velocity * velocity, axis=2)
+        nearest = -np.sum(offset * velocity, axis=2) / np.where(speed_squares > 0, speed_squares, 1)
+        offset += velocity * np.clip(nearest, 0.0, flights[rows, None])[..., None]
+        distance = np.sqrt(np.sum(offset * offset, axis=2))
+        deepest = max(deepest, float(np.max(contact - distance, initial=0.0)))
+    return deepest
+
+
+def farthest_escape(scene: Scene, states: States) -> float:
+    """How far a ball sticks out of the wall, m, at the states; in free flight it is inside."""
+    places = states.positions - states.container_positions[:, None]
+    return float(np.max(-scene.container.wall_gaps(places, scene.radii), initial=0.0))
+
+
+# The methods
+
+
+def by_engine(scene: Scene, moments: Floats) -> Trajectory:
+    """Simulate with this project's engine."""
+    clock = time.process_time()
+    trace = simulate(scene, time=float(moments[-1]))
+    seconds = time.process_time() - clock
+    assert trace.events is not None
+    positions = replay(trace, moments).positions
+    at_events = replay(trace, trace.events.time)
+    overlap = _overlap(scene, at_events)
+    return Trajectory(scene, trace.events, positions, trace.finish, overlap, seconds)
+
+
+def _overlap(scene: Scene, states: States) -> float:
+    """The deepest overlap of any two bodies, m."""
+    return max(deepest_overlap(scene, states), farthest_escape(scene, states))
+
+
+def by_source_report(scene: Scene, moments: Floats) -> Trajectory:
+    """Simulate with the source report's algorithm, with NumPy for all pairs at once.
+
+    Each event moves every body and solves every pair's quadratic again; the smallest root beyond
+    ``TOLERANCE`` is the next event. The container is one of the bodies.
+    """
+    clock = time.process_time()
+    number = scene.number
+    bodies = _bodies(scene).T
+    x, v, radii, masses = bodies[:, 0:2], bodies[:, 2:4].copy(), bodies[:, 4], bodies[:, 5]
+    first, second = np.triu_indices(number + 1, 1)
+    walls = second == number
+    contact = radii[second] + np.where(walls, -1.0, 1.0) * radii[first]
+    now, recorded = 0.0, 0
+    positions = np.empty((len(moments), number, 2))
+    rows, history = [], []
+    while True:
+        offset, velocity = x[first] - x[second], v[first] - v[second]
+        a = np.sum(velocity * velocity, axis=1)
+        b = np.sum(offset * velocity, axis=1)
+        c = np.sum(offset * offset, axis=1) - contact * contact
+        with np.errstate(invalid="ignore", divide="ignore"):
+            root = np.sqrt(b * b - a * c)
+            early, late = (-b - root) / a, (-b + root) / a
+        delay = np.where(early > TOLERANCE, early, np.where(late > TOLERANCE, late, np.inf))
+        k = int(np.argmin(delay))
+        while recorded < len(moments) and moments[recorded] < now + delay[k]:
+            positions[recorded] = (x + v * (moments[recorded] - now))[:number]
+            recorded += 1
+        if recorded == len(moments):
+            break
+        now += float(delay[k])
+        x = x + v * delay[k]
+        i, j = int(first[k]), int(second[k])
+        restitution = scene.wall_restitution if walls[k] else scene.restitution
+        impulse = _collide(x, v, masses, i, j, restitution)
+        rows.append((now, i, CONTAINER if walls[k] else j, impulse))
+        history.append(x)
+    x = x + v * (float(moments[-1]) - now)
+    seconds = time.process_time() - clock
+    places = np.array(history).reshape(-1, number + 1, 2)
+    still = np.zeros_like(places)
+    at_events = States(
+        np.zeros(len(places)), places[:, :-1], still[:, :-1], places[:, -1], still[:, -1]
+    )
+    return Trajectory(
+        start=scene,
+        events=events_from_rows(rows),
+        positions=positions,
+        finish=_moved(scene, x, v),
+        overlap=_overlap(scene, at_events),
+        seconds=seconds,
+    )
+
+
+def _collide(x: Floats, v: Floats, masses: Floats, i: int, j: int, restitution: float) -> float:
+    """The source report's equations (3) to (5); the size of the impulse."""
+    normal = (x[i] - x[j]) / np.sqrt(np.sum((x[i] - x[j]) ** 2))
+    v1, v2 = np.dot(v[i], normal), np.dot(v[j], normal)
+    tangential1, tangential2 = v[i] - v1 * normal, v[j] - v2 * normal
+    # m2/(m1 + m2) and m1/(m1 + m2), also for an infinite m2
+    share1, share2 = 1 / (1 + masses[i] / masses[j]), 1 / (1 + masses[j] / masses[i])
+    change = share1 * (1 + restitution) * (v2 - v1)
+    v[i] = (v1 + change) * normal + tangential1
+    v[j] = (v2 + share2 * (1 + restitution) * (v1 - v2)) * normal + tangential2
+    return abs(float(masses[i] * change))
+
+
+def by_steps(scene: Scene, moments: Floats, step: float) -> Trajectory:
+    """Simulate with time steps (s): bodies that overlap and approach exchange an impulse."""
+    clock = time.process_time()
+    events, states, overlap = stepped(scene, step, moments)
+    seconds = time.process_time() - clock
+    positions = np.ascontiguousarray(np.moveaxis(states[:, 0:2, :-1], 1, 2))
+    finish = _moved(scene, states[-1, 0:2].T, states[-1, 2:4].T)
+    return Trajectory(scene, events, positions, finish, overlap, seconds)
+
+
+def _moved(scene: Scene, x: Floats, v: Floats) -> Scene:
+    """The scene with other positions and velocities, the container's last."""
+    return replace(
+        scene,
+        positions=x[:-1].copy(),
+        velocities=v[:-1].copy(),
+        container_position=x[-1].copy(),
+        container_velocity=v[-1].copy(),
+    )
+
+
+# Time stepping with impulses, as in games and in codes for granular matter, compiled
+
+# Rows of the table of bodies; the container is its last column.
 X, Y, U, V, R, M = range(6)
 
 # Elements of the kernel's memory: steps made, moments recorded, deepest overlap (m), the fastest
@@ -50,48 +253,34 @@ def stepped(scene: Scene, step: float, moments: Floats) -> tuple[Events, Floats,
     Returns, for states, (*k*, 6, *N* + 1): x, y (m), u, v (m/s), and radius and mass, of each ball
     and of the container; m for the overlap.
     """
-    bodies = table(scene)
+    bodies = _bodies(scene)
     states = np.empty((len(moments), *bodies.shape))
     memory = np.zeros(4)
-    # A pair, or a ball at the wall, collides once at most in a step.
+    # A pair, or a ball at the wall, collides at most once in a step.
     most_pairs = scene.number * (scene.number + 1) // 2
     pairs = np.empty((most_pairs, 2), dtype=np.int32)
     skin = SKIN * math.sqrt(scene.container.area / scene.number)
+    restitutions = scene.restitution, scene.wall_restitution
     chunks = []
     while memory[MOMENTS] < len(moments):
         events = np.empty((ROOM + most_pairs, 4))
         used = _advance(
-            bodies,
-            scene.restitution,
-            scene.wall_restitution,
-            step,
-            skin,
-            moments,
-            states,
-            pairs,
-            events,
-            ROOM,
-            memory,
+            bodies, *restitutions, step, skin, moments, states, pairs, events, ROOM, memory
         )
         chunks.append(events[:used])
-    time, i, j, impulse = np.concatenate(chunks).T
-    return (
-        Events(time.copy(), i.astype(np.int32), j.astype(np.int32), impulse.copy()),
-        states,
-        float(memory[OVERLAP]),
-    )
+    return events_from_rows(np.concatenate(chunks)), states, float(memory[OVERLAP])
 
 
-def table(scene: Scene) -> Floats:
-    """The scene's bodies, a column each, with the container in the last."""
-    balls = np.vstack([scene.positions.T, scene.velocities.T, scene.radii, scene.masses])
+def _bodies(scene: Scene) -> Floats:
+    """The table of bodies."""
     assert isinstance(scene.container, Circle)
-    container = [
+    balls = np.vstack([scene.positions.T, scene.velocities.T, scene.radii, scene.masses])
+    container = (
         *scene.container_position,
         *scene.container_velocity,
         scene.container.radius,
         scene.container_mass,
-    ]
+    )
     return np.column_stack([balls, container])
 
 
@@ -109,14 +298,14 @@ def _advance(
     room: int,
     memory: Floats,
 ) -> int:
-    """Go on until the moments are through or ``room`` events are there; how many there are."""
+    """Simulate until the last moment or for ``room`` events; the number of events."""
     number = bodies.shape[1] - 1
     listed, slack, used = 0, -1.0, 0
     while used < room:
         now = memory[STEPS] * step
         while moments[int(memory[MOMENTS])] < now + step:
             moment = int(memory[MOMENTS])
-            # Number by number: what numba makes of whole rows takes seconds to compile.
+            # Element by element: numba takes seconds to compile whole rows.
             for k in range(number + 1):
                 for row in range(len(bodies)):
                     states[moment, row, k] = bodies[row, k]
@@ -193,171 +382,3 @@ def _collide_overlapping(
     for k in (i, j):
         memory[FASTEST] = max(memory[FASTEST], math.hypot(bodies[U, k], bodies[V, k]))
     return float(abs(impulse))
-
-
-TOLERANCE = 1e-6
-"""The report: "If the computed time to collision is less than 10⁻⁶ seconds, it is considered zero";
-and zero is not a "positive solution" that can be selected."""
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """What a method makes of a scene until the last of some moments.
-
-    positions : (*k*, *N*, 2), m, at the moments
-    finish : the scene at the last of them
-    overlap : the deepest overlap of two bodies at any of its events or steps, m
-    seconds : processor time of the simulation proper
-    """
-
-    start: Scene
-    events: Events
-    positions: Floats
-    finish: Scene
-    overlap: float
-    seconds: float
-
-
-@dataclass(frozen=True)
-class Method:
-    """A way to simulate; ``run`` takes a scene and ascending moments, s."""
-
-    name: str
-    step: float | None
-    run: Callable[[Scene, Floats], Trajectory]
-
-
-def all_methods(steps: tuple[float, ...]) -> tuple[Method, ...]:
-    """All of them; time stepping once for each step, s."""
-
-    def stepping(step: float) -> Callable[[Scene, Floats], Trajectory]:
-        return lambda scene, moments: by_steps(scene, moments, step)
-
-    return (
-        Method("snooker", None, by_engine),
-        Method("the report's algorithm", None, by_report),
-        *(Method(f"time steps of {short(step)} s", step, stepping(step)) for step in steps),
-    )
-
-
-def by_engine(scene: Scene, moments: Floats) -> Trajectory:
-    """This project's engine."""
-    clock = time.process_time()
-    trace = simulate(scene, time=float(moments[-1]))
-    seconds = time.process_time() - clock
-    assert trace.events is not None
-    states = replay(trace, moments)
-    at_events = replay(trace, trace.events.time)
-    overlap = deepest_overlap(scene, at_events.positions, at_events.container_positions)
-    return Trajectory(scene, trace.events, states.positions, trace.finish, overlap, seconds)
-
-
-def by_report(scene: Scene, moments: Floats) -> Trajectory:
-    """The report's algorithm as it describes it, with NumPy for all pairs at once.
-
-    At each event every body is moved to it, and every pair's quadratic is solved anew; its smallest
-    root beyond ``TOLERANCE`` counts. The container is one of the bodies. The same in Python loops
-    over ball objects, as it is mostly written, gives the same numbers more slowly.
-    """
-    clock = time.process_time()
-    number = scene.number
-    bodies = table(scene).T
-    x, v = bodies[:, 0:2].copy(), bodies[:, 2:4].copy()
-    radii, masses = bodies[:, 4], bodies[:, 5]
-    first, second = np.triu_indices(number + 1, 1)
-    contact = radii[first] + radii[second]
-    walls = second == number
-    contact[walls] = (radii[second] - radii[first])[walls]
-    now, recorded = 0.0, 0
-    states = np.empty((len(moments), number, 2))
-    rows, history = [], []
-    while True:
-        offset, velocity = x[first] - x[second], v[first] - v[second]
-        a = np.sum(velocity * velocity, axis=1)
-        b = np.sum(offset * velocity, axis=1)
-        c = np.sum(offset * offset, axis=1) - contact * contact
-        with np.errstate(invalid="ignore", divide="ignore"):
-            root = np.sqrt(b * b - a * c)
-            early, late = (-b - root) / a, (-b + root) / a
-        delay = np.where(early > TOLERANCE, early, np.where(late > TOLERANCE, late, np.inf))
-        k = int(np.argmin(delay))
-        while recorded < len(moments) and moments[recorded] < now + delay[k]:
-            states[recorded] = (x + v * (moments[recorded] - now))[:number]
-            recorded += 1
-        if recorded == len(moments):
-            break
-        now += float(delay[k])
-        x = x + v * delay[k]
-        i, j = int(first[k]), int(second[k])
-        impulse = _collide(x, v, masses, i, j, _restitution(scene, j))
-        rows.append((now, i, CONTAINER if j == number else j, impulse))
-        history.append(x)
-    left = float(moments[-1]) - now
-    x = x + v * left
-    seconds = time.process_time() - clock
-    finish = _finish(scene, x, v)
-    places = np.array(history).reshape(-1, number + 1, 2)
-    overlap = deepest_overlap(scene, places[:, :number], places[:, number])
-    return Trajectory(scene, _events(rows), states, finish, overlap, seconds)
-
-
-def _restitution(scene: Scene, j: int) -> float:
-    return scene.wall_restitution if j == scene.number else scene.restitution
-
-
-def _collide(x: Floats, v: Floats, masses: Floats, i: int, j: int, restitution: float) -> float:
-    """The report's equations (3) to (5): normal and tangential parts; the impulse's size."""
-    normal = (x[i] - x[j]) / np.sqrt(np.sum((x[i] - x[j]) ** 2))
-    v1, v2 = np.dot(v[i], normal), np.dot(v[j], normal)
-    tangential1, tangential2 = v[i] - v1 * normal, v[j] - v2 * normal
-    # m2/(m1 + m2) and m1/(m1 + m2), for an infinite m2 too
-    share1, share2 = 1 / (1 + masses[i] / masses[j]), 1 / (1 + masses[j] / masses[i])
-    change = share1 * (1 + restitution) * (v2 - v1)
-    after1 = v1 + change
-    after2 = v2 + share2 * (1 + restitution) * (v1 - v2)
-    v[i] = after1 * normal + tangential1
-    v[j] = after2 * normal + tangential2
-    return abs(float(masses[i] * change))
-
-
-def by_steps(scene: Scene, moments: Floats, step: float) -> Trajectory:
-    """Time stepping with impulses; see ``stepping``."""
-    clock = time.process_time()
-    events, states, overlap = stepped(scene, step, moments)
-    seconds = time.process_time() - clock
-    last = states[-1].T
-    finish = _finish(scene, last[:, 0:2], last[:, 2:4])
-    positions = np.ascontiguousarray(np.moveaxis(states[:, 0:2, :-1], 1, 2))
-    return Trajectory(scene, events, positions, finish, overlap, seconds)
-
-
-def _finish(scene: Scene, x: Floats, v: Floats) -> Scene:
-    """The scene with its bodies, the container last, somewhere else."""
-    return replace(
-        scene,
-        positions=x[:-1].copy(),
-        velocities=v[:-1].copy(),
-        container_position=x[-1].copy(),
-        container_velocity=v[-1].copy(),
-    )
-
-
-def _events(rows: list[tuple[float, int, int, float]]) -> Events:
-    """Columns of rows."""
-    time, i, j, impulse = np.array(rows, dtype=np.float64).reshape(-1, 4).T
-    return Events(time.copy(), i.astype(np.int32), j.astype(np.int32), impulse.copy())
-
-
-def deepest_overlap(scene: Scene, positions: Floats, container_positions: Floats) -> float:
-    """The deepest overlap of any two bodies in some states, m.
-
-    positions, container_positions : (*k*, *N*, 2) and (*k*, 2), m
-    """
-    i, j = np.triu_indices(scene.number, 1)
-    contact = scene.radii[i] + scene.radii[j]
-    deepest = 0.0
-    for places, centre in zip(positions, container_positions, strict=True):
-        pairs = contact - np.sqrt(np.sum((places[i] - places[j]) ** 2, axis=1))
-        walls = -scene.container.wall_gaps(places - centre, scene.radii)
-        deepest = max(deepest, float(np.max(pairs, initial=0.0)), float(np.max(walls)))
-    return deepest

@@ -1,14 +1,14 @@
-"""Gases to measure: their scenes, their repeats in threads, and the means over seeds."""
+"""Gases beside known values: their scenes, repeats in threads, and means over seeds."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,16 +20,20 @@ from snooker_cli.engine import simulate
 from snooker_cli.formatting import counted
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, Summary
-from snooker_cli.validation.study import EXACT, OWN, PUBLISHED, KnownValue, Parameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from snooker_cli.scene import Scene
-    from snooker_cli.trace import Series, Summary
 
     Array = NDArray[np.float64]
 
+ALLOWED = 4.0
+"""Allowed standard errors: by chance a few dozen rows exceed three, not four."""
+
+PUBLISHED, EXACT, OWN = "published", "exact", "own"
+"""The origin of an expected value: a published simulation or theory; a law without an error; or a
+simulation by independent code of this project, which is a check and no authority."""
 
 TEMPLATE = """
 container: {{shape: {shape}}}
@@ -44,7 +48,7 @@ seed: 1
 class GasSample:
     """Equal balls of 1 m and 1 kg that start on a lattice with a temperature of 50 J.
 
-    settling, collisions : a ball's with others, in a periodic box, before measuring and meanwhile
+    settling, collisions : collisions with balls that each ball has before and while measuring
     seeds : repeats
     """
 
@@ -59,71 +63,113 @@ class GasSample:
 
     def scene(self, seed: int) -> Scene:
         """The start of a repeat."""
-        text = TEMPLATE.format(
-            shape=self.shape,
-            balls=self.balls,
-            packing=self.packing,
-            speeds=self.speeds,
-            cor=self.cor,
-        )
-        return starting_scene(parse(text).experiment, seed)
+        return starting_scene(parse(TEMPLATE.format(**vars(self))).experiment, seed)
 
     @property
     def settling_events(self) -> int:
-        """Collisions of all balls together until measuring begins: two balls share one."""
+        """Collisions of all balls together before measuring: two balls share one."""
         return round(self.settling * self.balls / 2)
 
     @property
     def measured_events(self) -> int:
-        """The same while it goes on."""
+        """Collisions of all balls together while measuring."""
         return round(self.collisions * self.balls / 2)
 
     @property
     def free(self) -> int:
-        """Balls that the law of speeds counts: a periodic box without momentum has one less."""
+        """Free velocities of balls: a periodic box without momentum has one less."""
         return self.balls - (not SHAPES[self.shape].has_wall)
 
-    def setting(self) -> Parameters:
-        """What a row tells of it."""
-        return Parameters(
-            shape=self.shape,
-            balls=self.balls,
-            packing=self.packing,
-            cor=self.cor,
-            settling=self.settling_events,
-            collisions=self.measured_events,
-            seeds=self.seeds,
-        )
+    def means(self, measure: Callable[[GasSample, Scene, Summary], tuple[float, ...]]) -> Array:
+        """Mean and standard error over seeds of each measured value, a row each."""
+        return np.array([mean_and_error(column) for column in self.repeats(measure).T])
+
+    def repeats(self, measure: Callable[[GasSample, Scene, Summary], tuple[float, ...]]) -> Array:
+        """What is measured of each repeat, a row each; the same for any number of threads."""
+
+        def one(seed: int) -> tuple[float, ...]:
+            scene = self.scene(seed)
+            events = self.settling_events + self.measured_events
+            summary = simulate(scene, collisions=events, summary=True, engine="cells").summary
+            assert summary is not None
+            return measure(self, scene, evenly(summary))
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            return np.array(list(pool.map(one, range(self.seeds))))
 
 
-def over_seeds(gas: GasSample, measure: Callable[[Scene, Summary], tuple[float, ...]]) -> Array:
-    """What is measured of each repeat, a row each; the same for any number of threads."""
+@dataclass(frozen=True)
+class KnownValue:
+    """The mean of a quantity over seeds beside an expected value.
 
-    def one(seed: int) -> tuple[float, ...]:
-        scene = gas.scene(seed)
-        events = gas.settling_events + gas.measured_events
-        summary = simulate(scene, collisions=events, summary=True, engine="cells").summary
-        assert summary is not None
-        return measure(scene, evenly(summary))
+    error, expected_error : standard errors; the second as far as it is known
+    whose : ``PUBLISHED``, ``EXACT`` or ``OWN``, of the expected value
+    source : of the expected value, author and year
+    known : what a finite number of balls adds to the expected value, by theory
+    systematic : how far the expected value may be off for another reason, by bound or estimate
+    reason : this reason
+    """
 
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return np.array(list(pool.map(one, range(gas.seeds))))
+    group: str
+    quantity: str
+    gas: GasSample
+    measured: float
+    error: float
+    expected: float
+    whose: str
+    source: str
+    expected_error: float = 0.0
+    known: float = 0.0
+    systematic: float = 0.0
+    reason: str = ""
+    note: str = ""
+
+    @property
+    def difference(self) -> float:
+        """Measured less expected."""
+        return self.measured - self.expected
+
+    @property
+    def both_errors(self) -> float:
+        """Standard error of the difference."""
+        return math.hypot(self.error, self.expected_error)
+
+    @property
+    def left_in_errors(self) -> float:
+        """The difference without the known part, in standard errors."""
+        return (self.difference - self.known) / self.both_errors
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the rest is within the allowed errors and the systematic one."""
+        left = abs(self.difference - self.known)
+        return left <= ALLOWED * self.both_errors + self.systematic
+
+    def as_json(self) -> dict[str, Any]:
+        """The fields and what follows from them."""
+        gas = self.gas
+        setting = {key: getattr(gas, key) for key in ("shape", "balls", "packing", "cor", "seeds")}
+        setting |= {"settling": gas.settling_events, "collisions": gas.measured_events}
+        fields = {key: value for key, value in asdict(self).items() if key != "gas"}
+        return fields | {
+            "setting": setting,
+            "difference": self.difference,
+            "both_errors": self.both_errors,
+            "in_errors": self.difference / self.both_errors,
+            "left_in_errors": self.left_in_errors,
+            "agrees": self.agrees,
+        }
 
 
 def evenly(summary: Summary) -> Summary:
-    """A summary with the last row and those of the even grid, for means over its rows."""
+    """The rows of a summary that are on the even grid, and the last, for means over rows."""
     time = summary.series.time
     rows = np.append(time[:-1] % (time[-2] - time[-3]) == 0, True)
     series = Series(*(column[rows] for column in vars(summary.series).values()))
     return Summary(series, summary.speed_histogram[rows])
 
 
-def means(rows: Array) -> list[tuple[float, float]]:
-    """Mean and standard error of each column over the repeats."""
-    return [mean_and_error(column) for column in rows.T]
-
-
-# Pressure and collision rate of elastic disks in a periodic box, beside what is published.
+# Pressure and collision rate of elastic disks in a periodic box
 
 STATE, RATE = "equation of state", "collision rate"
 
@@ -131,71 +177,58 @@ VIRIALS = "Padé of ten virial coefficients, Clisby & McCoy 2006"
 ENSKOG = "Enskog, contact value of that Padé"
 
 PUBLISHED_PRECISION = 1e-4
-"""Relative error of simulated Z where they are published, and of the Padé at their packings, where
-its last coefficients matter; at a packing of 0.4 and below these change nothing that is seen."""
+"""Relative error of published simulated Z, and of the Padé above ``SERIES_EXACT``, where its last
+coefficients matter."""
 
 SERIES_EXACT = 0.4
 
 
-def fluid_rows(gas: GasSample) -> list[KnownValue]:
-    """Z beside the simulations of others, where there are any, and the Padé; the rate."""
-    scene = gas.scene(0)
-    number, packing = gas.balls, gas.packing
-    density = theory.number_density(number, scene.container.area)
-    temperature = meeting_temperature(scene.kinetic_energy, scene)
-    (ratio, ratio_error), (rate, rate_error) = means(over_seeds(gas, partial(ratio_and_rate, gas)))
-    lacking = missing(packing, number)
+def fluid_rows(gas: GasSample) -> Iterator[KnownValue]:
+    """Z beside published simulations, if there are any, and the Padé; the collision rate."""
+    scene, packing = gas.scene(0), gas.packing
+    (ratio, ratio_error), (rate, rate_error) = gas.means(ratio_and_rate)
+    lacking = missing(packing, gas.balls)
     precision = PUBLISHED_PRECISION if packing > SERIES_EXACT else 0.0
-    simulated = theory.published_ratio(packing)
     sources = [(theory.compressibility(packing), precision, VIRIALS)]
+    simulated = theory.published_ratio(packing)
     if simulated is not None:
         sources.insert(0, (simulated.ratio, PUBLISHED_PRECISION, simulated.source))
-    found = [
-        KnownValue(
-            group=STATE,
-            quantity="Z = PV/NT",
-            setting=gas.setting(),
-            measured=ratio,
-            error=ratio_error,
-            expected=value,
+    for value, relative, source in sources:
+        yield KnownValue(
+            *(STATE, "Z = PV/NT", gas, ratio, ratio_error, value, PUBLISHED, source),
             expected_error=relative * value,
-            whose=PUBLISHED,
-            source=source,
             known=-lacking,
         )
-        for value, relative, source in sources
-    ]
     contact = theory.contact_value(packing)
-    radius = float(scene.radii[0])
-    expected = theory.ball_ball_rate(density, radius, temperature, contact)
+    expected = collision_rate(gas, scene)
     fewer = 1 - lacking / (2 * packing * contact)
-    found.append(
-        KnownValue(
-            group=RATE,
-            quantity="collisions of a ball, 1/s",
-            setting=gas.setting(),
-            measured=rate,
-            error=rate_error,
-            expected=expected,
-            expected_error=precision * expected,
-            whose=PUBLISHED,
-            source=ENSKOG,
-            known=expected * (fewer * theory.fixed_energy_factor(gas.free) - 1),
-        )
+    yield KnownValue(
+        *(RATE, "collisions of a ball, 1/s", gas, rate, rate_error, expected, PUBLISHED, ENSKOG),
+        expected_error=precision * expected,
+        known=expected * (fewer * theory.fixed_energy_factor(gas.free) - 1),
     )
-    return found
+
+
+def collision_rate(gas: GasSample, scene: Scene) -> float:
+    """Enskog's rate of collisions of a ball with others, 1/s."""
+    return theory.ball_ball_rate(
+        theory.number_density(gas.balls, scene.container.area),
+        float(scene.radii[0]),
+        meeting_temperature(scene.kinetic_energy, scene),
+        theory.contact_value(gas.packing),
+    )
 
 
 def ratio_and_rate(gas: GasSample, scene: Scene, summary: Summary) -> tuple[float, float]:
-    """Z by the virial, and collisions of a ball per second, of a repeat once it has settled."""
+    """Z by the virial, and collisions of a ball per second, of a repeat after settling."""
     series = summary.series
     since = int(np.searchsorted(series.pair_events, gas.settling_events))
     time, virial, events = (
         float(column[-1] - column[since])
         for column in (series.time, series.pair_virial, series.pair_events)
     )
-    warm = gas.balls * meeting_temperature(scene.kinetic_energy, scene)
-    return 1 + virial / (2 * warm * time), 2 * events / (gas.balls * time)
+    thermal = gas.balls * meeting_temperature(scene.kinetic_energy, scene)
+    return 1 + virial / (2 * thermal * time), 2 * events / (gas.balls * time)
 
 
 def missing(packing: float, number: int) -> float:
@@ -208,15 +241,15 @@ def missing(packing: float, number: int) -> float:
     return float(packing * second / first / (2 * number))
 
 
-# Cooling by Haff's law, the shape of its speeds, and how equal speeds become Maxwell's.
+# Haff's law of cooling, the speeds of a cooling gas, and how equal speeds become Maxwell's
 
 HAFF, SHAPE, RELAXATION = "Haff's law", "speeds of a cooling gas", "kurtosis relaxation"
 
 SONINE_RATE = 0.001
-"""Of the cooling rate, by ``theory.sonine_coefficient``: what a2 alone may leave out."""
+"""What a2 alone may leave out of the cooling rate, relative, by ``theory.sonine_coefficient``."""
 
 SONINE_ERROR = 0.005
-"""Of a2 itself, from the same place, at a CoR of 0.5 and above."""
+"""Error of a2 itself, from the same source, at a CoR of 0.5 and above."""
 
 SONINE = "van Noije & Ernst 1998, linearised as by Montanero & Santos 2000"
 
@@ -230,85 +263,57 @@ SIMULATED_A2_ERROR = 0.0004
 KURTOSES = (1.00, 1.26, 1.47, 1.63, 1.75, 1.83, 1.89)
 """⟨v⁴⟩/⟨v²⟩² after 0 … 6 collisions a ball from equal speeds, elastic, in a large system.
 
-By independent code of this project too; to half a last digit.
+From independent code of this project, to half a last digit.
 """
 
 KURTOSIS_PRECISION = 0.005
 
 
-def haff_rows(gas: GasSample, dilute: bool) -> list[KnownValue]:
-    """Haff's rate beside theory's with and without a2; if dilute, its evenness and a2 too."""
-    scene = gas.scene(0)
-    temperature = meeting_temperature(scene.kinetic_energy, scene)
-    density = theory.number_density(gas.balls, scene.container.area)
-    contact = theory.contact_value(gas.packing)
-    rate = theory.ball_ball_rate(density, float(scene.radii[0]), temperature, contact)
+def haff_rows(gas: GasSample, dilute: bool) -> Iterator[KnownValue]:
+    """Haff's rate beside theory; in a dilute gas also whether it is constant, and a2."""
+    rate, contact = collision_rate(gas, gas.scene(0)), theory.contact_value(gas.packing)
     alpha = theory.haff_rate(theory.cooling_rate(gas.cor, rate))
-    (slope, slope_error), (even, even_error), (a2, a2_error) = means(
-        over_seeds(gas, partial(slopes_and_shape, gas))
+    (slope, slope_error), (even, even_error), (a2, a2_error) = gas.means(slopes_and_shape)
+    # What N balls change: their collisions are fewer, and their energy is fixed.
+    factor = (1 - missing(gas.packing, gas.balls) / (2 * gas.packing * contact)) * mean_cube(
+        gas.free
     )
-    fewer = 1 - missing(gas.packing, gas.balls) / (2 * gas.packing * contact)
-    cube = mean_cube(gas.free)
     without = theory.haff_rate(
         -math.log(theory.energy_ratio_by_events(1, gas.cor, rate / 2, 1.0, 0.0))
     )
-    bare = (slope - without * fewer * cube) / slope_error
-    open_part = SONINE_RATE + gas.packing
-    correlated = (
+    left = f"{(slope - without * factor) / slope_error:+.1f}".replace("-", "−")
+    systematic = SONINE_RATE + gas.packing
+    reason = (
         f"a3 and beyond, {SONINE_RATE:g} of it, and correlated collisions, which Enskog leaves "
         "out: a part of the order of the packing"
     )
-    row = partial(KnownValue, setting=gas.setting(), expected_error=0.0, whose=PUBLISHED)
-    found = [
-        row(
-            group=HAFF,
-            quantity="Haff's rate, 1/s",
-            measured=slope,
-            error=slope_error,
-            expected=alpha,
-            source="Haff 1983, Enskog, a2 after van Noije & Ernst 1998",
-            known=alpha * (fewer * cube - 1),
-            systematic=open_part * alpha,
-            reason=correlated,
-            note=f"without a2 {bare:+.1f} errors would be left".replace("-", "−"),
-        )
-    ]
+    haff = "Haff 1983, Enskog, a2 after van Noije & Ernst 1998"
+    yield KnownValue(
+        *(HAFF, "Haff's rate, 1/s", gas, slope, slope_error, alpha, PUBLISHED, haff),
+        known=alpha * (factor - 1),
+        systematic=systematic * alpha,
+        reason=reason,
+        note=f"without a2 {left} errors would be left",
+    )
     if not dilute:
-        return found
-    return [
-        *found,
-        row(
-            group=HAFF,
-            quantity="slope of √(E0/E), later over earlier half",
-            measured=even,
-            error=even_error,
-            expected=1.0,
-            source="Haff 1983",
-            systematic=open_part,
-            reason=correlated,
-        ),
-        row(
-            group=SHAPE,
-            quantity="a2",
-            measured=a2,
-            error=a2_error,
-            expected=theory.sonine_coefficient(gas.cor),
-            source=SONINE,
-            systematic=SONINE_ERROR,
-            reason="linear in a2 and without a3",
-        ),
-        KnownValue(
-            group=SHAPE,
-            quantity="a2",
-            setting=gas.setting(),
-            measured=a2,
-            error=a2_error,
-            expected=SIMULATED_A2[gas.cor],
-            expected_error=SIMULATED_A2_ERROR,
-            whose=OWN,
-            source=f"Boltzmann's equation, {INDEPENDENT}",
-        ),
-    ]
+        return
+    quantity = "slope of √(E0/E), later over earlier half"
+    yield KnownValue(
+        *(HAFF, quantity, gas, even, even_error, 1.0, PUBLISHED, "Haff 1983"),
+        systematic=systematic,
+        reason=reason,
+    )
+    expected = theory.sonine_coefficient(gas.cor)
+    yield KnownValue(
+        *(SHAPE, "a2", gas, a2, a2_error, expected, PUBLISHED, SONINE),
+        systematic=SONINE_ERROR,
+        reason="linear in a2 and without a3",
+    )
+    source = f"Boltzmann's equation, {INDEPENDENT}"
+    yield KnownValue(
+        *(SHAPE, "a2", gas, a2, a2_error, SIMULATED_A2[gas.cor], OWN, source),
+        expected_error=SIMULATED_A2_ERROR,
+    )
 
 
 def mean_cube(free: int) -> float:
@@ -322,7 +327,7 @@ def mean_cube(free: int) -> float:
 def slopes_and_shape(gas: GasSample, _: Scene, summary: Summary) -> tuple[float, float, float]:
     """Slope of √(E0/E) (1/s), that of the later half over that of the earlier, and a2.
 
-    The halves have as many collisions each. a2 is over the law of N − 1 balls at fixed energy.
+    The halves have equally many collisions. a2 is relative to N − 1 balls at fixed energy.
     """
     series = summary.series
     root = np.sqrt(series.kinetic_energy[0] / series.kinetic_energy)
@@ -338,101 +343,86 @@ def slopes_and_shape(gas: GasSample, _: Scene, summary: Summary) -> tuple[float,
     return whole, later / earlier, kurtosis / theory.fixed_energy_kurtosis(gas.free) - 1
 
 
-def relaxation_rows(gas: GasSample) -> list[KnownValue]:
-    """The kurtosis after each collision of a ball from equal speeds on."""
-    found = means(over_seeds(gas, partial(kurtoses, gas)))
-    return [
-        KnownValue(
-            group=RELAXATION,
-            quantity=f"kurtosis after {counted(collisions, 'collision')} a ball",
-            setting=gas.setting(),
-            measured=kurtosis,
-            error=error,
-            expected=expected,
-            expected_error=0.0,
-            whose=OWN,
-            source=INDEPENDENT,
-            # Taking off the drift widens equal speeds by 2/N; at the end N − 1 of them are free.
+def relaxation_rows(gas: GasSample) -> Iterator[KnownValue]:
+    """The kurtosis after each collision of a ball, from equal speeds on."""
+    found = list(zip(gas.means(kurtoses), KURTOSES, strict=True))
+    for collisions, ((kurtosis, error), expected) in enumerate(found[1:], start=1):
+        quantity = f"kurtosis after {counted(collisions, 'collision')} a ball"
+        yield KnownValue(
+            *(RELAXATION, quantity, gas, kurtosis, error, expected, OWN, INDEPENDENT),
+            # Removing the drift widens equal speeds by 2/N; at the end N − 1 of them are free.
             systematic=KURTOSIS_PRECISION + 2 / gas.balls,
             reason="printed to two digits, and 2/N for finite N",
         )
-        for collisions, ((kurtosis, error), expected) in enumerate(
-            zip(found, KURTOSES, strict=True)
-        )
-        if collisions
-    ]
 
 
 def kurtoses(gas: GasSample, _: Scene, summary: Summary) -> tuple[float, ...]:
     """The kurtosis of a repeat at whole numbers of collisions a ball."""
     series = summary.series
     collisions = 2 * series.pair_events / gas.balls
-    wanted = np.arange(len(KURTOSES), dtype=np.float64)
-    return tuple(np.interp(wanted, collisions, series.energy_moment).tolist())
+    return tuple(np.interp(np.arange(len(KURTOSES)), collisions, series.energy_moment).tolist())
 
 
-# Speeds of few balls at fixed energy, beside the Beta law, which is exact for them.
+# Speeds of few balls at fixed energy, which have the Beta law exactly
 
 SPEEDS = "speeds at fixed energy"
 
 BETA = "Beta law, exact"
 
 APART = 5.0
-"""Collisions of a ball between two readings; ⟨v⁴⟩ has by then forgotten nine tenths."""
+"""Collisions of a ball between two readings; ⟨v⁴⟩ has forgotten nine tenths by then."""
 
 LEAST_SHARE = 2e-3
-"""Of the balls in a bin of χ², faster ones being in the last; so that no bin is nearly empty."""
+"""Least share of the balls in a bin of χ²; the last bin has all faster ones."""
 
 DRAWS, DRAWN_TIMES = 300, 200
-"""Values of χ² that are drawn, each of so many readings: its law does not depend on how many."""
+"""Random values of χ², and readings in each; its law does not depend on the number of readings."""
 
 
-def speed_rows(gas: GasSample) -> list[KnownValue]:
+def speed_rows(gas: GasSample) -> Iterator[KnownValue]:
     """Mean speed, kurtosis and χ² of the speeds of a gas."""
     temperature = gas.scene(0).kinetic_energy / gas.balls
-    found = over_seeds(gas, partial(speeds, gas))
-    (speed, speed_error), (kurtosis, kurtosis_error) = means(found[:, :2])
+    found = gas.repeats(speeds)
+    speed, kurtosis = (mean_and_error(column) for column in found[:, :2].T)
     counts = found[:, 2:].sum(axis=0)
     shares = expected_shares(gas.free, temperature)
     drawn = np.array([chi_square(each, shares) for each in drawn_counts(gas)])
-    bins = len(shares)
     times = round(float(counts.sum()) / gas.balls)
-    row = partial(
-        KnownValue,
-        group=SPEEDS,
-        setting=gas.setting(),
-        expected_error=0.0,
-        whose=EXACT,
-        source=BETA,
-    )
-    read = f"read at {times:,} times, {APART:g} collisions of a ball apart or more"
-    return [
-        row(
-            quantity="mean speed, m/s",
-            measured=speed,
-            error=speed_error,
-            expected=theory.fixed_energy_mean_speed(gas.free, temperature),
-            note=read,
+    chi = chi_square(counts, shares), float(np.std(drawn, ddof=1))
+    mean_speed = theory.fixed_energy_mean_speed(gas.free, temperature)
+    exact_kurtosis = theory.fixed_energy_kurtosis(gas.free)
+    row = partial(KnownValue, SPEEDS, whose=EXACT, source=BETA, gas=gas)
+    for quantity, (measured, error), expected, note in (
+        (
+            "mean speed, m/s",
+            speed,
+            mean_speed,
+            f"read at {times:,} times, {APART:g} collisions of a ball apart or more",
         ),
-        row(
-            quantity="⟨v⁴⟩/⟨v²⟩²",
-            measured=kurtosis,
-            error=kurtosis_error,
-            expected=theory.fixed_energy_kurtosis(gas.free),
+        ("⟨v⁴⟩/⟨v²⟩²", kurtosis, exact_kurtosis, ""),
+        (
+            f"χ² of {len(shares)} bins",
+            chi,
+            float(np.mean(drawn)),
+            f"± is its spread in {DRAWS} draws from that law",
         ),
-        row(
-            quantity=f"χ² of {bins} bins",
-            measured=chi_square(counts, shares),
-            error=float(np.std(drawn, ddof=1)),
-            expected=float(np.mean(drawn)),
-            note=f"± is its spread in {DRAWS} draws from that law",
-        ),
-    ]
+    ):
+        yield row(quantity, measured=measured, error=error, expected=expected, note=note)
 
 
 def speeds(gas: GasSample, _: Scene, summary: Summary) -> tuple[float, ...]:
-    """Mean speed and kurtosis over the readings of a repeat, and balls by reduced speed."""
-    series, readings = summary.series, reading_rows(gas, summary.series)
+    """Mean speed and kurtosis over the readings of a repeat, and balls by reduced speed.
+
+    Readings are rows of the even grid after settling; by the mean rate, balls collide ``APART``
+    times between them. The last row, which is off the grid, is not a reading.
+    """
+    series = summary.series
+    first, last = (
+        int(np.searchsorted(series.pair_events, gas.settling_events)),
+        len(series.time) - 2,
+    )
+    collisions = 2 * (series.pair_events[last] - series.pair_events[first]) / gas.balls
+    readings = slice(first, last + 1, max(1, math.ceil(APART * (last - first) / collisions)))
     return (
         float(np.mean(series.mean_speed[readings])),
         float(np.mean(series.energy_moment[readings])),
@@ -440,19 +430,8 @@ def speeds(gas: GasSample, _: Scene, summary: Summary) -> tuple[float, ...]:
     )
 
 
-def reading_rows(gas: GasSample, series: Series) -> NDArray[np.intp]:
-    """Rows of the even grid once a repeat has settled, so many apart that balls have collided.
-
-    By the mean rate. The last row, which is off the grid, is not among them.
-    """
-    first = int(np.searchsorted(series.pair_events, gas.settling_events))
-    speed_rows = np.arange(first, len(series.time) - 1)
-    collisions = 2 * (series.pair_events[speed_rows[-1]] - series.pair_events[first]) / gas.balls
-    return speed_rows[:: max(1, math.ceil(APART * (len(speed_rows) - 1) / collisions))]
-
-
 def expected_shares(free: int, temperature: float) -> Array:
-    """Shares of balls in the bins of reduced speed by the exact law, the fast ones merged."""
+    """Exact shares of balls in the bins of reduced speed, with the fast bins merged."""
     edges = math.sqrt(2 * temperature) * SPEED_BIN * np.arange(SPEED_BINS, dtype=np.float64)
     above = 1.0 - theory.fixed_energy_speed_cdf(edges, free, temperature)
     kept = above[above >= LEAST_SHARE]
@@ -460,7 +439,7 @@ def expected_shares(free: int, temperature: float) -> Array:
 
 
 def chi_square(counts: Array, shares: Array) -> float:
-    """χ² of counts by reduced speed against shares whose last bin has all faster ones."""
+    """χ² of counts by reduced speed against shares whose last bin has all faster balls."""
     last = len(shares) - 1
     merged = np.append(counts[:last], counts[last:].sum())
     expected = merged.sum() * shares
@@ -468,7 +447,7 @@ def chi_square(counts: Array, shares: Array) -> float:
 
 
 def drawn_counts(gas: GasSample) -> Array:
-    """Balls by reduced speed, as chance makes them in some readings; a row each."""
+    """Random balls by reduced speed in some readings; a row for each draw."""
     generator = np.random.default_rng(1)
     found = []
     for _ in range(DRAWS):

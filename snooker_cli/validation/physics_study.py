@@ -1,80 +1,137 @@
-"""The gas beside known values: all that is compared, as one record, and in one sentence."""
+"""``snooker bench physics``: gases beside known values of their pressure, rates and speeds."""
 
 from __future__ import annotations
 
 import math
-import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from typing import Any
 
 import numpy as np
 
 from snooker_cli.analysis.predictions import DENSEST_FLUID
-from snooker_cli.figures import NEUTRAL, FigureData, Layer, Line, Points, Reference, plain
+from snooker_cli.figures import NEUTRAL, FigureData, Layer, Line, Points, Reference
 from snooker_cli.formatting import Column, listed, short, table_lines, with_error
 from snooker_cli.theory.equation_of_state import PUBLISHED_RATIOS
-from snooker_cli.validation import physics_measurements
-from snooker_cli.validation.physics_measurements import HAFF, KURTOSES, STATE, GasSample
-from snooker_cli.validation.study import ALLOWED, EXACT, OWN, PUBLISHED, KnownValue, origin
-
-Record = dict[str, Any]
+from snooker_cli.validation.physics_measurements import (
+    ALLOWED,
+    EXACT,
+    HAFF,
+    KURTOSES,
+    OWN,
+    PUBLISHED,
+    PUBLISHED_PRECISION,
+    STATE,
+    VIRIALS,
+    GasSample,
+    KnownValue,
+    fluid_rows,
+    haff_rows,
+    relaxation_rows,
+    speed_rows,
+)
+from snooker_cli.validation.study import Record, Study, header_lines
 
 SIMULATED = tuple(one.packing for one in PUBLISHED_RATIOS if one.packing <= DENSEST_FLUID)
-"""Packings at which others have simulated a fluid, the thinnest first."""
+"""Packings with a published simulation of a fluid, the thinnest first."""
 
 NOTES = (
     "± and errors are standard errors of means over seeds, with the expected value's own error "
     "where it is known.",
-    "Expected values are published, by simulation or theory, or exact, or own: simulated by "
-    "independent code of this project, which is a check and no authority. Own are one a2 of each "
-    "CoR, as the values that others have simulated are not at hand, and the kurtoses from equal "
-    "speeds, of which we know no table.",
+    "Expected values are published, by simulation or theory, or exact, or own. Own values are "
+    "simulated by independent code of this project and are a check, no authority: one a2 of each "
+    "CoR, as the published simulations are not available here, and the kurtoses from equal speeds, "
+    "as we know no table of them.",
     "known: what N balls in a periodic box add to the expected value of infinitely many, by "
     "theory: N − 1 free velocities, and a number that does not fluctuate (Lebowitz & Percus "
-    "1961); left is the difference without it, and open what the expected value leaves out.",
-    "Temperatures in a periodic box are E/(N − 1). Z and the collision rate of a gas are of the "
-    "same repeats and not independent, nor are the kurtoses after 1 to 6 collisions.",
-    "Haff's law is for a gas that stays even, and cooling is compared in dilute gases. In a trial "
-    "of 1,024 balls at packing 0.1 the rate was 1 % below theory at CoR 0.95, 3 % at 0.9, 14 % at "
-    "0.8 and 34 % at 0.7. That what is open is of the order of the packing is an estimate, not a "
-    "bound.",
-    f"Simulated Z are Erpenbeck & Luban's, taken to be right to "
-    f"{physics_measurements.PUBLISHED_PRECISION:g}; "
-    "those of Engel et al. 2013 above a packing of 0.69, "
-    "where disks order, are of 1,048,576 disks, which no short run can repeat.",
+    "1961). left: the difference without it. open: what the expected value leaves out.",
+    "Temperatures in a periodic box are E/(N − 1). Z and the collision rate of a gas come from the "
+    "same repeats and are not independent; neither are the kurtoses after 1 to 6 collisions.",
+    "Haff's law is for a gas that stays homogeneous, so cooling is compared in dilute gases. In a "
+    "trial of 1,024 balls at packing 0.1 the rate was 1 % below theory at CoR 0.95, 3 % at 0.9, "
+    "14 % at 0.8 and 34 % at 0.7. That what is open is of the order of the packing is an estimate, "
+    "not a bound.",
+    "Simulated Z are Erpenbeck & Luban's; we assume that they are right to "
+    f"{PUBLISHED_PRECISION:g}. Those of Engel et al. 2013 above a packing of 0.69, where disks "
+    "order, are for 1,048,576 disks, which no short run can repeat.",
 )
 """What a reader of the rows has to know."""
 
 
 @dataclass(frozen=True)
-class Plan:
+class PhysicsStudy(Study):
     """The gases to measure, by what they are measured for."""
 
-    quick: bool
+    name = "physics"
+    title = "physics"
+    libraries = ("numpy", "numba")
+
     fluids: tuple[GasSample, ...]
     cooling: tuple[GasSample, ...]
     cooling_denser: tuple[GasSample, ...]
     relaxing: GasSample
     speeds: tuple[GasSample, ...]
+    quick: bool = False
+
+    def results(self, report: Callable[[str], None]) -> Record:
+        """The rows, sorted by group, and notes on them."""
+        found: list[KnownValue] = []
+        for gas in self.fluids:
+            report(f"pressure and collision rate at packing {gas.packing:.4g}")
+            found += fluid_rows(gas)
+        for gas in (*self.cooling, *self.cooling_denser):
+            report(f"cooling at CoR {gas.cor:g} and packing {gas.packing:g}")
+            found += haff_rows(gas, dilute=gas in self.cooling)
+        report("kurtosis from equal speeds")
+        found += relaxation_rows(self.relaxing)
+        for gas in self.speeds:
+            report(f"speeds of {gas.balls} balls, {gas.shape}")
+            found += speed_rows(gas)
+        groups = list(dict.fromkeys(row.group for row in found))
+        found.sort(key=lambda row: groups.index(row.group))
+        rows = [row.as_json() for row in found]
+        return {"allowed_errors": ALLOWED, "notes": NOTES, "rows": rows}
+
+    @staticmethod
+    def passed(record: Record) -> bool:
+        """Whether all rows agree."""
+        return all(row["agrees"] for row in record["rows"])
+
+    @staticmethod
+    def tables(record: Record) -> Iterator[str]:
+        """Measured beside expected values, a table for each group, and how to read them."""
+        yield from header_lines(record)
+        rows = record["rows"]
+        for group in dict.fromkeys(row["group"] for row in rows):
+            yield ""
+            yield group
+            yield from table_lines(COLUMNS, [_cells(row) for row in rows if row["group"] == group])
+        yield ""
+        yield from dict.fromkeys(
+            f"open, {row['group']}: {row['reason']}" for row in rows if row["reason"]
+        )
+        yield from record["notes"]
+        yield verdict(record)
+
+    @staticmethod
+    def figures(record: Record) -> dict[str, FigureData]:
+        """The equation of state."""
+        return {"physics-state": state_figure(record)}
 
 
-def full_plan() -> Plan:
-    """The plan of ``snooker bench physics``: two to four minutes on two processors."""
-    packings = (0.1, 0.2, 0.3, 0.4, *SIMULATED)
-    return Plan(
-        quick=False,
+def full_study() -> PhysicsStudy:
+    """Two to four minutes of measuring on two processors."""
+    return PhysicsStudy(
         fluids=(
             GasSample(1024, 0.01, 100, 500, 24),
-            *(GasSample(1024, packing, 100, 2000, 24) for packing in packings),
+            *(
+                GasSample(1024, packing, 100, 2000, 24)
+                for packing in (0.1, 0.2, 0.3, 0.4, *SIMULATED)
+            ),
         ),
         cooling=tuple(GasSample(1024, 0.002, 10, 20, 300, cor) for cor in (0.95, 0.9, 0.8, 0.7)),
-        cooling_denser=tuple(
-            GasSample(1024, packing, 10, 20, 150, 0.9) for packing in (0.01, 0.05)
-        ),
-        relaxing=_relaxing(2048, 200),
+        cooling_denser=tuple(GasSample(1024, each, 10, 20, 150, 0.9) for each in (0.01, 0.05)),
+        relaxing=GasSample(2048, 0.01, 0, len(KURTOSES), 200, speeds="equal"),
         speeds=(
             GasSample(7, 0.2, 20, 8000, 64, shape="box"),
             GasSample(37, 0.2, 20, 8000, 64, shape="box"),
@@ -83,103 +140,59 @@ def full_plan() -> Plan:
     )
 
 
-def quick_plan() -> Plan:
-    """The same with few balls, in seconds: to see that it works, not to be quoted."""
-    return Plan(
-        quick=True,
+def quick_study() -> PhysicsStudy:
+    """The same with few balls, in seconds."""
+    return PhysicsStudy(
         fluids=tuple(GasSample(100, packing, 50, 200, 12) for packing in (0.3, SIMULATED[0])),
         cooling=(GasSample(256, 0.01, 10, 20, 20, 0.9),),
         cooling_denser=(GasSample(256, 0.05, 10, 20, 20, 0.9),),
-        relaxing=_relaxing(200, 20),
+        relaxing=GasSample(200, 0.01, 0, len(KURTOSES), 20, speeds="equal"),
         speeds=(GasSample(7, 0.2, 20, 1000, 12, shape="box"), GasSample(37, 0.2, 20, 300, 12)),
+        quick=True,
     )
 
 
-def _relaxing(balls: int, seeds: int) -> GasSample:
-    """Balls of equal speed, for one collision more than the table has."""
-    return GasSample(balls, 0.01, 0, len(KURTOSES), seeds, speeds="equal")
-
-
-def measured(plan: Plan, tell: Callable[[str], None] = lambda _: None) -> Record:
-    """Carry out a plan; the record, with where and when it was made, as JSON has it.
-
-    tell : is given a word on what is measured, from time to time
-    """
-    began, clock = datetime.now(UTC), time.perf_counter()
-    found: list[KnownValue] = []
-    for gas in plan.fluids:
-        tell(f"pressure and collision rate at packing {gas.packing:.4g}")
-        found += physics_measurements.fluid_rows(gas)
-    for gas in (*plan.cooling, *plan.cooling_denser):
-        tell(f"cooling at CoR {gas.cor:g} and packing {gas.packing:g}")
-        found += physics_measurements.haff_rows(gas, dilute=gas in plan.cooling)
-    tell("kurtosis from equal speeds")
-    found += physics_measurements.relaxation_rows(plan.relaxing)
-    for gas in plan.speeds:
-        tell(f"speeds of {gas.balls} balls, {gas.shape}")
-        found += physics_measurements.speed_rows(gas)
-    order = list(dict.fromkeys(row.group for row in found))
-    record: Record = plain(
-        origin("physics", began, "numpy", "numba")
-        | {
-            "quick": plan.quick,
-            "seconds": time.perf_counter() - clock,
-            "allowed_errors": ALLOWED,
-            "notes": NOTES,
-            "rows": [
-                row.as_json() for row in sorted(found, key=lambda row: order.index(row.group))
-            ],
-        }
-    )
-    return record
+# The record in sentences and tables
 
 
 def verdict(record: Record) -> str:
-    """How many rows agree, and which do not."""
+    """The number of rows that agree, and the names of the others."""
     rows = record["rows"]
-    out = [row for row in rows if not row["agrees"]]
+    wrong = [row for row in rows if not row["agrees"]]
     allowed = f"{record['allowed_errors']:g} standard errors and what is open"
-    if not out:
+    if not wrong:
         return f"all {len(rows)} rows agree: what is left is within {allowed}"
-    names = listed([f"{row['quantity']} at packing {row['setting']['packing']:.4g}" for row in out])
-    return f"{len(rows) - len(out)} of {len(rows)} rows agree; not within {allowed}: {names}"
+    names = listed(
+        [f"{row['quantity']} at packing {row['setting']['packing']:.4g}" for row in wrong]
+    )
+    return f"{len(rows) - len(wrong)} of {len(rows)} rows agree; not within {allowed}: {names}"
 
 
 def sentence(record: Record) -> str:
-    """A measurement in the report's words, from its saved record."""
+    """A measurement in the words of our report, from its saved record."""
     rows = record["rows"]
     states = [row for row in rows if row["group"] == STATE]
-    simulated = [row for row in states if "Luban" in row["source"]]
-    haff = [row for row in rows if row["group"] == HAFF]
+    simulated = [row for row in states if row["source"] != VIRIALS]
+    closed = [row for row in rows if row["systematic"] == 0]
     packings = {row["setting"]["packing"] for row in states}
-    cors = {row["setting"]["cor"] for row in haff}
+    cors = {row["setting"]["cor"] for row in rows if row["group"] == HAFF}
     off = max(abs(row["difference"] - row["known"]) / row["expected"] for row in simulated)
     agreeing = sum(row["agrees"] for row in rows)
-    beyond = sum(abs(row["left_in_errors"]) > 2 for row in rows if row["systematic"] == 0)
-    plain_rows = sum(row["systematic"] == 0 for row in rows)
+    beyond = sum(abs(row["left_in_errors"]) > 2 for row in closed)
     balls = max(row["setting"]["balls"] for row in states)
+    whose = Counter(row["whose"] for row in rows)
     return (
-        "The simulator itself was held to known values: pressures and collision rates of "
+        "We compared the simulator itself with known values: pressures and collision rates of "
         f"{balls:,} disks in a periodic box at {len(packings)} packings, Haff's rate and a2 at "
-        f"{len(cors)} coefficients, how equal speeds relax, and the law of speeds at fixed energy. "
-        f"{_whose(rows)}. "
+        f"{len(cors)} coefficients, the relaxation of equal speeds, and the law of speeds at fixed "
+        f"energy. {whose[PUBLISHED]} of these values are published, {whose[EXACT]} are exact and "
+        f"{whose[OWN]} are of simulations by independent code of this project. "
         f"{agreeing} of {len(rows)} agree within {record['allowed_errors']:g} standard errors and "
-        f"what theory itself leaves open; more than two off are {beyond} of the {plain_rows} where "
-        f"it leaves nothing open. PV/NT is within {_percent(off)} of what Erpenbeck & "
-        "Luban simulated, once what a finite number lacks is counted "
+        f"what theory itself leaves open. It leaves nothing open in {len(closed)} rows; {beyond} "
+        f"of these are more than two standard errors off. PV/NT is within {_percent(off)} of what "
+        "Erpenbeck & Luban simulated, corrected for the finite number of disks "
         f"(snooker {record['snooker']}, {record['date'][:10]})."
     )
-
-
-def _whose(rows: list[Record]) -> str:
-    """How many expected values are somebody else's, exact, or our own."""
-    words = {
-        PUBLISHED: "{} of these values are published",
-        EXACT: "{} are exact",
-        OWN: "{} are of simulations by independent code of this project",
-    }
-    count = Counter(row["whose"] for row in rows)
-    return listed([text.format(count[whose]) for whose, text in words.items()])
 
 
 def _percent(share: float) -> str:
@@ -190,104 +203,26 @@ def _percent(share: float) -> str:
     return f"{math.ceil(round(100 * share / unit, 9)) * unit:.1g} %"
 
 
-# A saved measurement of physics -> a picture: Z measured less published, over the packing.
-
-
-def pictures(measurement: Record) -> list[tuple[str, FigureData]]:
-    """The measurement's picture, with a name for its files."""
-    return [("physics-state", state(measurement))]
-
-
-def state(measurement: Record) -> FigureData:
-    """Z less what is published, each source a series, beside what N balls are known to lack."""
-    rows = [row for row in measurement["rows"] if row["group"] == STATE]
-    layers: list[Layer] = [Reference("y", 0.0)]
-    for series, source in enumerate(dict.fromkeys(row["source"] for row in rows)):
-        x, y, error = _columns([row for row in rows if row["source"] == source])
-        layers.append(
-            Points(x, y, None, error, label=f"less {source}", series=series, filled=series > 0)
-        )
-    by_packing = sorted({(row["setting"]["packing"], row["known"]) for row in rows})
-    packings, lacking = np.array(by_packing, dtype=np.float64).T
-    balls = max(row["setting"]["balls"] for row in rows)
-    layers.append(
-        Line(packings, lacking, f"what {balls:,} balls are known to lack", NEUTRAL, "dashed")
+COLUMNS = [
+    Column(heading, heading not in ("quantity", "whose", "agrees", "source, note"))
+    for heading in (
+        "quantity",
+        "N",
+        "packing",
+        "CoR",
+        "seeds × collisions",
+        "measured",
+        "expected",
+        "whose",
+        "difference",
+        "in errors",
+        "known",
+        "left, in errors",
+        "open",
+        "agrees",
+        "source, note",
     )
-    worst = max(rows, key=lambda row: abs(row["left_in_errors"]))
-    return FigureData(
-        kind="physics-state",
-        title="Equation of state, measured less published",
-        x_label="packing fraction",
-        y_label="difference of Z = PV/NT",
-        layers=tuple(layers),
-        caption=f"Elastic disks, {balls:,} in a periodic box, {rows[-1]['setting']['seeds']} seeds "
-        "at each packing; bars are standard errors, that of the published value included. Off the "
-        "dashed line, which is what a finite number lacks by theory, the farthest is by "
-        f"{short(abs(worst['left_in_errors']), 2)} of them, at packing "
-        f"{short(worst['setting']['packing'])}. snooker {measurement['snooker']}, "
-        f"{measurement['date'][:10]}.",
-        numbers={
-            "rows": [
-                {
-                    "packing": row["setting"]["packing"],
-                    **{
-                        name: row[name] for name in ("source", "difference", "both_errors", "known")
-                    },
-                }
-                for row in rows
-            ]
-        },
-    )
-
-
-def _columns(rows: list[Record]) -> np.ndarray:
-    """Packing, difference and its error, a row each."""
-    return np.array(
-        [(row["setting"]["packing"], row["difference"], row["both_errors"]) for row in rows]
-    ).T
-
-
-# A measurement of physics -> its table for people.
-
-
-def lines_of_physics(measurement: Record) -> Iterator[str]:
-    """What was measured beside what is expected, group by group, and how to read it."""
-    machine, versions = measurement["machine"], measurement["versions"]
-    software = [f"snooker {measurement['snooker']}", f"engine {measurement['engine_version']}"]
-    yield ", ".join([*software, *(f"{name} {number}" for name, number in versions.items())])
-    yield (
-        f"{measurement['date'][:10]}, {measurement['seconds']:.0f} s on {machine['processors']} "
-        f"processors, {machine['platform']}" + (", quick: not to be quoted" * measurement["quick"])
-    )
-    rows = measurement["rows"]
-    for group in dict.fromkeys(row["group"] for row in rows):
-        yield ""
-        yield group
-        yield from table_lines(COLUMNS, [_cells(row) for row in rows if row["group"] == group])
-    yield ""
-    for row in _first_of_each(rows, "reason"):
-        yield f"open, {row['group']}: {row['reason']}"
-    yield from measurement["notes"]
-    yield verdict(measurement)
-
-
-COLUMNS = (
-    Column("quantity"),
-    Column("N", True),
-    Column("packing", True),
-    Column("CoR", True),
-    Column("seeds × collisions", True),
-    Column("measured", True),
-    Column("expected", True),
-    Column("whose"),
-    Column("difference", True),
-    Column("in errors", True),
-    Column("known", True),
-    Column("left, in errors", True),
-    Column("open", True),
-    Column("agrees"),
-    Column("source, note"),
-)
+]
 
 
 def _cells(row: Record) -> list[str]:
@@ -318,10 +253,40 @@ def _signed(value: float) -> str:
     return f"{'+' if value >= 0 else ''}{short(value, 2)}"
 
 
-def _first_of_each(rows: list[Record], key: str) -> list[Record]:
-    """The first row of each text that is not empty."""
-    found: dict[str, Record] = {}
-    for row in rows:
-        if row[key]:
-            found.setdefault(row[key], row)
-    return list(found.values())
+# The record as a figure
+
+
+def state_figure(record: Record) -> FigureData:
+    """Z less the published one, a series for each source, and what N balls are known to lack."""
+    rows = [row | row["setting"] for row in record["rows"] if row["group"] == STATE]
+    layers: list[Layer] = [Reference("y", 0.0)]
+    for series, source in enumerate(dict.fromkeys(row["source"] for row in rows)):
+        x, y, error = _columns(
+            [row for row in rows if row["source"] == source], "packing", "difference", "both_errors"
+        )
+        label = f"less {source}"
+        layers.append(Points(x, y, None, error, label=label, series=series, filled=series > 0))
+    packings, lacking = np.unique(_columns(rows, "packing", "known"), axis=1)
+    balls = max(row["balls"] for row in rows)
+    label = f"what {balls:,} balls are known to lack"
+    layers.append(Line(packings, lacking, label, NEUTRAL, "dashed"))
+    worst = max(rows, key=lambda row: abs(row["left_in_errors"]))
+    keys = ("packing", "source", "difference", "both_errors", "known")
+    return FigureData(
+        kind="physics-state",
+        title="Equation of state, measured less published",
+        x_label="packing fraction",
+        y_label="difference of Z = PV/NT",
+        layers=tuple(layers),
+        caption=f"Elastic disks, {balls:,} in a periodic box, {rows[-1]['seeds']} seeds at each "
+        "packing. Bars are standard errors with that of the published value. The dashed line is "
+        "what a finite number lacks by theory. The largest distance from it is "
+        f"{short(abs(worst['left_in_errors']), 2)} standard errors, at packing "
+        f"{short(worst['packing'])}. snooker {record['snooker']}, {record['date'][:10]}.",
+        numbers={"rows": [{key: row[key] for key in keys} for row in rows]},
+    )
+
+
+def _columns(rows: Sequence[Record], *keys: str) -> np.ndarray:
+    """Numbers of all rows, an array for each key."""
+    return np.array([[row[key] for row in rows] for key in keys], dtype=np.float64)

@@ -1,143 +1,135 @@
-"""A measured mean beside what is known of it, and how many standard errors lie between."""
+"""The structure of every study of ``snooker bench``: plan, measure, tables, figures, files."""
 
 from __future__ import annotations
 
-import math
+import json
 import os
 import platform
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from datetime import datetime
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
+from snooker_cli.figures import FigureData, plain
+from snooker_cli.formatting import counted
 
-# Where, when and with what something was measured, the same way in every measurement.
+Record = dict[str, Any]
+"""A measurement, or a part of it, as JSON stores it."""
 
 PROCESSORS = Path("/proc/cpuinfo")
 
 
-def origin(what: str, began: datetime, *libraries: str) -> dict[str, Any]:
-    """The head of a measurement's record.
+class Study(ABC):
+    """A measurement of the program itself. An instance is the plan of one measurement.
 
-    what : what was measured
-    began : when
-    libraries : whose versions matter, beside Python's
+    name : of the command and of the files
+    title : says in the record what was measured
+    libraries : their versions are in the record
+    quick : whether the plan is too small to be quoted
     """
-    return {
-        "measurement": what,
-        "snooker": __version__,
-        "engine_version": ENGINE_VERSION,
-        "date": began.isoformat(timespec="seconds"),
-        "machine": {
-            "platform": platform.platform(),
-            "processor": processor(),
-            "processors": os.cpu_count(),
-        },
-        "versions": {"python": platform.python_version()}
-        | {name: version(name) for name in libraries},
-    }
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    libraries: ClassVar[tuple[str, ...]]
+    quick: bool = False
+
+    @abstractmethod
+    def results(self, report: Callable[[str], None]) -> Record:
+        """Measure; ``report`` receives a line before each step."""
+
+    @staticmethod
+    @abstractmethod
+    def tables(record: Record) -> Iterator[str]:
+        """The lines that the command prints."""
+
+    @staticmethod
+    def figures(record: Record) -> dict[str, FigureData]:
+        """The figures by the names of their files."""
+        return {}
+
+    @staticmethod
+    def passed(record: Record) -> bool:
+        """Whether all results are as they must be."""
+        return True
+
+    def measure(self, report: Callable[[str], None] = lambda _: None) -> Record:
+        """Carry out the plan; the results with machine, date and versions."""
+        began, clock = datetime.now(UTC), time.perf_counter()
+        load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+        results = self.results(report)
+        record: Record = plain(
+            {
+                "measurement": self.title,
+                "snooker": __version__,
+                "engine_version": ENGINE_VERSION,
+                "date": began.isoformat(timespec="seconds"),
+                "seconds": time.perf_counter() - clock,
+                "quick": self.quick,
+                "machine": {
+                    "platform": platform.platform(),
+                    "processor": _processor(),
+                    "processors": os.cpu_count(),
+                    "load": load,
+                },
+                "versions": {"python": platform.python_version()}
+                | {library: version(library) for library in self.libraries},
+            }
+            | results
+        )
+        return record
+
+    def write(self, record: Record, folder: Path) -> list[Path]:
+        """Write the tables, the record and the figures into a folder; the paths."""
+        from snooker_cli.figures.drawing import save
+
+        folder.mkdir(parents=True, exist_ok=True)
+        contents = {"txt": "\n".join(self.tables(record)), "json": text_of(record)}
+        written = []
+        for ending, content in contents.items():
+            written.append(folder / f"{self.name}.{ending}")
+            written[-1].write_text(content + "\n", encoding="utf-8")
+        for name, figure in self.figures(record).items():
+            written += save(figure, folder / name)
+        return written
 
 
-def machine(measurement: Mapping[str, Any]) -> str:
-    """What a measurement holds for, in words: processor and system."""
-    said = measurement["machine"]
-    return f"{said['processor']}, {said['platform']}"
+def text_of(record: Record) -> str:
+    """A record as one line of JSON."""
+    return json.dumps(record, ensure_ascii=False, allow_nan=False)
 
 
-def processor() -> str:
-    """The processor's name, or at least its kind."""
+def machine(record: Mapping[str, Any]) -> str:
+    """Processor and system of a measurement."""
+    return f"{record['machine']['processor']}, {record['machine']['platform']}"
+
+
+def header_lines(record: Record) -> Iterator[str]:
+    """Machine, date and versions of a measurement."""
+    found, date = record["machine"], record["date"][:10]
+    load = "" if found["load"] is None else f", load {found['load']:.1f} before"
+    yield (
+        f"{found['processor']}, {counted(found['processors'], 'processor')}{load}; "
+        f"{found['platform']}"
+    )
+    versions = {"snooker": record["snooker"], "engine": record["engine_version"]}
+    yield ", ".join(f"{name} {number}" for name, number in (versions | record["versions"]).items())
+    yield f"{date}, {record['seconds']:.0f} s" + ", quick: do not quote" * record["quick"]
+
+
+def small(value: float | None) -> str:
+    """An error to two digits, as 1.2e−15; a dash for none."""
+    return "–" if value is None else f"{value:.1e}".replace("-", "−")
+
+
+def _processor() -> str:
+    """The name of the processor, or at least its type."""
     if PROCESSORS.exists():
         for line in PROCESSORS.read_text(encoding="utf-8").splitlines():
             if line.startswith("model name"):
                 return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()
-
-
-ALLOWED = 4.0
-"""Standard errors that are let pass: a few dozen rows exceed three by chance, not four."""
-
-
-PUBLISHED, EXACT, OWN = "published", "exact", "own"
-"""Whose a value is: somebody's simulation or theory, by its source; a law without an error; or a
-simulation by independent code of this project, which is a check and no authority."""
-
-
-@dataclass(frozen=True)
-class Parameters:
-    """What was simulated for a row.
-
-    settling, collisions : of all balls together in each repeat, before measuring and meanwhile
-    seeds : repeats, each from a seed of its own
-    """
-
-    shape: str
-    balls: int
-    packing: float
-    cor: float
-    settling: int
-    collisions: int
-    seeds: int
-
-
-@dataclass(frozen=True)
-class KnownValue:
-    """A quantity's mean over seeds beside an expected value.
-
-    error : standard error of the mean over independent seeds
-    expected_error : of the expected value, as far as it is known
-    whose : ``PUBLISHED``, ``EXACT`` or ``OWN``, of the expected value
-    source : of the expected value, by author and year
-    known : what finite N adds to the expected value, by theory
-    systematic : by how much the expected value may be off for another reason, by bound or estimate
-    reason : for that, in words
-    note : what else there is to know
-    """
-
-    group: str
-    quantity: str
-    setting: Parameters
-    measured: float
-    error: float
-    expected: float
-    expected_error: float
-    whose: str
-    source: str
-    known: float = 0.0
-    systematic: float = 0.0
-    reason: str = ""
-    note: str = ""
-
-    @property
-    def difference(self) -> float:
-        """Measured less expected, as they are."""
-        return self.measured - self.expected
-
-    @property
-    def both_errors(self) -> float:
-        """Standard error of the difference."""
-        return math.hypot(self.error, self.expected_error)
-
-    @property
-    def in_errors(self) -> float:
-        """The difference in standard errors."""
-        return self.difference / self.both_errors
-
-    @property
-    def left_in_errors(self) -> float:
-        """What is left of that once the known part is taken off."""
-        return (self.difference - self.known) / self.both_errors
-
-    @property
-    def agrees(self) -> bool:
-        """Whether what is left is within the errors that are allowed and what is systematic."""
-        left = abs(self.difference - self.known)
-        return left <= ALLOWED * self.both_errors + self.systematic
-
-    def as_json(self) -> dict[str, Any]:
-        """Everything, with what follows from it."""
-        names = ("difference", "both_errors", "in_errors", "left_in_errors", "agrees")
-        return asdict(self) | {name: getattr(self, name) for name in names}

@@ -16,7 +16,8 @@ from snooker_cli.containers import Box, PeriodicBox
 from snooker_cli.engine import simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER
-from snooker_cli.validation.exact_twin import first_different, trajectory
+from snooker_cli.validation.exact_twin import trajectory
+from snooker_cli.validation.methods import first_different
 from snooker_cli.validation.reference_scenes import (
     along_the_wall,
     galperin,

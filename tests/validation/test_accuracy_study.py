@@ -1,0 +1,115 @@
+"""Averages, predictions and the exact twin in ``snooker bench error``."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scenes import scene_of
+
+from snooker_cli.figures import Line, Points
+from snooker_cli.figures.drawing import to_json
+from snooker_cli.validation.accuracy_study import (
+    AccuracyStudy,
+    against_truth,
+    averages,
+    quantities,
+)
+from snooker_cli.validation.methods import all_methods, by_engine
+from snooker_cli.validation.reference_scenes import ReferenceScene, rings
+
+METHODS = all_methods((1e-3, 1e-4))
+
+
+def seven(repeat=0):
+    """Seven balls in a light container, not quite elastic."""
+    return rings(repeat, number=1, restitution=0.9, container_mass=20.0)
+
+
+SEVEN = ReferenceScene("seven", "seven balls", 40, seven)
+
+
+def test_averages_are_compared_with_the_first_method():
+    first, other = averages(SEVEN, (METHODS[0], METHODS[2]), 1.0, 5)
+    courses = [by_engine(seven(repeat), np.array([1.0])) for repeat in range(5)]
+    values = [quantities(course, 1.0) for course in courses]
+    assert [bias["quantity"] for bias in first["biases"]] == list(values[0])
+    for bias in first["biases"]:
+        column = np.array([value[bias["quantity"]] for value in values])
+        assert bias["mean"] == pytest.approx(np.mean(column), rel=1e-14)
+        assert bias["error"] == pytest.approx(np.std(column, ddof=1) / math.sqrt(5), rel=1e-12)
+        assert bias["difference"] == 0.0
+    assert (first["overlapping"], other["overlapping"]) == (0, 5)
+    for a, b in zip(first["biases"], other["biases"], strict=True):
+        assert b["difference"] == pytest.approx(b["mean"] - a["mean"], abs=1e-12)
+
+
+def test_quantities():
+    """One ball between two sides of the wall: every 2a/v an impulse of (1 + e) m v."""
+    ball = (0.0, 0.0, 8.0, 0.0, 2.0, 3.0)
+    found = quantities(by_engine(scene_of([ball]), np.array([10.5])), 10.5)
+    hits = 5  # at 1, 3, 5, 7 and 9 s
+    pressure = hits * 2 * 3.0 * 8.0 / (2 * math.pi * 10.0 * 10.5)
+    assert found == {
+        "pressure, Pa m": pytest.approx(pressure, rel=1e-14),
+        "collisions, 1/s": hits / 10.5,
+    }
+    slower = by_engine(scene_of([ball], wall_restitution=0.5), np.array([2.0]))
+    assert quantities(slower, 2.0)["decay constant, 1/s"] == pytest.approx(math.log(4) / 2)
+
+
+def test_methods_beside_the_exact_twin():
+    found = against_truth(SEVEN, METHODS)
+    assert (found["certain"], found["collisions"], found["checkpoints"][-1]) == (40, 40, 40)
+    engine, report, *steps = found["results"]
+    for one in (engine, report):
+        assert (one["first_different"], one["collisions"]) == (40, 40)
+        assert one["place_errors"][0] < 1e-14
+    for one in steps:
+        assert np.all(engine["place_errors"] < one["place_errors"])
+        assert one["first_different"] < 40
+    # A tenth of the step makes a tenth of the error, before chaos.
+    third = found["checkpoints"].index(5)
+    assert steps[1]["place_errors"][third] < steps[0]["place_errors"][third]
+
+
+def test_the_record_is_complete(bench):
+    _, record = bench("error")
+    (scene,) = record["scenes"]
+    assert scene["certain"] == scene["collisions"] == 50
+    for one in scene["results"]:
+        assert one["seconds"] > 0
+        assert one["runs"] >= 1
+        assert len(one["place_errors"]) == len(scene["checkpoints"])
+    lines = list(AccuracyStudy.tables(record))
+    for name in ("snooker", "the source report's algorithm", "time steps of 0.01 s"):
+        assert len([line for line in lines if line.startswith(f"{name}  ")]) == 2
+
+
+def test_figures_come_from_the_record(bench):
+    _, record = bench("error")
+    against, growing = AccuracyStudy.figures(record).values()
+    results = record["scenes"][0]["results"]
+    engine, report, _, steps = against.layers
+    place = record["scenes"][0]["checkpoints"].index(50)
+    assert isinstance(engine, Points)
+    assert engine.y.tolist() == [results[0]["place_errors"][place]]
+    assert report.x.tolist() == [1e6 * results[1]["seconds"] / 50]
+    assert steps.y.tolist() == [one["place_errors"][place] for one in results[2:]]
+    assert [one["method"] for one in against.numbers["methods"]] == [
+        one["method"] for one in results
+    ]
+    labels = [layer.label for layer in growing.layers if isinstance(layer, Line)]
+    assert labels == [results[k]["method"] for k in (0, 1, 2, -1)]
+    for figure in (against, growing):
+        json.loads(to_json(figure))
+
+
+def test_the_engine_predicts_as_far_as_possible(bench):
+    """Seven balls: no two programs differ in 80 events; the known exponent predicts 120."""
+    (question,) = bench("error")[1]["horizons"]
+    (found,) = question["repeats"]
+    assert question["estimate"] == pytest.approx(120, abs=1)
+    assert found["certain"] > found["parted"] > 80
+    # The exponent is a mean over starts; this start's, over about 80 events, is near it.
+    assert found["exponent"] == pytest.approx(question["exponent"], rel=0.3)

@@ -1,0 +1,139 @@
+"""The other methods to simulate, and what separates their trajectories from the exact one."""
+
+import math
+from dataclasses import replace
+
+import make_reference
+import numpy as np
+import pytest
+from scenes import EPSILON, scene_of
+
+from snooker_cli.containers import Circle
+from snooker_cli.engine import States
+from snooker_cli.validation import methods
+from snooker_cli.validation.accuracy_study import conservation_errors
+from snooker_cli.validation.methods import (
+    TOLERANCE,
+    all_methods,
+    by_engine,
+    by_source_report,
+    by_steps,
+    deepest_overlap,
+    farthest_escape,
+    first_different,
+    rms_distance,
+)
+from snooker_cli.validation.reference_scenes import mixture, rings
+
+
+@pytest.fixture(params=all_methods((1e-3, 1e-4)), ids=lambda method: method.name)
+def method(request):
+    return request.param
+
+
+def seven(repeat=0):
+    """Seven balls in a light container, not quite elastic."""
+    return rings(repeat, number=1, restitution=0.9, container_mass=20.0)
+
+
+@pytest.mark.parametrize("make", [mixture, seven, lambda: rings(number=1, container_mass=math.inf)])
+def test_every_method_keeps_the_conservation_laws(method, make):
+    """They hold for any impulse along the line of centres, whatever the trajectory."""
+    course = method.run(make(), np.array([0.5, 1.0]))
+    errors = conservation_errors(course)
+    assert len(course.events) > 5
+    # Each event and each step rounds by an epsilon of a ball's part, with either sign.
+    rounding = (len(course.events) + (1 / method.step if method.step else 0)) * 4 * EPSILON
+    assert errors.energy < rounding
+    assert errors.angular_momentum < rounding
+    assert (errors.momentum is None) == (not course.start.free)
+    assert errors.momentum is None or errors.momentum < rounding
+
+
+def test_methods_find_a_head_on_collision(method):
+    """At 1 s, with (1 + e) mu g = 1.8 * 0.75 * 2; time stepping is up to a step late."""
+    balls = [(-2.0, 0.0, 2.0, 0.0, 0.5, 1.0), (1.0, 0.0, 0.0, 0.0, 0.5, 3.0)]
+    course = method.run(scene_of(balls, restitution=0.8), np.array([0.0, 0.5, 1.5]))
+    late = course.events.time[0] - 1.0
+    # Positions up to 2 m are rounded by half an epsilon of that in each of 1.5 s / step additions.
+    rounding = 1.5 / method.step * EPSILON if method.step else 4 * EPSILON
+    # A step that ends in the contact may miss it, by the rounding of positions at 2 m/s.
+    assert -rounding <= late <= (method.step or 0.0) + rounding
+    assert (course.events.i[0], course.events.j[0]) == (0, 1)
+    assert course.events.impulse.tolist() == [pytest.approx(2.7, rel=4 * EPSILON)]
+    assert course.positions[0].tolist() == [[-2.0, 0.0], [1.0, 0.0]]
+    assert course.positions[1, 0] == pytest.approx([-1.0, 0.0], abs=rounding)
+    assert course.finish.velocities[:, 0] == pytest.approx([-0.7, 0.9], rel=4 * EPSILON)
+    # The change of velocity during the delay.
+    assert course.positions[2, 0, 0] == pytest.approx(-0.35 + 2.7 * late, abs=4 * rounding)
+    assert course.overlap <= 2.0 * late + 4 * rounding
+
+
+def test_the_source_reports_tolerance_drops_a_collision():
+    """Two collisions of its own scene are 0.55 us apart: it loses the later one."""
+    reference = make_reference.read("report")
+    time = reference.events.time
+    dropped = int(np.argmax(np.diff(time) < TOLERANCE)) + 1
+    assert dropped < 200
+    before = by_source_report(reference.scene, time[: dropped - 1])
+    after = by_source_report(reference.scene, time[: dropped + 50])
+    assert first_different(after.events, reference.events) == dropped
+    assert before.overlap < 1e-13
+    assert after.overlap > 0.1  # of balls of 1 m
+    engine = by_engine(reference.scene, time[: dropped + 50])
+    assert first_different(engine.events, reference.events) >= dropped + 49
+    assert engine.overlap < 1e-13
+
+
+def test_time_steps_are_of_the_first_order():
+    """The error after a few events is the distance covered in a few steps."""
+    reference = make_reference.read("report")
+    moments = reference.events.time[: reference.after[0]]
+    engine = by_engine(reference.scene, moments)
+    for step in (1e-4, 1e-5):
+        course = by_steps(reference.scene, moments[:10], step)
+        error = rms_distance(course.positions, engine.positions[:10])[-1]
+        assert 0.1 * 10.0 * step < error < 10 * 10.0 * step
+    assert rms_distance(engine.positions[-1:], reference.states[:1, :-1, :2])[0] < 1e-13
+
+
+@pytest.mark.parametrize(("constant", "value"), [("SKIN", 100.0), ("SKIN", 1e-6), ("ROOM", 1)])
+def test_time_steps_do_not_depend_on_lists_and_memory(constant, value, monkeypatch):
+    """All pairs in the list, a list in each step, and a return after each event."""
+    moments = np.array([0.1, 0.5, 2.0])
+    before = methods.stepped(mixture(), 1e-3, moments)
+    monkeypatch.setattr(methods, constant, value)
+    after = methods.stepped(mixture(), 1e-3, moments)
+    for column in ("time", "i", "j", "impulse"):
+        assert np.array_equal(getattr(before[0], column), getattr(after[0], column))
+    assert np.array_equal(before[1], after[1])
+    assert before[2] == after[2] > 0
+
+
+def test_overlap_and_escape():
+    balls = [(0.0, 0.0, 0.0, 0.0, 1.0, 1.0), (1.9, 0.0, 0.0, 0.0, 1.0, 1.0)]
+    scene = scene_of(balls, container=Circle(4.0))
+
+    def states(x, speed=0.0, centre=0.0):
+        """The second ball at x, with a speed; the container's centre."""
+        zero = np.zeros((1, 2))
+        position, velocity = (np.array([[[0.0, 0.0], [v, 0.0]]]) for v in (x, speed))
+        return States(np.zeros(1), position, velocity, np.array([[centre, 0.0]]), zero)
+
+    assert deepest_overlap(scene, states(2.5)) == farthest_escape(scene, states(2.5)) == 0.0
+    assert deepest_overlap(scene, states(1.9)) == pytest.approx(0.1)
+    assert farthest_escape(scene, states(3.3)) == pytest.approx(0.3)
+    assert farthest_escape(scene, states(3.3, centre=0.2)) == pytest.approx(0.1)
+    # In free flight: the ball approaches at 2 m/s, or passes through the other.
+    flight = np.ones(1)
+    assert deepest_overlap(scene, states(2.5, -2.0), 0.4 * flight) == pytest.approx(0.3)
+    assert deepest_overlap(scene, states(2.5, -2.0), 3.0 * flight) == pytest.approx(2.0)
+    assert deepest_overlap(scene, states(2.5, 2.0), 3.0 * flight) == 0.0
+
+
+def test_first_different():
+    events = by_engine(seven(), np.array([1.0])).events
+    assert first_different(events, events) == len(events)
+    changed = replace(events, i=events.i.copy())
+    changed.i[7] += 1
+    assert first_different(changed, events) == 7

@@ -1,0 +1,60 @@
+"""What all studies have in common: their records and their files."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from snooker_cli.validation.physics_study import PhysicsStudy
+from snooker_cli.validation.speed_study import SpeedStudy
+
+ENDINGS = ("svg", "png", "json")
+
+
+@pytest.mark.parametrize(
+    ("name", "libraries", "figures", "text"),
+    [
+        (
+            "error",
+            {"numpy", "numba", "mpmath"},
+            {"error-against-cost-light-container", "error-growth-light-container"},
+            "light-container: seven balls of 1 kg",
+        ),
+        ("physics", {"numpy", "numba"}, {"physics-state"}, "Erpenbeck & Luban 1985"),
+        ("speed", {"numpy", "numba", "h5py"}, {"speed-number"}, "collisions/s"),
+    ],
+)
+def test_a_study_gives_a_record_tables_and_figures(
+    bench: Any, name: str, libraries: set[str], figures: set[str], text: str
+) -> None:
+    folder, record = bench(name)
+    assert {"measurement", "snooker", "engine_version", "seconds"} < set(record)
+    assert record["quick"]
+    assert record["date"].endswith("+00:00")
+    assert set(record["machine"]) == {"platform", "processor", "processors", "load"}
+    assert set(record["versions"]) == {"python"} | libraries
+    assert json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) == record
+    assert text in (folder / f"{name}.txt").read_text(encoding="utf-8")
+    files = {f"{figure}.{ending}" for figure in figures for ending in ENDINGS}
+    assert {path.name for path in folder.iterdir()} == {f"{name}.txt", f"{name}.json"} | files
+
+
+def test_a_study_passes_unless_a_result_is_wrong() -> None:
+    assert SpeedStudy.passed({"cases": []})
+    assert PhysicsStudy.passed({"rows": [{"agrees": True}]})
+    assert not PhysicsStudy.passed({"rows": [{"agrees": True}, {"agrees": False}]})
+
+
+def test_without_mpmath_the_command_names_what_to_install(
+    snooker: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "mpmath", None)
+    for name in ("accuracy_study", "exact_twin"):
+        monkeypatch.delitem(sys.modules, f"snooker_cli.validation.{name}", raising=False)
+    ended = snooker("bench", "error", "--quick")
+    assert ended.code == 2
+    assert "pip install 'snooker-cli[reference]'" in ended.err
