@@ -22,7 +22,6 @@ from typing import Any
 
 import pytest
 import yaml
-from repeating import created
 
 from snooker_cli import __version__
 from snooker_cli.cli.config_commands import templates
@@ -183,6 +182,8 @@ def test_the_citation_is_of_this_version() -> None:
 
 def simulated(name: str, folder: Path) -> Run:
     """The run of a config."""
+    from repeating import created  # is not found when this file runs as a script
+
     run = created(folder / name, load(ROOT / "configs" / f"{name}.yaml").experiment)
     outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())
     assert [outcome.error for outcome in outcomes if outcome.error] == []
