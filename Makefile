@@ -1,14 +1,14 @@
-# The report from its configs, the tests, and the environment they need. `make help` lists it all.
+# Makes the report, runs the tests, and creates the environment for both. `make help` lists the targets.
 
 PYTHON ?= python3
-# Two runs at a time: a run's files are written one after the other.
+# Two runs at a time, because a single run writes its files one after the other.
 MAKEFLAGS += --jobs=2
 BIN := .venv/bin
 READY := .venv/.ready
 
 RUNS := decay temperature area number radius dilute speeds restitution elastic-wall sliding audit
 DONE := $(RUNS:%=runs/%/.done)
-WRITING := $(wildcard snooker_cli/*.py snooker_cli/*/*.py snooker_cli/report/templates/* snooker_cli/report/*.yaml snooker_cli/report/measured/* snooker_cli/animation/player/*)
+REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.py snooker_cli/report/templates/* snooker_cli/report/*.yaml snooker_cli/report/measured/* snooker_cli/animation/player/*)
 
 .DELETE_ON_ERROR:
 .PHONY: help setup report test lint check bench measured clean
@@ -16,26 +16,26 @@ WRITING := $(wildcard snooker_cli/*.py snooker_cli/*/*.py snooker_cli/report/tem
 help:  ## List the targets.
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
-setup: $(READY)  ## Make .venv with everything in it.
+setup: $(READY)  ## Create .venv with everything.
 
 report: runs/report/report.pdf  ## Simulate what has changed in configs/ and write runs/report/.
 
-test: $(READY)  ## Run the tests but the long ones.
+test: $(READY)  ## Run the tests, except the long ones.
 	$(BIN)/pytest -n 2 -m "not long"
 
-lint: $(READY)  ## Lint and check types.
+lint: $(READY)  ## Check style and types.
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
-check: lint  ## Lint, types and all tests.
+check: lint  ## Check style and types, run all tests.
 	$(BIN)/pytest -n 2
 
-bench: $(READY)  ## Measure the engine's speed; nothing else should be running.
+bench: $(READY)  ## Measure the engine's speed on an idle machine.
 	$(BIN)/snooker bench speed --out runs/bench
 
-# The report takes errors, hard cases and physics from measurements kept with it, for they hold times.
-measured: $(READY)  ## Measure anew what the report and README say of errors; nothing else should be running.
+# The report uses saved measurements of errors, hard cases and physics, because they depend on the machine.
+measured: $(READY)  ## Measure errors, hard cases and physics again on an idle machine.
 	for each in error hard physics; do \
 		$(BIN)/snooker bench $$each --out runs/measured && \
 		cp runs/measured/$$each.json snooker_cli/report/measured/ || exit 1; \
@@ -51,11 +51,10 @@ $(READY): pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@
 
-# A changed config makes its run anew and no other; an engine that gives other bits, or files of
-# another schema, make all.
+# A changed config repeats its run and no other. Another engine version or file schema repeats all.
 runs/%/.done: configs/%.yaml snooker_cli/engine/__init__.py snooker_cli/store/file_format.py | $(READY)
 	$(BIN)/snooker run $< --out $(@D) --fresh
 	@touch $@
 
-runs/report/report.pdf: $(DONE) $(WRITING) | $(READY)
+runs/report/report.pdf: $(DONE) $(REPORT_SOURCES) | $(READY)
 	$(BIN)/snooker report --runs runs --out runs/report
