@@ -37,6 +37,10 @@ ShapeName = Literal["circle", "box", "periodic"]
 """The word of a shape in a config; also stored in files."""
 
 
+CORNERS = 180
+"""Corners of the polygon that a circle is drawn as: it is within 0.02 % of the radius."""
+
+
 class AccessibleRegion(NamedTuple):
     """The region that the centres of balls of one radius can reach.
 
@@ -84,6 +88,11 @@ class Container(ABC):
     def period(self) -> tuple[float, float] | None:
         """Width and height of a periodic box, m; None for other containers."""
         return None
+
+    @property
+    @abstractmethod
+    def outline(self) -> Floats:
+        """(*n*, 2) corners of the polygon to draw, m."""
 
     @property
     @abstractmethod
@@ -173,6 +182,11 @@ class Circle(Container):
         return (2 * self.radius, 2 * self.radius)
 
     @property
+    def outline(self) -> Floats:
+        angles = np.arange(CORNERS) * (2 * math.pi / CORNERS)
+        return self.radius * np.column_stack([np.cos(angles), np.sin(angles)])
+
+    @property
     def area(self) -> float:
         return math.pi * self.radius**2
 
@@ -251,6 +265,11 @@ class _Rectangle(Container):
     @property
     def size(self) -> tuple[float, float]:
         return (self.width, self.height)
+
+    @property
+    def outline(self) -> Floats:
+        corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        return np.asarray(corners * self.size / 2)
 
     @property
     def area(self) -> float:

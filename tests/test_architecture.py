@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from snooker_cli.containers import SHAPES
+
 PACKAGE = Path(__file__).parents[1] / "snooker_cli"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
@@ -135,6 +137,27 @@ def test_a_module_says_what_it_is_for(path: Path) -> None:
     docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")), clean=False)
     assert docstring is not None
     assert docstring.splitlines()[0].strip()
+
+
+def compares_a_shape(node: ast.AST) -> bool:
+    """Whether code compares something with the word of a shape, alone or in a tuple."""
+    return isinstance(node, ast.Compare) and any(
+        isinstance(word, ast.Constant) and word.value in SHAPES
+        for side in (node.left, *node.comparators)
+        for word in ast.walk(side)
+    )
+
+
+@pytest.mark.parametrize("path", MODULES, ids=dotted)
+def test_only_the_classes_of_containers_know_shapes_by_their_word(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    lines = [node.lineno for node in ast.walk(tree) if compares_a_shape(node)]
+    assert not lines, f"{dotted(path)}, line {lines}: ask the container's class instead"
+
+
+def test_a_compared_shape_is_found() -> None:
+    source = 'if (key, shape) != ("shape", "circle") or shape in ("box",):\n    pass'
+    assert sum(compares_a_shape(node) for node in ast.walk(ast.parse(source))) == 2
 
 
 def test_no_file_name_occurs_twice() -> None:

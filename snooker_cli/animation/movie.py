@@ -13,10 +13,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import EllipseCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Rectangle
+from matplotlib.patches import Polygon
 from PIL import Image
 
-from snooker_cli import containers
 from snooker_cli.animation.frames import SPEED_COLOURS, frames, view
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
@@ -144,7 +143,8 @@ class Screen:
         left, right, bottom, top = self.seen.extent
         axes.set_xlim(left - spare, right + spare)
         axes.set_ylim(bottom - spare, top + spare)
-        periodic = not self.film.trace.start.container.has_wall
+        container = self.film.trace.start.container
+        self.outline, periodic = container.outline, not container.has_wall
         self.floor = self._container(facecolor=FLOOR, edgecolor="none")
         self.wall = self._container(
             facecolor="none",
@@ -164,24 +164,15 @@ class Screen:
             self._move(self.floor, self.film.opening.container_positions[0])
             self.balls.set_clip_path(self.floor)
 
-    def _container(self, **look: Any) -> Circle | Rectangle:
+    def _container(self, **look: Any) -> Polygon:
         """A patch of the container's shape."""
-        scene = self.film.trace.start
-        width, height = scene.container.size
-        if isinstance(scene.container, containers.Circle):
-            patch: Circle | Rectangle = Circle((0, 0), width / 2, **look)
-        else:
-            patch = Rectangle((0, 0), width, height, **look)
+        patch = Polygon(self.outline, **look)
         self.arena.add_patch(patch)
         return patch
 
-    def _move(self, patch: Circle | Rectangle, centre: Floats) -> None:
-        """Put a container's patch where its centre is."""
-        if isinstance(patch, Circle):
-            patch.set_center((float(centre[0]), float(centre[1])))
-        else:
-            left, bottom = (centre - np.array(self.film.trace.start.container.size) / 2).tolist()
-            patch.set_xy((left, bottom))
+    def _move(self, patch: Polygon, centre: Floats) -> None:
+        """Move a patch of the container to a centre."""
+        patch.set_xy(self.outline + centre)
 
     def _flash(self, frame: Frame, origin: Floats) -> None:
         """Draw the rings of recent contacts, wider and fainter with age."""

@@ -51,7 +51,7 @@ class ContainerConfig(_Sparse):
     """The container, centred at the origin."""
 
     shape: q.Shape = Field(
-        default="circle",
+        default=Circle.name,
         description="Shape: a circle, a box with four walls, or a periodic box without walls.",
     )
     radius: q.Positive | None = Field(

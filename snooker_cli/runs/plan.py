@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from snooker_cli.config import BallList, Experiment, Point
-from snooker_cli.containers import Circle
+from snooker_cli.containers import Circle, Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.starting_scene import starting_scene
@@ -43,7 +43,7 @@ class SceneClass:
     models : what is modelled, and what is left out because the scenes do not need it
     """
 
-    shape: str
+    shape: type[Container]
     points: tuple[Point, ...]
     balls: tuple[int, ...]
     models: dict[str, bool]
@@ -55,7 +55,7 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated, or that
     the chosen engine cannot simulate.
     """
-    starts: dict[int, tuple[str, int, dict[str, bool]]] = {}
+    starts: dict[int, tuple[type[Container], int, dict[str, bool]]] = {}
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
@@ -66,9 +66,8 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
             setting = ", ".join(f"{key}={value}" for key, value in same[0].parameters)
             where = f" (at the point {setting})" if setting else ""
             raise SceneError(error.key, f"{error}{where}") from None
-        starts.update(
-            (point.index, (scene.container.name, scene.number, compiled)) for point in same
-        )
+        shape = type(scene.container)
+        starts.update((point.index, (shape, scene.number, compiled)) for point in same)
     found: dict[Any, list[Point]] = {}
     for point in points:
         shape, _, compiled = starts[point.index]
@@ -200,7 +199,7 @@ def _class_plan(each: SceneClass, to_do: dict[int, int], engine: str | None) -> 
     return {
         "points": [point.as_json() for point in each.points],
         "balls": sorted(set(each.balls)),
-        "shape": each.shape,
+        "shape": each.shape.name,
         "engine": "cells" if each.models["cells"] else "allpairs",
         "because": _because(each, engine),
         "to_do": sum(to_do[point.index] for point in each.points),
@@ -213,8 +212,8 @@ def _because(each: SceneClass, engine: str | None) -> str:
     """Why a class has its engine."""
     if engine is not None:
         return f"as --engine {engine} says"
-    if each.shape != "circle":
-        return f"a {each.shape} container" if each.shape == "periodic" else "a box"
+    if not issubclass(each.shape, Circle):
+        return f"a {each.shape.title}"
     if each.models["sliding along the wall"]:
         return "balls slide"
     return f"{'many' if each.models['cells'] else 'few'} balls in a circle"
@@ -252,7 +251,8 @@ def _cools_out(each: SceneClass, experiment: Experiment, balls: int) -> bool:
     (1 - CoR²) / N of the energy on average (Haff's law by collisions), unless they cluster.
     """
     lost = (experiment.collisions or 0) * (1.0 - experiment.cor**2) / balls
-    return each.shape == "periodic" and experiment.elastic_below == 0.0 and lost > -math.log(COLD)
+    lasting = not each.shape.has_wall and experiment.elastic_below == 0.0
+    return lasting and lost > -math.log(COLD)
 
 
 def _free_bytes(directory: Path) -> int | None:

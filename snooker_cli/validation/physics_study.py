@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from snooker_cli.analysis.predictions import DENSEST_FLUID
+from snooker_cli.containers import SHAPES
 from snooker_cli.figures import NEUTRAL, FigureData, Layer, Line, Points, Reference
 from snooker_cli.formatting import Column, listed, short, table_lines, with_error
 from snooker_cli.theory.equation_of_state import PUBLISHED_RATIOS
@@ -228,7 +229,8 @@ COLUMNS = [
 def _cells(row: Record) -> list[str]:
     """A row of the table."""
     setting = row["setting"]
-    container = "" if setting["shape"] == "periodic" else f", {setting['shape']}"
+    shape = SHAPES[setting["shape"]]
+    container = f", {shape.title}" if shape.has_wall else ""
     return [
         row["quantity"] + container,
         f"{setting['balls']:,}",

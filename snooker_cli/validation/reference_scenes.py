@@ -79,14 +79,14 @@ def mixture() -> Scene:
 
 
 def geometric(first: float, last: float, number: int) -> NDArray[np.float64]:
-    """A geometric sequence of ``number`` > 1 values from first to last, each correctly rounded.
+    """A geometric sequence of ``number`` values from first to last, each correctly rounded.
 
     NumPy's ``geomspace`` rounds differently on different processors.
     """
     with localcontext() as context:
         context.prec = DIGITS
         start, ratio = Decimal(first), Decimal(last) / Decimal(first)
-        powers = (ratio ** (Decimal(k) / (number - 1)) for k in range(number))
+        powers = (ratio ** (Decimal(k) / max(number - 1, 1)) for k in range(number))
         return np.array([float(start * power) for power in powers])
 
 

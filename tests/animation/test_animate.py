@@ -35,10 +35,8 @@ def test_the_page_has_the_trace_in_it(name: str, films: dict[str, Film]) -> None
     np.testing.assert_array_equal(balls[:2].T, trace.start.positions)
     np.testing.assert_array_equal(balls[2:4].T, trace.start.velocities)
     np.testing.assert_array_equal(balls[4], trace.start.radii)
-    assert (data["shape"], tuple(data["size"])) == (
-        trace.start.container.name,
-        trace.start.container.size,
-    )
+    container = trace.start.container
+    assert (data["outline"], tuple(data["size"])) == (container.outline.tolist(), container.size)
     assert (data["start"], data["end"]) == (0.0, trace.stop.time)
 
 

@@ -140,7 +140,7 @@ def test_a_dry_run_tells_why_an_engine_is_chosen(here: Path, snooker: Snooker) -
         (["-o", "container.mass=1", "-o", "balls.count=150"], "allpairs", "few balls in a circle"),
         (["-o", "collapse=slide"], "allpairs", "balls slide"),
         (["-o", box], "cells", "a box"),
-        (["-o", periodic], "cells", "a periodic container"),
+        (["-o", periodic], "cells", "a periodic box"),
         (["--engine", "allpairs"], "allpairs", "as --engine allpairs says"),
         (["--engine", "cells", "-o", "balls.count=7"], "cells", "as --engine cells says"),
     ):

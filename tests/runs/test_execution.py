@@ -14,6 +14,7 @@ from repeating import StopsAfter, bytes_of, contents, done, made
 
 from snooker_cli import runs, store
 from snooker_cli.config import digest, parse, points
+from snooker_cli.containers import Circle
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.errors import SceneError, StoreError
 from snooker_cli.placement.starting_scene import starting_scene
@@ -355,7 +356,7 @@ def test_kinds_tell_what_is_modelled(small_config: str) -> None:
     assert elastic.models == free | LOSSES
     assert lossy.models == free | dict.fromkeys(LOSSES, True)
     assert [point.index for point in lossy.points + elastic.points] == [0, 1]
-    assert (lossy.shape, lossy.balls, elastic.balls) == ("circle", (7,), (7,))
+    assert (lossy.shape, lossy.balls, elastic.balls) == (Circle, (7,), (7,))
 
 
 def test_kinds_hold_points_that_ask_for_the_same(small_config: str) -> None:

@@ -43,15 +43,15 @@ class Arena {
     this.outline(pen, x(centre[0]), y(centre[1]), scale);
     pen.fill();
     pen.save();
-    if (film.shape === "periodic") {
+    if (film.periodic) {
       this.outline(pen, x(centre[0]), y(centre[1]), scale);
       pen.clip();
     }
     this.balls(pen, x, y, scale, reel.time, centre, topSpeed);
     pen.restore();
-    pen.lineWidth = film.shape === "periodic" ? 1 : 2;
-    pen.strokeStyle = film.shape === "periodic" ? SOFT : INK;
-    pen.setLineDash(film.shape === "periodic" ? [5, 4] : []);
+    pen.lineWidth = film.periodic ? 1 : 2;
+    pen.strokeStyle = film.periodic ? SOFT : INK;
+    pen.setLineDash(film.periodic ? [5, 4] : []);
     this.outline(pen, x(centre[0]), y(centre[1]), scale);
     pen.stroke();
     pen.setLineDash([]);
@@ -60,14 +60,13 @@ class Arena {
   }
 
   outline(pen, x, y, scale) {
-    const [width, height] = this.film.size;
     pen.beginPath();
-    if (this.film.shape === "circle") pen.arc(x, y, (width / 2) * scale, 0, 2 * Math.PI);
-    else pen.rect(x - (width / 2) * scale, y - (height / 2) * scale, width * scale, height * scale);
+    for (const [px, py] of this.film.outline) pen.lineTo(x + px * scale, y - py * scale);
+    pen.closePath();
   }
 
   balls(pen, x, y, scale, time, centre, topSpeed) {
-    const motion = this.motion, periodic = this.film.shape === "periodic", [w, h] = this.film.size;
+    const motion = this.motion, periodic = this.film.periodic, [w, h] = this.film.size;
     const rim = scale * motion.radii[0] > 3;
     pen.lineWidth = 1;
     pen.strokeStyle = "rgba(20, 24, 36, 0.75)";
