@@ -14,7 +14,7 @@ from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it; before NumPy
 
-import galleries
+import figure_runs
 import moving_pictures
 import pytest
 import typer.main
@@ -80,19 +80,19 @@ def small_config() -> str:
 @pytest.fixture(scope="session")
 def finished_run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """That config, run. Copy it before changing it."""
-    return galleries.made(tmp_path_factory.mktemp("finished") / "small", text=SMALL)
+    return figure_runs.made(tmp_path_factory.mktemp("finished") / "small", text=SMALL)
 
 
 @pytest.fixture(scope="session")
 def decaying(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """Nineteen balls at three CoR, every collision recorded. Copy it before changing it."""
-    return galleries.made(tmp_path_factory.mktemp("decaying") / "run", *galleries.DECAYING)
+    return figure_runs.made(tmp_path_factory.mktemp("decaying") / "run", *figure_runs.DECAYING)
 
 
 @pytest.fixture(scope="session")
 def warm(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """Elastic balls of two sizes at three speeds, as summaries. Copy it before changing it."""
-    return galleries.made(tmp_path_factory.mktemp("warm") / "run", *galleries.WARM)
+    return figure_runs.made(tmp_path_factory.mktemp("warm") / "run", *figure_runs.WARM)
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from galleries import made
+from figure_runs import made
 
 from snooker_cli.analysis import run_analysis
 from snooker_cli.errors import RunError

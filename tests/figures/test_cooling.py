@@ -1,21 +1,36 @@
-"""Pictures of cooling: rates and energies beside the report's formula, Haff's law and the floor."""
+"""Fits, decay constants, local rates and energies, beside the laws."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from galleries import layers, made, shown, traces, why_not
+from figure_runs import (
+    around,
+    layers,
+    made,
+    shown,
+    traces,
+    why_not,
+)
 
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
 from snooker_cli.analysis.decay import curve, fit_curve, reported_constant
-from snooker_cli.analysis.fitting import mean_over_repeats
+from snooker_cli.analysis.fitting import LAWS, fitted_curve, mean_over_repeats
 from snooker_cli.engine import series
-from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.figures import (
+    Band,
+    Line,
+    Note,
+    Points,
+    Reference,
+)
+from snooker_cli.figures.captions import SPREAD
+from snooker_cli.figures.figure_data import at_common_times
+from snooker_cli.formatting import with_error
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason, Trace
 
@@ -33,6 +48,8 @@ repeats: 2
 """
 """Three balls in a line, which collapse below CoR 0.0718."""
 
+ENDINGS = ("", "_error", "_r_squared", "_mean", "_standard_error", "_half_range", "_repeats")
+
 
 @pytest.fixture(scope="module")
 def collapsing(tmp_path_factory: pytest.TempPathFactory) -> Run:
@@ -48,14 +65,66 @@ def floor_of(trace: Trace) -> float:
     return turning**2 / (2 * len(x) * 9.0**2) / (0.5 * float(np.sum(v**2)))
 
 
-# Over many CoR
+@pytest.mark.parametrize(
+    ("name", "quantity", "symbol"),
+    [
+        ("energy-fit", "kinetic_energy", "k"),
+        ("temperature-fit", "temperature", "k"),
+        ("pressure-fit", "pressure", "κ"),
+    ],
+)
+def test_fits_are_those_of_the_repeat_and_of_all(
+    decaying: Run, name: str, quantity: str, symbol: str
+) -> None:
+    found = shown(decaying, name, repeat=1, cor=0.8)
+    curves = [curve(trace, quantity) for trace in traces(decaying, 0)]
+    data, *lines = layers(found, Line)
+    assert data.y.tolist() == curves[1].value.tolist()
+    notes = [note.text for note in layers(found, Note)]
+    for law, key, line in zip(LAWS, ("k", "alpha"), lines, strict=True):
+        results = [fit_curve(each, law) for each in curves]
+        over = mean_over_repeats(results)
+        assert [found.numbers[f"{key}{ending}"] for ending in ENDINGS] == [
+            results[1].value,
+            results[1].error,
+            results[1].r_squared,
+            over.mean,
+            over.standard_error,
+            over.max_min_half_range,
+            over.count,
+        ]
+        assert line.y.tolist() == fitted_curve(results[1], line.x).tolist()
+        sign = symbol if law == "exponential" else "α"
+        printed = with_error(results[1].value, results[1].error, "s⁻¹")
+        assert line.label == f"{LAWS[law].label} of repeat 1: {sign} = {printed}"
+        averaged = with_error(over.mean, over.standard_error, "s⁻¹")
+        assert f"mean of 3 repeats: {sign} = {averaged}" in notes
+    (band,) = layers(found, Band)
+    assert band.label == f"all 3 repeats, {SPREAD}"
+    pairs = [(each.time, each.value) for each in curves]
+    if quantity == "pressure":
+        times, rows = at_common_times(pairs)
+        pairs = [(times, row) for row in rows]
+    around(band, pairs)
+
+
+def test_fits_show_one_point_that_decays(decaying: Run) -> None:
+    assert "choose one by cor" in why_not(decaying, "energy-fit")
+    assert "nothing decays" in why_not(decaying, "temperature-fit", cor=1.0)
+
+
+def test_repeats_trapped_before_the_pressure_is_fitted_leave_no_band(tmp_path: Path) -> None:
+    run = made(tmp_path / "run", "cor=0.9", "wall_cor=0.3", "repeats=8")
+    rows = [len(curve(trace, "pressure").time) for trace in traces(run, 0)]
+    assert 0 in rows
+    assert max(rows) > 10
+    assert layers(shown(run, "pressure-fit", repeat=rows.index(max(rows))), Band) == []
 
 
 def test_decay_against_cor(decaying: Run) -> None:
     found = shown(decaying, "decay-against-cor")
     k, alpha = layers(found, Points)
     assert k.x.tolist() == [0.8, 0.9]
-    law: Any
     for points, law in ((k, "exponential"), (alpha, "haff")):
         for index in (0, 1):
             over = mean_over_repeats(
@@ -82,9 +151,6 @@ def test_the_laws_beside_the_decay_constants(decaying: Run) -> None:
     rate = theory.ball_ball_rate(density, 1.0, 50.0, contact)
     expected = theory.haff_rate(theory.cooling_rate(0.9, rate))  # the wall is elastic
     assert kinetic_theory.y[-1] == pytest.approx(expected, rel=1e-12)
-
-
-# With time
 
 
 def test_local_rates_of_the_mean_energy(decaying: Run) -> None:
@@ -153,9 +219,6 @@ def test_no_rate_is_claimed_from_few_collisions(decaying: Run, tmp_path: Path) -
     assert "Windows with fewer than 10 collisions are left out" in alone.caption
 
 
-# With collisions
-
-
 def test_energy_against_collisions(decaying: Run) -> None:
     found = shown(decaying, "event-decay", cor=0.9)
     (points,) = layers(found, Points)
@@ -196,9 +259,6 @@ def test_balls_that_circle_along_the_wall_are_at_their_floor(tmp_path: Path) -> 
     assert predictions.floor(at_wall.start) == pytest.approx(1.0, rel=1e-15)
     (light,) = traces(made(tmp_path / "light", text=text % ("100.0", balls)), 0)
     assert math.isnan(predictions.floor(light.start))  # which takes angular momentum
-
-
-# A clock that stands still
 
 
 def test_collisions_at_one_instant_are_not_shown_as_many(collapsing: Run) -> None:

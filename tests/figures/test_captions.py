@@ -1,4 +1,4 @@
-"""What ends every caption: the scene, the repeats there are, how they ended, what they share."""
+"""The end of every caption: the scene, its repeats, how they ended, what they share."""
 
 from __future__ import annotations
 
@@ -7,9 +7,22 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from galleries import ELASTIC, layers, made, shown, traces, why_not
+from figure_runs import (
+    BOX,
+    ELASTIC,
+    layers,
+    made,
+    shown,
+    traces,
+    why_not,
+)
 
-from snooker_cli.figures import Line, Points, Selection, unfinished
+from snooker_cli.figures import (
+    Line,
+    Points,
+    Selection,
+    unfinished,
+)
 from snooker_cli.figures.captions import early
 from snooker_cli.figures.selection import Facts
 from snooker_cli.runs import Run, open_run
@@ -41,9 +54,6 @@ def test_captions_tell_the_scene(decaying: Run) -> None:
     assert shown(decaying, "speeds", cor=0.8).caption.endswith(
         scene + "CoR 0.8, wall CoR 1; 3 repeats, 200 collisions each."
     )
-
-
-# Endings
 
 
 def test_captions_count_what_ended_early(trapped: Run) -> None:
@@ -87,9 +97,6 @@ def test_an_end_of_all_motion_is_early_too(tmp_path: Path) -> None:
     )
 
 
-# Unfinished runs
-
-
 def test_pictures_of_an_unfinished_run(broken: Run, decaying: Run) -> None:
     missing = "The run is unfinished: 1 of 3 at CoR 0.9 and none of 3 at CoR 1 are there."
     assert unfinished(broken, Selection()) == missing
@@ -129,9 +136,6 @@ def test_many_missing_repeats_are_summed_up(tmp_path: Path) -> None:
     assert unfinished(run, Selection()) == said
 
 
-# Shared random numbers
-
-
 def test_captions_say_which_runs_are_copies(warm: Run) -> None:
     said = (
         "The repeats at v₀ = 5, 10 and 20 m/s have the same random numbers: they are the same "
@@ -150,3 +154,10 @@ def test_motions_that_rounding_has_parted_are_no_copies(tmp_path: Path) -> None:
     assert (fifteen.start.positions == ten.start.positions).all()
     assert not (fifteen.finish.positions == ten.finish.positions).all()
     assert "pace" not in shown(run, "pressure-temperature").caption
+
+
+def test_captions_count_species(tmp_path: Path) -> None:
+    mixture = "balls=[{count: 9, radius: 0.6, speed: 10}, {count: 4, radius: 0.9, speed: 10}]"
+    run = made(tmp_path / "mixture", mixture, "sweep={}", "collisions=50", text=BOX)
+    caption = shown(run, "energy").caption
+    assert "Scene: N = 13 of 2 species, box, width 20 m, height 14 m, CoR 0.9" in caption

@@ -1,0 +1,109 @@
+"""Small runs for the tests of figures, and helpers that read figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import pytest
+import repeating
+
+from snooker_cli import containers, theory
+from snooker_cli.errors import FigureError
+from snooker_cli.figures import FIGURES, Band, FigureData, Layer, Selection
+from snooker_cli.runs import Run
+from snooker_cli.trace import Trace
+
+BASE = """\
+container: {radius: 10.0, mass: 1.0e7}
+balls: {rings: 2, radius: 1.0, speed: 10.0}
+cor: 0.9
+wall_cor: 1.0
+collisions: 200
+repeats: 3
+"""
+
+ELASTIC = ("cor=1", "record=summary", "container.mass=.inf")
+
+DECAYING = ("cor=0.8,0.9,1.0",)
+"""Nineteen balls at three CoR, every collision recorded."""
+
+WARM = (*ELASTIC, "balls.radius=0.2,1.0", "balls.speed=5,10,20")
+"""Elastic balls of two sizes at three speeds in a fixed wall, recorded as summaries."""
+
+BOX = """\
+container: {shape: box, width: 20, height: 14}
+balls: {count: 37, radius: 0.6, speed: 10.0}
+cor: 0.9
+collisions: 400
+repeats: 3
+sweep: {cor: [0.8, 0.9, 1.0]}
+"""
+
+PERIODIC = """\
+container: {shape: periodic, width: 30, height: 20}
+balls: {count: 64, radius: 0.6, speed: 10.0, speeds: maxwell}
+cor: 0.9
+wall_cor: 0.5
+collisions: 500
+repeats: 3
+sweep: {cor: [0.8, 0.9, 1.0]}
+"""
+
+ADRIFT = """\
+container: {shape: periodic, width: 16, height: 16}
+balls:
+  list:
+    - {position: [-5.0, 1.0], velocity: [9.0, 3.0], radius: 1.0}
+    - {position: [-1.0, 0.0], velocity: [6.0, 3.0], radius: 1.0}
+    - {position: [4.0, 0.5], velocity: [5.0, 3.0], radius: 1.0}
+cor: 0.9
+collisions: 60
+"""
+
+Kept = TypeVar("Kept", bound=Layer)
+
+
+def made(directory: Path, *overrides: str, text: str = BASE) -> Run:
+    """A finished run of a config."""
+    run = repeating.made(directory, text, *overrides)
+    assert not any(result.error for result in repeating.done(run))
+    return run
+
+
+def traces(run: Run, index: int) -> list[Trace]:
+    return list(run.traces(run.points[index]))
+
+
+def layers(figure: FigureData, layer_type: type[Kept]) -> list[Kept]:
+    return [layer for layer in figure.layers if isinstance(layer, layer_type)]
+
+
+def shown(run: Run, name: str, repeat: int | None = None, **where: Any) -> FigureData:
+    keys = {key.replace("__", "."): value for key, value in where.items()}
+    return FIGURES[name].make(run, Selection(keys, repeat))
+
+
+def why_not(run: Run, name: str, repeat: int | None = None, **where: Any) -> str:
+    with pytest.raises(FigureError) as caught:
+        shown(run, name, repeat, **where)
+    return str(caught.value)
+
+
+def around(band: Band, curves: list[tuple[Any, Any]]) -> None:
+    """Assert that a band is the mean ± standard deviation of curves that change in steps."""
+    assert band.x[0] == max(time[0] for time, _ in curves)
+    assert band.x[-1] == min(time[-1] for time, _ in curves)
+    for k in (0, 100, 299):
+        values = [column[np.flatnonzero(time <= band.x[k])[-1]] for time, column in curves]
+        mean, deviation = np.mean(values), np.std(values, ddof=1)
+        # The mean of the ratios to a start of one is 1 there but for rounding.
+        assert band.low[k] == pytest.approx(mean - deviation, rel=1e-12, abs=1e-15)
+        assert band.high[k] == pytest.approx(mean + deviation, rel=1e-12, abs=1e-15)
+
+
+def in_circle(temperature: float, radius: float) -> float:
+    """Pressure of 19 hard disks in the circle of 10 m, by theory."""
+    circle = containers.Circle(10.0)
+    return theory.fluid_state(19, temperature, radius, circle).pressure

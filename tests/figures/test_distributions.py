@@ -1,0 +1,114 @@
+"""Distances from the centre, between balls, and speeds."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from figure_runs import (
+    ADRIFT,
+    layers,
+    made,
+    shown,
+    traces,
+)
+
+from snooker_cli import theory
+from snooker_cli.engine import replay
+from snooker_cli.figures import (
+    NEUTRAL,
+    Histogram,
+    Line,
+    Reference,
+)
+from snooker_cli.formatting import exact
+from snooker_cli.runs import Run
+from snooker_cli.scene import EPSILON
+from snooker_cli.trace import SPEED_BIN
+
+
+def test_distances_from_the_centre(decaying: Run) -> None:
+    found = shown(decaying, "central-distances", cor=0.8)
+    largest = 0.0
+    for trace in traces(decaying, 0):
+        assert trace.events is not None
+        states = replay(trace, np.append(0.0, trace.events.time))
+        offsets = states.positions - states.container_positions[:, None]
+        largest = max(largest, float(np.hypot(offsets[..., 0], offsets[..., 1]).max()))
+    assert found.numbers["largest_distance"] == largest
+    assert found.numbers["largest_excess"] == largest - 9.0
+    assert exact(largest) in found.caption
+    (histogram,) = layers(found, Histogram)
+    assert np.sum(histogram.heights * np.diff(histogram.edges)) == pytest.approx(1, abs=1e-12)
+    assert (histogram.edges[0], histogram.edges[-1]) == (0.0, 9.0)
+    assert [reference.value for reference in layers(found, Reference)] == [9.0]
+
+
+def test_distances_between_balls(decaying: Run) -> None:
+    found = shown(decaying, "pair-distances", repeat=1, cor=1.0)
+    trace = traces(decaying, 2)[1]
+    assert trace.events is not None
+    positions = replay(trace, np.append(0.0, trace.events.time)).positions
+    first, second = np.triu_indices(trace.start.number, k=1)
+    apart = positions[:, first] - positions[:, second]
+    smallest = float(np.hypot(apart[..., 0], apart[..., 1]).min())
+    assert found.numbers["smallest_distance"] == smallest
+    assert found.numbers["largest_overlap"] == 2.0 - smallest
+    # A position is rounded at each of the ball's flights, to half of the spacing at 10 m or less.
+    assert smallest > 2 - 100 * 10 * EPSILON
+    uniform = layers(found, Line)[0]
+    area = np.sum((uniform.y[1:] + uniform.y[:-1]) / 2 * np.diff(uniform.x))
+    assert area == pytest.approx(1, abs=1e-4)  # of a polygon of 200 sides under the density
+
+
+@pytest.mark.parametrize("shape", ["box", "periodic"])
+def test_pair_distances_beside_uniform_ones(shape: str, request: pytest.FixtureRequest) -> None:
+    found = shown(request.getfixturevalue(shape), "pair-distances")
+    (line,) = (each for each in layers(found, Line) if each.label)
+    # The rule of trapezoids over 200 points; a periodic box's density jumps in slope only.
+    area = float(np.sum((line.y[1:] + line.y[:-1]) / 2 * np.diff(line.x)))
+    assert area == pytest.approx(1, abs=2e-3)
+    sides = np.array([30.0, 20.0]) if shape == "periodic" else np.array([18.8, 12.8])
+    farthest = math.hypot(*sides) / (2 if shape == "periodic" else 1)
+    assert line.x[-1] == pytest.approx(farthest, rel=1e-12)
+    # Means of the square of a uniform distance: s²/12 of each side of images, s²/6 between walls.
+    square = float(np.sum(line.x**2 * line.y) / np.sum(line.y))
+    expected = float(np.sum(sides**2)) / (12 if shape == "periodic" else 6)
+    assert square == pytest.approx(expected, rel=5e-3)
+    assert all(each.edges[0] == 1.2 for each in layers(found, Histogram))
+    assert ("nearest images" in found.caption) is (shape == "periodic")
+
+
+def test_speeds_in_metres_if_elastic(warm: Run) -> None:
+    found = shown(warm, "speeds", balls__radius=1.0)
+    assert found.x_label == "speed (m/s)"
+    for histogram, speed in zip(layers(found, Histogram), (5.0, 10.0, 20.0), strict=True):
+        widths = np.diff(histogram.edges)
+        assert widths == pytest.approx(SPEED_BIN * speed, rel=1e-13)
+        assert np.sum(histogram.heights * widths) == pytest.approx(1, abs=1e-12)
+    maxwell, fixed = layers(found, Line)[:2]
+    assert maxwell.y == pytest.approx(theory.maxwell_speed_density(maxwell.x, 12.5), rel=1e-12)
+    assert fixed.y == pytest.approx(
+        theory.fixed_energy_speed_density(fixed.x, 19, 12.5), rel=1e-9, abs=1e-15
+    )
+    assert {line.series for line in layers(found, Line)} == {NEUTRAL}
+
+
+def test_speeds_are_reduced_if_not(decaying: Run) -> None:
+    found = shown(decaying, "speeds")
+    assert found.x_label.startswith("reduced speed")
+    assert len(layers(found, Line)) == 2  # one of each law, for all points
+    (counted_speeds, *_) = found.numbers["points"]
+    assert counted_speeds["speeds"] % 19 == 0
+
+
+def test_the_law_of_speeds_counts_one_ball_less(periodic: Run, tmp_path: Path) -> None:
+    labels = [line.label for line in layers(shown(periodic, "speeds"), Line)]
+    assert labels == ["Maxwell–Boltzmann", "fixed energy, 63 free balls"]
+    adrift = made(tmp_path / "adrift", "cor=1", "collisions=1000", text=ADRIFT)
+    found = shown(adrift, "speeds")
+    assert [line.label for line in layers(found, Line)] == ["Maxwell–Boltzmann"]
+    assert "from Maxwell and Boltzmann's law" in found.caption
+    assert found.numbers["points"][0]["distance_from_fixed_energy"] is None

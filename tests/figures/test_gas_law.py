@@ -1,0 +1,127 @@
+"""Pressure and temperature against theory, and over the ideal gas's."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from figure_runs import (
+    BOX,
+    ELASTIC,
+    PERIODIC,
+    in_circle,
+    layers,
+    made,
+    shown,
+    traces,
+    why_not,
+)
+
+from snooker_cli import containers, theory
+from snooker_cli.engine import series
+from snooker_cli.figures import (
+    Line,
+    Points,
+)
+from snooker_cli.runs import Run
+from snooker_cli.trace import Trace
+
+
+def pressure_of(trace: Trace) -> float:
+    assert trace.summary is not None
+    columns = trace.summary.series
+    return float(
+        columns.wall_impulse[-1] / columns.time[-1] / (2 * math.pi * trace.start.container.radius)
+    )
+
+
+def test_pressure_against_temperature(warm: Run) -> None:
+    found = shown(warm, "pressure-temperature")
+    small, large = layers(found, Points)
+    assert (small.label, large.label) == ("r = 0.2 m", "r = 1 m")
+    assert small.x == pytest.approx([12.5, 50.0, 200.0], rel=1e-13)
+    for series_number, each in enumerate((small, large)):
+        for k in range(3):
+            pressures = [pressure_of(trace) for trace in traces(warm, 3 * series_number + k)]
+            assert each.y[k] == pytest.approx(np.mean(pressures), rel=1e-13)
+            assert each.y_error is not None
+            error = np.std(pressures, ddof=1) / math.sqrt(3)
+            assert each.y_error[k] == pytest.approx(error, rel=1e-10)
+    ideal = next(line for line in layers(found, Line) if line.label == "ideal gas")
+    assert ideal.y == pytest.approx(19 * ideal.x / (100 * math.pi), rel=1e-14)
+    curve_of_large = next(line for line in layers(found, Line) if line.series == 1)
+    expected = [in_circle(each, 1.0) for each in curve_of_large.x]
+    assert curve_of_large.y == pytest.approx(expected, rel=1e-12)
+    point = found.numbers["points"][5]
+    assert point["parameters"] == {"balls.radius": 1.0, "balls.speed": 20.0}
+    assert point["over_ideal"] == pytest.approx(large.y[2] / (19 * 200 / (100 * math.pi)), rel=1e-9)
+
+
+def test_temperature_ratio_against_the_ball_radius(warm: Run) -> None:
+    found = shown(warm, "temperature-ratio", balls__speed=10.0)
+    (points,) = layers(found, Points)
+    assert points.x.tolist() == [0.2, 1.0]
+    for k, index in enumerate((1, 4)):
+        ratios = [50 / (pressure_of(trace) * 100 * math.pi / 19) for trace in traces(warm, index)]
+        assert points.y[k] == pytest.approx(np.mean(ratios), rel=1e-13)
+        expected = in_circle(50.0, points.x[k])
+        theirs = found.numbers["points"][k]["theory"]
+        assert theirs == pytest.approx(19 * 50 / (100 * math.pi) / expected, rel=1e-13)
+    assert "one value of balls.speed" in why_not(warm, "temperature-ratio")
+
+
+def test_pressure_against_area_and_number(tmp_path: Path) -> None:
+    wide = made(tmp_path / "wide", *ELASTIC, "container.radius=10,20", "repeats=1")
+    found = shown(wide, "pressure-area")
+    (points,) = layers(found, Points)
+    assert points.x == pytest.approx([100 * math.pi, 400 * math.pi], rel=1e-15)
+    assert points.y.tolist() == pytest.approx([pressure_of(*traces(wide, k)) for k in (0, 1)])
+    assert points.y_error is None
+    assert (found.x_log, found.y_log) == (True, True)
+    many = made(tmp_path / "many", *ELASTIC, "balls.rings=1,2,3", "repeats=1")
+    found = shown(many, "pressure-number")
+    assert layers(found, Points)[0].x.tolist() == [7, 19, 37]
+    ideal = next(line for line in layers(found, Line) if line.label == "ideal gas")
+    assert ideal.y == pytest.approx(ideal.x * 50 / (100 * math.pi), rel=1e-13)
+
+
+def test_pressure_against_area_and_number_of_boxes(tmp_path: Path) -> None:
+    elastic = ("cor=1", "sweep={}", "repeats=1")
+    square = "container={shape: box, width: 20}"
+    wide = made(tmp_path / "wide", *elastic, square, "container.width=20,30", text=BOX)
+    found = shown(wide, "pressure-area")
+    ideal = next(line for line in layers(found, Line) if line.label == "ideal gas")
+    assert ideal.x[[0, -1]].tolist() == pytest.approx([400, 900])
+    assert ideal.y == pytest.approx(37 * 50 / ideal.x, rel=1e-12)
+    curve = next(line for line in layers(found, Line) if line.style == "dotted" and len(line.x))
+    state = theory.fluid_state(37, 50.0, 0.6, containers.Box(20.0, 20.0))
+    assert curve.y[0] == pytest.approx(state.pressure, rel=1e-12)
+    many = made(tmp_path / "many", *elastic, "balls.count=20,40", text=PERIODIC)
+    found = shown(many, "pressure-number")
+    curve = next(line for line in layers(found, Line) if line.style == "dotted" and len(line.x))
+    assert curve.x[-1] == 40
+    bulk = theory.bulk_pressure(40, 50.0, 0.6, 600.0)
+    assert curve.y[-1] == pytest.approx(bulk, rel=1e-9)
+    assert "periodic box, width 30 m, height 20 m" in found.caption
+    assert "wall CoR" not in found.caption
+
+
+def test_ideal_ratio_is_taken_at_two_temperatures(decaying: Run) -> None:
+    found = shown(decaying, "ideal-ratio", cor=0.8)
+    at_end, at_mean, *keys = layers(found, Points)
+    assert [len(key.x) for key in keys] == [0, 0]
+    assert (at_end.filled, at_mean.filled) == (False, True)
+    for k, trace in enumerate(traces(decaying, 0)):
+        columns, end = series(trace), trace.stop.time
+        pressure = columns.wall_impulse[-1] / (20 * math.pi * end)
+        temperature = columns.kinetic_energy / 19
+        mean = np.sum(temperature[:-1] * np.diff(columns.time)) / end
+        ideal = 19 / (100 * math.pi)
+        assert at_mean.x[k] == pytest.approx(mean, rel=1e-13)
+        assert at_mean.y[k] == pytest.approx(pressure / (ideal * mean), rel=1e-13)
+        assert at_end.x[k] == temperature[-1]
+        assert at_end.y[k] == pytest.approx(pressure / (ideal * temperature[-1]), rel=1e-13)
+    assert np.all(at_end.x < at_mean.x)
+    assert np.all(at_end.y > at_mean.y)

@@ -1,0 +1,155 @@
+"""Energy, momentum and pressure over time, of one repeat and of all."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from figure_runs import (
+    ADRIFT,
+    around,
+    in_circle,
+    layers,
+    made,
+    shown,
+    traces,
+    why_not,
+)
+
+from snooker_cli import theory
+from snooker_cli.analysis import observables
+from snooker_cli.engine import replay, series
+from snooker_cli.figures import (
+    Band,
+    Line,
+    Reference,
+)
+from snooker_cli.figures.captions import SPREAD
+from snooker_cli.runs import Run
+from snooker_cli.scene import EPSILON
+
+
+def test_energy_of_one_repeat_and_of_all(decaying: Run) -> None:
+    found = shown(decaying, "energy")
+    records, lines = found.numbers["points"], layers(found, Line)
+    assert [line.label for line in lines] == ["CoR 0.8", "CoR 0.9", "CoR 1"]
+    assert [record["elastic"] for record in records] == [False, False, True]
+    assert f"bands: {SPREAD}." in found.caption
+    for index, (line, band) in enumerate(zip(lines, layers(found, Band), strict=True)):
+        curves = []
+        for trace in traces(decaying, index):
+            columns = series(trace)
+            total = columns.kinetic_energy + columns.container_energy
+            curves.append((columns.time, total / total[0]))
+        assert [line.x.tolist(), line.y.tolist()] == [each.tolist() for each in curves[0]]
+        around(band, curves)
+        assert band.series == index
+        worst = max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves)
+        assert (records[index]["largest_deviation"], records[index]["repeats"]) == (worst, 3)
+        assert records[index]["final_ratio"] == line.y[-1]
+    # Each energy is a sum over 19 balls, rounded at each.
+    assert records[2]["largest_deviation"] < 200 * 19 * EPSILON
+
+
+@pytest.mark.parametrize(("component", "kind"), [(0, "momentum-x"), (1, "momentum-y")])
+def test_momentum_is_summed_from_the_states(decaying: Run, component: int, kind: str) -> None:
+    found = shown(decaying, kind, cor=0.9, repeat=2)
+    trace = traces(decaying, 1)[2]
+    assert trace.events is not None
+    states = replay(trace, np.append(0.0, trace.events.time))
+    total = np.einsum("tic,i->tc", states.velocities, trace.start.masses)
+    total += trace.start.container_mass * states.container_velocities
+    deviation = total[:, component] / total[0, component] - 1
+    assert found.numbers["largest_deviation"] == np.max(np.abs(deviation))
+    (line,) = layers(found, Line)
+    assert line.y.tolist() == (deviation / 1e-15).tolist()
+    # A collision rounds two momenta of at most that of a ball with all of the energy.
+    largest = math.sqrt(2 * trace.start.kinetic_energy)
+    bound = 4 * EPSILON * largest * len(line.x) / abs(total[0, component])
+    assert found.numbers["largest_deviation"] < bound
+
+
+@pytest.mark.parametrize("kind", ["momentum-x", "momentum-y"])
+def test_momentum_of_one_repeat_and_of_all(decaying: Run, kind: str) -> None:
+    found = shown(decaying, kind, cor=0.9)
+    alone = [shown(decaying, kind, repeat=repeat, cor=0.9) for repeat in range(3)]
+    worst = max(picture.numbers["largest_deviation"] for picture in alone)
+    assert found.numbers["largest_deviation"] == worst
+    lines = [layers(picture, Line)[0] for picture in alone]
+    (band,) = layers(found, Band)
+    around(band, [(line.x, line.y) for line in lines])
+    assert layers(found, Line)[0].y.tolist() == lines[0].y.tolist()
+
+
+def test_a_box_takes_momentum_and_a_periodic_one_starts_with_none(box: Run, periodic: Run) -> None:
+    for kind in ("momentum-x", "momentum-y"):
+        assert why_not(box, kind) == "the walls of a box are fixed and take momentum"
+        assert "is zero at the start" in why_not(periodic, kind)
+
+
+def test_momentum_is_kept_without_walls(tmp_path: Path) -> None:
+    run = made(tmp_path / "adrift", text=ADRIFT)
+    found = shown(run, "momentum-x")
+    assert found.title == "Total momentum in x, the balls"
+    assert found.numbers["points"][0]["momentum_at_start"] == 20.0
+    assert found.numbers["largest_deviation"] < 1e-14
+    # Of a total momentum of 20 and 9 kg m/s; half of the square over the mass is left in the end.
+    (trace,) = traces(run, 0)
+    kept = (20**2 + 9**2) / 6 / trace.start.kinetic_energy
+    decay = shown(run, "event-decay")
+    (floor,) = layers(decay, Reference)
+    assert floor.value == pytest.approx(kept, rel=1e-12)
+    assert floor.label is not None
+    assert floor.label.startswith("floor of p")
+    assert "p²/(2Nm)" in decay.caption
+    assert "at the wall" not in decay.caption
+
+
+def test_no_bands_where_one_repeat_is_shown(decaying: Run, tmp_path: Path) -> None:
+    single = made(tmp_path / "single", "cor=0.8", "repeats=1")
+    for name in ("energy", "momentum-x", "momentum-y", "pressure"):
+        assert layers(shown(decaying, name, repeat=2, cor=0.8), Band) == []
+        assert layers(shown(single, name), Band) == []
+    for name in ("energy-fit", "temperature-fit", "pressure-fit"):
+        assert layers(shown(single, name), Band) == []
+    pressure = shown(single, "pressure")
+    assert pressure.numbers["points"][0]["pressure_error"] is None
+    assert layers(pressure, Reference) == []  # of an elastic gas alone
+
+
+def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
+    found = shown(decaying, "pressure", cor=1.0)
+    curves = []
+    for trace in traces(decaying, 2):
+        columns = series(trace)
+        time = columns.time[1:]
+        curves.append((time, columns.wall_impulse[1:] / (20 * math.pi * time)))
+    (line,) = layers(found, Line)
+    assert (line.x[0], line.y[0]) == (0.0, 0.0)
+    assert line.y[1:] == pytest.approx(curves[0][1], rel=1e-15)
+    end = min(time[-1] for time, _ in curves)
+    final = np.array([np.interp(end, *each) for each in curves])
+    (point,) = found.numbers["points"]
+    assert point["pressure"] == pytest.approx(final.mean(), rel=1e-14)
+    assert point["pressure_error"] == pytest.approx(final.std(ddof=1) / math.sqrt(3), rel=1e-12)
+    (band,) = layers(found, Band)
+    assert band.x[-1] == end
+    assert band.high[-1] - band.low[-1] == pytest.approx(2 * final.std(ddof=1), rel=1e-12)
+    (reference,) = layers(found, Reference)
+    assert reference.value == in_circle(50.0, 1.0)
+
+
+def test_pressure_of_a_periodic_box_starts_at_the_ideal_gas_s(periodic: Run) -> None:
+    found = shown(periodic, "pressure", cor=1.0)
+    (line,) = layers(found, Line)
+    assert line.y[0] == pytest.approx(64 * 50 / 600, rel=1e-12)
+    measured = observables.mean_pressure(traces(periodic, 2)[0])
+    assert line.y[-1] == pytest.approx(measured, rel=1e-12)
+    (reference,) = layers(found, Reference)
+    ratio = theory.compressibility(64 * math.pi * 0.36 / 600)
+    # Balls meet at E/(N − 1), as their centre of mass is at rest.
+    expected = (64 * 50 + (ratio - 1) * 64 * 50 * 64 / 63) / 600
+    assert reference.value == pytest.approx(expected, rel=1e-9)
+    assert abs(line.y[-1] / reference.value - 1) < 0.1
