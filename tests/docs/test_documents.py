@@ -44,6 +44,9 @@ CONSOLE = re.compile(r"```console\n\$ ((?:snooker|python) .*)\n((?:.*\n)*?)```")
 SESSIONS = {"readme": (README, RUNS), "tutorial": (TUTORIAL,)}
 """Documents whose commands run one after the other in one folder."""
 
+FIGURES = {"readme": ("energy-fit-cor-0.8", "energy-fit"), "tutorial": ("energy-fit", "cooling")}
+"""The figure that the commands of a session draw, and its name in docs."""
+
 VARIES = re.compile(
     r" in [\d.]+ s \([\d,]+ events/s\)( after \d+ s of compiling)?"
     r"|\d{4}-\d\d-\d\d \d\d:\d\d"
@@ -213,7 +216,7 @@ def test_the_audit_of_the_source_report(tmp_path: Path) -> None:
 
 
 def update() -> None:
-    """Put into the documents what the commands print now, and the tutorial's figure."""
+    """Put into the documents what the commands print now, and the figures that they draw."""
     for session, paths in SESSIONS.items():
         with tempfile.TemporaryDirectory() as folder, chdir(folder):
             prepare(session, Path(folder))
@@ -222,8 +225,8 @@ def update() -> None:
                     lambda found: f"```console\n$ {found[1]}\n{shell(found[1])}```", text_of(path)
                 )
                 path.write_text(text, encoding="utf-8")
-            if session == "tutorial":
-                shutil.copy("runs/decay/figures/energy-fit.png", DOCS / "cooling.png")
+            drawn, shown = FIGURES[session]
+            shutil.copy(f"runs/decay/figures/{drawn}.png", DOCS / f"{shown}.png")
 
 
 if __name__ == "__main__":
