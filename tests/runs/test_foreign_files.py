@@ -86,23 +86,6 @@ def test_an_export_replaces_an_export(out: str, finished: Path, snooker: Snooker
         assert snooker("export", "small", *form, "--out", out).code == 0
 
 
-def test_a_repeat_is_no_run(finished: Path, snooker: Snooker) -> None:
-    ended = snooker("compare", REPEAT)
-    assert ended.code == 2
-    assert ended.err.startswith(f"snooker: {REPEAT}: is a file, not a run's folder")
-
-
-@pytest.mark.parametrize("content", ["", "{", "[]", "{}", "[" * 100_000])
-def test_a_damaged_manifest_is_a_damaged_file(
-    content: str, finished: Path, snooker: Snooker
-) -> None:
-    Path("runs/small/run.json").write_text(content)
-    for command in ("show", "fit", "verify", "export"):
-        ended = snooker(command, "small")
-        assert ended.code == 1
-        assert "run.json: cannot be read" in ended.err
-
-
 # Analyses and the repeats they are of
 
 
@@ -152,14 +135,3 @@ def test_what_is_analysed_while_a_run_goes_on_does_not_outlive_it(
     assert ended.code == 0
     assert "removed compare.json" in ended.err
     assert not Path("runs/small/compare.json").exists()
-
-
-def test_an_extension_that_is_taken_back_leaves_no_analysis_of_it(
-    finished: Path, snooker: Snooker
-) -> None:
-    made(finished, SMALL, "collisions=300")
-    assert snooker("fit", "small").code == 0
-    note = "end where the run did before it was extended"
-    assert note in Path("runs/small/fit.json").read_text()
-    assert snooker("run", "small.yaml").code == 0
-    assert not Path("runs/small/fit.json").exists()
