@@ -1,4 +1,4 @@
-"""The runner: resuming, the same bits however it is run, failures and interrupts."""
+"""Executing a run: resuming, the same bits however it is executed, failures and interrupts."""
 
 from __future__ import annotations
 
@@ -13,27 +13,25 @@ import pytest
 from repeating import StopsAfter, bytes_of, contents, done, made
 
 from snooker_cli import runs, store
-from snooker_cli.config import digest, parse, points
-from snooker_cli.containers import Circle
+from snooker_cli.config import digest, parse
 from snooker_cli.engine import ENGINE_VERSION, simulate
-from snooker_cli.errors import SceneError, StoreError
+from snooker_cli.errors import StoreError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.runs.execution import ThreadExecutor, Watcher, execute
 from snooker_cli.runs.folder import FAILURES, failures
-from snooker_cli.runs.plan import SceneClass, scene_classes
 from snooker_cli.runs.repeat import RepeatResult
 from snooker_cli.runs.status import run_status
 from snooker_cli.trace import StopReason
 
 
 class Notes(Watcher):
-    """Everything that a run told."""
+    """Everything that a run reports."""
 
     def __init__(self) -> None:
         self.lock = threading.Lock()
         self.collisions = 0
-        self.outcomes: list[RepeatResult] = []
+        self.results: list[RepeatResult] = []
         self.readied = 0
         self.removed: list[str] = []
         self.refused: list[RepeatStatus] = []
@@ -47,16 +45,16 @@ class Notes(Watcher):
 
     def simulating(self, compiling: float) -> None:
         assert compiling > 0
-        assert (self.collisions, [each for each in self.outcomes if not each.cached]) == (0, [])
+        assert (self.collisions, [each for each in self.results if not each.cached]) == (0, [])
         self.readied += 1
 
     def events(self, number: int) -> None:
         with self.lock:
             self.collisions += number
 
-    def finished(self, outcome: RepeatResult) -> None:
+    def finished(self, result: RepeatResult) -> None:
         with self.lock:
-            self.outcomes.append(outcome)
+            self.results.append(result)
 
 
 @pytest.fixture
@@ -69,26 +67,26 @@ def copied(finished_run: Run, tmp_path: Path) -> Run:
 # Resuming
 
 
-def test_outcomes_tell_what_is_in_the_files(copied: Run) -> None:
+def test_results_are_what_is_in_the_files(copied: Run) -> None:
     notes = Notes()
-    outcomes = done(copied, watcher=notes)
-    assert [(outcome.point, outcome.repeat) for outcome in outcomes] == [
+    results = done(copied, watcher=notes)
+    assert [(result.point, result.repeat) for result in results] == [
         (point, repeat) for point in (0, 1) for repeat in (0, 1, 2)
     ]
-    assert sorted(notes.outcomes, key=lambda each: (each.point, each.repeat)) == outcomes
-    assert {outcome.work for outcome in outcomes} == {None}
-    for outcome in outcomes:
-        trace = store.read(copied.path(outcome.point, outcome.repeat))[0]
-        assert outcome.stop == trace.stop
-        assert outcome.collisions == trace.collisions
-        assert outcome.error is None
+    assert sorted(notes.results, key=lambda each: (each.point, each.repeat)) == results
+    assert {result.work for result in results} == {None}
+    for result in results:
+        trace = store.read(copied.path(result.point, result.repeat))[0]
+        assert result.stop == trace.stop
+        assert result.collisions == trace.collisions
+        assert result.error is None
 
 
 def test_a_second_run_simulates_nothing(copied: Run) -> None:
     before = bytes_of(copied.directory)
     notes = Notes()
-    outcomes = done(copied, watcher=notes)
-    assert all(outcome.cached for outcome in outcomes)
+    results = done(copied, watcher=notes)
+    assert all(result.cached for result in results)
     assert (notes.collisions, notes.readied) == (0, 0)
     assert bytes_of(copied.directory) == before
 
@@ -154,8 +152,8 @@ def test_one_bad_file_is_done_again_and_only_that(
     if DAMAGES[damage]:
         with pytest.raises(StoreError, match=f"^{path}: {DAMAGES[damage]}"):
             list(copied.traces(copied.points[1]))
-    outcomes = done(copied, watcher=notes)
-    assert [(each.point, each.repeat) for each in outcomes if not each.cached] == [(1, 1)]
+    results = done(copied, watcher=notes)
+    assert [(each.point, each.repeat) for each in results if not each.cached] == [(1, 1)]
     after = bytes_of(copied.directory)
     name = "point-0001/repeat-0001.h5"
     assert after.pop(name) != before.pop(name)
@@ -168,8 +166,8 @@ def test_one_bad_file_is_done_again_and_only_that(
 def test_more_repeats_extend_a_run(copied: Run, small_config: str, tmp_path: Path) -> None:
     before = bytes_of(copied.directory)
     longer = made(copied.directory, small_config, "repeats=5")
-    outcomes = done(longer)
-    assert [outcome.repeat for outcome in outcomes if not outcome.cached] == [3, 4, 3, 4]
+    results = done(longer)
+    assert [result.repeat for result in results if not result.cached] == [3, 4, 3, 4]
     assert before.items() <= bytes_of(copied.directory).items()
     at_once = made(tmp_path / "at once", small_config, "repeats=5")
     done(at_once)
@@ -209,8 +207,8 @@ def test_results_do_not_depend_on_the_number_of_threads(
     runs = {jobs: made(tmp_path / str(jobs), small_config, *overrides) for jobs in (1, 2, 4)}
     found = {}
     for jobs, run in runs.items():
-        outcomes = done(run, workers=jobs)
-        assert [(each.point, each.repeat) for each in outcomes] == [
+        results = done(run, workers=jobs)
+        assert [(each.point, each.repeat) for each in results] == [
             (point, repeat) for point in (0, 1) for repeat in range(8)
         ]
         found[jobs] = contents(run)
@@ -222,27 +220,25 @@ def test_the_file_tells_how_to_make_the_repeat_again(finished_run: Run) -> None:
     for point in finished_run.points:
         for repeat in range(3):
             trace, header = store.read(finished_run.path(point.index, repeat))
-            told = header.provenance
-            assert (told.point, told.repeat) == (point.index, repeat)
-            assert told.engine_version == ENGINE_VERSION
-            assert json.loads(told.parameters) == dict(point.parameters)
-            experiment = parse(told.config).experiment
+            source = header.provenance
+            assert (source.point, source.repeat) == (point.index, repeat)
+            assert source.engine_version == ENGINE_VERSION
+            assert json.loads(source.parameters) == dict(point.parameters)
+            assert {"python", "snooker", "numpy", "numba", "h5py"} <= set(
+                json.loads(source.versions)
+            )
+            assert source.machine
+            assert source.started.endswith("+00:00")
+            assert source.seconds > 0
+            experiment = parse(source.config).experiment
             assert experiment == point.experiment
-            assert told.digest == digest(experiment)
+            assert source.digest == digest(experiment)
             again = simulate(
-                starting_scene(experiment, told.repeat),
+                starting_scene(experiment, source.repeat),
                 collisions=experiment.collisions,
                 time=experiment.time,
             )
             assert store.content_hash(again) == store.content_hash(trace)
-
-
-def test_provenance_names_the_software_and_the_moment(finished_run: Run) -> None:
-    told = store.check(finished_run.path(0, 0)).provenance
-    assert {"python", "snooker", "numpy", "numba", "h5py"} <= set(json.loads(told.versions))
-    assert told.machine
-    assert told.started.endswith("+00:00")
-    assert told.seconds > 0
 
 
 def test_an_infinite_mass_in_a_sweep_is_json_in_the_file(small_config: str, tmp_path: Path) -> None:
@@ -261,13 +257,13 @@ def test_one_failing_repeat_does_not_stop_the_others(copied: Run, finished_run: 
         path.unlink()
     copied.path(0, 1).mkdir()
     notes = Notes()
-    outcomes = done(copied, workers=2, watcher=notes)
-    failed = [outcome for outcome in outcomes if outcome.error]
-    assert [(outcome.point, outcome.repeat) for outcome in failed] == [(0, 1)]
+    results = done(copied, workers=2, watcher=notes)
+    failed = [result for result in results if result.error]
+    assert [(result.point, result.repeat) for result in failed] == [(0, 1)]
     assert failed[0].error is not None
     assert "repeat-0001.h5: cannot write the result" in failed[0].error
     assert failed[0].stop is None
-    assert failed[0] in notes.outcomes
+    assert failed[0] in notes.results
     assert failures(copied) == {(0, 1): failed[0].error}
     first, second = run_status(copied).points
     assert (first.done, first.failed, first.to_do, second.done) == (2, 1, 0, 3)
@@ -287,128 +283,12 @@ def test_a_failure_is_noted_once_there_is_room_for_it(copied: Run) -> None:
     record.mkdir()
 
     class MakesRoom(Watcher):
-        def finished(self, outcome: RepeatResult) -> None:
-            if outcome.error:
+        def finished(self, result: RepeatResult) -> None:
+            if result.error:
                 record.rmdir()
 
     execute(copied, workers=1, watcher=MakesRoom(), cancelled=threading.Event())
     assert list(failures(copied)) == [(0, 1)]
-
-
-def test_a_scene_that_cannot_exist_tells_its_point(small_config: str) -> None:
-    swept = parse(small_config, overrides=["balls.radius=1.0,3.0"]).experiment
-    with pytest.raises(SceneError, match=r"\(at the point .*balls\.radius=3\.0\)") as caught:
-        scene_classes(points(swept))
-    assert caught.value.key == "balls.radius"
-
-
-TWO_BALLS = """\
-container: {radius: 10.0}
-balls:
-  list:
-    - {position: [-4, 0], velocity: [1, 0.1], radius: 1}
-    - {position: [4, 0], velocity: [-1, 0], radius: 1}
-cor: 1
-collisions: 10
-"""
-
-
-def test_repeats_of_given_balls_are_refused() -> None:
-    """They would be the same bits again: nothing in a list is random."""
-    scene_classes(points(parse(TWO_BALLS).experiment))
-    with pytest.raises(SceneError, match=r"^4 repeats of balls\.list .*; set repeats: 1") as caught:
-        scene_classes(points(parse(TWO_BALLS, overrides=["repeats=4"]).experiment))
-    assert caught.value.key == "repeats"
-
-
-# Kinds of scenes
-
-
-GAS = """\
-container: {radius: 10.0}
-balls: {count: 100, radius: 0.3, speed: 10}
-cor: 1
-collisions: 10
-"""
-
-KERNEL = {
-    "cells": False,
-    "balls sorted by cells": False,
-    "straight walls": False,
-    "periodic images": False,
-    "moving container": False,
-    "unequal balls": False,
-    "sliding along the wall": False,
-    "events": True,
-    "lasting contacts": False,
-    "slow collisions elastic": False,
-}
-LOSSES = {"losses between balls": False, "losses at the wall": False, "wall traps": False}
-
-
-def kinds_of(text: str, *overrides: str, engine: str | None = None) -> list[SceneClass]:
-    return scene_classes(points(parse(text, overrides=overrides).experiment), engine)
-
-
-def test_kinds_tell_what_is_modelled(small_config: str) -> None:
-    lossy, elastic = kinds_of(small_config)
-    free = KERNEL | {"moving container": True, "collapse": True}
-    assert elastic.models == free | LOSSES
-    assert lossy.models == free | dict.fromkeys(LOSSES, True)
-    assert [point.index for point in lossy.points + elastic.points] == [0, 1]
-    assert (lossy.shape, lossy.balls, elastic.balls) == (Circle, (7,), (7,))
-
-
-def test_kinds_hold_points_that_ask_for_the_same(small_config: str) -> None:
-    swept = ("balls.rings=0,2,1", "cor=0.7,0.8")
-    (one,) = kinds_of(small_config, *swept)
-    assert one.balls == (1, 19, 7, 1, 19, 7)
-    assert [point.index for point in one.points] == list(range(6))
-    fixed, free = kinds_of(small_config, "container.mass=.inf,1e7", "cor=1")
-    assert (fixed.models["moving container"], free.models["moving container"]) == (False, True)
-
-
-@pytest.mark.parametrize(
-    ("overrides", "expected"),
-    [
-        ((), {"cells": True}),
-        (("balls.count=80",), {}),
-        (("record=summary",), {"cells": True, "events": False}),
-        (("balls.count=4096", "balls.radius=0.05"), {"cells": True, "balls sorted by cells": True}),
-        (("cor=0.9",), {"cells": True} | dict.fromkeys(LOSSES, True)),
-        (("cor=0.9", "wall_cor=1"), {"cells": True, "losses between balls": True}),
-        (("container={shape: box, width: 20}",), {"cells": True, "straight walls": True}),
-        (
-            ("container={shape: box, width: 20}", "cor=0.9"),
-            {"cells": True, "straight walls": True, **dict.fromkeys(LOSSES, True)}
-            | {"wall traps": False},
-        ),
-        (
-            ("container={shape: periodic, width: 20}", "wall_cor=0.9"),
-            {"cells": True, "periodic images": True},
-        ),
-    ],
-)
-def test_only_what_a_scene_needs_is_modelled(
-    overrides: tuple[str, ...], expected: dict[str, bool]
-) -> None:
-    (kind,) = kinds_of(GAS, *overrides)
-    assert kind.models == KERNEL | LOSSES | {"collapse": True} | expected
-
-
-def test_different_balls_are_another_kind() -> None:
-    (equal,) = kinds_of(TWO_BALLS)
-    (different,) = kinds_of(TWO_BALLS.replace("[-1, 0], radius: 1", "[-1, 0], radius: 2, mass: 3"))
-    assert equal.balls == different.balls == (2,)
-    assert different.models == equal.models | {"unequal balls": True}
-
-
-def test_an_engine_can_be_forced_upon_all_scenes_it_knows(small_config: str) -> None:
-    assert kinds_of(GAS, engine="allpairs")[0].models["cells"] is False
-    assert {kind.models["cells"] for kind in kinds_of(small_config, engine="cells")} == {True}
-    with pytest.raises(SceneError, match="allpairs knows no box: use cells") as caught:
-        kinds_of(GAS, "container={shape: box, width: 20}", engine="allpairs")
-    assert caught.value.key == "container.shape"
 
 
 def test_an_unforeseen_error_keeps_its_traceback(
@@ -419,7 +299,7 @@ def test_an_unforeseen_error_keeps_its_traceback(
 
     shutil.rmtree(copied.directory / "point-0001")
     monkeypatch.setattr("snooker_cli.runs.repeat.versions", lost)
-    failed = [outcome for outcome in done(copied) if outcome.error]
+    failed = [result for result in done(copied) if result.error]
     assert [(each.point, each.repeat, each.error) for each in failed] == [
         (1, repeat, "KeyError: 'lost'") for repeat in range(3)
     ]
@@ -435,14 +315,14 @@ def test_an_interrupted_repeat_is_saved_and_done_again(small_config: str, tmp_pa
     done(whole)
     run = made(tmp_path / "interrupted", small_config, *overrides)
     cancelled = threading.Event()
-    outcomes = execute(run, workers=1, watcher=StopsAfter(100_000, cancelled), cancelled=cancelled)
-    (stopped,) = outcomes
+    results = execute(run, workers=1, watcher=StopsAfter(100_000, cancelled), cancelled=cancelled)
+    (stopped,) = results
     assert stopped.stop is not None
     assert stopped.stop.reason is StopReason.INTERRUPTED
     saved = store.read(run.path(0, 0))[0]
     assert saved.collisions == stopped.collisions
     assert 100_000 <= saved.collisions < 150_000
-    assert [outcome.cached for outcome in done(run)] == [False, False]
+    assert [result.cached for result in done(run)] == [False, False]
     assert contents(run) == contents(whole)
     # What was saved is the beginning of the whole.
     events, all_events = saved.events, store.read(whole.path(0, 0))[0].events
