@@ -72,6 +72,21 @@ def plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def duration(seconds: float) -> str:
+    """A time in s to two digits: ``2.2 minutes``."""
+    if seconds < 1.0:
+        return "a second"
+    for unit, length in (
+        ("years", 3.156e7),
+        ("days", 86400.0),
+        ("hours", 3600.0),
+        ("minutes", 60.0),
+    ):
+        if seconds >= 2 * length:
+            return f"{rough(seconds / length)} {unit}"
+    return f"{rough(seconds)} s"
+
+
 class Column(NamedTuple):
     """A column's heading and whether its values stand on the right, as numbers do."""
 

@@ -71,6 +71,10 @@ class Ended:
     err: str
 
 
+Snooker = Callable[..., Ended]
+"""The fixture of that name: arguments in, an end back."""
+
+
 @pytest.fixture(scope="session")
 def small_config() -> str:
     """A config of two points with three repeats of seven balls; some end in a wall trap."""

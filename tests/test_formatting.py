@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from snooker_cli.formatting import exact, listed, short, with_error
+from snooker_cli.formatting import duration, exact, listed, short, size, with_error
 
 
 @pytest.mark.parametrize(
@@ -32,3 +32,28 @@ def test_words() -> None:
     assert exact(9.0) == "9"
     assert listed(["a"]) == "a"
     assert listed(["a", "b", "c"]) == "a, b and c"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.001, "a second"),
+        (1.04, "1 s"),
+        (17.2, "17 s"),
+        (119.0, "120 s"),
+        (130.0, "2.2 minutes"),
+        (9e4, "25 hours"),
+        (2e6, "23 days"),
+        (1e12, "32,000 years"),
+    ],
+)
+def test_durations_have_two_digits(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [(10, "10 bytes"), (999_999, "1 MB"), (1.35e9, "1.4 GB"), (2.7e12, "2.7 TB")],
+)
+def test_sizes_have_two_digits(number: float, text: str) -> None:
+    assert size(number) == text

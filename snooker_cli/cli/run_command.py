@@ -29,7 +29,7 @@ from snooker_cli.cli.output import (
 )
 from snooker_cli.config import Experiment
 from snooker_cli.errors import ExitCode, UserError
-from snooker_cli.formatting import Column, counted, listed, rough, size
+from snooker_cli.formatting import Column, counted, duration, listed, size
 from snooker_cli.runs import Run
 from snooker_cli.runs.execution import POLL_INTERVAL, execute
 from snooker_cli.runs.plan import SceneClass, is_excessive, run_plan
@@ -284,24 +284,9 @@ def _estimate(plan: dict[str, Any]) -> str:
         )
     longer = " (much more if balls cool until they hardly meet)" if plan["cools_out"] else ""
     return (
-        f"at most {plan['collisions']:,} collisions: about {_duration(plan['seconds'])} on "
+        f"at most {plan['collisions']:,} collisions: about {duration(plan['seconds'])} on "
         f"{counted(plan['threads'], 'thread')}{longer}{disk}"
     )
-
-
-def _duration(seconds: float) -> str:
-    """A time to two digits."""
-    if seconds < 1.0:
-        return "a second"
-    for unit, length in (
-        ("years", 3.156e7),
-        ("days", 86400.0),
-        ("hours", 3600.0),
-        ("minutes", 60.0),
-    ):
-        if seconds >= 2 * length:
-            return f"{rough(seconds / length)} {unit}"
-    return f"{rough(seconds)} s"
 
 
 def _summary(run: Run, outcomes: Sequence[RepeatResult], watcher: Lines) -> dict[str, Any]:

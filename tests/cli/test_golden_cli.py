@@ -1,9 +1,10 @@
 """What every command prints, held in ``golden/cli`` as transcripts of a terminal.
 
 A transcript has commands after ``$ ``, their stdout, their stderr after ``2> ``, their exit code,
-and notes after ``#: ``. It starts in a folder of its own with ``small.yaml`` and its finished run.
-``pytest tests/test_golden_cli.py --write-goldens`` writes what the commands print now. To add a
-case, add its line ``$ snooker ...`` and write.
+and notes after ``#: ``. It starts in a new folder with ``small.yaml`` and its finished run. A
+refused command (exit code 2 or 3, no output) must also leave all files as they were.
+
+To add a case, add a line ``$ snooker ...`` and run this file's tests with ``--write-goldens``.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+from snooker_cli.errors import ExitCode
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "cli"
 
@@ -54,12 +57,20 @@ def masked(text: str, here: Path) -> str:
     return DOUBLE.sub(rounded, text)
 
 
+def tree(folder: Path) -> dict[Path, bytes]:
+    """The content of every file below a folder."""
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
 def printed(command: str, snooker: Callable[..., Any], here: Path) -> str:
     """What a line of a transcript prints: ``snooker`` in this process, others in a shell."""
     program, *arguments = shlex.split(command)
     if program == "snooker":
+        before = tree(here)
         ended = snooker(*arguments)
         code, out, err = ended.code, ended.out, ended.err
+        if code in (ExitCode.USAGE, ExitCode.CONFIG) and not out:
+            assert tree(here) == before, command
     else:
         done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
         code, out, err = done.returncode, done.stdout, done.stderr

@@ -1,22 +1,24 @@
-"""``snooker init``: templates that are valid, explained key by key, and do what they say."""
+"""``snooker init``, ``validate`` and ``schema``: templates, and how bad configs are refused."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
+from conftest import Snooker
 
 from snooker_cli.cli.config_commands import SCHEMA, STDOUT, purpose, templates
-from snooker_cli.config import digest, load
+from snooker_cli.config import digest, load, schema
 from snooker_cli.runs import open_run
 from snooker_cli.theory import published_ratio
 from snooker_cli.trace import StopReason
 
 CONFIGS = Path(__file__).parents[2] / "configs"
+
 NAMES = list(templates())
 
 SHORT = {
@@ -28,7 +30,9 @@ SHORT = {
 }
 """What makes a template end in a moment."""
 
-Snooker = Callable[..., Any]
+TABLE: dict[str, Any] = yaml.safe_load(
+    (Path(__file__).parents[1] / "data" / "bad_configs.yaml").read_text(encoding="utf-8")
+)
 
 
 def test_all_templates_are_listed(here: Path, snooker: Snooker) -> None:
@@ -67,7 +71,7 @@ def test_every_key_is_explained(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_a_template_tells_to_do_is_about_itself(name: str, snooker: Snooker) -> None:
+def test_the_commands_in_a_template_use_its_name(name: str, snooker: Snooker) -> None:
     text = templates()[name].read_text(encoding="utf-8")
     commands = re.findall(r"^#   snooker (\w+) (\S+)", text, flags=re.MULTILINE)
     assert commands[0] == ("run", f"{name}.yaml")
@@ -76,14 +80,14 @@ def test_what_a_template_tells_to_do_is_about_itself(name: str, snooker: Snooker
         assert snooker(command, "--help").code == 0
 
 
-def test_the_report_is_the_reports_scene(here: Path, snooker: Snooker) -> None:
+def test_the_template_report_is_configs_decay(here: Path, snooker: Snooker) -> None:
     snooker("init", "report")
     ours, theirs = load("report.yaml").experiment, load(CONFIGS / "decay.yaml").experiment
     assert digest(ours) == digest(theirs)
     assert (ours.sweep, ours.repeats) == (theirs.sweep, theirs.repeats)
 
 
-def test_the_collisions_of_exact_are_the_digits_of_pi(here: Path, snooker: Snooker) -> None:
+def test_the_collision_numbers_of_exact_are_the_digits_of_pi(here: Path, snooker: Snooker) -> None:
     snooker("init", "exact")
     assert snooker("run", "exact.yaml", "--no-progress").code == 0
     run = open_run("exact")
@@ -92,7 +96,7 @@ def test_the_collisions_of_exact_are_the_digits_of_pi(here: Path, snooker: Snook
     assert {trace.stop.reason for trace in traces} == {StopReason.TIME}
 
 
-def test_the_pressure_told_of_dense_is_the_published_one() -> None:
+def test_the_pressure_in_dense_is_the_published_one() -> None:
     published = published_ratio(0.7)
     assert published is not None
     text = templates()["dense"].read_text(encoding="utf-8")
@@ -129,7 +133,90 @@ def test_stdout_is_the_template_and_nothing_else(here: Path, snooker: Snooker) -
     assert list(here.iterdir()) == [here / "small.yaml"]
 
 
-def test_an_unknown_template_gets_the_nearest_name(here: Path, snooker: Snooker) -> None:
-    ended = snooker("init", "decey")
-    assert (ended.code, ended.out) == (2, "")
-    assert "there is no template decey; the nearest is decay" in ended.err
+def test_validate_finds_the_scene_that_cannot_exist(here: Path, snooker: Snooker) -> None:
+    ended = snooker("validate", "small.yaml", "-o", "balls.radius=1.0,3.0")
+    assert ended.code == 3
+    assert ended.out == ""
+    assert "balls.radius: " in ended.err
+    assert "cor=0.85, balls.radius=3.0" in ended.err
+    (here / "tight.yaml").write_text((here / "small.yaml").read_text().replace("1.0, s", "3.0, s"))
+    ended = snooker("run", "tight.yaml")
+    assert ended.code == 3
+    assert ended.err.startswith("snooker: tight.yaml:2:27: balls.radius: ")
+    assert not (here / "runs").exists()
+
+
+def test_schema_knows_the_keys_of_a_config(snooker: Snooker, small_config: str) -> None:
+    ended = snooker("schema")
+    assert (ended.code, ended.err) == (0, "")
+    document = json.loads(ended.out)
+    assert document == schema()
+
+    def described(data: Any, entry: dict[str, Any]) -> None:
+        """Every key of the data is among the entry's properties, all required ones are there."""
+        if "oneOf" in entry:
+            keys = set(data)
+            (entry,) = (
+                each
+                for each in map(resolved, entry["oneOf"])
+                if {*each.get("required", ["none"])} <= keys
+            )
+        entry = resolved(entry)
+        if entry.get("type") == "object":
+            assert entry["additionalProperties"] is False
+            assert set(entry.get("required", ())) <= set(data) <= set(entry["properties"])
+            for key, value in data.items():
+                described(value, entry["properties"][key])
+
+    def resolved(entry: dict[str, Any]) -> dict[str, Any]:
+        if "$ref" not in entry:
+            return entry
+        home, _, name = entry["$ref"].rpartition("/")
+        assert home == "#/$defs"
+        return dict(document["$defs"][name])
+
+    described(yaml.safe_load(small_config), document)
+
+
+def test_repeats_of_given_balls_are_refused_at_their_line(here: Path, snooker: Snooker) -> None:
+    (here / "list.yaml").write_text(
+        "container: {radius: 10.0}\n"
+        "balls: {list: [{position: [0, 0], velocity: [1, 0], radius: 1}]}\n"
+        "cor: 1\ncollisions: 10\nrepeats: 2\n"
+    )
+    for command in ("validate", "run"):
+        ended = snooker(command, "list.yaml")
+        assert (ended.code, ended.out) == (3, "")
+        assert ended.err.startswith("snooker: list.yaml:5:10: repeats: ")
+        overridden = snooker(command, "list.yaml", "-o", "repeats=3")
+        assert overridden.err.startswith("snooker: -o repeats=3: repeats: ")
+    assert not (here / "runs").exists()
+    assert snooker("validate", "list.yaml", "-o", "repeats=1").code == 0
+
+
+def text_of(case: dict[str, Any]) -> str:
+    """The config of a case of the table; see its head."""
+    if "text" in case:
+        return str(case["text"])
+    lines = dict(enumerate(TABLE["base"].splitlines(), start=1)) | case.get("line", {})
+    text = "".join(f"{lines[number]}\n" for number in sorted(lines))
+    return text.replace("{zeros}", "0" * 300).replace("{nines}", "9" * 5000)
+
+
+@pytest.mark.parametrize("name", TABLE["cases"])
+def test_bad_configs_are_refused_with_position(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, snooker: Snooker
+) -> None:
+    case = TABLE["cases"][name]
+    monkeypatch.chdir(tmp_path)
+    Path("bad.yaml").write_bytes(text_of(case).encode())
+    overrides = [f"--override={override}" for override in case.get("overrides", ())]
+    ended = snooker("run", "bad.yaml", *overrides)
+    assert ended.code == 3
+    assert ended.out == ""
+    assert "Traceback" not in ended.err
+    lines = ended.err.removeprefix("snooker: ").splitlines()
+    assert len(lines) == len(case["says"])
+    for line, expected in zip(lines, case["says"], strict=True):
+        assert re.match(".*".join(map(re.escape, expected.split("..."))), line)
+    assert list(tmp_path.iterdir()) == [tmp_path / "bad.yaml"]

@@ -1,0 +1,285 @@
+"""How commands end: exit codes for errors, Ctrl-C and SIGTERM, and readers that go away."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+import weakref
+from pathlib import Path
+
+import pytest
+from conftest import Snooker
+
+from snooker_cli.cli import output
+from snooker_cli.cli.exit_codes import raising
+from snooker_cli.engine import jit
+
+LOUD = ("export", "show", "verify")
+
+AS_A_MODULE_LOADS = """
+import os, signal, sys
+from snooker_cli.cli import main
+
+module, number, *sys.argv = sys.argv[1:]
+
+class Finder:
+    def find_spec(name, path=None, target=None):
+        if name == module:
+            sys.meta_path.remove(Finder)
+            os.kill(os.getpid(), int(number))
+
+sys.meta_path.insert(0, Finder)
+main()
+"""
+
+AS_A_THREAD_READS = """
+import os, signal, threading
+from snooker_cli.cli.exit_codes import guarded
+
+def command():
+    threading.Thread(target=threading.Event().wait).start()
+    os.kill(os.getpid(), signal.SIGINT)
+
+guarded(command)
+"""
+
+SLURM = """
+class SLURMCluster:
+    scheduler_address = "tcp://10.0.0.1:8786"
+
+    def __init__(self, **settings):
+        pass
+
+    def adapt(self, maximum_jobs):
+        pass
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        print("the jobs are ended")
+"""
+
+STUBBORN = """#!/bin/sh
+trap 'exit 130' TERM
+sleep 0.2  # the script has not got its handlers yet
+echo "$@"
+while :; do sleep 0.02; done
+"""
+
+
+@pytest.mark.parametrize("wanted", ["", "0", "1"])
+def test_an_unexpected_error_is_a_sentence_and_a_traceback_on_request(
+    wanted: str, finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lost(*_arguments: object, **_options: object) -> None:
+        raise KeyError("lost")
+
+    monkeypatch.setenv("SNOOKER_TRACEBACK", wanted)
+    monkeypatch.setattr("snooker_cli.cli.export_command.open_run", lost)
+    ended = snooker("export", "small")
+    assert (ended.code, ended.out) == (1, "")
+    assert ("Traceback" in ended.err) == ("in lost" in ended.err) == (wanted == "1")
+    last = ended.err.splitlines()[-1]
+    assert last.startswith("snooker: unexpected KeyError: 'lost'; ")
+    assert ("SNOOKER_TRACEBACK=1" in last) == (wanted != "1")
+
+
+@pytest.mark.parametrize("wanted", ["", "1"])
+def test_an_unexpected_error_in_a_repeat_has_its_traceback_too(
+    wanted: str, here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lost() -> str:
+        raise KeyError("lost")
+
+    monkeypatch.setenv("SNOOKER_TRACEBACK", wanted)
+    monkeypatch.setattr("snooker_cli.runs.repeat.versions", lost)
+    ended = snooker("run", "small.yaml", "--no-progress", "-o", "repeats=8", "-j", "1")
+    assert ended.code == 4
+    said = [line for line in ended.err.splitlines() if line.startswith("snooker: point ")]
+    assert len(said) == 10
+    assert all(" failed: unexpected KeyError: 'lost'; " in line for line in said)
+    assert ended.err.count("Traceback") == (10 if wanted else 0)
+
+
+def test_an_error_of_the_system_is_no_bug(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_arguments: object) -> None:
+        raise PermissionError(13, "Permission denied", "somewhere")
+
+    monkeypatch.setattr("snooker_cli.cli.export_command.open_run", refused)
+    ended = snooker("export", "small")
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err.startswith("snooker: somewhere: Permission denied; ")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["schema"],
+        *(pytest.param([name, "small"], marks=pytest.mark.long) for name in LOUD),
+    ],
+)
+def test_a_reader_that_leaves_ends_a_command_without_an_error(
+    arguments: list[str], finished: Path
+) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "snooker_cli", *arguments],
+            stdout=write,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    finally:
+        os.close(write)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_ctrl_c_while_a_command_writes(here: Path, snooker: Snooker) -> None:
+    """While its reader waits, an export hangs in a write until it is interrupted."""
+    long = ["-o", "cor=1", "-o", "repeats=1", "-o", "collisions=20000", "--out", "long"]
+    assert snooker("run", "small.yaml", "--no-progress", *long).code == 0
+    process = subprocess.Popen(
+        [sys.executable, "-m", "snooker_cli", "export", "long"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "time,i,j,impulse\n"
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate()
+    assert process.returncode == 130
+    assert said == "snooker: interrupted\n"
+
+
+def ended(script: str, *arguments: str, folder: Path) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of a script; Ctrl-C is not ignored, as it is after `&`."""
+    done = subprocess.run(
+        [sys.executable, "-c", script, *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("module", "number", "command"),
+    [
+        ("typer", signal.SIGINT, "run"),
+        ("snooker_cli.cli.options", signal.SIGTERM, "run"),
+        ("numpy", signal.SIGINT, "run"),
+        ("h5py", signal.SIGTERM, "run"),
+        ("pydantic", signal.SIGINT, "validate"),
+    ],
+)
+def test_an_interrupt_while_modules_load(
+    module: str, number: signal.Signals, command: str, here: Path
+) -> None:
+    arguments = [module, str(int(number)), "snooker", command, "small.yaml"]
+    said = ended(AS_A_MODULE_LOADS, *arguments, folder=here)
+    assert said == (130, "", "snooker: interrupted\n")
+    assert not (here / "runs").exists()
+
+
+def test_an_interrupt_does_not_wait_for_a_thread_that_reads(tmp_path: Path) -> None:
+    """Python waits for threads when it ends; reading a large file would take long."""
+    assert ended(AS_A_THREAD_READS, folder=tmp_path) == (130, "", "snooker: interrupted\n")
+
+
+class Reader:
+    """An object with weak references."""
+
+
+def lose_one(came: list[int]) -> None:
+    """Interrupt this process in the callback of a weak reference, and wait."""
+    reader = Reader()
+    callback = weakref.ref(reader, lambda _: os.kill(os.getpid(), signal.SIGTERM))
+    with raising() as numbers:
+        try:
+            del reader
+            assert callback() is None
+            time.sleep(60)
+        finally:
+            came.extend(numbers)
+
+
+def test_an_interrupt_in_a_callback_is_not_lost(capsys: pytest.CaptureFixture[str]) -> None:
+    """As h5py has them when a dataset is closed: Python drops what is raised there."""
+    came: list[int] = []
+    with pytest.raises(KeyboardInterrupt):
+        lose_one(came)
+    assert came == [signal.SIGTERM, signal.SIGALRM]
+    assert capsys.readouterr().err == ""
+
+
+def test_a_signal_that_the_parent_ignores_stays_ignored() -> None:
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        with raising() as came:
+            os.kill(os.getpid(), signal.SIGTERM)
+        assert came == []
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def test_an_interrupt_ends_the_jobs_of_the_script_for_slurm(tmp_path: Path) -> None:
+    """The script of docs/cluster.md, with substitutes for SLURM and snooker."""
+    page = (Path(__file__).parents[2] / "docs" / "cluster.md").read_text(encoding="utf-8")
+    (script,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "on_slurm.py").write_text(script)
+    (tmp_path / "dask_jobqueue.py").write_text(SLURM)
+    (tmp_path / "snooker").write_text(STUBBORN)
+    (tmp_path / "snooker").chmod(0o755)
+    process = subprocess.Popen(
+        [sys.executable, "on_slurm.py", "decay.yaml", "--out", "decay"],
+        cwd=tmp_path,
+        env={**os.environ, "PATH": os.pathsep.join([str(tmp_path), os.environ["PATH"]])},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    begun = process.stdout.readline()
+    assert begun == "run decay.yaml --out decay --executor dask=tcp://10.0.0.1:8786\n"
+    process.terminate()
+    said, _ = process.communicate(timeout=60)
+    assert (process.returncode, said) == (130, "the jobs are ended\n")
+
+
+def test_a_command_that_compiles_prints_one_notice(
+    here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On stderr, as soon as it takes longer than NOTICE_AFTER."""
+    shown = threading.Event()
+
+    @jit.kernel
+    def added(a: int, b: int) -> int:
+        return a + b
+
+    def compiling(*_arguments: object) -> None:
+        for number in (1, 1.0):
+            added(number, 2)
+            assert shown.wait(30), "no notice"
+
+    monkeypatch.setattr(jit, "NOTICE_AFTER", 0.0)
+    monkeypatch.setattr(jit, "cache_folder", lambda: None)
+    monkeypatch.setattr(output, "notice", lambda message: (print(message), shown.set()))
+    monkeypatch.setattr("snooker_cli.cli.export_command.open_run", compiling)
+    jit.give_notice.cache_clear()
+    assert snooker("export", "small").out.splitlines()[0] == jit.NOTICE
+    assert snooker("export", "small").out.count("compiling") == 0

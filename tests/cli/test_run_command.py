@@ -1,0 +1,418 @@
+"""``snooker run``: results, plans, hints, and engines by choice."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import Snooker
+
+from snooker_cli import runs, store
+from snooker_cli.cli import run_command
+from snooker_cli.trace import StopReason
+
+GAS = """\
+container: {radius: 10.0}
+balls: {count: 100, radius: 0.3, speed: 10}
+cor: 0.9
+collisions: 5000
+repeats: 2
+"""
+HARD = Path(__file__).parents[2] / "configs" / "hard"
+
+
+def ran(snooker: Snooker, *arguments: str) -> dict[str, Any]:
+    """What ``run --json`` prints."""
+    ended = snooker("run", *arguments, "--json")
+    assert ended.code == 0, ended.err
+    return dict(json.loads(ended.out, parse_constant=pytest.fail))
+
+
+def planned(snooker: Snooker, *arguments: str) -> dict[str, Any]:
+    """What ``run --dry-run --json`` prints."""
+    return ran(snooker, *arguments, "--dry-run")
+
+
+def overrides(*keys: str) -> list[str]:
+    return [f"--override={key}" for key in keys]
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    """The content of every file below a folder."""
+    paths = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
+
+
+# Results
+
+
+def test_json_holds_what_the_files_hold(here: Path, snooker: Snooker) -> None:
+    printed = ran(snooker, "small.yaml", "--out", "elsewhere", "-j", "2")
+    assert printed["run"] == "elsewhere"
+    assert printed["events"] == sum(point["collisions"] for point in printed["points"])
+    run = runs.open_run("elsewhere")
+    for point, one in zip(run.points, printed["points"], strict=True):
+        traces = list(run.traces(point))
+        reasons = [str(trace.stop.reason) for trace in traces]
+        assert one == {
+            "parameters": dict(point.parameters),
+            "repeats": 3,
+            "cached": 0,
+            "collisions": sum(trace.collisions for trace in traces),
+            "ended": {reason: reasons.count(reason) for reason in set(reasons)},
+            "stops": [
+                {
+                    "repeat": repeat,
+                    "reason": "wall_trap",
+                    "time": trace.stop.time,
+                    "balls": list(trace.stop.balls),
+                    "message": trace.stop.message,
+                }
+                for repeat, trace in enumerate(traces)
+                if trace.stop.reason is StopReason.WALL_TRAP
+            ],
+            "errors": [],
+            "work": one["work"],
+        }
+    assert [bool(point["stops"]) for point in printed["points"]] == [True, False]
+    again = ran(snooker, "small.yaml", "--out", "elsewhere")
+    assert (again["events"], again["seconds"], again["events_per_second"]) == (0, 0, 0)
+    for before, after in zip(printed["points"], again["points"], strict=True):
+        assert after == before | {"cached": 3, "work": None}
+
+
+def test_no_collapse_has_its_own_exit_code(finished: Path, snooker: Snooker) -> None:
+    assert snooker("run", "small.yaml").code == 0
+    assert snooker("run", "small.yaml", "--no-collapse").code == 5
+    assert snooker("run", "small.yaml", "-o", "cor=1", "--out", "one", "--no-collapse").code == 0
+
+
+def test_overrides_set_and_sweep(here: Path, snooker: Snooker) -> None:
+    keys = ["repeats=1", "seed=7", "balls.rings=range(0,2)", "cor=0.5:1.0:3"]
+    printed = ran(snooker, "small.yaml", *overrides(*keys))
+    assert [point["parameters"] for point in printed["points"]] == [
+        {"cor": cor, "balls.rings": rings} for cor in (0.5, 0.75, 1.0) for rings in (0, 1)
+    ]
+    experiment = runs.open_run("small").experiment
+    assert (experiment.repeats, experiment.seed) == (1, 7)
+
+
+def test_a_sweep_to_a_fixed_container_is_valid_json(here: Path, snooker: Snooker) -> None:
+    keys = overrides("container.mass=1e7,.inf", "cor=1", "repeats=1")
+    assert len(ran(snooker, "small.yaml", *keys)["points"]) == 2
+    assert snooker("run", "small.yaml", "--no-progress", *keys).code == 0
+
+
+def test_a_failed_repeat_is_printed_once_and_has_its_exit_code(
+    finished: Path, snooker: Snooker
+) -> None:
+    path = finished / "point-0001" / "repeat-0002.h5"
+    path.unlink()
+    path.mkdir()
+    ended = snooker("run", "small.yaml", "--json")
+    assert ended.code == 4
+    assert "point 1, repeat 2 failed" in ended.err
+    point = json.loads(ended.out)["points"][1]
+    assert (point["repeats"], point["cached"], point["ended"]["failed"]) == (3, 2, 1)
+    assert len(point["errors"]) == 1
+    table = snooker("run", "small.yaml", "--no-progress")
+    assert table.code == 4
+    assert "1 failed" in table.out
+    assert (table.out + table.err).count("cannot write") == 1
+    path.rmdir()
+    assert snooker("run", "small.yaml", "--no-progress").code == 0
+
+
+def test_fresh_replaces_the_results_and_fits_of_another_config(
+    finished: Path, snooker: Snooker
+) -> None:
+    assert snooker("fit", "small").code == 0
+    assert snooker("run", "small.yaml", "-o", "seed=2").code == 2
+    assert (finished / "fit.json").exists()
+    assert snooker("run", "small.yaml", "-o", "seed=2", "--fresh", "--no-progress").code == 0
+    assert runs.open_run("small").experiment.seed == 2
+    assert not (finished / "fit.json").exists()
+
+
+def test_an_extension_removes_the_fit_of_fewer_repeats(finished: Path, snooker: Snooker) -> None:
+    assert snooker("fit", "small").code == 0
+    assert snooker("run", "small.yaml", "--no-progress").code == 0
+    assert (finished / "fit.json").exists()
+    ended = snooker("run", "small.yaml", "--no-progress", "-o", "repeats=4")
+    assert ended.code == 0
+    assert "fit.json" in ended.err
+    assert not (finished / "fit.json").exists()
+
+
+def test_many_points_do_not_fill_the_terminal(
+    here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_command, "MOST_ROWS", 3)
+    arguments = ["small.yaml", *overrides("cor=0.9:1.0:5", "repeats=1")]
+    lines = snooker("run", *arguments).out.splitlines()
+    assert [line.split()[0] for line in lines[1:5]] == ["cor=0.9", "cor=0.925", "cor=0.95", "..."]
+    assert len(ran(snooker, *arguments)["points"]) == 5
+
+
+@pytest.mark.parametrize("engine", ["allpairs", "cells"])
+def test_json_has_the_work_of_the_engine(engine: str, here: Path, snooker: Snooker) -> None:
+    Path("gas.yaml").write_text(GAS.replace("cor: 0.9", "cor: 1"))
+    (point,) = ran(snooker, "gas.yaml", "--engine", engine)["points"]
+    work = point["work"]
+    run = runs.open_run("gas")
+    traces = list(run.traces(run.points[0]))
+    collided = sum(trace.wall_events + 2 * trace.pair_events for trace in traces)
+    assert point["collisions"] == sum(trace.collisions for trace in traces) == 10_000
+    # Each ball that collides or crosses gets a new entry; the other entries were outdated.
+    outdated = work["queue_updates"] - collided / 10_000 - work["crossings"]
+    assert 0 < outdated < 1
+    if engine == "allpairs":
+        assert work["crossings"] == 0
+        assert work["predictions"] == pytest.approx(100 * work["queue_updates"])
+    else:
+        assert work["crossings"] > 0
+        assert work["predictions"] < 100
+    assert np.isfinite(list(work.values())).all()
+
+
+# Hints after a collapse
+
+
+@pytest.mark.parametrize(
+    ("config", "keys", "hint", "way"),
+    [
+        ("along-the-wall", ["wall_cor=0.5"], "`collapse: slide`", "collapse=slide"),
+        ("along-the-wall", ["wall_cor=0.5", "container.mass=1e7"], "`collapse: {tc: 0.01}`", ""),
+        ("along-the-wall", ["wall_cor=0.5", "collapse=slide"], "", ""),
+        ("along-the-wall", ["wall_cor=1.0"], "", ""),  # no loss that could be avoided
+        ("collapse-three", ["cor=0.05"], "`collapse: {tc: 0.01}`", "collapse.tc=0.01"),
+    ],
+)
+def test_a_hint_says_how_collapsed_repeats_continue(
+    config: str, keys: list[str], hint: str, way: str, here: Path, snooker: Snooker
+) -> None:
+    arguments = ["run", str(HARD / f"{config}.yaml"), "--no-progress", *overrides(*keys)]
+    ended = snooker(*arguments, "--out", "before")
+    assert ended.code == 0, ended.err
+    assert ("To continue such repeats" in ended.out) == bool(hint)
+    assert hint in ended.out
+    if way:
+        continued = snooker(*arguments, "-o", way, "--out", "after")
+        assert continued.code == 0, continued.err
+        assert "wall_trap" not in continued.out
+        assert " collapse" not in continued.out
+
+
+# Plans
+
+
+def test_a_plan_writes_nothing_and_adds_up(here: Path, snooker: Snooker) -> None:
+    plan = planned(snooker, "small.yaml", "-j", "2")
+    assert list(here.iterdir()) == [here / "small.yaml"]
+    assert [plan[name] for name in ("points", "repeats", "cached", "to_do")] == [2, 3, 0, 6]
+    assert (plan["collisions"], plan["threads"]) == (900, 2)
+    lossy, elastic = plan["kinds"]
+    assert (lossy["points"], elastic["points"]) == ([{"cor": 0.85}], [{"cor": 1.0}])
+    for one in (lossy, elastic):
+        assert (one["balls"], one["shape"], one["engine"]) == ([7], "circle", "allpairs")
+        assert (one["to_do"], one["collisions"]) == (3, 450)
+    assert {
+        name for name, value in lossy["models"].items() if value != elastic["models"][name]
+    } == {
+        "losses between balls",
+        "losses at the wall",
+        "wall traps",
+    }
+    assert sum(one["bytes"] for one in plan["kinds"]) == plan["bytes"]
+    spent = sum(one["processor_seconds"] for one in plan["kinds"])
+    assert plan["seconds"] == pytest.approx(spent / 2)
+
+
+def test_a_plan_counts_stored_repeats(finished: Path, snooker: Snooker) -> None:
+    before = tree(finished)
+    plan = planned(snooker, "small.yaml")
+    assert (plan["cached"], plan["to_do"], plan["collisions"], plan["bytes"]) == (6, 0, 0, 0)
+    assert planned(snooker, "small.yaml", "-o", "repeats=5")["to_do"] == 4
+    assert planned(snooker, "small.yaml", "--fresh")["to_do"] == 6
+    assert tree(finished) == before
+    (finished / "point-0001" / "repeat-0002.h5").write_bytes(b"")
+    assert [one["to_do"] for one in planned(snooker, "small.yaml")["kinds"]] == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["-o", "seed=2"], 2),
+        (["-o", "balls.radius=3.0"], 3),
+        (["-o", "cor=2"], 3),
+        (["--out", "runs"], 2),
+    ],
+)
+def test_a_plan_has_the_errors_of_a_run(
+    arguments: list[str], code: int, finished: Path, snooker: Snooker
+) -> None:
+    before = tree(finished)
+    plan, run = (snooker("run", "small.yaml", *arguments, *dry) for dry in (["--dry-run"], []))
+    assert (plan.code, plan.out, plan.err) == (code, "", run.err)
+    assert tree(finished) == before
+
+
+def test_a_plan_has_the_engine_and_its_reason(here: Path, snooker: Snooker) -> None:
+    Path("gas.yaml").write_text(GAS)
+    box, periodic = (f"container={{shape: {shape}, width: 20}}" for shape in ("box", "periodic"))
+    for arguments, engine, because in (
+        ([], "cells", "many balls in a circle"),
+        (["-o", "balls.count=20"], "allpairs", "few balls in a circle"),
+        (["-o", "container.mass=1", "-o", "balls.count=150"], "allpairs", "few balls in a circle"),
+        (["-o", "collapse=slide"], "allpairs", "balls slide"),
+        (["-o", box], "cells", "a box"),
+        (["-o", periodic], "cells", "a periodic box"),
+        (["--engine", "allpairs"], "allpairs", "as --engine allpairs says"),
+        (["--engine", "cells", "-o", "balls.count=7"], "cells", "as --engine cells says"),
+    ):
+        (one,) = planned(snooker, "gas.yaml", *arguments)["kinds"]
+        assert (one["engine"], one["because"]) == (engine, because)
+
+
+def test_an_end_at_a_time_has_no_estimate(here: Path, snooker: Snooker) -> None:
+    Path("gas.yaml").write_text(GAS.replace("collisions: 5000", "time: 3"))
+    plan = planned(snooker, "gas.yaml")
+    assert [plan[name] for name in ("collisions", "seconds", "bytes")] == [None, None, None]
+    summary = planned(snooker, "gas.yaml", "-o", "record=summary")
+    assert summary["seconds"] is None
+    assert summary["bytes"] > 0
+    assert snooker("run", "gas.yaml", "--dry-run").code == 0
+
+
+def test_a_gas_that_cools_until_it_drifts_as_a_whole_may_take_longer(
+    here: Path, snooker: Snooker
+) -> None:
+    """Speeds are 10⁻¹⁶ of what they were after 36 · 2N / (1 − CoR²) collisions."""
+    Path("gas.yaml").write_text(
+        "container: {shape: periodic}\ncor: 0.999\n"
+        "balls: {count: 217, packing: 0.1, radius: 1.0, speed: 10.0}\n"
+    )
+    for keys, longer in (
+        (["collisions=7.8e6"], False),
+        (["collisions=7.9e6"], True),
+        (["collisions=7.9e6", "cor=1"], False),
+        (["collisions=7.9e6", "collapse={elastic_below: 0.01}"], False),
+        (["collisions=7.9e6", "container.shape=circle"], False),
+    ):
+        assert planned(snooker, "gas.yaml", *overrides(*keys))["cools_out"] == longer, keys
+    said = snooker("run", "gas.yaml", "--dry-run", "-o", "collisions=7.9e6").out
+    assert "much more if balls cool" in said
+
+
+@pytest.mark.parametrize("record", ["events", "summary"])
+@pytest.mark.parametrize("collisions", [500, 50_000])
+def test_files_are_about_as_large_as_estimated(
+    record: str, collisions: int, here: Path, snooker: Snooker
+) -> None:
+    Path("gas.yaml").write_text(GAS)
+    keys = [f"collisions={collisions}", f"record={record}", "cor=1", "balls.count=37"]
+    plan = planned(snooker, "gas.yaml", *overrides(*keys))
+    ran(snooker, "gas.yaml", *overrides(*keys))
+    size = sum(path.stat().st_size for path in Path("runs/gas").glob("point-*/*.h5"))
+    assert size / 2 < plan["bytes"] < 2 * size
+
+
+@pytest.mark.parametrize("key", ["collisions=1e12", "record=summary"])
+def test_a_run_of_very_much_does_not_begin(key: str, here: Path, snooker: Snooker) -> None:
+    """Eighty terabytes; and months, which need no disk."""
+    arguments = ["small.yaml", *overrides("collisions=1e13", key), "-j", "2"]
+    plan = planned(snooker, *arguments)
+    if key == "record=summary":
+        assert plan["bytes"] < plan["free_bytes"]
+        assert plan["seconds"] > 50 * 86400
+    else:
+        assert plan["bytes"] > 8e13 > plan["free_bytes"]
+    ended = snooker("run", *arguments)
+    assert (ended.code, ended.out) == (2, "")
+    assert "--yes" in ended.err
+    assert list(here.iterdir()) == [here / "small.yaml"]
+
+
+def test_a_run_begins_on_a_full_disk_with_yes(
+    here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    full = shutil.disk_usage(here)._replace(free=50_000)
+    monkeypatch.setattr("shutil.disk_usage", lambda _: full)
+    arguments = ("run", "small.yaml", "-j", "2", "--no-progress")
+    refused = snooker(*arguments)
+    assert refused.code == 2
+    assert "only 50 kB are free" in refused.err
+    assert snooker(*arguments, "--yes").code == 0
+    # Stored repeats need no more disk, and two more repeats need less than is free.
+    assert snooker(*arguments).code == 0
+    assert snooker(*arguments, "-o", "repeats=4").code == 0
+    assert snooker(*arguments, "-o", "repeats=6").code == 2
+
+
+def test_a_zip_is_planned_run_and_extended(here: Path, snooker: Snooker) -> None:
+    text = (here / "small.yaml").read_text().partition("sweep")[0]
+    Path("zip.yaml").write_text(text + "sweep: {zip: {cor: [0.9, 1.0], collisions: [9, 20]}}\n")
+    classes = sorted(planned(snooker, "zip.yaml")["kinds"], key=str)
+    assert [one["points"] for one in classes] == [
+        [{"cor": 0.9, "collisions": 9}],
+        [{"cor": 1.0, "collisions": 20}],
+    ]
+    assert [point["collisions"] for point in ran(snooker, "zip.yaml")["points"]] == [27, 60]
+    longer = planned(snooker, "zip.yaml", "-o", "collisions=9,30")
+    assert (longer["cached"], longer["to_do"]) == (3, 3)
+
+
+# Engines by choice
+
+
+@pytest.fixture
+def fixed(here: Path) -> Path:
+    """The small config with a fixed wall: cells in a free circle need one more compilation."""
+    config = here / "small.yaml"
+    config.write_text(config.read_text().replace("mass: 1.0e7", "mass: .inf"))
+    return here
+
+
+@pytest.mark.usefixtures("fixed")
+def test_a_forced_engine_has_results_of_its_own(snooker: Snooker) -> None:
+    assert snooker("run", "small.yaml", "--engine", "cells", "--no-progress").code == 0
+    run = runs.open_run("small")
+    assert run.engine == store.check(run.path(0, 0)).provenance.engine == "cells"
+    for others in ([], ["--engine", "allpairs"]):
+        assert snooker("run", "small.yaml", *others).code == 2
+    again = ran(snooker, "small.yaml", "--engine", "cells")
+    assert [point["cached"] for point in again["points"]] == [3, 3]
+    assert snooker("fit", "small").code == 0
+
+
+def test_without_a_forced_engine_none_is_stored(finished: Path, snooker: Snooker) -> None:
+    run = runs.open_run(finished)
+    assert "engine" not in json.loads((finished / "run.json").read_text())
+    assert run.engine is store.check(run.path(0, 0)).provenance.engine is None
+    assert snooker("run", "small.yaml", "--engine", "allpairs").code == 2
+
+
+@pytest.mark.usefixtures("fixed")
+def test_files_of_a_forced_engine_do_not_count_for_others(snooker: Snooker) -> None:
+    for folder, forced in (("cells", ["--engine", "cells"]), ("own", [])):
+        arguments = ["--out", folder, "--no-progress", *forced]
+        assert snooker("run", "small.yaml", *arguments).code == 0
+    name = Path("point-0001") / "repeat-0001.h5"
+    (Path("own") / name).write_bytes((Path("cells") / name).read_bytes())
+    again = ran(snooker, "small.yaml", "--out", "own")
+    assert [point["cached"] for point in again["points"]] == [3, 2]
+
+
+def test_all_pairs_in_a_box_are_refused(here: Path, snooker: Snooker) -> None:
+    Path("box.yaml").write_text(GAS.replace("{radius: 10.0}", "{shape: box, width: 20}"))
+    for dry in ([], ["--dry-run"]):
+        ended = snooker("run", "box.yaml", "--engine", "allpairs", *dry)
+        assert (ended.code, ended.out) == (3, "")
+        assert ended.err.startswith("snooker: box.yaml:1:")
+        assert ": container.shape: " in ended.err
+    assert not Path("runs").exists()
+    assert snooker("run", "box.yaml", "--engine", "quick").code == 2
