@@ -1,4 +1,4 @@
-"""The simulator: arrays and floats in, a trace out; it knows no config, no files, no plots."""
+"""The simulator: arrays and floats in, a trace out. It knows no config, files or plots."""
 
 from snooker_cli.engine.replay import States, replay, series, times_within
 from snooker_cli.engine.simulation import simulate, specialisation

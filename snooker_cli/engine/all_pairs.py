@@ -2,100 +2,120 @@
 
 The ideas, and where they come from:
 - Each ball has its own clock and moves only in its own events (Lubachevsky, J. Comput. Phys. 94,
-  255 (1991)); partners are projected in a prediction and never written back, so that a replay of
-  the recorded events does the same arithmetic and gives the same bits.
-- One entry a ball in the agenda, its earliest contact. It remembers how many events its partner
-  had had: if the partner has had another since, the entry is stale, and is predicted again when
-  it comes up and not before. The partner need not know: its own entry is its own earliest contact.
+  255 (1991)). A prediction projects partners and never writes them back. So a replay of the
+  recorded events does the same arithmetic and gives the same bits.
+- The agenda has one entry per ball, its earliest contact. It remembers how many events the partner
+  had had. If the partner has had another since, the entry is out of date; it is predicted again
+  when it comes up and not before. The partner need not know: it has its own earliest contact.
 - A ball's contacts are searched only until it hits the wall: from there its path is another.
-- What a scene lacks is ``None`` and is compiled away: a container that never moves, balls that are
-  all alike, balls that slide along the wall.
+- What a scene lacks is ``None`` and is compiled away.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
+
 from snooker_cli.engine.clock import (
-    CLOCK_DIGITS,
     COLLAPSE,
-    COLLISIONS,
     FULL,
     NOTHING_LEFT,
-    PATIENCE,
     STALL_LIMIT,
     TIME,
     WALL_TRAP,
+    begin_event,
 )
-from snooker_cli.engine.collision import add_up, contact_lasts, hit_pair, hit_wall, move, touched
-from snooker_cli.engine.contact import NEVER
+from snooker_cli.engine.collision import collide, count, record
+from snooker_cli.engine.contact import NEVER, wall_delay
 from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import (
-    BOUNCES,
-    CONTACT_LASTS,
-    COUNT,
-    EPOCH,
-    FIRST,
-    LAST,
-    LOOK,
-    LOOK_AGAIN,
-    NEXT_TIME,
-    NOBODY,
-    NOW,
-    PAIR_EVENTS,
-    PAIR_TIME,
-    PAIR_VIRIAL,
-    PARTNER,
-    PARTNER_COUNT,
+    NO_PARTNER,
+    NOT_SEARCHED,
     PREDICTIONS,
-    SECOND,
-    SLIDE,
+    SEARCH_AGAIN,
     STALE,
     STALLED,
-    WALL_EVENTS,
-    WALL_IMPULSE,
-    WALL_TIME,
     Floats,
     Integers,
     Recorded,
     Setup,
+    State,
+    U,
+    V,
+    X,
+    Y,
+    position,
+    wall_reach,
 )
 from snooker_cli.engine.prediction import (
     BLOCK,
     candidates,
     candidates_of_two,
-    contact_distance,
     earliest,
     is_trapped,
-    never_elastic,
-    predict_return,
-    predict_wall,
-    predict_walls,
+    time_to_return,
+    time_to_wall,
     without,
 )
-from snooker_cli.engine.sampling import Grid, sample_until
+from snooker_cli.engine.sampling import Grid, next_sample, sample_until
 from snooker_cli.engine.sliding import (
     FLIES,
     SETTLES,
     SLIDES,
     earliest_on_arc,
     has_settled,
-    leave_wall,
     only_straight,
-    sample_sliding,
     slide_on,
     slide_time,
-    who_slides,
+    sliding_ball,
+    time_off_wall,
 )
+from snooker_cli.trace import SLIDE
 
-# A number that times zero is zero.
+# Rows of ``Agenda.times``, s: a ball's earliest contact with another, the one with the wall, and
+# the earlier of the two.
+PAIR_TIME, WALL_TIME, NEXT_TIME, TIME_ROWS = range(4)
+
+# Rows of ``Agenda.links``: the partner of the earliest contact, its number of events when the
+# contact was predicted, the ball's own number of events, the ball it last collided with, and its
+# hits of the wall since then. With SEARCH_AGAIN there is no partner before PAIR_TIME.
+PARTNER, PARTNER_EVENTS, EVENTS, LAST, BOUNCES, LINK_ROWS = range(6)
+
 LARGE = 1e100
+"""Times zero it is zero."""
+
+
+class Agenda(NamedTuple):
+    """The next contacts of each ball.
+
+    times : (TIME_ROWS, *N*)
+    links : (LINK_ROWS, *N*)
+    """
+
+    times: Floats
+    links: Integers
+
+
+def new_agenda(state: State) -> Agenda:
+    """The agenda at time zero, at which all balls first search their contacts."""
+    number = state.balls.shape[1]
+    times = np.zeros((TIME_ROWS, number))
+    with np.errstate(all="ignore"):
+        for i in range(number):
+            times[WALL_TIME, i] = time_to_wall(i, 0.0, state, state.container)
+    links = np.full((LINK_ROWS, number), NO_PARTNER, dtype=np.int64)
+    links[[EVENTS, BOUNCES]] = 0
+    links[PARTNER] = NOT_SEARCHED
+    return Agenda(times, links)
 
 
 @inlined
-def search_time(wall_delay: float, number: int, container: Floats | None, setup: Setup) -> float:
-    """How far ahead contacts with balls are searched for a ball that hits the wall after a delay.
+def search_time(wall_delay: float, number: int, setup: Setup, container: Floats | None) -> float:
+    """How far ahead to search contacts with balls of a ball that hits the wall after a delay, s.
 
-    A free container is pushed by others' hits, so that the ball may reach it later. It is searched
-    further by some times what each ball's hit could do, lest it be searched again after each push.
+    Others' hits push a free container, so that the ball may reach it later. The search goes further
+    by some times what each ball's hit could do, so that not every push needs another.
     """
     if container is None:
         return wall_delay
@@ -104,24 +124,18 @@ def search_time(wall_delay: float, number: int, container: Floats | None, setup:
 
 
 @inlined
-def note_contact(
-    i: int,
-    now: float,
-    delay: float,
-    whom: int,
-    container: Floats | None,
-    agenda: Floats,
-    links: Integers,
+def enter_contact(
+    i: int, time: float, partner: int, agenda: Agenda, container: Floats | None
 ) -> None:
     """Enter ball i's earliest contact with another; its time at the wall is there already."""
-    pair_time = now + delay
-    if container is None and whom < 0:
-        pair_time = NEVER  # none before the wall
-    agenda[PAIR_TIME, i] = pair_time
-    agenda[NEXT_TIME, i] = min(pair_time, agenda[WALL_TIME, i])
-    links[PARTNER, i] = whom
-    if whom >= 0:
-        links[PARTNER_COUNT, i] = links[COUNT, whom]
+    times, links = agenda.times, agenda.links
+    if container is None and partner < 0:
+        time = NEVER  # none before the wall
+    times[PAIR_TIME, i] = time
+    times[NEXT_TIME, i] = min(time, times[WALL_TIME, i])
+    links[PARTNER, i] = partner
+    if partner >= 0:
+        links[PARTNER_EVENTS, i] = links[EVENTS, partner]
 
 
 @inlined
@@ -129,33 +143,30 @@ def find_contact(
     i: int,
     now: float,
     wall_delay: float,
-    balls: Floats,
-    container: Floats | None,
+    state: State,
     slides: Integers | None,
-    setup: Setup,
-    radii: Floats | None,
-    agenda: Floats,
-    links: Integers,
+    agenda: Agenda,
 ) -> None:
     """Find ball i's earliest contact with another, unless it hits the wall before."""
-    number = balls.shape[1]
-    delay = search_time(wall_delay, number, container, setup)
-    whom = LOOK_AGAIN
+    times, links, number = agenda.times, agenda.links, state.balls.shape[1]
+    delay = search_time(wall_delay, number, state.setup, state.container)
+    partner = SEARCH_AGAIN
     last = links[LAST, i]
     for start in range(0, number, BLOCK):
         stop = min(start + BLOCK, number)
-        mask = candidates(i, now, delay, balls, setup, radii, start, stop)
+        mask = candidates(i, now, delay, state, start, stop)
         if last >= 0 and links[LAST, last] == i:
             mask = without(mask, start, last)  # they parted in the last event of both
         if slides is not None:
             mask = only_straight(mask, start, stop, i, slides)
-        delay, whom = earliest(mask, start, i, now, delay, whom, balls, setup, radii)
+        delay, partner = earliest(mask, start, i, now, delay, partner, state)
     horizon = delay
     if slides is not None:
-        delay, whom = earliest_on_arc(i, now, delay, whom, balls, setup, radii, agenda, slides)
-    note_contact(i, now, delay, whom, container, agenda, links)
-    if slides is not None and whom == LOOK_AGAIN and delay < horizon:
-        agenda[PAIR_TIME, i] = agenda[NEXT_TIME, i] = now + delay
+        delay, partner = earliest_on_arc(i, now, delay, partner, state, times[WALL_TIME], slides)
+    enter_contact(i, now + delay, partner, agenda, state.container)
+    if slides is not None and partner == SEARCH_AGAIN and delay < horizon:
+        times[PAIR_TIME, i] = times[NEXT_TIME, i] = now + delay
+    state.counts[PREDICTIONS] += number
 
 
 @inlined
@@ -165,51 +176,58 @@ def find_contacts(
     now: float,
     wall_delay_i: float,
     wall_delay_j: float,
-    balls: Floats,
-    container: Floats | None,
+    state: State,
     slides: Integers | None,
-    setup: Setup,
-    radii: Floats | None,
-    agenda: Floats,
-    links: Integers,
+    agenda: Agenda,
 ) -> None:
     """``find_contact`` for two balls that have just collided."""
     if slides is not None:
-        find_contact(i, now, wall_delay_i, balls, container, slides, setup, radii, agenda, links)
-        find_contact(j, now, wall_delay_j, balls, container, slides, setup, radii, agenda, links)
+        find_contact(i, now, wall_delay_i, state, slides, agenda)
+        find_contact(j, now, wall_delay_j, state, slides, agenda)
         return
-    number = balls.shape[1]
-    delay_i = search_time(wall_delay_i, number, container, setup)
-    delay_j = search_time(wall_delay_j, number, container, setup)
-    whom_i = whom_j = LOOK_AGAIN
+    number = state.balls.shape[1]
+    delay_i = search_time(wall_delay_i, number, state.setup, state.container)
+    delay_j = search_time(wall_delay_j, number, state.setup, state.container)
+    partner_i = partner_j = SEARCH_AGAIN
     for start in range(0, number, BLOCK):
         stop = min(start + BLOCK, number)
-        mask_i, mask_j = candidates_of_two(
-            i, j, now, delay_i, delay_j, balls, setup, radii, start, stop
-        )
+        mask_i, mask_j = candidates_of_two(i, j, now, delay_i, delay_j, state, start, stop)
         mask_i, mask_j = without(mask_i, start, j), without(mask_j, start, i)  # they part
-        delay_i, whom_i = earliest(mask_i, start, i, now, delay_i, whom_i, balls, setup, radii)
-        delay_j, whom_j = earliest(mask_j, start, j, now, delay_j, whom_j, balls, setup, radii)
-    note_contact(i, now, delay_i, whom_i, container, agenda, links)
-    note_contact(j, now, delay_j, whom_j, container, agenda, links)
+        delay_i, partner_i = earliest(mask_i, start, i, now, delay_i, partner_i, state)
+        delay_j, partner_j = earliest(mask_j, start, j, now, delay_j, partner_j, state)
+    enter_contact(i, now + delay_i, partner_i, agenda, state.container)
+    enter_contact(j, now + delay_j, partner_j, agenda, state.container)
+    state.counts[PREDICTIONS] += 2 * number
 
 
 @inlined
-def fly_on(
-    i: int,
-    now: float,
-    balls: Floats,
-    container: Floats | None,
-    slides: Integers | None,
-    setup: Setup,
-    radii: Floats | None,
-    agenda: Floats,
+def predict_wall_after_pair(
+    i: int, now: float, state: State, slides: Integers | None, agenda: Agenda
 ) -> float:
     """Time until ball i, which has just hit another, will hit the wall, s; it slides no longer."""
     if slides is not None and slides[i] == SLIDES:
         slides[i] = FLIES
-        return leave_wall(i, now, balls, agenda)
-    return predict_wall(i, now, balls, container, setup, radii, agenda)
+        delay = time_off_wall(i, state.balls)
+    else:
+        delay = time_to_wall(i, now, state, state.container)
+    agenda.times[WALL_TIME, i] = now + delay
+    return delay
+
+
+@inlined
+def predict_walls(now: float, state: State, agenda: Agenda, container: Floats | None) -> None:
+    """Enter when each ball hits the wall, if that moves: it has just been given a new velocity."""
+    if container is None:
+        return
+    balls, times = state.balls, agenda.times
+    xc, yc, uc, vc = container[X], container[Y], container[U], container[V]
+    for k in range(balls.shape[1]):
+        x, y = position(k, now, balls)
+        reach = wall_reach(k, state.setup, state.radii)
+        delay = wall_delay(x - xc, y - yc, balls[U, k] - uc, balls[V, k] - vc, reach * reach)
+        time = now + delay
+        times[WALL_TIME, k] = time
+        times[NEXT_TIME, k] = min(time, times[PAIR_TIME, k])
 
 
 @inlined
@@ -223,145 +241,81 @@ def soonest(times: Floats) -> int:
 
 
 @kernel
-def prepare(
-    balls: Floats,
-    container: Floats | None,
-    setup: Setup,
-    radii: Floats | None,
-    agenda: Floats,
-    links: Integers,
-) -> None:
-    """Fill the agenda at time zero: the wall, and to look for contacts first of all."""
-    for i in range(balls.shape[1]):
-        predict_wall(i, 0.0, balls, container, setup, radii, agenda)
-        agenda[PAIR_TIME, i] = agenda[NEXT_TIME, i] = 0.0
-        links[PARTNER, i] = LOOK
-
-
-@kernel
 def advance(
-    balls: Floats,
-    container: Floats | None,
+    state: State,
     slides: Integers | None,
-    setup: Setup,
-    radii: Floats | None,
-    masses: Floats | None,
-    agenda: Floats,
-    links: Integers,
-    sums: Floats,
-    counts: Integers,
+    agenda: Agenda,
     recorded: Recorded,
     grid: Grid,
-    room: int,
+    limit: int,
 ) -> int:
-    """Simulate at most ``room`` events; why it stopped. Ties go by time, ball, and wall first."""
-    number = balls.shape[1]
-    next_time, pair_time, wall_time = agenda[NEXT_TIME], agenda[PAIR_TIME], agenda[WALL_TIME]
-    partner, partner_count, count = links[PARTNER], links[PARTNER_COUNT], links[COUNT]
-    event_time, event_i, event_j = recorded.time, recorded.i, recorded.j
-    event_impulse, step, used = recorded.impulse, grid.step, grid.used
-    storing = len(event_time) > 0
-    traps = setup.wall_restitution < 1.0 and never_elastic(setup)
-    for filled in range(room):
-        if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
-            return COLLISIONS
+    """Simulate at most ``limit`` events; why it stopped. Ties go by time, ball, and wall first."""
+    balls, setup, counts = state.balls, state.setup, state.counts
+    links = agenda.links
+    next_time, pair_time = agenda.times[NEXT_TIME], agenda.times[PAIR_TIME]
+    wall_time = agenda.times[WALL_TIME]
+    for filled in range(limit):
         while True:
             i = soonest(next_time)
             now = next_time[i]
             at_wall = wall_time[i] <= pair_time[i]
-            j = NOBODY if at_wall else partner[i]
-            if now == NEVER or at_wall or (j >= 0 and partner_count[i] == count[j]):
+            j = NO_PARTNER if at_wall else links[PARTNER, i]
+            valid = j >= 0 and links[PARTNER_EVENTS, i] == links[EVENTS, j]
+            if now == NEVER or at_wall or valid:
                 break
             if slides is not None and now > setup.time_limit:
                 break
-            delay = wall_time[i] - now
-            find_contact(i, now, delay, balls, container, slides, setup, radii, agenda, links)
-            counts[PREDICTIONS] += number
+            find_contact(i, now, wall_time[i] - now, state, slides, agenda)
             counts[STALE] += 1
         if now == NEVER:
             return NOTHING_LEFT
         if now > setup.time_limit:
             return TIME
-        if step[0] * used[0] - sums[EPOCH] < now:
-            if slides is None:
-                sample_until(now, grid, balls, container, setup, masses, sums, counts)
-            else:
-                sample_sliding(now, grid, balls, setup, masses, slides, sums, counts)
-        digit = CLOCK_DIGITS * (sums[EPOCH] + now)
-        stalls = now - sums[NOW] <= digit
-        counts[STALLED] = counts[STALLED] + 1 if stalls else 0
-        counts[FIRST], counts[SECOND] = i, j
-        sums[NOW] = now
+        if next_sample(grid, state.sums) < now:
+            sample_until(now, grid, state, slides)
+        begin_event(i, j, now, state.sums, counts)
         if slides is not None:
-            k = who_slides(i, j, now, balls, slides)
-            if k != NOBODY:
+            k = sliding_ball(i, j, now, balls, slides)
+            if k != NO_PARTNER:
                 begins = slides[k] == SETTLES
-                size = slide_on(k, now, balls, setup, radii, masses, slides)
+                size = slide_on(k, now, state, slides)
                 if begins:
-                    count[k] += 1
-                    links[LAST, k], links[BOUNCES, k] = NOBODY, 0
+                    links[EVENTS, k] += 1
+                    links[LAST, k], links[BOUNCES, k] = NO_PARTNER, 0
                     wall_time[k] = NEVER
-                    find_contact(
-                        k, now, NEVER, balls, container, slides, setup, radii, agenda, links
-                    )
-                    counts[PREDICTIONS] += number
-                counts[WALL_EVENTS] += 1
-                add_up(sums, WALL_IMPULSE, size)
-                if storing:
-                    event_time[filled], event_i[filled] = now, k
-                    event_j[filled], event_impulse[filled] = SLIDE, size
+                    find_contact(k, now, NEVER, state, slides, agenda)
+                count(k, SLIDE, size, state)
+                record(recorded, filled, k, SLIDE, now, size, state.labels)
                 continue
-        if setup.contact_path > 0.0 and (counts[WALL_EVENTS] + counts[PAIR_EVENTS]) % number == 0:
-            sums[CONTACT_LASTS] = contact_lasts(balls, container, setup, None, sums)
-        elastic = touched(i, now, balls, sums[EPOCH], sums[CONTACT_LASTS])
-        move(i, now, balls)
-        count[i] += 1
+        size = collide(i, j, now, state)
+        count(i, j, size, state)
+        record(recorded, filled, i, j, now, size, state.labels)
+        links[EVENTS, i] += 1
         trapped = False
         if at_wall:
-            links[LAST, i] = NOBODY
-            size = hit_wall(i, now, balls, container, setup, masses, elastic)
-            if container is not None:
-                predict_walls(now, balls, container, setup, radii, agenda)
-            delay = predict_return(i, now, balls, container, agenda)
-            find_contact(i, now, delay, balls, container, slides, setup, radii, agenda, links)
-            counts[PREDICTIONS] += number
-            counts[WALL_EVENTS] += 1
-            add_up(sums, WALL_IMPULSE, size)
+            links[LAST, i] = NO_PARTNER
             links[BOUNCES, i] += 1
-            if traps and (links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0):
-                patient = container is not None or links[BOUNCES, i] <= PATIENCE
-                if slides is not None:
-                    patient = True
-                trapped = is_trapped(
-                    i, now, balls, container, setup, radii, masses, next_time, patient, slides
-                )
-                if slides is not None and (trapped or has_settled(i, digit, balls, setup)):
+            predict_walls(now, state, agenda, state.container)
+            delay = time_to_return(i, now, balls, state.container)
+            wall_time[i] = now + delay
+            find_contact(i, now, delay, state, slides, agenda)
+            if setup.traps and (links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0):
+                patient = links[BOUNCES, i] <= setup.patience
+                trapped = is_trapped(i, now, state, state.container, slides, next_time, patient)
+                if slides is not None and (trapped or has_settled(i, state, now)):
                     trapped = False
                     slides[i] = SETTLES
-                    wall_time[i] = next_time[i] = slide_time(i, balls, setup, masses)
+                    wall_time[i] = next_time[i] = slide_time(i, state)
                     pair_time[i] = NEVER
         else:
-            elastic = elastic or touched(j, now, balls, sums[EPOCH], sums[CONTACT_LASTS])
-            move(j, now, balls)
-            count[j] += 1
+            links[EVENTS, j] += 1
             links[LAST, i], links[LAST, j] = j, i
-            size = hit_pair(i, j, balls, setup, masses, None, elastic)
-            delay = fly_on(i, now, balls, container, slides, setup, radii, agenda)
-            other_delay = fly_on(j, now, balls, container, slides, setup, radii, agenda)
-            find_contacts(
-                i, j, now, delay, other_delay, balls, container, slides, setup, radii, agenda, links
-            )
-            counts[PREDICTIONS] += 2 * number
-            counts[PAIR_EVENTS] += 1
             links[BOUNCES, i] = links[BOUNCES, j] = 0
-            add_up(sums, PAIR_VIRIAL, size * contact_distance(setup, radii, i, j))
-        if storing:
-            event_time[filled] = now
-            event_i[filled] = i if at_wall else min(i, j)
-            event_j[filled] = NOBODY if at_wall else max(i, j)
-            event_impulse[filled] = size
-        if trapped or counts[STALLED] > STALL_LIMIT * number:
-            if counts[WALL_EVENTS] + counts[PAIR_EVENTS] >= setup.collision_limit:
-                return COLLISIONS
-            return WALL_TRAP if trapped else COLLAPSE
+            delay_i = predict_wall_after_pair(i, now, state, slides, agenda)
+            delay_j = predict_wall_after_pair(j, now, state, slides, agenda)
+            find_contacts(i, j, now, delay_i, delay_j, state, slides, agenda)
+        if trapped:
+            return WALL_TRAP
+        if counts[STALLED] > STALL_LIMIT * balls.shape[1]:
+            return COLLAPSE
     return FULL

@@ -1,8 +1,8 @@
 """The cells that many balls are sorted into: a ball can only touch balls of its own and next cells.
 
 Cells are squares at least as wide as the largest ball. Rows of them are a power of two apart, so
-that a cell's column and row are a mask and a shift. In a circle or a box a margin of empty cells
-goes round; a periodic box has none, and its columns and rows wrap.
+a cell's column and row are a mask and a shift. In a circle or a box, a margin of empty cells goes
+round; a periodic box has none, and its columns and rows wrap.
 """
 
 from __future__ import annotations
@@ -11,33 +11,46 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
-from snooker_cli.engine.contact import NEVER, nearest_image
+from snooker_cli.engine.contact import NEVER, nearest_image, wall_delay
 from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import (
-    CELL,
-    CLOCK,
-    PLACE,
+    Flags,
     Floats,
     Indices,
+    State,
     U,
     V,
-    X,
-    Y,
-    ahead,
+    nonnegative,
+    position,
 )
 
 if TYPE_CHECKING:
+    from snooker_cli.engine.event_queue import Tree
     from snooker_cli.scene import Scene
 
+# Further rows of ``State.balls``, for which a ball's column is one line of the processor's cache:
+# when the ball next touches a ball or the wall, and when it leaves its cell, s.
+CONTACT_TIME, CROSSING_TIME, CELL_BALL_ROWS = 5, 6, 8
 
-# A cell is this much wider than a ball: crossings are timed with a rounding or two.
+# Rows of ``Cells.tags``, the same memory as 32-bit integers, in the last of these rows: how many
+# events the ball has had, and the ball it last collided with.
+EVENTS, FORMER = 14, 15
+
+# Rows of ``Cells.links``, which are half a line per ball: the partner of a ball's earliest contact,
+# and its number of events when the contact was predicted; the ball's cell, and its place among the
+# members; its hits of the wall in a row; and whether it is listed in ``Margin.brink``.
+PARTNER, PARTNER_EVENTS, CELL, PLACE, BOUNCES, BRINK, LINK_ROWS = 0, 1, 2, 3, 4, 5, 8
+
+# Elements of ``Margin.place``.
+CENTRE_X, CENTRE_Y, WIDTH, UNTIL = range(4)
+
 ROUNDING = 1.0 + 1e-9
+"""A cell is this much wider than a ball: crossings are timed with a rounding or two."""
 
-# A ball that enters a cell looks as far as two cells: less than half of a periodic box.
 LEAST_CELLS = 5
+"""A ball that enters a cell looks as far as two cells: less than half of a periodic box."""
 
 
 class Mesh(NamedTuple):
@@ -52,56 +65,40 @@ class Mesh(NamedTuple):
     shift: int
 
 
-class Cells(NamedTuple):
-    """What is in the cells, and which of them a ball can touch the wall from.
+class Margin(NamedTuple):
+    """Where a free container may be until everything is predicted again.
 
-    members : (*c*, *k*) ``numpy.int32``, balls in no order
-    occupancy : (*c*,) ``numpy.int32``
-    at_wall : (*c*,) ``numpy.bool_``
+    place : (4,), the centre's coordinates (m), how far it may be from there (m), until when (s)
+    brink : (*N*,), the balls whose hit has been predicted exactly since the last push
+    brinks : (1,), how many they are
     """
 
-    members: NDArray[np.int32]
-    occupancy: NDArray[np.int32]
-    at_wall: NDArray[np.bool_]
+    place: Floats
+    brink: Indices
+    brinks: Indices
 
 
-@inlined
-def column_of(mesh: Mesh, cell: int) -> int:
-    """The column that a cell is in."""
-    return cell & ((1 << mesh.shift) - 1)
+class Cells(NamedTuple):
+    """The balls in their cells, and what each does next.
 
+    members : (*c*, *k*), the balls of each cell, in no order
+    occupancy : (*c*,), how many they are
+    at_wall : (*c*,), whether a ball can touch the wall from this cell
+    near : memory for the balls of nine cells
+    links : (LINK_ROWS, *N*)
+    tags : (16, *N*), the memory of ``State.balls``
+    margin : of a free container, or ``None``
+    """
 
-@inlined
-def row_of(mesh: Mesh, cell: int) -> int:
-    """The row that a cell is in."""
-    return cell >> mesh.shift
-
-
-@inlined
-def cell_at(mesh: Mesh, column: int, row: int) -> int:
-    """The cell in a column and a row."""
-    return ahead((row << mesh.shift) + column)
-
-
-@inlined
-def put_into(i: int, cell: int, links: Indices, members: Indices, occupancy: Indices) -> None:
-    """Make ball i a member of a cell."""
-    place = ahead(occupancy[cell])
-    members[cell, place] = i
-    occupancy[cell] = place + 1
-    links[CELL, i] = cell
-    links[PLACE, i] = place
-
-
-@inlined
-def put_out(i: int, links: Indices, members: Indices, occupancy: Indices) -> None:
-    """Take ball i out of its cell; the last member takes its place."""
-    cell, place = ahead(links[CELL, i]), ahead(links[PLACE, i])
-    last = ahead(occupancy[cell] - 1)
-    occupancy[cell] = last
-    moved = ahead(members[cell, last])
-    members[cell, place] = moved
-    links[PLACE, moved] = place
+    mesh: Mesh
+    members: Indices
+    occupancy: Indices
+    at_wall: Flags
+    near: Indices
+    links: Indices
+    tags: Indices
+    tree: Tree
+    margin: Margin | None
 
 
 def new_mesh(scene: Scene, side: float) -> Mesh:
@@ -118,27 +115,15 @@ def new_mesh(scene: Scene, side: float) -> Mesh:
         rows = max(int(height / side), min(LEAST_CELLS, int(height / least)))
         if min(columns, rows) < LEAST_CELLS:
             raise ValueError("a periodic box has to be five diameters of its largest ball wide")
-        return Mesh(
-            width=width / columns,
-            height=height / rows,
-            left=-0.5 * width,
-            bottom=-0.5 * height,
-            columns=columns,
-            rows=rows,
-            shift=(columns - 1).bit_length(),
-        )
-    # One more for a free container, which may be off their middle by less than half a cell.
-    around = 3 if scene.free else 2
-    columns, rows = math.ceil(width / side) + around, math.ceil(height / side) + around
-    return Mesh(
-        width=side,
-        height=side,
-        left=-0.5 * columns * side,
-        bottom=-0.5 * rows * side,
-        columns=columns,
-        rows=rows,
-        shift=(columns - 1).bit_length(),
-    )
+        sides = width / columns, height / rows
+        corner = -0.5 * width, -0.5 * height
+    else:
+        # One more for a free container, which may be off their middle by less than half a cell.
+        around = 3 if scene.free else 2
+        columns, rows = math.ceil(width / side) + around, math.ceil(height / side) + around
+        sides = side, side
+        corner = -0.5 * columns * side, -0.5 * rows * side
+    return Mesh(*sides, *corner, columns, rows, shift=(columns - 1).bit_length())
 
 
 def centred(mesh: Mesh, x: float, y: float) -> Mesh:
@@ -148,32 +133,95 @@ def centred(mesh: Mesh, x: float, y: float) -> Mesh:
     )
 
 
-def new_cells(scene: Scene, mesh: Mesh, capacity: int, margin: float) -> Cells:
-    """Empty cells with room for so many balls each; the container may move by a margin (m)."""
-    number = mesh.rows << mesh.shift
-    return Cells(
-        members=np.zeros((number, capacity), dtype=np.int32),
-        occupancy=np.zeros(number, dtype=np.int32),
-        at_wall=np.ravel(_at_wall(scene, mesh, margin)),
-    )
-
-
-def _at_wall(scene: Scene, mesh: Mesh, margin: float) -> NDArray[np.bool_]:
-    """Whether a ball with its centre in the cell can touch the wall; (rows, stride)."""
+def cells_at_wall(scene: Scene, mesh: Mesh, margin: float) -> Flags:
+    """Whether a ball with its centre in a cell can touch the wall, if that moves by a margin, m."""
     left = mesh.width * (np.arange(1 << mesh.shift) - 0.5 * mesh.columns)
     bottom = mesh.height * (np.arange(mesh.rows) - 0.5 * mesh.rows)
     far_x = np.maximum(-left, left + mesh.width)[None, :]
     far_y = np.maximum(-bottom, bottom + mesh.height)[:, None]
     largest = float(np.max(scene.radii))
     if not scene.container.has_wall:
-        return np.zeros((mesh.rows, 1 << mesh.shift), dtype=np.bool_)
+        return np.zeros(mesh.rows << mesh.shift, dtype=np.bool_)
     if isinstance(scene.container, Circle):
         reach = scene.container.radius - largest - margin
-        return np.asarray(np.hypot(far_x, far_y) * ROUNDING >= reach)
+        return np.ravel(np.hypot(far_x, far_y) * ROUNDING >= reach)
     width, height = scene.container.size
-    return np.asarray(
-        (far_x * ROUNDING >= 0.5 * width - largest) | (far_y * ROUNDING >= 0.5 * height - largest)
+    beyond_x = far_x * ROUNDING >= 0.5 * width - largest
+    return np.ravel(beyond_x | (far_y * ROUNDING >= 0.5 * height - largest))
+
+
+def new_margin(container: Floats, width: float, now: float, number: int) -> Margin:
+    """A margin round where a free container is at a time (s)."""
+    x, y, u, v, clock = container
+    age = now - clock
+    until = now + wall_delay(0.0, 0.0, u, v, width * width)
+    return Margin(
+        place=np.array([x + u * age, y + v * age, width, until]),
+        brink=np.zeros(number, dtype=np.int32),
+        brinks=np.zeros(1, dtype=np.int32),
     )
+
+
+@inlined
+def column_of(cell: int, mesh: Mesh) -> int:
+    """The column that a cell is in."""
+    return cell & ((1 << mesh.shift) - 1)
+
+
+@inlined
+def row_of(cell: int, mesh: Mesh) -> int:
+    """The row that a cell is in."""
+    return cell >> mesh.shift
+
+
+@inlined
+def cell_at(column: int, row: int, mesh: Mesh, period: Floats | None) -> int:
+    """The cell in a column and a row, which wrap in a periodic box."""
+    if period is not None:
+        column += mesh.columns if column < 0 else 0
+        column -= mesh.columns if column >= mesh.columns else 0
+        row += mesh.rows if row < 0 else 0
+        row -= mesh.rows if row >= mesh.rows else 0
+    return nonnegative((row << mesh.shift) + column)
+
+
+@inlined
+def put_into(i: int, cell: int, cells: Cells) -> None:
+    """Make ball i a member of a cell."""
+    place = nonnegative(cells.occupancy[cell])
+    cells.members[cell, place] = i
+    cells.occupancy[cell] = place + 1
+    cells.links[CELL, i] = cell
+    cells.links[PLACE, i] = place
+
+
+@inlined
+def take_out(i: int, cells: Cells) -> None:
+    """Take ball i out of its cell; the last member takes its place."""
+    links, members = cells.links, cells.members
+    cell, place = nonnegative(links[CELL, i]), nonnegative(links[PLACE, i])
+    last = nonnegative(cells.occupancy[cell] - 1)
+    cells.occupancy[cell] = last
+    moved = nonnegative(members[cell, last])
+    members[cell, place] = moved
+    links[PLACE, moved] = place
+
+
+@inlined
+def collect(found: int, column: int, row: int, cells: Cells, period: Floats | None) -> int:
+    """Append the balls of a cell to ``near``; how many there are then.
+
+    Four are copied whatever their number: that is cheaper than to ask.
+    """
+    near, members = cells.near, cells.members
+    cell = cell_at(column, row, cells.mesh, period)
+    number = int(cells.occupancy[cell])
+    found = nonnegative(found)
+    for place in range(4):
+        near[found + place] = members[cell, place]
+    for place in range(4, number):
+        near[found + place] = members[cell, place]
+    return found + number
 
 
 @inlined
@@ -184,15 +232,13 @@ def crossing_delay(p: float, w: float, side: float) -> float:
 
 
 @inlined
-def crossing_delays(
-    i: int, now: float, balls: Floats, period: Floats | None, links: Indices, mesh: Mesh
-) -> tuple[float, float]:
+def crossing_delays(i: int, now: float, state: State, cells: Cells) -> tuple[float, float]:
     """Time until ball i leaves its cell across, and up or down; s."""
-    cell = ahead(links[CELL, i])
-    age = now - balls[CLOCK, i]
-    u, v = balls[U, i], balls[V, i]
-    x = balls[X, i] + u * age - (mesh.left + mesh.width * (column_of(mesh, cell) + 0.5))
-    y = balls[Y, i] + v * age - (mesh.bottom + mesh.height * (row_of(mesh, cell) + 0.5))
-    if period is not None:
-        x, y = nearest_image(x, y, period)
+    mesh = cells.mesh
+    cell = nonnegative(cells.links[CELL, i])
+    x, y = position(i, now, state.balls)
+    u, v = state.balls[U, i], state.balls[V, i]
+    x -= mesh.left + mesh.width * (column_of(cell, mesh) + 0.5)
+    y -= mesh.bottom + mesh.height * (row_of(cell, mesh) + 0.5)
+    x, y = nearest_image(x, y, state.period)
     return crossing_delay(x, u, mesh.width), crossing_delay(y, v, mesh.height)

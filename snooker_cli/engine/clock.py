@@ -1,8 +1,8 @@
-"""Clocks that stay as fine as they are at the start: time zero is moved along, epoch by epoch.
+"""Clocks that stay fine however long a run is, and the reasons why a kernel stops.
 
-After so many events all clocks are set back by a shift, and the epoch, the time (s) at which they
-count from zero, goes on by as much. What is stored of an event is its time, epoch and clock as one
-rounded double, and what that rounding has left out: from both follows the clock, bit for bit.
+After a number of events all clocks are set back by a shift. The epoch, the time (s) at which they
+show zero, moves on by as much. The stored time of an event is epoch and clock as one rounded
+double; the stored residual is what that rounding has cut off. Both give the clock to the last bit.
 """
 
 from __future__ import annotations
@@ -12,30 +12,40 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from snooker_cli.engine.kernel_state import Floats
+from snooker_cli.engine.jit import inlined
+from snooker_cli.engine.kernel_state import (
+    EPOCH,
+    FIRST,
+    NOW,
+    SECOND,
+    STALLED,
+    Floats,
+    Integers,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from snooker_cli.trace import Events
 
+# Epochs
 
 LEAST_EVENTS = 16384
 """Events of an epoch at least, so that it costs nothing to begin one."""
 
-EVENTS_A_BALL = 64
-"""Events a ball of an epoch: some hundred times a ball's mean free time."""
+EVENTS_PER_BALL = 64
+"""Events of an epoch per ball: some hundred times a ball's mean free time."""
 
 
 def length(number: int) -> int:
-    """Events of an epoch of so many balls."""
-    return max(LEAST_EVENTS, EVENTS_A_BALL * number)
+    """Events of an epoch with this many balls."""
+    return max(LEAST_EVENTS, EVENTS_PER_BALL * number)
 
 
 def following(epoch: float, now: float) -> tuple[float, float]:
-    """The epoch that begins when clocks are at ``now`` (s), and by how much they are set back.
+    """The epoch that begins when clocks show ``now`` (s), and the shift that sets them back.
 
-    By no more than ``now``, so that no time that is to come is negative.
+    The shift is at most ``now``, so that no later event has a negative clock.
     """
     new = epoch + now
     while new - epoch > now:
@@ -44,10 +54,10 @@ def following(epoch: float, now: float) -> tuple[float, float]:
 
 
 def times(epoch: float, clocks: Floats) -> tuple[Floats, Floats | None]:
-    """Times (s) of events whose clocks are given, and what rounding has left out of them.
+    """Times (s) of events whose clocks are given, and what rounding has cut off from them.
 
     The latter is exact, by Sterbenz' lemma: time less epoch is zero, or within a factor of two of
-    the clock. It is ``None``, for nothing, in the first epoch and of no events.
+    the clock. It is ``None`` in the first epoch, and if there are no events.
     """
     if epoch == 0.0 or not len(clocks):
         return clocks, None
@@ -58,10 +68,10 @@ def times(epoch: float, clocks: Floats) -> tuple[Floats, Floats | None]:
 class Part(NamedTuple):
     """The events of an epoch.
 
-    events : which they are
-    clocks : (*n*,) ``numpy.float64``, s, what clocks showed
-    following : s, the epoch after them, this one if they do not fill it
-    shift : s, by how much clocks are set back after them
+    events : their rows
+    clocks : (*n*,) ``numpy.float64``, s, of the events
+    following : s, the next epoch; this one if the events do not fill it
+    shift : s, by which clocks are set back after the events
     """
 
     events: slice
@@ -71,7 +81,7 @@ class Part(NamedTuple):
 
 
 def parts(events: Events, number: int) -> Iterator[Part]:
-    """All events of so many balls, by epoch; at least one part."""
+    """All events of this many balls, by epoch; at least one part."""
     size, epoch = length(number), 0.0
     for start in range(0, max(len(events), 1), size):
         part = slice(start, min(start + size, len(events)))
@@ -87,29 +97,38 @@ def parts(events: Events, number: int) -> Iterator[Part]:
         epoch = new
 
 
-# Why a kernel stopped, and when a clock that does not move means that time has come to an end.
+# Endings
 
-# What ``advance`` answers. The last two are for whoever calls it: make cells larger, or put them
-# round the container's new place, and go on.
+# Answers of ``advance``. After FULL the limit of events is reached, and the run goes on with the
+# next chunk. The last two are for ``InCells``: make cells larger, or put them round the container's
+# new place.
 (
     FULL,
-    COLLISIONS,
     TIME,
     NOTHING_LEFT,
     WALL_TRAP,
     COLLAPSE,
     CELL_FULL,
     OUT_OF_MARGIN,
-) = range(8)
+) = range(7)
 
-# After this many events for each ball in a row that do not move the clock, time has stopped. A rack
-# of touching balls settles an impact in a few collisions a ball.
 STALL_LIMIT = 64
+"""Events per ball in a row, without the clock moving, after which time has stopped.
 
-# After this many bounces in a row a ball in a fixed container is trapped even if others have events
-# before it has come to an end, so long as none can reach it: two balls may be trapped in step.
-PATIENCE = 64
+A rack of touching balls settles an impact in a few collisions per ball.
+"""
 
-# An event this near to the one before, relative to the time, does not move the clock: a few units
-# of its last digit. A ball that only rounding keeps off the wall moves it by one or two.
 CLOCK_DIGITS = 4 * 2.0**-52
+"""Part of the time by which an event must be later than the one before to move the clock.
+
+A ball that only rounding keeps off the wall moves it by a unit or two of its last digit.
+"""
+
+
+@inlined
+def begin_event(i: int, j: int, now: float, sums: Floats, counts: Integers) -> None:
+    """Move the run's clock to the event of balls i and j."""
+    stalls = now - sums[NOW] <= CLOCK_DIGITS * (sums[EPOCH] + now)
+    counts[STALLED] = counts[STALLED] + 1 if stalls else 0
+    counts[FIRST], counts[SECOND] = i, j
+    sums[NOW] = now

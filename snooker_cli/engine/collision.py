@@ -1,19 +1,45 @@
-"""Moving balls to an event and colliding them there; the replay of a trace does just this."""
+"""What happens in a collision: two balls, or a ball and the wall, exchange an impulse.
+
+Both engines and the replay of a trace use ``collide``, so a replay has the engine's bits.
+"""
 
 from __future__ import annotations
 
 import math
 
 from snooker_cli.engine.contact import nearest_image
-from snooker_cli.engine.jit import fused, inlined, kernel
-from snooker_cli.engine.kernel_state import CLOCK, REST, SUMS, Floats, Indices, Setup, U, V, X, Y
+from snooker_cli.engine.jit import fused, helper, inlined
+from snooker_cli.engine.kernel_state import (
+    CLOCK,
+    CONTACT_LASTS,
+    EPOCH,
+    NO_PARTNER,
+    PAIR_EVENTS,
+    PAIR_VIRIAL,
+    REST,
+    WALL_EVENTS,
+    WALL_IMPULSE,
+    Floats,
+    Indices,
+    Recorded,
+    State,
+    U,
+    V,
+    X,
+    Y,
+    contact_distance,
+    mass_of,
+    position,
+    radius_of,
+    seen_from_container,
+)
 
-# What then: the change of velocity in a collision.
+# The change of velocity
 
 
 @inlined
 def normal_part(x: float, y: float, u: float, v: float) -> float:
-    """The part of (u, v) along (x, y), as a multiple of it; rounded, all in all, once."""
+    """The part of (u, v) along (x, y), as a multiple of (x, y); rounded, all in all, once."""
     across, up = x * x, y * y
     square = across + up
     # Knuth's TwoSum: what |x|^2 is more than the rounded one.
@@ -35,24 +61,21 @@ def relative_change(x: float, y: float, u: float, v: float, restitution: float) 
 
 
 @inlined
-def is_slow(x: float, y: float, u: float, v: float, speed: float) -> bool:
-    """Whether the normal part of a relative velocity (u, v) at an offset (x, y) is below a speed.
-
-    Never so if the speed is zero.
-    """
-    normal = u * x + v * y
-    return normal * normal < speed * speed * (x * x + y * y)
-
-
-@inlined
 def rebound(x: float, y: float, u: float, v: float, restitution: float) -> float:
     """``relative_change`` for a ball at (x, y) from the centre that hits the wall round it, 1/s.
 
-    It hits the wall moving outwards. At the end of a chord that is shorter than the rounding of
-    its place it may seem to move inwards: then, too, the normal velocity becomes -e times its size.
+    The ball moves outwards. At the end of a chord shorter than the rounding of its place it may
+    seem to move inwards. Then, too, the normal velocity becomes -e times its size.
     """
     normal = normal_part(x, y, u, v)
     return (1.0 + restitution if normal > 0.0 else 1.0 - restitution) * normal
+
+
+@inlined
+def is_slow(x: float, y: float, u: float, v: float, speed: float) -> bool:
+    """Whether the part of (u, v) along (x, y) is below a speed; never if that is zero."""
+    normal = u * x + v * y
+    return normal * normal < speed * speed * (x * x + y * y)
 
 
 @inlined
@@ -66,19 +89,124 @@ def shares(change: float, m: float, n: float) -> tuple[float, float]:
 
 
 @inlined
-def mass_of(setup: Setup, masses: Floats | None, i: int) -> float:
-    """Mass of ball i, kg."""
-    if masses is None:
-        return setup.mass
-    return float(masses[i])
+def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
+    """Collide balls i and j, both at the present; the impulse, kg m/s."""
+    balls, setup = state.balls, state.setup
+    x, y = balls[X, j] - balls[X, i], balls[Y, j] - balls[Y, i]
+    x, y = nearest_image(x, y, state.period)
+    u, v = balls[U, i] - balls[U, j], balls[V, i] - balls[V, j]
+    elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
+    change = relative_change(x, y, u, v, 1.0 if elastic else setup.restitution)
+    m = mass_of(i, state.setup, state.masses)
+    first, second = shares(change, m, mass_of(j, state.setup, state.masses))
+    balls[U, i] -= first * x
+    balls[V, i] -= first * y
+    balls[U, j] += second * x
+    balls[V, j] += second * y
+    return m * first * math.sqrt(x * x + y * y)
 
 
 @inlined
-def radius_of(setup: Setup, radii: Floats | None, i: int) -> float:
-    """Radius of ball i, m."""
-    if radii is None:
-        return setup.radius
-    return float(radii[i])
+def hit_side(i: int, state: State, box: Floats, elastic: bool) -> float:
+    """Collide ball i with the side of the box that it moves to and is nearest; the impulse."""
+    balls, setup = state.balls, state.setup
+    x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    r = radius_of(i, state.setup, state.radii)
+    across = box[0] - r - (x if u > 0.0 else -x) if u != 0.0 else math.inf
+    along = box[1] - r - (y if v > 0.0 else -y) if v != 0.0 else math.inf
+    normal = u if across <= along else v
+    elastic = elastic or abs(normal) < setup.elastic_below
+    change = (1.0 + (1.0 if elastic else setup.wall_restitution)) * normal
+    balls[U if across <= along else V, i] -= change
+    return float(mass_of(i, state.setup, state.masses) * abs(change))
+
+
+@inlined
+def hit_wall(
+    i: int, now: float, state: State, container: Floats | None, box: Floats | None, elastic: bool
+) -> float:
+    """Collide ball i, at the present, with the wall; the impulse, kg m/s."""
+    balls, setup = state.balls, state.setup
+    if box is not None:
+        return hit_side(i, state, box, elastic)
+    if container is not None:
+        age = now - container[CLOCK]
+        container[X] += container[U] * age
+        container[Y] += container[V] * age
+        container[CLOCK] = now
+    x, y, u, v = seen_from_container(
+        balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, container
+    )
+    elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
+    first = rebound(x, y, u, v, 1.0 if elastic else setup.wall_restitution)
+    m = mass_of(i, state.setup, state.masses)
+    if container is not None:
+        first, second = shares(first, m, setup.container_mass)
+        container[U] += second * x
+        container[V] += second * y
+    balls[U, i] -= first * x
+    balls[V, i] -= first * y
+    return abs(m * first * math.sqrt(x * x + y * y))
+
+
+# The collision step
+
+
+@helper
+def contact_lasts(state: State, container: Floats | None) -> float:
+    """How long a contact lasts in the TC model at the balls' present speeds, s.
+
+    That is a part of the mean free time, the mean free path over the root of the mean square of
+    speeds relative to the container (Luding & McNamara, Granular Matter 1, 113 (1998)).
+    """
+    balls, labels, number = state.balls, state.labels, state.balls.shape[1]
+    for k in range(number):
+        u, v = balls[U, k], balls[V, k]
+        if container is not None:
+            u, v = u - container[U], v - container[V]
+        # In the scene's order, so that the sum has the same bits in any order of the columns.
+        state.scratch[0, labels[k] if len(labels) > 0 else k] = u * u + v * v
+    total = 0.0
+    for k in range(number):
+        total += state.scratch[0, k]
+    return state.setup.contact_path / math.sqrt(total / number) if total > 0.0 else 0.0
+
+
+@inlined
+def in_contact(i: int, now: float, balls: Floats, sums: Floats) -> bool:
+    """Whether ball i, not yet moved to the present, still has its last contact, if it had one.
+
+    In the first epoch a clock at zero is one that has not been moved.
+    """
+    moved = balls[CLOCK, i] > 0.0 or sums[EPOCH] > 0.0
+    return bool(moved and now - balls[CLOCK, i] < sums[CONTACT_LASTS])
+
+
+@inlined
+def move(i: int, now: float, balls: Floats, period: Floats | None) -> None:
+    """Bring ball i to the present, in a periodic box to its image inside."""
+    x, y = position(i, now, balls)
+    balls[X, i], balls[Y, i] = nearest_image(x, y, period)
+    balls[CLOCK, i] = now
+
+
+@inlined
+def collide(i: int, j: int, now: float, state: State) -> float:
+    """Bring balls i and j to the present and collide them; the impulse, kg m/s.
+
+    j : NO_PARTNER for a collision with the wall
+    """
+    balls, sums, counts = state.balls, state.sums, state.counts
+    done = counts[WALL_EVENTS] + counts[PAIR_EVENTS]
+    if state.setup.contact_path > 0.0 and done % balls.shape[1] == 0:
+        sums[CONTACT_LASTS] = contact_lasts(state, state.container)
+    elastic = in_contact(i, now, balls, sums)
+    move(i, now, balls, state.period)
+    if j == NO_PARTNER:
+        return hit_wall(i, now, state, state.container, state.box, elastic)
+    elastic = elastic or in_contact(j, now, balls, sums)
+    move(j, now, balls, state.period)
+    return hit_pair(i, j, state, elastic)
 
 
 @inlined
@@ -94,149 +222,25 @@ def add_up(sums: Floats, which: int, size: float) -> None:
 
 
 @inlined
-def move(i: int, now: float, balls: Floats) -> None:
-    """Bring ball i to the present."""
-    age = now - balls[CLOCK, i]
-    balls[X, i] += balls[U, i] * age
-    balls[Y, i] += balls[V, i] * age
-    balls[CLOCK, i] = now
-
-
-@inlined
-def wrap(i: int, balls: Floats, period: Floats) -> None:
-    """Bring ball i back into the periodic box."""
-    balls[X, i], balls[Y, i] = nearest_image(balls[X, i], balls[Y, i], period)
-
-
-@kernel
-def contact_lasts(
-    balls: Floats,
-    container: Floats | None,
-    setup: Setup,
-    labels: Indices | None,
-    sums: Floats,
-) -> float:
-    """How long a contact lasts in the TC model at the balls' present speeds, s.
-
-    That is a part of the mean free time, the mean free path over the root of the mean square of
-    speeds relative to the container (Luding & McNamara, Granular Matter 1, 113 (1998)).
-
-    labels : whose row is whose, if not in order; so that a sum has the same bits in any order
-    """
-    number = balls.shape[1]
-    squares = sums[SUMS:]
-    for k in range(number):
-        u, v = balls[U, k], balls[V, k]
-        if container is not None:
-            u, v = u - container[U], v - container[V]
-        place = k
-        if labels is not None and len(labels) > 0:
-            place = labels[k]
-        squares[place] = u * u + v * v
-    total = 0.0
-    for k in range(number):
-        total += squares[k]
-    return setup.contact_path / math.sqrt(total / number) if total > 0.0 else 0.0
-
-
-@inlined
-def touched(i: int, now: float, balls: Floats, epoch: float, lasts: float) -> bool:
-    """Whether ball i, not yet moved to the present, still has its last contact, if it had one.
-
-    In the first epoch a clock at zero is one that has not been moved.
-    """
-    moved = balls[CLOCK, i] > 0.0 or epoch > 0.0
-    return bool(moved and now - balls[CLOCK, i] < lasts)
-
-
-@inlined
-def hit_pair(
-    i: int,
-    j: int,
-    balls: Floats,
-    setup: Setup,
-    masses: Floats | None,
-    period: Floats | None,
-    elastic: bool,
-) -> float:
-    """Collide balls i and j, both at the present; the impulse, kg m/s.
-
-    elastic : without loss, however fast they are
-    """
-    x, y = balls[X, j] - balls[X, i], balls[Y, j] - balls[Y, i]
-    if period is not None:
-        x, y = nearest_image(x, y, period)
-    u, v = balls[U, i] - balls[U, j], balls[V, i] - balls[V, j]
-    elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
-    change = relative_change(x, y, u, v, 1.0 if elastic else setup.restitution)
-    m = mass_of(setup, masses, i)
-    first, second = shares(change, m, mass_of(setup, masses, j))
-    balls[U, i] -= first * x
-    balls[V, i] -= first * y
-    balls[U, j] += second * x
-    balls[V, j] += second * y
-    return m * first * math.sqrt(x * x + y * y)
-
-
-@inlined
-def hit_side(
-    i: int,
-    balls: Floats,
-    box: Floats,
-    setup: Setup,
-    radii: Floats | None,
-    masses: Floats | None,
-    elastic: bool,
-) -> float:
-    """Collide ball i with the side of the box that it moves to and is nearest; the impulse.
-
-    elastic : without loss, however fast it is
-    """
-    x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
-    r = radius_of(setup, radii, i)
-    across = box[0] - r - (x if u > 0.0 else -x) if u != 0.0 else math.inf
-    along = box[1] - r - (y if v > 0.0 else -y) if v != 0.0 else math.inf
-    elastic = elastic or abs(u if across <= along else v) < setup.elastic_below
-    restitution = 1.0 if elastic else setup.wall_restitution
-    if across <= along:
-        change = (1.0 + restitution) * u
-        balls[U, i] -= change
+def count(i: int, j: int, impulse: float, state: State) -> None:
+    """Count an event and add up its impulse; a negative j is one at the wall."""
+    if j < 0:
+        state.counts[WALL_EVENTS] += 1
+        add_up(state.sums, WALL_IMPULSE, impulse)
     else:
-        change = (1.0 + restitution) * v
-        balls[V, i] -= change
-    return float(mass_of(setup, masses, i) * abs(change))
+        state.counts[PAIR_EVENTS] += 1
+        add_up(state.sums, PAIR_VIRIAL, impulse * contact_distance(i, j, state.setup, state.radii))
 
 
 @inlined
-def hit_wall(
-    i: int,
-    now: float,
-    balls: Floats,
-    container: Floats | None,
-    setup: Setup,
-    masses: Floats | None,
-    elastic: bool,
-) -> float:
-    """Collide ball i, at the present, with the wall; the impulse, kg m/s.
-
-    elastic : without loss, however fast it is
-    """
-    x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
-    m = mass_of(setup, masses, i)
-    if container is None:
-        elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
-        first = rebound(x, y, u, v, 1.0 if elastic else setup.wall_restitution)
-    else:
-        age = now - container[CLOCK]
-        container[X] += container[U] * age
-        container[Y] += container[V] * age
-        container[CLOCK] = now
-        x, y, u, v = x - container[X], y - container[Y], u - container[U], v - container[V]
-        elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
-        change = rebound(x, y, u, v, 1.0 if elastic else setup.wall_restitution)
-        first, second = shares(change, m, setup.container_mass)
-        container[U] += second * x
-        container[V] += second * y
-    balls[U, i] -= first * x
-    balls[V, i] -= first * y
-    return abs(m * first * math.sqrt(x * x + y * y))
+def record(
+    recorded: Recorded, row: int, i: int, j: int, now: float, impulse: float, labels: Indices
+) -> None:
+    """Write an event into a row of the record, if there is one; of two balls, the lesser first."""
+    if len(recorded.time) == 0:
+        return
+    if len(labels) > 0:
+        i, j = labels[i], labels[j] if j >= 0 else j
+    recorded.time[row], recorded.impulse[row] = now, impulse
+    recorded.i[row] = i if j < 0 else min(i, j)
+    recorded.j[row] = max(i, j) if j >= 0 else j

@@ -1,10 +1,10 @@
-"""When: times until two balls, or a ball and the wall, touch.
+"""Times until two balls, or a ball and the wall, touch.
 
-Symbols: x, y relative position; u, v relative velocity; b = x.w (negative when approaching);
-w2 = |w|^2; c = |x|^2 - (contact distance)^2. The roots are written so that nothing cancels, and
-a case is decided by its physics, not by a tolerance: what parts never collides, what touches or
-overlaps and approaches collides now, else the first root counts. Overlaps by rounding then
-never deepen (Bannerman, Strobl, Formella & Poschel, Comput. Part. Mech. 1, 191 (2014)).
+Symbols: x, y relative position; u, v relative velocity w; b = x.w (negative when approaching);
+w2 = |w|^2; c = |x|^2 - (contact distance)^2. The roots are written so that nothing cancels. The
+physics decides each case, not a tolerance: balls that part never collide; balls that touch or
+overlap and approach collide now; else the first root counts. Overlaps by rounding then never
+deepen (Bannerman, Strobl, Formella & Poschel, Comput. Part. Mech. 1, 191 (2014)).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ NEVER = math.inf
 def pair_delay(x: float, y: float, u: float, v: float, contact_squared: float) -> float:
     """Time until two balls at relative (x, y), moving at relative (u, v), touch; s, or inf.
 
-    The discriminant b^2 - w2 c is taken as w2 d^2 - (x cross w)^2, which keeps its precision when
+    The discriminant b^2 - w2 c is written as w2 d^2 - (x cross w)^2. That keeps its precision when
     the balls are far apart.
     """
     b = x * u + y * v
@@ -42,10 +42,10 @@ def pair_delay(x: float, y: float, u: float, v: float, contact_squared: float) -
 def may_touch(
     x: float, y: float, u: float, v: float, contact_squared: float, twice_horizon: float
 ) -> bool:
-    """Whether ``pair_delay`` can be less than a horizon: necessary, and cheap.
+    """Whether ``pair_delay`` can be less than a horizon: a cheap, necessary condition.
 
-    For c > 0 the delay is c / (-b + sqrt(D)) with sqrt(D) <= -b, hence at least c / (-2b). Neither
-    a branch nor a root nor a division, so that a loop over partners runs in vector registers.
+    For c > 0 the delay is c / (-b + sqrt(D)) with sqrt(D) <= -b, so it is at least c / (-2b). There
+    is no branch, root or division, so a loop over partners runs in vector registers.
     """
     b = x * u + y * v
     w2 = u * u + v * v
@@ -61,8 +61,8 @@ def wall_delay(x: float, y: float, u: float, v: float, reach_squared: float) -> 
     """Time until a ball at (x, y) from the container's centre hits the wall; s, or inf at rest.
 
     ``reach_squared`` is the square of the largest distance of the ball's centre, R - r. A ball at
-    or, by rounding, beyond the wall is taken to be on it: it hits now if it moves outwards, and
-    else crosses a chord.
+    the wall, or by rounding beyond it, counts as on the wall: it hits now if it moves outwards,
+    else it crosses a chord.
     """
     b = x * u + y * v
     w2 = u * u + v * v
@@ -78,8 +78,8 @@ def wall_delay(x: float, y: float, u: float, v: float, reach_squared: float) -> 
 def chord_delay(x: float, y: float, u: float, v: float) -> float:
     """Time until a ball that has just left the wall at (x, y) is back at it; s, or inf at rest.
 
-    The ball is on the wall by knowledge, so that even a grazing chord, shorter than the rounding
-    of the position, keeps its relative precision: 2 |b| / w2.
+    The ball is known to be on the wall. So even a chord shorter than the rounding of its place
+    keeps its relative precision: 2 |b| / w2.
     """
     b = x * u + y * v
     w2 = u * u + v * v
@@ -91,10 +91,10 @@ def chord_delay(x: float, y: float, u: float, v: float) -> float:
 def side_delay(
     x: float, y: float, u: float, v: float, half_width: float, half_height: float
 ) -> float:
-    """Time until a ball's centre, at (x, y) from a box's, is off the middle by half a side; s.
+    """Time until a ball at (x, y) from a box's centre hits a side; s, or inf at rest.
 
-    The half sides are those left to the centre, less the ball's radius. A ball at or, by rounding,
-    beyond a side hits it now if it moves outwards.
+    The half sides are less the ball's radius. A ball at a side, or by rounding beyond it, hits it
+    now if it moves outwards.
     """
     across = ((half_width if u > 0.0 else -half_width) - x) / u
     along = ((half_height if v > 0.0 else -half_height) - y) / v
@@ -105,6 +105,8 @@ def side_delay(
 
 
 @inlined
-def nearest_image(x: float, y: float, period: Floats) -> tuple[float, float]:
-    """The offset (x, y) to the nearest of the images in a periodic box; m."""
+def nearest_image(x: float, y: float, period: Floats | None) -> tuple[float, float]:
+    """The offset (x, y) to the nearest of the images in a periodic box, m; else itself."""
+    if period is None:
+        return x, y
     return x - period[0] * np.rint(x / period[0]), y - period[1] * np.rint(y / period[1])

@@ -1,12 +1,12 @@
-"""The order of events for many balls: a tournament tree over one time a ball.
+"""The order of events for many balls: a tournament tree over one time per ball.
 
-Node k holds the earliest of its children 4k to 4k + 3; ball i is leaf ``leaves + i``, and node 1
-the winner. Nothing is inserted or removed, so that the queue never grows, and an update climbs
-only as far as it changes anything. Four children lie in one line of a cache: of a tree of two, half
-of whose steps wait for memory when it is large, it has half the steps.
+Node k holds the earliest of its children 4k to 4k + 3. Ball i is leaf ``leaves + i``, and node 1
+the winner. Nothing is inserted or removed, so the queue never grows, and an update climbs only as
+far as it changes anything. Four children lie in one line of the processor's cache. A large tree
+mostly waits for memory, and one with two children per node would have twice the steps.
 
-Times are not negative, and such doubles are in the order of their bits taken as integers: integers
-are compared three times as fast, and that is what an event waits for first.
+Times are not negative, and such doubles have the order of their bits taken as integers. Integers
+are compared three times as fast, and each event waits for these comparisons.
 """
 
 from __future__ import annotations
@@ -15,21 +15,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from snooker_cli.engine.cell_grid import Mesh, crossing_delays
+from snooker_cli.engine.cell_grid import CELL, CONTACT_TIME, PARTNER, Cells, crossing_delays
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import fetch, inlined, lowest_bit
 from snooker_cli.engine.kernel_state import (
-    CELL,
-    CONTACT_TIME,
-    PARTNER,
-    Flags,
     Floats,
-    Indices,
     Integers,
+    State,
     U,
     V,
-    ahead,
-    lines,
+    aligned_zeros,
+    nonnegative,
 )
 
 STEP = 2
@@ -37,15 +33,14 @@ STEP = 2
 
 CHILDREN = 1 << STEP
 
-
 WATCHED = 3
-"""The level, from the top, whose nodes tell what comes next: each has a bit of a mask."""
+"""The level, from the top, whose nodes are watched for what comes next."""
 
 
 class Tree(NamedTuple):
-    """The nodes' times (s), and the same memory as integers; and what of a level is followed.
+    """The nodes' times (s), and the same memory as integers.
 
-    followed : the times (s) of those of a level's nodes whose events are being fetched ahead
+    followed : (CHILDREN**WATCHED,), s, of those watched nodes whose events are being fetched ahead
     """
 
     times: Floats
@@ -54,27 +49,28 @@ class Tree(NamedTuple):
 
 
 def new_tree(number: int) -> Tree:
-    """A tree of a leaf a ball, all of them never."""
+    """A tree with a leaf per ball; all times are infinite."""
     leaves = CHILDREN
     while leaves < number:
         leaves *= CHILDREN
-    times = lines(2 * leaves)
+    times = aligned_zeros(2 * leaves)
     times[:] = NEVER
     return Tree(times, times.view(np.int64), np.zeros(1 << WATCHED * STEP))
 
 
 @inlined
 def lesser(a: int, b: int) -> int:
-    """The lesser of two that are not negative: without a branch, for it would often be mistaken."""
+    """The lesser of two that are not negative, without a branch that would often be mistaken."""
     over = b - a
     return a + (over & (over >> 63))
 
 
 @inlined
-def update(times: Floats, bits: Integers, i: int, time: float) -> None:
+def update(i: int, time: float, tree: Tree) -> None:
     """Give ball i another time."""
-    k = ahead(len(times) // 2 + int(i))
-    times[k] = time
+    bits = tree.bits
+    k = nonnegative(len(bits) // 2 + int(i))
+    tree.times[k] = time
     while k > 1:
         k >>= STEP
         child = k << STEP
@@ -90,30 +86,30 @@ def update(times: Floats, bits: Integers, i: int, time: float) -> None:
 def first(bits: Integers) -> int:
     """The ball whose time is earliest; of several, the first."""
     leaves = len(bits) // 2
-    return ahead(earliest_below(1, lowest_bit(leaves) // STEP, bits) - leaves)
+    return nonnegative(earliest_below(1, lowest_bit(leaves) // STEP, bits) - leaves)
 
 
 @inlined
 def earliest_below(node: int, levels: int, bits: Integers) -> int:
-    """The node whose time is earliest of those that are so many levels below one."""
+    """Of the nodes this many levels below one, that with the earliest time."""
     least = bits[node]
     k = node
     for _ in range(levels):
-        k = ahead(k << STEP)
+        k = nonnegative(k << STEP)
         mask = 0
         for place in range(CHILDREN):
             mask |= int(bits[k + place] == least) << place
         k += lowest_bit(mask)
-    return ahead(k)
+    return nonnegative(k)
 
 
-# A large gas waits for memory: so what coming events need is fetched while others are worked on.
+# A large gas waits for memory. So what coming events need is fetched while others are worked on.
 
 LARGE = 1 << 14
-"""Balls from which on to fetch ahead is worth its time, by measurement."""
+"""Balls from which on it is worth its time to fetch ahead, by measurement."""
 
 EVENTS_AHEAD = 12
-"""How far ahead to look, by measurement: a chain has five links, and some are followed in vain."""
+"""How far to look ahead, by measurement: a chain has five links, and some are followed in vain."""
 
 LINK = 2
 """Levels of the tree that one link goes down: what is below a node then lies in three lines."""
@@ -123,13 +119,13 @@ MEMBERS = 2
 
 
 class Chains(NamedTuple):
-    """The events that are followed: a place in each link of the chain, and the time they are due.
+    """The events that are followed: where each link of the chain is.
 
     turns, begun : events since it began, and when that was (s)
     upper, lower : nodes of the tree, four and two levels above its leaves
-    ball : one whose line and cell have been asked for
-    around, beside : cells of which the members have been asked for, round a ball and its partner
-    partner : a ball's partner whose cell has been asked for
+    ball : one whose line and cell are fetched
+    around, beside : cells whose members are fetched, round a ball and its partner
+    partner : a ball's partner whose cell is fetched
     """
 
     turns: int
@@ -150,21 +146,10 @@ def no_chains(bits: Integers) -> Chains:
 
 
 @inlined
-def fetch_ahead(
-    now: float,
-    chains: Chains,
-    balls: Floats,
-    period: Floats | None,
-    links: Indices,
-    mesh: Mesh,
-    members: Indices,
-    occupancy: Indices,
-    at_wall: Flags,
-    times: Floats,
-    bits: Integers,
-    followed: Floats,
-) -> Chains:
-    """Follow each event that is now a few events away, and with it the others by a link."""
+def fetch_ahead(now: float, chains: Chains, state: State, cells: Cells) -> Chains:
+    """Follow each event that is now a few events away, and move the others on by a link."""
+    balls, links = state.balls, cells.links
+    times, bits, followed = cells.tree
     leaves = len(bits) // 2
     turns, begun, upper, lower, ball, around, partner, beside = chains
     begun = now if turns == 0 else begun
@@ -176,17 +161,17 @@ def fetch_ahead(
         mask |= int((time < late) & (time != followed[place])) << place
     down = lowest_bit(leaves) // STEP - WATCHED - 2 * LINK
     while mask != 0:
-        fetch_members(beside, balls, mesh, members, occupancy)
-        beside = ahead(links[CELL, partner])
-        fetch_cells(beside, mesh, members, occupancy, at_wall)
-        fetch_members(around, balls, mesh, members, occupancy)
-        around = looks_around(ball, late, now, balls, period, links, mesh, occupancy)
-        fetch_cells(around, mesh, members, occupancy, at_wall)
-        partner = ahead(max(links[PARTNER, ball], 0))
-        fetch_ball(partner, balls, links)
+        fetch_members(beside, balls, cells)
+        beside = nonnegative(links[CELL, partner])
+        fetch_cells(beside, cells)
+        fetch_members(around, balls, cells)
+        around = cell_to_search(ball, late, now, state, cells)
+        fetch_cells(around, cells)
+        partner = nonnegative(max(links[PARTNER, ball], 0))
+        fetch_ball(partner, state, cells)
         fetch_path(partner, bits)
-        ball = ahead(earliest_below(lower, LINK, bits) - leaves)
-        fetch_ball(ball, balls, links)
+        ball = nonnegative(earliest_below(lower, LINK, bits) - leaves)
+        fetch_ball(ball, state, cells)
         lower = earliest_below(upper, LINK, bits)
         fetch_below(lower, bits)
         place = lowest_bit(mask)
@@ -198,40 +183,31 @@ def fetch_ahead(
 
 
 @inlined
-def looks_around(
-    i: int,
-    late: float,
-    now: float,
-    balls: Floats,
-    period: Floats | None,
-    links: Indices,
-    mesh: Mesh,
-    occupancy: Indices,
-) -> int:
+def cell_to_search(i: int, late: float, now: float, state: State, cells: Cells) -> int:
     """The cell round which ball i will look for partners: its own, or the one it goes into.
 
     At a periodic box's side it is some other.
     """
-    cell = int(links[CELL, i])
-    if balls[CONTACT_TIME, i] > late:
-        across, up = crossing_delays(i, now, balls, period, links, mesh)
+    cell = int(cells.links[CELL, i])
+    if state.balls[CONTACT_TIME, i] > late:
+        across, up = crossing_delays(i, now, state, cells)
         if across <= up:
-            cell += 1 if balls[U, i] > 0.0 else -1
+            cell += 1 if state.balls[U, i] > 0.0 else -1
         else:
-            cell += (1 if balls[V, i] > 0.0 else -1) << mesh.shift
-    return ahead(min(max(cell, 0), len(occupancy) - 1))
+            cell += (1 if state.balls[V, i] > 0.0 else -1) << cells.mesh.shift
+    return nonnegative(min(max(cell, 0), len(cells.occupancy) - 1))
 
 
 @inlined
-def fetch_ball(i: int, balls: Floats, links: Indices) -> None:
-    """Have a ball's line and its links fetched."""
-    fetch(balls, i * balls.shape[0])
-    fetch(links, i * links.shape[0])
+def fetch_ball(i: int, state: State, cells: Cells) -> None:
+    """Fetch a ball's line and its links."""
+    fetch(state.balls, i * state.balls.shape[0])
+    fetch(cells.links, i * cells.links.shape[0])
 
 
 @inlined
 def fetch_path(i: int, bits: Integers) -> None:
-    """Have those nodes fetched that a ball's new time climbs first."""
+    """Fetch those nodes that a ball's new time climbs first."""
     leaf = len(bits) // 2 + i
     for level in range(2 * LINK):
         fetch(bits, leaf >> level * STEP)
@@ -239,33 +215,31 @@ def fetch_path(i: int, bits: Integers) -> None:
 
 @inlined
 def fetch_below(node: int, bits: Integers) -> None:
-    """Have the nodes of two levels below one fetched: four, and sixteen in two lines."""
+    """Fetch the nodes of two levels below one: four, and sixteen in two lines."""
     fetch(bits, node << STEP)
     fetch(bits, node << 2 * STEP)
     fetch(bits, (node << 2 * STEP) + 8)
 
 
 @inlined
-def fetch_cells(
-    cell: int, mesh: Mesh, members: Indices, occupancy: Indices, at_wall: Flags
-) -> None:
-    """Have fetched who is in a cell and in the eight around it."""
-    fetch(at_wall, cell)
+def fetch_cells(cell: int, cells: Cells) -> None:
+    """Fetch the lists of members of a cell and of the eight around it."""
+    members, occupancy = cells.members, cells.occupancy
+    fetch(cells.at_wall, cell)
     for up in range(-1, 2):
-        middle = ahead(min(max(cell + (up << mesh.shift), 1), len(occupancy) - 2))
+        above = cell + (up << cells.mesh.shift)
+        middle = nonnegative(min(max(above, 1), len(occupancy) - 2))
         fetch(members, (middle - 1) * members.shape[1])
         fetch(members, (middle + 2) * members.shape[1] - 1)
         fetch(occupancy, middle)
 
 
 @inlined
-def fetch_members(
-    cell: int, balls: Floats, mesh: Mesh, members: Indices, occupancy: Indices
-) -> None:
-    """Have the balls of a cell and of the eight around it fetched."""
+def fetch_members(cell: int, balls: Floats, cells: Cells) -> None:
+    """Fetch the balls of a cell and of the eight around it."""
     for up in range(-1, 2):
         for right in range(-1, 2):
-            beside = cell + (up << mesh.shift) + right
-            beside = ahead(min(max(beside, 0), len(occupancy) - 1))
+            beside = cell + (up << cells.mesh.shift) + right
+            beside = nonnegative(min(max(beside, 0), len(cells.occupancy) - 1))
             for place in range(MEMBERS):
-                fetch(balls, ahead(members[beside, place]) * balls.shape[0])
+                fetch(balls, nonnegative(cells.members[beside, place]) * balls.shape[0])

@@ -40,7 +40,8 @@ same source gives the same bits on every processor. ``_nrt`` switches off refere
 own no arrays, and with reference counts they take 1.6 to 2 times as long.
 """
 
-INLINE_OPTIONS: dict[str, Any] = OPTIONS | {"no_cpython_wrapper": True, "forceinline": True}
+HELPER_OPTIONS: dict[str, Any] = OPTIONS | {"no_cpython_wrapper": True}
+INLINE_OPTIONS: dict[str, Any] = HELPER_OPTIONS | {"forceinline": True}
 
 NOTICE = "compiling this type of scene (first use on this machine, about 10 to 20 s)"
 NOTICE_AFTER = 1.0
@@ -54,8 +55,8 @@ NOT_KEPT = (
 _log = logging.getLogger(__name__)
 """Notices for the user; the command line shows them from level INFO on."""
 
-_to_inline: list[Callable[..., Any]] = []
-"""Functions that Numba does not know yet."""
+_unknown: list[tuple[Callable[..., Any], dict[str, Any]]] = []
+"""Functions that Numba does not know yet, and their options."""
 
 
 class Kernel:
@@ -76,8 +77,9 @@ class Kernel:
     def compiled(self) -> Any:
         """Numba's dispatcher, or the plain function."""
         numba = _numba()
-        while _to_inline:
-            numba.extending.register_jitable(**INLINE_OPTIONS)(_to_inline.pop())
+        while _unknown:
+            function, options = _unknown.pop()
+            numba.extending.register_jitable(**options)(function)
         if numba.config.DISABLE_JIT:
             return np.errstate(all="ignore")(self.function)
         folder, users = cache_folder(), numba.config.CACHE_DIR
@@ -98,7 +100,16 @@ def inlined(function: Function) -> Function:
 
     Called from Python, it stays a Python function.
     """
-    _to_inline.append(function)
+    _unknown.append((function, INLINE_OPTIONS))
+    return function
+
+
+def helper(function: Function) -> Function:
+    """Compile a function that only kernels call, and not often.
+
+    Called from Python, it stays a Python function.
+    """
+    _unknown.append((function, HELPER_OPTIONS))
     return function
 
 

@@ -1,8 +1,8 @@
-"""How the kernel's state lies in memory, and the names of its rows.
+"""The arrays of a run, and the names of their rows.
 
-The state is a few plain arrays instead of objects: a compiled loop over one row of a C-contiguous
-array runs in vector registers, and passing an array costs nothing. ``None`` stands for what a
-scene lacks, and is compiled away.
+The state is a few plain arrays: compiled loops over a row of a C-contiguous array run in vector
+registers. ``None`` stands for what a scene lacks. Numba removes a branch on ``None`` where the
+value is an argument of the function, so a function takes such a value beside the state.
 """
 
 from __future__ import annotations
@@ -15,51 +15,27 @@ from numpy.typing import NDArray
 
 from snooker_cli.containers import Box, Circle
 from snooker_cli.engine.jit import inlined
+from snooker_cli.trace import CONTAINER
 
 if TYPE_CHECKING:
     from snooker_cli.scene import Scene
-
 
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Indices: TypeAlias = NDArray[np.int32]
 Flags: TypeAlias = NDArray[np.bool_]
 
-NOBODY, LOOK_AGAIN, LOOK = -1, -2, -3
+# Instead of a partner: the wall; a search found none before a time, from which on to search again;
+# nothing has been searched yet.
+NO_PARTNER, SEARCH_AGAIN, NOT_SEARCHED = CONTAINER, -2, -3
 
-# In an event instead of the wall: all bounces before a ball slides, or its pressing as it slid.
-SLIDE = -2
-
-# Rows of ``balls``, a column a ball: position (m), velocity (m/s) and the ball's own clock (s).
+# Rows of ``balls``, one column per ball: position (m), velocity (m/s) and the ball's own clock (s).
 # A ball moves only in its own events. ``container`` has the same five as elements.
 X, Y, U, V, CLOCK, BALL_ROWS = range(6)
 
-# Among cells a ball's column is one line of a cache. When it next touches a ball or the wall, and
-# when it leaves its cell (s), come next, and then two numbers that other balls ask for. These are
-# the rows of ``tags``, the same memory as 32-bit integers: how many events the ball has had, and
-# which it last collided with.
-CONTACT_TIME, CROSSING_TIME, CELL_BALL_ROWS = 5, 6, 8
-EVENTS, FORMER = 14, 15
-
-# Rows of ``agenda``, s: the earliest contact of a ball with another, the one with the wall, and the
-# earlier of the two.
-PAIR_TIME, WALL_TIME, NEXT_TIME, AGENDA_ROWS = range(4)
-
-# Rows of ``links``: the partner of the earliest contact (``LOOK`` if it has not been searched,
-# ``LOOK_AGAIN`` if none was found before PAIR_TIME, up to which was searched), how many events it
-# had had when the contact was predicted, the ball's own number of events, the ball it last collided
-# with, and how often it has hit the wall since.
-PARTNER, PARTNER_COUNT, COUNT, LAST, BOUNCES, LINK_ROWS = range(6)
-
-# Among cells ``links`` are half a line for each ball. PARTNER, PARTNER_COUNT and BOUNCES are where
-# they are without, and beside them the ball's cell, its place among the members, and whether it is
-# on the brink of a free container's wall.
-CELL, PLACE, BRINK, CELL_LINK_ROWS = 2, 3, 5, 8
-
-# Elements of ``sums``: how long a contact lasts (s), when clocks are at zero (s), the clock of the
-# last event (s), the impulse on the wall (kg m/s), the virial of the ball-ball collisions
-# (kg m^2/s), and what rounding has left out of these two. Behind is room to
-# keep the balls' states in where some slide, and the squares of their speeds where contacts last.
+# Elements of ``sums``: how long a contact lasts (s), the time at which clocks show zero (s), the
+# clock at the last event (s), the impulse on the wall (kg m/s), the virial of the ball-ball
+# collisions (kg m^2/s), and what rounding has cut off from these two.
 (
     CONTACT_LASTS,
     EPOCH,
@@ -73,8 +49,8 @@ CELL, PLACE, BRINK, CELL_LINK_ROWS = 2, 3, 5, 8
 REST = WALL_IMPULSE_REST - WALL_IMPULSE
 
 # Elements of ``counts``: events at the wall and between balls; pairs that were looked at; events in
-# a row that did not move the clock; the balls of the last event; crossings into another cell; and
-# entries that came up stale.
+# a row that did not move the clock; the balls of the last event; crossings into another cell;
+# predictions that were out of date.
 (
     WALL_EVENTS,
     PAIR_EVENTS,
@@ -87,18 +63,26 @@ REST = WALL_IMPULSE_REST - WALL_IMPULSE
     COUNTS,
 ) = range(9)
 
+NO_LIMIT = 2**62
+"""As good as no limit for a number of events."""
 
-@inlined
-def ahead(index: int) -> int:
-    """The same index, which the compiler then knows not to count from the end."""
-    return int(index) & ((1 << 62) - 1)
+PATIENCE = 64
+"""Bounces in a row after which a ball in a fixed container is trapped even if others have events
+before it has come to an end, if none can reach it: two balls may be trapped in step."""
+
+LINE = 64
+"""Bytes of a line of the processor's cache."""
 
 
 class Setup(NamedTuple):
-    """What does not change: sizes and masses (where they are equal), restitutions, limits.
+    """The constants of a run, in SI units.
 
+    radius, mass : of every ball if they are equal, else of the first
     contact_path : m, what a ball flies while a contact lasts in the TC model; zero without it
-    elastic_below : m/s, relative normal speed under which collisions are elastic; zero if none are
+    elastic_below : m/s, relative normal speed below which collisions are elastic; zero for never
+    traps : whether every hit of the wall loses its share, so that infinitely many may follow
+    patience : bounces in a row after which others' events do not keep a ball from being trapped
+    time_limit : s, on the balls' clocks
     """
 
     radius: float
@@ -109,13 +93,14 @@ class Setup(NamedTuple):
     wall_restitution: float
     contact_path: float
     elastic_below: float
+    traps: bool
+    patience: int
     time_limit: float
-    collision_limit: int
 
     @classmethod
-    def of(cls, scene: Scene, time_limit: float = math.inf, collision_limit: int = 2**62) -> Setup:
-        """The constants of a scene; of different radii or masses, the first."""
-        container = scene.container
+    def of(cls, scene: Scene, time_limit: float = math.inf) -> Setup:
+        """The constants of a scene."""
+        container, lasts = scene.container, scene.contact_duration
         return cls(
             radius=float(scene.radii[0]),
             mass=float(scene.masses[0]),
@@ -123,34 +108,91 @@ class Setup(NamedTuple):
             container_mass=float(scene.container_mass),
             restitution=float(scene.restitution),
             wall_restitution=float(scene.wall_restitution),
-            contact_path=(
-                float(scene.contact_duration * scene.mean_free_path)
-                if scene.contact_duration
-                else 0.0
-            ),
+            contact_path=float(lasts * scene.mean_free_path) if lasts else 0.0,
             elastic_below=float(scene.elastic_below),
+            traps=bool(scene.wall_restitution < 1.0 and not lasts and scene.elastic_below == 0.0),
+            patience=NO_LIMIT if scene.free or scene.slides else PATIENCE,
             time_limit=float(time_limit),
-            collision_limit=int(collision_limit),
         )
 
 
-LINE = 64
-"""Bytes of a line of a cache."""
+class State(NamedTuple):
+    """The state of a run, as both engines and a replay have it.
+
+    balls : (BALL_ROWS or more, *N*), seen from ``origin_of``
+    container : (BALL_ROWS,), or ``None`` if it is fixed
+    box : (2,), half the width and height of a box with walls, m
+    period : (2,), width and height of a periodic box, m
+    radii, masses : (*N*,), or ``None`` if all balls are equal
+    slides : (*N*,), what each ball does, see ``sliding``; ``None`` if no ball may slide
+    labels : (*N*,), the scene's number of each column; (0,) if columns are in the scene's order
+    sums, counts : (SUMS,) and (COUNTS,)
+    scratch : memory for sums over balls in the scene's order, and for balls that slide
+    """
+
+    setup: Setup
+    balls: Floats
+    container: Floats | None
+    box: Floats | None
+    period: Floats | None
+    radii: Floats | None
+    masses: Floats | None
+    slides: Integers | None
+    labels: Indices
+    sums: Floats
+    counts: Integers
+    scratch: Floats
+
+    @property
+    def collisions(self) -> int:
+        """Events so far."""
+        return int(self.counts[WALL_EVENTS] + self.counts[PAIR_EVENTS])
+
+    def next_epoch(self, epoch: float, shift: float) -> State:
+        """Set all clocks back by a shift, s; the epoch is the time at which they then show zero."""
+        self.balls[CLOCK] -= shift
+        if self.container is not None:
+            self.container[CLOCK] -= shift
+        self.sums[NOW] -= shift
+        self.sums[EPOCH] = epoch
+        limit = self.setup.time_limit - shift
+        return self._replace(setup=self.setup._replace(time_limit=limit))
 
 
-def lines(number: int) -> Floats:
-    """So many numbers, all zero, from the beginning of a line of the cache on."""
-    room = np.zeros(number + LINE // 8)
-    begin = -room.ctypes.data % LINE // room.itemsize
-    return room[begin : begin + number]
+def new_state(scene: Scene, setup: Setup, balls: Floats | None = None) -> State:
+    """The state at the scene's instant, with all clocks at zero.
 
-
-def balls_of(scene: Scene) -> Floats:
-    """The balls' state at the scene's instant, all clocks at zero, seen from ``origin_of``."""
-    balls = np.zeros((BALL_ROWS, scene.number))
+    balls : memory for the balls, with BALL_ROWS or more rows of zeros
+    """
+    number = scene.number
+    balls = np.zeros((BALL_ROWS, number)) if balls is None else balls
     balls[[X, Y]] = (scene.positions - origin_of(scene)).T
     balls[[U, V]] = scene.velocities.T
-    return balls
+    container, box, period = None, None, None
+    if scene.free:
+        container = np.array([*scene.container_position, *scene.container_velocity, 0.0])
+    if isinstance(scene.container, Box):
+        box = np.array(scene.container.size) / 2
+    if scene.container.period is not None:
+        period = np.array(scene.container.period)
+    unequal = has_unequal_balls(scene)
+    counts = np.zeros(COUNTS, dtype=np.int64)
+    counts[[FIRST, SECOND]] = NO_PARTNER
+    scratch_rows = BALL_ROWS if scene.slides else 1 if scene.contact_duration else 0
+    return State(
+        setup=setup,
+        balls=balls,
+        container=container,
+        box=box,
+        period=period,
+        radii=np.array(scene.radii) if unequal else None,
+        masses=np.array(scene.masses) if unequal else None,
+        slides=np.zeros(number, dtype=np.int64) if scene.slides else None,
+        labels=np.zeros(0, dtype=np.int32),
+        sums=np.zeros(SUMS),
+        counts=counts,
+        scratch=np.zeros((scratch_rows, number)),
+    )
 
 
 def origin_of(scene: Scene) -> Floats:
@@ -158,67 +200,89 @@ def origin_of(scene: Scene) -> Floats:
     return np.zeros(2) if scene.free else np.asarray(scene.container_position)
 
 
-def container_of(scene: Scene) -> Floats | None:
-    """The container's state, or ``None`` if it is fixed."""
-    if not scene.free:
-        return None
-    return np.array([*scene.container_position, *scene.container_velocity, 0.0])
+def has_unequal_balls(scene: Scene) -> bool:
+    """Whether radii or masses differ."""
+    return bool(np.any(scene.radii != scene.radii[0]) or np.any(scene.masses != scene.masses[0]))
 
 
-def slides_of(scene: Scene) -> Integers | None:
-    """What each ball does, see ``slide``, none yet; or ``None`` if no ball may slide."""
-    return np.zeros(scene.number, dtype=np.int64) if scene.slides else None
-
-
-def half_sides_of(scene: Scene) -> Floats | None:
-    """Half of the width and height of a box with walls, m."""
-    return np.array(scene.container.size) / 2 if isinstance(scene.container, Box) else None
-
-
-def period_of(scene: Scene) -> Floats | None:
-    """Width and height of a periodic box, m."""
-    period = scene.container.period
-    return None if period is None else np.array(period)
-
-
-def new_sums(scene: Scene) -> Floats:
-    """Sums of a simulation that has not begun."""
-    rows = BALL_ROWS if scene.slides else 1 if scene.contact_duration else 0
-    return np.zeros(SUMS + rows * scene.number)
-
-
-def new_counts() -> Integers:
-    """Counts of a simulation that has not begun."""
-    counts = np.zeros(COUNTS, dtype=np.int64)
-    counts[[FIRST, SECOND]] = NOBODY
-    return counts
-
-
-def unlike(scene: Scene) -> tuple[Floats | None, Floats | None]:
-    """Radii and masses ball by ball, or ``None`` if all are alike: then ``Setup`` has them."""
-    if np.all(scene.radii == scene.radii[0]) and np.all(scene.masses == scene.masses[0]):
-        return None, None
-    return np.array(scene.radii), np.array(scene.masses)
+def aligned_zeros(number: int) -> Floats:
+    """This many zeros, from the beginning of a line of the cache on."""
+    memory = np.zeros(number + LINE // 8)
+    begin = -memory.ctypes.data % LINE // memory.itemsize
+    return memory[begin : begin + number]
 
 
 class Recorded(NamedTuple):
     """A chunk of events, filled by the kernel: s, ball, ball or -1, kg m/s."""
 
     time: Floats
-    i: NDArray[np.int32]
-    j: NDArray[np.int32]
+    i: Indices
+    j: Indices
     impulse: Floats
 
-    def after(self, filled: int) -> Recorded:
-        """What is left of the chunk when so many events are in it."""
-        return Recorded(self.time[filled:], self.i[filled:], self.j[filled:], self.impulse[filled:])
+    def part(self, rows: slice) -> Recorded:
+        """Some of the rows, in the same memory."""
+        return Recorded(self.time[rows], self.i[rows], self.j[rows], self.impulse[rows])
 
 
-def room_for(events: int) -> Recorded:
-    """Empty columns for so many events; for none, none are recorded."""
+def new_record(events: int) -> Recorded:
+    """Memory for this many events; with none, no events are recorded."""
     return Recorded(
         np.empty(events),
         np.empty(events, dtype=np.int32),
         np.empty(events, dtype=np.int32),
         np.empty(events),
     )
+
+
+@inlined
+def nonnegative(index: int) -> int:
+    """The same index; the compiler then knows that it does not count from the end."""
+    return int(index) & ((1 << 62) - 1)
+
+
+@inlined
+def radius_of(i: int, setup: Setup, radii: Floats | None) -> float:
+    """Radius of ball i, m."""
+    if radii is None:
+        return setup.radius
+    return float(radii[i])
+
+
+@inlined
+def contact_distance(i: int, k: int, setup: Setup, radii: Floats | None) -> float:
+    """Distance of the centres of two balls that touch, m."""
+    return radius_of(i, setup, radii) + radius_of(k, setup, radii)
+
+
+@inlined
+def wall_reach(i: int, setup: Setup, radii: Floats | None) -> float:
+    """Largest distance of ball i's centre from that of a circle, m."""
+    return setup.container_radius - radius_of(i, setup, radii)
+
+
+@inlined
+def mass_of(i: int, setup: Setup, masses: Floats | None) -> float:
+    """Mass of ball i, kg."""
+    if masses is None:
+        return setup.mass
+    return float(masses[i])
+
+
+@inlined
+def position(i: int, now: float, balls: Floats) -> tuple[float, float]:
+    """Where ball i is at a time on a straight way, m."""
+    age = now - balls[CLOCK, i]
+    return balls[X, i] + balls[U, i] * age, balls[Y, i] + balls[V, i] * age
+
+
+@inlined
+def seen_from_container(
+    x: float, y: float, u: float, v: float, now: float, container: Floats | None
+) -> tuple[float, float, float, float]:
+    """A place (m) and a velocity (m/s) relative to the container's centre."""
+    if container is None:
+        return x, y, u, v
+    age = now - container[CLOCK]
+    x, y = x - (container[X] + container[U] * age), y - (container[Y] + container[V] * age)
+    return x, y, u - container[U], v - container[V]

@@ -1,43 +1,44 @@
 """Balls that slide along a fixed circular wall after infinitely many bounces.
 
 A ball that bounces at a wall of restitution e keeps its tangential speed v_t, and its normal speed
-falls as e^k: after a finite time it slides, with a constant speed on a circle of radius a, and
-presses against the wall with m v_t^2/a. Where it is follows from a rotation. Its cosine and sine
-are made here of + - * and /, which round alike on every machine, and those of a library do not.
+falls as e^k. After a finite time it slides, with constant speed on a circle of radius a, and
+presses against the wall with m v_t^2/a. Its place follows from a rotation. The cosine and sine of
+it are made of + - * and / here. These round alike on every machine; those of libraries do not.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from snooker_cli.engine import kernel_state
-from snooker_cli.engine.collision import mass_of, radius_of
+from snooker_cli.engine.clock import CLOCK_DIGITS
 from snooker_cli.engine.contact import NEVER, wall_delay
-from snooker_cli.engine.jit import inlined, kernel
+from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import (
-    BALL_ROWS,
     CLOCK,
-    LOOK_AGAIN,
-    NOBODY,
-    SUMS,
-    WALL_TIME,
+    EPOCH,
+    NO_PARTNER,
+    SEARCH_AGAIN,
     Floats,
     Integers,
-    Setup,
+    State,
     U,
     V,
     X,
     Y,
+    contact_distance,
+    mass_of,
+    position,
+    wall_reach,
 )
-from snooker_cli.engine.sampling import Grid, sample_until
 
 # What a ball does: it flies, or it bounces until it slides, or it slides.
 FLIES, SETTLES, SLIDES = range(3)
 
-# Normal over tangential speed from which on its square does not count beside 1.
 FLAT = 2.0**-27
+"""Normal over tangential speed from which on its square does not count beside 1."""
 
 # pi/2 as a sum of three doubles, the first two with zeros at the end (fdlibm, e_rem_pio2.c).
 HALF_PI = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
@@ -73,72 +74,67 @@ def cosine_and_sine(angle: float) -> tuple[float, float]:
     return sine, -cosine
 
 
+# States of a ball
+
+
+class Ball(NamedTuple):
+    """A ball's rows: place (m), velocity (m/s), clock (s)."""
+
+    x: float
+    y: float
+    u: float
+    v: float
+    clock: float
+
+
 @inlined
-def rate(i: int, balls: Floats) -> float:
+def ball_of(i: int, balls: Floats) -> Ball:
+    """Ball i's rows."""
+    return Ball(balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i])
+
+
+@inlined
+def set_ball(i: int, ball: Ball, balls: Floats) -> None:
+    """Give ball i these rows."""
+    balls[X, i], balls[Y, i], balls[U, i], balls[V, i] = ball.x, ball.y, ball.u, ball.v
+    balls[CLOCK, i] = ball.clock
+
+
+@inlined
+def angular_velocity(i: int, balls: Floats) -> float:
     """How fast ball i turns round the centre, rad/s."""
     x, y = balls[X, i], balls[Y, i]
     return float((x * balls[V, i] - y * balls[U, i]) / (x * x + y * y))
 
 
 @inlined
-def turn(i: int, now: float, balls: Floats) -> None:
-    """Bring ball i, which slides, to the present."""
-    c, s = cosine_and_sine(rate(i, balls) * (now - balls[CLOCK, i]))
-    balls[X, i], balls[Y, i] = c * balls[X, i] - s * balls[Y, i], s * balls[X, i] + c * balls[Y, i]
-    balls[U, i], balls[V, i] = c * balls[U, i] - s * balls[V, i], s * balls[U, i] + c * balls[V, i]
-    balls[CLOCK, i] = now
-
-
-@kernel
-def turn_all(now: float, balls: Floats, slides: Integers) -> None:
-    """Bring all balls that slide to the present."""
-    for k in range(balls.shape[1]):
-        if slides[k] == SLIDES:
-            turn(k, now, balls)
+def turned(i: int, now: float, balls: Floats) -> Ball:
+    """Ball i, which slides, at a time (s)."""
+    c, s = cosine_and_sine(angular_velocity(i, balls) * (now - balls[CLOCK, i]))
+    x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    return Ball(c * x - s * y, s * x + c * y, c * u - s * v, s * u + c * v, now)
 
 
 @inlined
 def place(i: int, now: float, balls: Floats, slides: Integers | None) -> tuple[float, float]:
     """Where ball i is, which flies or slides, m."""
-    age = now - balls[CLOCK, i]
-    x, y = balls[X, i], balls[Y, i]
     if slides is not None and slides[i] == SLIDES:
-        c, s = cosine_and_sine(rate(i, balls) * age)
-        return c * x - s * y, s * x + c * y
-    return x + balls[U, i] * age, y + balls[V, i] * age
+        ball = turned(i, now, balls)
+        return ball.x, ball.y
+    return position(i, now, balls)
 
 
 @inlined
-def pressed(i: int, now: float, balls: Floats, setup: Setup, masses: Floats | None) -> float:
-    """Impulse of ball i, which slides, on the wall since its clock: m w^2 a t, kg m/s."""
-    w = rate(i, balls)
-    reach = math.sqrt(balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i])
-    return float(mass_of(setup, masses, i) * w * w * reach * (now - balls[CLOCK, i]))
+def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
+    """Ball i, just off the wall and trapped, at a time (s), and its impulse on the wall, kg m/s.
 
-
-@kernel
-def pressing(
-    now: float, balls: Floats, setup: Setup, masses: Floats | None, slides: Integers
-) -> float:
-    """Impulse on the wall of all balls that slide, each since its clock, kg m/s."""
-    total = 0.0
-    for k in range(balls.shape[1]):
-        if slides[k] == SLIDES:
-            total += pressed(k, now, balls, setup, masses)
-    return total
-
-
-@kernel
-def bounce(i: int, until: float, balls: Floats, setup: Setup, masses: Floats | None) -> float:
-    """Let ball i, just off the wall and trapped, bounce up to a time (s); the impulse, kg m/s.
-
-    If it bounces infinitely often until then, it is left where and when it begins to slide. With
-    q = v_n/v_t a chord lasts 2 a v_n/(v_n^2 + v_t^2) and turns it by 2 atan(q), of which cosine and
-    sine are (1 - q^2)/(1 + q^2) and 2q/(1 + q^2). Once q^2 does not count beside 1 both are
+    If it bounces infinitely often until then, this is where and when it begins to slide. With
+    q = v_n/v_t a chord lasts 2 a v_n/(v_n^2 + v_t^2) and turns it by 2 atan(q), whose cosine and
+    sine are (1 - q^2)/(1 + q^2) and 2q/(1 + q^2). Once q^2 does not count beside 1, both are
     geometric series.
     """
-    x, y, u, v, now = balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i]
-    e = setup.wall_restitution
+    x, y, u, v, now = ball_of(i, state.balls)
+    e = state.setup.wall_restitution
     square = x * x + y * y
     inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u  # a v_n and a v_t
     c, s, given = 1.0, 0.0, 0.0
@@ -168,124 +164,126 @@ def bounce(i: int, until: float, balls: Floats, setup: Setup, masses: Floats | N
     length = math.sqrt(c * c + s * s)  # 1 but for many roundings
     c, s = c / length, s / length
     x, y = c * x - s * y, s * x + c * y
-    balls[X, i], balls[Y, i] = x, y
-    balls[U, i] = (-inward * x - cross * y) / square
-    balls[V, i] = (-inward * y + cross * x) / square
-    balls[CLOCK, i] = now
-    return float(mass_of(setup, masses, i) * given / math.sqrt(square))
+    u, v = (-inward * x - cross * y) / square, (-inward * y + cross * x) / square
+    return Ball(x, y, u, v, now), float(
+        mass_of(i, state.setup, state.masses) * given / math.sqrt(square)
+    )
+
+
+@helper
+def bounce(i: int, until: float, state: State) -> float:
+    """Bring ball i to where it is after its bounces up to a time (s); their impulse, kg m/s."""
+    ball, impulse = bounced(i, until, state)
+    set_ball(i, ball, state.balls)
+    return impulse
+
+
+@helper
+def slide_time(i: int, state: State) -> float:
+    """When ball i, just off the wall and trapped, begins to slide, s."""
+    return bounced(i, NEVER, state)[0].clock
 
 
 @inlined
-def state_of(i: int, balls: Floats) -> tuple[float, float, float, float, float]:
-    """Ball i's state, to put it back."""
-    return balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i]
+def pressed(i: int, now: float, state: State) -> float:
+    """Impulse of ball i, which slides, on the wall since its clock: m w^2 a t, kg m/s."""
+    balls = state.balls
+    w = angular_velocity(i, balls)
+    reach = math.sqrt(balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i])
+    return float(mass_of(i, state.setup, state.masses) * w * w * reach * (now - balls[CLOCK, i]))
 
 
-@inlined
-def put_back(i: int, state: tuple[float, float, float, float, float], balls: Floats) -> None:
-    """Make it ball i's state again."""
-    balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i] = state
+# All balls
+
+
+@helper
+def pressing(now: float, state: State, slides: Integers) -> float:
+    """Impulse on the wall of all balls that slide, each since its clock, kg m/s."""
+    total = 0.0
+    for k in range(state.balls.shape[1]):
+        if slides[k] == SLIDES:
+            total += pressed(k, now, state)
+    return total
 
 
 @kernel
-def slide_time(i: int, balls: Floats, setup: Setup, masses: Floats | None) -> float:
-    """When ball i, just off the wall and trapped, begins to slide, s; it is left as it is."""
-    kept = state_of(i, balls)
-    bounce(i, NEVER, balls, setup, masses)
-    time = float(balls[CLOCK, i])
-    put_back(i, kept, balls)
-    return time
+def turn_all(now: float, balls: Floats, slides: Integers) -> None:
+    """Bring all balls that slide to a time (s)."""
+    for k in range(balls.shape[1]):
+        if slides[k] == SLIDES:
+            set_ball(k, turned(k, now, balls), balls)
 
 
 @kernel
-def sample_sliding(
-    now: float,
-    grid: Grid,
-    balls: Floats,
-    setup: Setup,
-    masses: Floats | None,
-    slides: Integers,
-    sums: Floats,
-    counts: Integers,
-) -> None:
-    """``sample_until``, with the impulse of what presses and bounces meanwhile."""
-    number, kept = balls.shape[1], sums[SUMS:]
-    while grid.used[0] * grid.step[0] - sums[kernel_state.EPOCH] < now:
-        due = grid.used[0] * grid.step[0] - sums[kernel_state.EPOCH]
-        impulse = sums[kernel_state.WALL_IMPULSE]
-        for k in range(number):
-            for row in range(BALL_ROWS):
-                kept[row * number + k] = balls[row, k]
-        sums[kernel_state.WALL_IMPULSE] += pressing(due, balls, setup, masses, slides)
-        for k in range(number):
-            if slides[k] == SETTLES:
-                sums[kernel_state.WALL_IMPULSE] += bounce(k, due, balls, setup, masses)
-        until = min(now, due + grid.step[0])
-        sample_until(until, grid, balls, None, setup, masses, sums, counts)
-        for k in range(number):
-            for row in range(BALL_ROWS):
-                balls[row, k] = kept[row * number + k]
-        sums[kernel_state.WALL_IMPULSE] = impulse
+def write_states(time: float, next_ball: int, state: State, slides: Integers, out: Floats) -> None:
+    """Write the rows of balls that slide, or bounce until they slide, at a time (s).
+
+    next_ball : the ball of the next event, if it then begins to slide, else ``NO_PARTNER``
+    """
+    for k in range(state.balls.shape[1]):
+        if slides[k] == SLIDES:
+            ball = turned(k, time, state.balls)
+        elif k == next_ball:
+            ball = bounced(k, time, state)[0]
+        else:
+            continue
+        age = time - ball.clock
+        out[0, k], out[1, k] = ball.x + ball.u * age, ball.y + ball.v * age
+        out[2, k], out[3, k] = ball.u, ball.v
+
+
+# Events
 
 
 @inlined
-def leave_wall(i: int, now: float, balls: Floats, agenda: Floats) -> float:
-    """Time until ball i, which was hit while it slid, hits the wall, s, entered into the agenda.
+def time_off_wall(i: int, balls: Floats) -> float:
+    """Time until ball i, which was hit while it slid, hits the wall, s.
 
-    It does now unless it was hit away from the wall.
+    It does so now unless it was hit away from the wall.
     """
     b = balls[X, i] * balls[U, i] + balls[Y, i] * balls[V, i]
     w2 = balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i]
-    delay = 0.0
-    if b < 0.0:
-        delay = -2.0 * b / w2
-    agenda[WALL_TIME, i] = now + delay
-    return delay
+    return -2.0 * b / w2 if b < 0.0 else 0.0
 
 
 @inlined
-def has_settled(i: int, digit: float, balls: Floats, setup: Setup) -> bool:
+def has_settled(i: int, state: State, now: float) -> bool:
     """Whether the infinitely many bounces of ball i, just off the wall, are over but for rounding.
 
-    They last at most 2 a v_n/((1 - e) v_t^2), and nothing else happens within some digits (s).
+    They last at most 2 a v_n/((1 - e) v_t^2). Nothing else happens within some digits of the clock.
     """
-    x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+    x, y, u, v, _ = ball_of(i, state.balls)
     inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
-    square = (1.0 - setup.wall_restitution) * cross * cross
-    return bool(cross != 0.0 and 2.0 * inward * (x * x + y * y) <= digit * square)
+    square = (1.0 - state.setup.wall_restitution) * cross * cross
+    least = CLOCK_DIGITS * (state.sums[EPOCH] + now) * square
+    return bool(cross != 0.0 and 2.0 * inward * (x * x + y * y) <= least)
 
 
 @inlined
-def who_slides(i: int, j: int, now: float, balls: Floats, slides: Integers) -> int:
-    """Who, in an event of balls i and j, slides from now on or has pressed since its clock."""
+def sliding_ball(i: int, j: int, now: float, balls: Floats, slides: Integers) -> int:
+    """Of the balls of an event the one that begins to slide now, or has pressed since its clock."""
     if slides[i] == SETTLES or (slides[i] == SLIDES and balls[CLOCK, i] < now):
         return i
     if j >= 0 and slides[j] == SLIDES and balls[CLOCK, j] < now:
         return j
-    return NOBODY
+    return NO_PARTNER
 
 
 @inlined
-def slide_on(
-    i: int,
-    now: float,
-    balls: Floats,
-    setup: Setup,
-    radii: Floats | None,
-    masses: Floats | None,
-    slides: Integers,
-) -> float:
-    """Take ball i to where it begins to slide, or slides, now; the impulse on the way, kg m/s.
+def slide_on(i: int, now: float, state: State, slides: Integers) -> float:
+    """Bring ball i to where it begins to slide, or slides, now; the impulse on the way, kg m/s.
 
     It begins exactly on its circle, so that the roundings of many bounces do not add up.
     """
+    balls = state.balls
     if slides[i] == SLIDES:
-        size = pressed(i, now, balls, setup, masses)
-        turn(i, now, balls)
+        size = pressed(i, now, state)
+        set_ball(i, turned(i, now, balls), balls)
         return size
-    size = bounce(i, NEVER, balls, setup, masses)
-    reach = setup.container_radius - radius_of(setup, radii, i)
-    part = reach / math.sqrt(balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i])
+    size = bounce(i, NEVER, state)
+    part = wall_reach(i, state.setup, state.radii) / math.sqrt(
+        balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i]
+    )
     balls[X, i] *= part
     balls[Y, i] *= part
     balls[CLOCK, i] = now
@@ -293,71 +291,45 @@ def slide_on(
     return size
 
 
-@kernel
-def write_states(
-    time: float,
-    who: int,
-    balls: Floats,
-    setup: Setup,
-    masses: Floats | None,
-    slides: Integers,
-    out: Floats,
-) -> None:
-    """Write where balls that slide, and one that bounces until it does, are at a time (s).
+# The next contact of a ball if it, or its partner, or both, slide along the wall
 
-    who : the ball of the next event, if that is the beginning of its slide, or ``NOBODY``
-    """
-    for k in range(balls.shape[1]):
-        settles = k == who and slides[k] != SLIDES
-        if not settles and slides[k] != SLIDES:
-            continue
-        kept = state_of(k, balls)
-        if settles:
-            bounce(k, time, balls, setup, masses)
-        else:
-            turn(k, time, balls)
-        age = time - balls[CLOCK, k]
-        out[0, k], out[1, k] = balls[X, k] + balls[U, k] * age, balls[Y, k] + balls[V, k] * age
-        out[2, k], out[3, k] = balls[U, k], balls[V, k]
-        put_back(k, kept, balls)
-
-
-# Whom a ball touches next where one of the two, or both, slide along the wall.
-
-# Steps towards a contact after which a ball looks again from there.
 STEPS = 512
+"""Steps towards a contact after which a ball searches again from there."""
 
-# A part of the container's radius that is no more than the rounding of a few places.
 SHORT = 2.0**-46
+"""A part of the container's radius that is no more than the rounding of a few places."""
+
+
+class Approach(NamedTuple):
+    """A ball that turns at w (rad/s) from (x, y), one that flies from (px, py), and their contact.
+
+    speed : of both together, m/s, whose rounding is no approach
+    """
+
+    x: float
+    y: float
+    w: float
+    px: float
+    py: float
+    pu: float
+    pv: float
+    speed: float
 
 
 @inlined
-def arc_delay(
-    x: float,
-    y: float,
-    w: float,
-    px: float,
-    py: float,
-    pu: float,
-    pv: float,
-    distance: float,
-    largest: float,
-    speed: float,
-    horizon: float,
-) -> tuple[float, bool]:
-    """Time until a ball that turns at w (rad/s) from (x, y) touches one that flies from (px, py).
+def arc_delay(way: Approach, distance: float, largest: float, horizon: float) -> tuple[float, bool]:
+    """Time until a ball on an arc touches one that flies, at a distance (m), and whether it does.
 
-    And whether it does: else it is a time up to which it does not; inf if not before the horizon.
+    If not, it is a time up to which they do not touch: inf if not before the horizon.
 
     g = |distance of the centres|^2 - d^2 has a second derivative of at least -2 D w^2 a, with D the
     largest distance there can be. So from g and g' follows a parabola below g, and a step to its
     root does not step over one of g; near a root it is Newton's. While the one that flies is nearer
     to the centre than a - d, it can touch nothing that slides, and that time is skipped.
-    Where they do not approach by more than rounding, they may overlap by as much: else those that
-    stay side by side would be looked at without end.
-
-    largest : D, m; speed : of both together, m/s, whose rounding is no approach
+    Where they do not approach by more than rounding, they may overlap by as much. Otherwise balls
+    that stay side by side would be searched without end.
     """
+    x, y, w, px, py, pu, pv, speed = way
     a = math.sqrt(x * x + y * y)
     bend = largest * w * w * a
     inner = a - distance
@@ -393,53 +365,49 @@ def arc_delay(
     return t, False
 
 
-@kernel
+@helper
 def earliest_on_arc(
     i: int,
     now: float,
     delay: float,
-    whom: int,
-    balls: Floats,
-    setup: Setup,
-    radii: Floats | None,
-    agenda: Floats,
+    partner: int,
+    state: State,
+    wall_times: Floats,
     slides: Integers,
 ) -> tuple[float, int]:
-    """Whom ball i touches first, if before ``delay``, when one of the two slides, and when."""
-    wi = rate(i, balls) if slides[i] == SLIDES else 0.0
+    """When ball i first touches another, if one of them slides, and which, if before ``delay``."""
+    balls, rim = state.balls, state.setup.container_radius
     xi, yi = place(i, now, balls, slides)
-    ri = radius_of(setup, radii, i)
-    reach = 2.0 * setup.container_radius
+    wi = angular_velocity(i, balls) if slides[i] == SLIDES else 0.0
     for k in range(balls.shape[1]):
         if k == i or slides[k] == SETTLES or (slides[i] != SLIDES and slides[k] != SLIDES):
             continue
-        d = ri + radius_of(setup, radii, k)
+        d = contact_distance(i, k, state.setup, state.radii)
         xk, yk = place(k, now, balls, slides)
+        until = delay
         if slides[i] == SLIDES and slides[k] == SLIDES:
-            wk = rate(k, balls)
-            rim = setup.container_radius
+            wk = angular_velocity(k, balls)
             speed = (abs(wi) + abs(wk)) * rim
             if abs(wi - wk) * rim <= 8.0 * SHORT * speed:
                 continue  # side by side
-            its, sure = arc_delay(xi, yi, wi - wk, xk, yk, 0.0, 0.0, d, reach, speed, delay)
+            way = Approach(xi, yi, wi - wk, xk, yk, 0.0, 0.0, speed)
         elif slides[i] == SLIDES:
             u, v = balls[U, k], balls[V, k]
-            until = min(delay, agenda[WALL_TIME, k] - now)
-            speed = abs(wi) * setup.container_radius + math.sqrt(u * u + v * v)
-            its, sure = arc_delay(xi, yi, wi, xk, yk, u, v, d, reach, speed, until)
+            until = min(delay, wall_times[k] - now)
+            way = Approach(xi, yi, wi, xk, yk, u, v, abs(wi) * rim + math.sqrt(u * u + v * v))
         else:
             u, v = balls[U, i], balls[V, i]
-            wk = rate(k, balls)
-            speed = abs(wk) * setup.container_radius + math.sqrt(u * u + v * v)
-            its, sure = arc_delay(xk, yk, wk, xi, yi, u, v, d, reach, speed, delay)
-        if its < delay:
-            delay, whom = its, k if sure else LOOK_AGAIN
-    return delay, whom
+            wk = angular_velocity(k, balls)
+            way = Approach(xk, yk, wk, xi, yi, u, v, abs(wk) * rim + math.sqrt(u * u + v * v))
+        its_delay, touches = arc_delay(way, d, 2.0 * rim, until)
+        if its_delay < delay:
+            delay, partner = its_delay, k if touches else SEARCH_AGAIN
+    return delay, partner
 
 
 @inlined
 def only_straight(mask: int, start: int, stop: int, i: int, slides: Integers) -> int:
-    """The mask of balls from ``start`` to ``stop``, less those whose way is not straight."""
+    """The mask of balls from ``start`` to ``stop``, without those on curved ways."""
     if slides[i] != FLIES:
         return 0
     for k in range(start, stop):
