@@ -287,7 +287,7 @@ def before_renewal(time: float, margin: Margin | None) -> float:
     """The time, or when a free container may leave its margin, if that is earlier; s."""
     if margin is None:
         return time
-    return min(time, margin.place[UNTIL])
+    return float(min(time, margin.place[UNTIL]))
 
 
 @kernel

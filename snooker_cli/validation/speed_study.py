@@ -265,7 +265,7 @@ class KernelTimer:
     def __init__(self, scene: Scene, engine: str | None = None) -> None:
         self.scene = scene
         self.engine = simulation.engine_for(scene, engine)(scene, kernel_state.Setup.of(scene))
-        self._recorded = kernel_state.room_for(simulation.CHUNK)
+        self._recorded = kernel_state.new_record(simulation.CHUNK)
         self._grid = sampling.no_grid()
 
     def advance(self, collisions: int) -> tuple[int, float]:
@@ -274,8 +274,8 @@ class KernelTimer:
         wanted = before + collisions
         clock = time.process_time()
         while answer == FULL and self.collisions < wanted:
-            room = min(simulation.CHUNK, wanted - self.collisions)
-            answer = self.engine.advance(self._recorded, self._grid, room)
+            limit = min(simulation.CHUNK, wanted - self.collisions)
+            answer = self.engine.advance(self._recorded, self._grid, limit)
         return self.collisions - before, time.process_time() - clock
 
     def rate(self) -> float:
@@ -286,14 +286,13 @@ class KernelTimer:
     @property
     def collisions(self) -> int:
         """Collisions so far."""
-        counts = self.engine.counts
-        return int(counts[kernel_state.WALL_EVENTS] + counts[kernel_state.PAIR_EVENTS])
+        return self.engine.state.collisions
 
     @property
     def energy(self) -> float:
         """Kinetic energy of the balls, relative to the start."""
-        velocities = self.engine.balls()[[kernel_state.U, kernel_state.V]].T
-        return replace(self.scene, velocities=velocities).kinetic_energy / self.scene.kinetic_energy
+        now = float(self.engine.state.sums[kernel_state.NOW])
+        return self.engine.scene_at(now).kinetic_energy / self.scene.kinetic_energy
 
 
 def with_losses(scene: Scene, cor: float, wall_cor: float, generator: np.random.Generator) -> Scene:

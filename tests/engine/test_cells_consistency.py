@@ -13,7 +13,8 @@ import pytest
 from scenes import EPSILON, gas, lattice, scene_of
 
 from snooker_cli.containers import SHAPES, Box, Circle
-from snooker_cli.engine import cell_prediction, clock, kernel_state, sampling
+from snooker_cli.engine import cell_grid, clock, sampling
+from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.event_queue import CHILDREN
 from snooker_cli.engine.simulation import InCells
 from snooker_cli.scene import Scene
@@ -23,32 +24,25 @@ ROOM = 8192
 
 def advance(engine: InCells, events: int) -> None:
     """Simulate so many events, or until time has come to an end."""
-    recorded, grid = kernel_state.room_for(ROOM), sampling.no_grid()
-    done = counted(engine) + events
-    while counted(engine) < done:
-        assert engine.advance(recorded, grid, done - counted(engine)) == clock.FULL
-
-
-def counted(engine: InCells) -> int:
-    return int(engine.counts[kernel_state.WALL_EVENTS] + engine.counts[kernel_state.PAIR_EVENTS])
+    recorded, grid = ks.new_record(ROOM), sampling.no_grid()
+    done = engine.state.collisions + events
+    while engine.state.collisions < done:
+        assert engine.advance(recorded, grid, done - engine.state.collisions) == clock.FULL
 
 
 def places(engine: InCells, now: float) -> np.ndarray:
     """Where the balls are at a time, in the engine's order and as seen from its origin; (N, 2)."""
-    rows = engine.state
-    return (
-        rows[[kernel_state.X, kernel_state.Y]]
-        + rows[[kernel_state.U, kernel_state.V]] * (now - rows[kernel_state.CLOCK])
-    ).T
+    rows = engine.state.balls
+    return (rows[[ks.X, ks.Y]] + rows[[ks.U, ks.V]] * (now - rows[ks.CLOCK])).T
 
 
 def rounding(engine: InCells, now: float) -> float:
     """What a place is off by, m: coordinates, clocks and times of contact are rounded, and the time
     of a crossing is, on a straight way, the last one's and a cell's, with another rounding."""
-    speeds = np.max(abs(engine.state[[kernel_state.U, kernel_state.V]]), axis=0)
-    away = float(np.max(abs(places(engine, now)))) if engine.container is not None else 0.0
-    side = min(engine.mesh.width, engine.mesh.height)
-    crossings = float(np.max(speeds * (now - engine.state[kernel_state.CLOCK]))) / side
+    speeds = np.max(abs(engine.state.balls[[ks.U, ks.V]]), axis=0)
+    away = float(np.max(abs(places(engine, now)))) if engine.state.container is not None else 0.0
+    side = min(engine.cells.mesh.width, engine.cells.mesh.height)
+    crossings = float(np.max(speeds * (now - engine.state.balls[ks.CLOCK]))) / side
     size = max(engine.scene.container.size) + away + float(speeds.max()) * now
     return (64 + crossings) * EPSILON * size
 
@@ -56,30 +50,34 @@ def rounding(engine: InCells, now: float) -> float:
 def assert_consistent(engine: InCells) -> None:
     """Assert all that holds between two events."""
     # When the next thing happens; all balls are in their cells until then.
-    now = min(float(engine.tree.times[1]), renewal(engine))
+    now = min(float(engine.cells.tree.times[1]), renewal(engine))
     assert now < math.inf
-    assert now >= engine.sums[kernel_state.NOW]
+    assert now >= engine.state.sums[ks.NOW]
     assert_lines(engine)
     assert_members(engine)
     assert_in_their_cells(engine, now)
     assert_queue(engine, now)
     assert_nothing_is_overlooked(engine, now)
-    if engine.margin is not None:
-        brink = engine.margin.brink[: engine.margin.brinks[0]]
-        assert np.array_equal(np.sort(brink), np.flatnonzero(engine.links[kernel_state.BRINK]))
+    if engine.cells.margin is not None:
+        brink = engine.cells.margin.brink[: engine.cells.margin.brinks[0]]
+        assert np.array_equal(np.sort(brink), np.flatnonzero(engine.cells.links[cell_grid.BRINK]))
 
 
 def renewal(engine: InCells) -> float:
     """When all is put into cells anew, because a free container has moved too far; s."""
-    return math.inf if engine.margin is None else float(engine.margin.place[cell_prediction.UNTIL])
+    return (
+        math.inf
+        if engine.cells.margin is None
+        else float(engine.cells.margin.place[cell_grid.UNTIL])
+    )
 
 
 def assert_lines(engine: InCells) -> None:
     """Each ball has a line of the cache, and four children of the tree lie in one."""
-    for memory in (engine.state, engine.tree.times):
-        assert memory.ctypes.data % kernel_state.LINE == 0
-    assert engine.state.strides == (8, kernel_state.LINE)
-    assert np.shares_memory(engine.state, engine.tags)
+    for memory in (engine.state.balls, engine.cells.tree.times):
+        assert memory.ctypes.data % ks.LINE == 0
+    assert engine.state.balls.strides == (8, ks.LINE)
+    assert np.shares_memory(engine.state.balls, engine.cells.tags)
 
 
 def assert_members(engine: InCells) -> None:
@@ -89,13 +87,13 @@ def assert_members(engine: InCells) -> None:
     cell, place = np.nonzero(np.arange(members.shape[1]) < occupancy[:, np.newaxis])
     balls = members[cell, place]
     assert np.array_equal(np.sort(balls), np.arange(engine.scene.number))
-    assert np.array_equal(engine.links[kernel_state.CELL, balls], cell)
-    assert np.array_equal(engine.links[kernel_state.PLACE, balls], place)
+    assert np.array_equal(engine.cells.links[cell_grid.CELL, balls], cell)
+    assert np.array_equal(engine.cells.links[cell_grid.PLACE, balls], place)
 
 
 def assert_in_their_cells(engine: InCells, now: float) -> None:
     """Nobody is outside of its cell, nor in a cell without others all round it."""
-    mesh, cell = engine.mesh, engine.links[kernel_state.CELL]
+    mesh, cell = engine.cells.mesh, engine.cells.links[cell_grid.CELL]
     slack = rounding(engine, now)
     width, height = engine.scene.container.size
     at = places(engine, now)
@@ -103,20 +101,20 @@ def assert_in_their_cells(engine: InCells, now: float) -> None:
         (mesh.columns, cell % (1 << mesh.shift), mesh.left, mesh.width, width, at[:, 0]),
         (mesh.rows, cell >> mesh.shift, mesh.bottom, mesh.height, height, at[:, 1]),
     ):
-        outermost = 0 if engine.period is not None else 1
+        outermost = 0 if engine.state.period is not None else 1
         assert np.all((index >= outermost) & (index < number - outermost))
         off = coordinate - (start + side * (index + 0.5))
-        if engine.period is not None:
+        if engine.state.period is not None:
             off -= period * np.rint(off / period)
         assert np.max(abs(off)) <= 0.5 * side + slack
 
 
 def assert_queue(engine: InCells, now: float) -> None:
     """A ball's entry is its earliest event, unless that is past; nodes are the earliest below."""
-    times, rows = engine.tree.times, engine.state
+    times, rows = engine.cells.tree.times, engine.state
     leaves = len(times) // 2
     number = engine.scene.number
-    earliest = np.min(rows[[kernel_state.CONTACT_TIME, kernel_state.CROSSING_TIME]], axis=0)
+    earliest = np.min(rows[[cell_grid.CONTACT_TIME, cell_grid.CROSSING_TIME]], axis=0)
     entries = times[leaves : leaves + number]
     assert np.all((entries == earliest) | ((entries > earliest) & (entries <= now)))
     assert np.all(times[leaves + number :] == math.inf)
@@ -131,17 +129,17 @@ def assert_queue(engine: InCells, now: float) -> None:
 def assert_nothing_is_overlooked(engine: InCells, now: float) -> None:
     """Of two balls that would touch, one comes up by then, be it only to look again; at the wall,
     the ball itself, or all is looked at anew before. By textbook formulas."""
-    scene, labels = engine.scene, engine.labels
+    scene, labels = engine.scene, engine.state.labels
     radii = scene.radii[labels] if len(labels) else scene.radii
-    at, speeds = places(engine, now), engine.state[[kernel_state.U, kernel_state.V]].T
-    leaves = len(engine.tree.times) // 2
-    entries = engine.tree.times[leaves : leaves + scene.number]
+    at, speeds = places(engine, now), engine.state.balls[[ks.U, ks.V]].T
+    leaves = len(engine.cells.tree.times) // 2
+    entries = engine.cells.tree.times[leaves : leaves + scene.number]
     slack = rounding(engine, now)
 
     i, j = np.triu_indices(scene.number, 1)
     offsets, relative = at[j] - at[i], speeds[j] - speeds[i]
-    if engine.period is not None:
-        offsets -= engine.period * np.rint(offsets / engine.period)
+    if engine.state.period is not None:
+        offsets -= engine.state.period * np.rint(offsets / engine.state.period)
     contact = radii[i] + radii[j]
     b = np.sum(offsets * relative, axis=1)
     # Deeper by the rounding of a place, so that touching balls that part are not taken to meet.
@@ -175,8 +173,8 @@ def wall_delays(
             delays = (np.copysign(halves, speeds) - at) / speeds
             return np.min(np.where(speeds != 0, delays, math.inf), axis=1)
         reach = scene.container.radius - radii + slack
-        if engine.container is not None:
-            x, y, u, v, clock = engine.container
+        if engine.state.container is not None:
+            x, y, u, v, clock = engine.state.container
             at = at - np.array([x, y]) - np.array([u, v]) * (now - clock)
             speeds = speeds - np.array([u, v])
         b, w2 = np.sum(at * speeds, axis=1), np.sum(speeds**2, axis=1)
@@ -185,7 +183,7 @@ def wall_delays(
 
 
 def begun(scene: Scene) -> InCells:
-    return InCells(scene, kernel_state.Setup.of(scene))
+    return InCells(scene, ks.Setup.of(scene))
 
 
 CONTAINERS = {
@@ -247,10 +245,6 @@ def crowd(shape: str, *, container_mass: float = math.inf, drift: float = 0.0) -
     )
 
 
-def capacity(engine: InCells) -> int:
-    return int(engine.cells.members.shape[1])
-
-
 @pytest.mark.parametrize(
     ("shape", "container_mass"),
     [
@@ -262,14 +256,14 @@ def capacity(engine: InCells) -> int:
 )
 def test_cells_that_overflow_get_more_room(shape, container_mass):
     engine = begun(crowd(shape, container_mass=container_mass))
-    at_first = capacity(engine)
+    at_first = engine.capacity
     assert at_first > 4  # they overflowed when they were filled
     for _ in range(40):
         advance(engine, 500)
         assert_consistent(engine)
-        if capacity(engine) > at_first:  # and on the way
+        if engine.capacity > at_first:  # and on the way
             break
-    assert capacity(engine) > at_first
+    assert engine.capacity > at_first
     for _ in range(5):
         advance(engine, 300)
         assert_consistent(engine)
@@ -277,7 +271,7 @@ def test_cells_that_overflow_get_more_room(shape, container_mass):
 
 def tighten(engine: InCells) -> None:
     """Leave cells no more room than the fullest needs: soon one will overflow."""
-    engine.cells = engine._new_cells(int(engine.cells.occupancy.max()))
+    engine._set_capacity(int(engine.cells.occupancy.max()))
     engine._fill()
 
 
@@ -288,10 +282,10 @@ def test_cells_overflow_again_and_again_in_a_container_that_moves(drift, turns):
     overflows = 0
     for _ in range(turns):
         tighten(engine)
-        room = capacity(engine)
+        room = engine.capacity
         advance(engine, 2)
-        overflows += capacity(engine) > room
+        overflows += engine.capacity > room
         assert_consistent(engine)
     assert overflows > 10
     if drift > 0:
-        assert engine.container[kernel_state.X] > 100 * engine.mesh.width
+        assert engine.state.container[ks.X] > 100 * engine.cells.mesh.width

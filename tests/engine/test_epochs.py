@@ -11,7 +11,7 @@ from scenes import EPSILON, gas
 
 from snooker_cli.engine import clock, replay, series, simulate
 from snooker_cli.engine.kernel_state import CLOCK, U, V, X, Y
-from snooker_cli.engine.replay import _Again
+from snooker_cli.engine.replay import Replay
 from snooker_cli.trace import Events
 
 positive = st.floats(1e-300, 1e300)
@@ -60,15 +60,15 @@ def test_contacts_are_as_exact_late_as_early(long_trace):
     ten times as long at the end, and the last contacts ten times as far out as the bound.
     """
     trace, size = long_trace, clock.length(37)
-    again, worst = _Again(trace), []
+    again, worst = Replay(trace), []
     fastest = float(np.max(np.hypot(*trace.start.velocities.T))) * math.sqrt(37)
     for first in (size - 300, 15 * size - 300):
         gaps = []
         for event in range(first, first + 300):
-            again.carry_out(event + 1)
+            again.advance(event + 1)
             i, j = int(trace.events.i[event]), int(trace.events.j[event])
             if j >= 0:
-                x, y = again.balls[[X, Y], i] - again.balls[[X, Y], j]
+                x, y = again.state.balls[[X, Y], i] - again.state.balls[[X, Y], j]
                 gaps.append(abs(math.hypot(x, y) - 2 * trace.start.radii[0]))
         worst.append(max(gaps))
     latest = float(np.diff(trace.events.time[size - 1 :: size]).max())
@@ -86,11 +86,13 @@ def test_a_replay_without_the_residual_does_not(long_trace):
     """So that the test above is one."""
     events = long_trace.events
     bare = Events(events.time, events.i, events.j, events.impulse)
-    again = _Again(long_trace.__class__(**{**long_trace.__dict__, "events": bare}))
-    again.carry_out(len(events))
-    true = _Again(long_trace)
-    true.carry_out(len(events))
-    assert not np.array_equal(again.balls[[X, Y, U, V, CLOCK]], true.balls[[X, Y, U, V, CLOCK]])
+    again = Replay(long_trace.__class__(**{**long_trace.__dict__, "events": bare}))
+    again.advance(len(events))
+    true = Replay(long_trace)
+    true.advance(len(events))
+    assert not np.array_equal(
+        again.state.balls[[X, Y, U, V, CLOCK]], true.state.balls[[X, Y, U, V, CLOCK]]
+    )
 
 
 def test_times_never_decrease(long_trace):

@@ -10,10 +10,8 @@ PROGRAM = """
 import json
 import numpy as np
 from scenes import gas
-from snooker_cli.engine import event_queue
-from snooker_cli.engine import simulation
-from snooker_cli.engine import cells
-from snooker_cli.engine import kernel_state
+from snooker_cli.engine import cells, event_queue, kernel_state, simulation
+from snooker_cli.engine.cell_grid import CELL
 from snooker_cli.engine.sampling import no_grid
 
 EVENTS, AGO = 400, 20
@@ -22,7 +20,7 @@ event_queue.LINK = 1
 event_queue.fetch = lambda array, place: fetched.append((id(array), int(place)))
 
 def events():
-    recorded = kernel_state.room_for(EVENTS)
+    recorded = kernel_state.new_record(EVENTS)
     engine.advance(recorded, no_grid(), EVENTS)
     return recorded
 
@@ -33,9 +31,9 @@ def noted(*arguments):
 def seen(bits):
     i = first(bits)
     recent = set(fetched[steps[-AGO] if len(steps) > AGO else 0 :])
-    around = engine.cells.members[engine.links[kernel_state.CELL, i]]
-    number = engine.cells.occupancy[engine.links[kernel_state.CELL, i]]
-    needs = [(id(engine.state), 8 * k) for k in around[:number]]
+    cell = engine.cells.links[CELL, i]
+    around = engine.cells.members[cell, : engine.cells.occupancy[cell]]
+    needs = [(id(engine.state.balls), 8 * k) for k in around]
     foreseen.append(all(each in recent for each in needs))
     return i
 
@@ -49,7 +47,7 @@ for large in (False, True):
     if not large:
         assert not fetched
 same = all(map(np.array_equal, results[0][1], results[1][1]))
-same = same and results[0][0].state.tobytes() == results[1][0].state.tobytes()
+same = same and results[0][0].state.balls.tobytes() == results[1][0].state.balls.tobytes()
 cells.fetch_ahead, cells.first = noted, seen
 events()
 print(json.dumps([same, foreseen]))
