@@ -111,7 +111,7 @@ def assert_in_their_cells(engine: InCells, now: float) -> None:
 
 def assert_queue(engine: InCells, now: float) -> None:
     """A ball's entry is its earliest event, unless that is past; nodes are the earliest below."""
-    times, rows = engine.cells.tree.times, engine.state
+    times, rows = engine.cells.tree.times, engine.state.balls
     leaves = len(times) // 2
     number = engine.scene.number
     earliest = np.min(rows[[cell_grid.CONTACT_TIME, cell_grid.CROSSING_TIME]], axis=0)
