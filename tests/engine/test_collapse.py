@@ -108,7 +108,7 @@ def test_mean_free_path():
     alone = scene_of([(0.0, 0.0, 1.0, 0.0, 1.0, 1.0)])
     assert alone.mean_free_path == pytest.approx(math.pi * 10.0 / 2, rel=4 * EPSILON)
     periodic = gas("periodic", 30, 0.1)
-    density = 30 / periodic.area
+    density = 30 / periodic.container.area
     assert periodic.mean_free_path == pytest.approx(1 / (math.sqrt(8) * density * 2.0))
 
 

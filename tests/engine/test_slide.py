@@ -278,16 +278,13 @@ def test_a_config_asks_for_it():
 
 
 @pytest.mark.parametrize(
-    ("container", "sentence"),
-    [
-        ("{radius: 10.0, mass: 5}", "slide needs a fixed wall, and container.mass is 5 kg"),
-        ("{shape: box, width: 20}", "with shape: box walls are straight"),
-        ("{shape: periodic, width: 20}", "with shape: periodic there is no wall"),
-    ],
+    "container",
+    ["{radius: 10.0, mass: 5}", "{shape: box, width: 20}", "{shape: periodic, width: 20}"],
 )
-def test_other_containers_are_refused(container, sentence):
-    with pytest.raises(ConfigError, match=sentence):
+def test_other_containers_are_refused(container):
+    with pytest.raises(ConfigError) as error:
         parse(f"{BASE}container: {container}\ncollapse: slide\n")
+    assert "collapse" in str(error.value)
 
 
 def test_a_file_keeps_it(tmp_path, provenance: Provenance):

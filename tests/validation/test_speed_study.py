@@ -92,7 +92,7 @@ def test_the_kernel_goes_where_a_simulation_goes(case: SpeedCase) -> None:
     kernel = KernelTimer(scene)
     assert [kernel.advance(300)[0], kernel.advance(200)[0]] == [300, 200]
     finish = simulate(scene, collisions=500).finish
-    velocities = kernel.engine.balls()[[kernel_state.U, kernel_state.V]].T
+    velocities = kernel.engine.state.balls[[kernel_state.U, kernel_state.V]].T
     assert np.array_equal(velocities, finish.velocities)
     assert kernel.energy == finish.kinetic_energy / scene.kinetic_energy
 
