@@ -20,6 +20,8 @@ import json
 import math
 import sys
 from dataclasses import dataclass
+from decimal import Decimal, localcontext
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,16 +29,21 @@ import mpmath
 import numpy as np
 from error_growth import Growth, growth
 from numpy.typing import NDArray
+from scenes import scene_of
 
 from snooker_cli import __version__
 from snooker_cli.containers import Circle
+from snooker_cli.placement.places import DIGITS, cosine_and_sine
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events
 from snooker_cli.validation.exact_twin import trajectory
 from snooker_cli.validation.methods import events_from_rows
-from snooker_cli.validation.reference_scenes import SCENES, ReferenceScene
+from snooker_cli.validation.reference_scenes import SCENES, ReferenceScene, rings
 
 FOLDER = Path(__file__).with_name("reference")
+
+RADIUS = 10.0
+"""Radius of every container, m."""
 
 STATES = 5
 """States in a file, evenly over the events, with the last one."""
@@ -68,6 +75,71 @@ def read(name: str) -> Reference:
         after=np.array([state["events"] for state in content["states"]]),
         states=np.array([state["bodies"] for state in content["states"]]),
     )
+
+
+# The scenes beside those of the package
+
+
+def row() -> Scene:
+    """Newton's row of five with gaps, along a diameter; the first ball moves."""
+    balls = [(1.5 * k - 6.5, 0.0, 0.0 if k else 10.0, 0.0, 0.5, 1.0) for k in range(5)]
+    return scene_of(balls, restitution=0.9)
+
+
+def galperin() -> Scene:
+    """A light ball at rest between the wall and a ball 10,000 times heavier that approaches it."""
+    return scene_of([(-9.4, 0.0, 0.0, 0.0, 0.1, 1.0), (-8.7, 0.0, -1.0, 0.0, 0.1, 1e4)])
+
+
+def along_the_wall(angle: float) -> Scene:
+    """One ball of 1 m at the wall; it moves inwards at an angle to the wall, rad."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        cosine, sine = cosine_and_sine(Decimal(angle))
+    return scene_of([(RADIUS - 1.0, 0.0, -10.0 * float(sine), 10.0 * float(cosine), 1.0, 1.0)])
+
+
+def wall_trap() -> Scene:
+    """One ball that leaves a wall of restitution 0.9 at 6 m/s, and at 8 m/s along it."""
+    return scene_of([(RADIUS - 1.0, 0.0, -6.0, 8.0, 1.0, 1.0)], wall_restitution=0.9)
+
+
+FIXED = {"container_mass": math.inf}
+ALL = SCENES | {
+    scene.name: scene
+    for scene in (
+        ReferenceScene(
+            "report-fixed",
+            "the source report's balls, elastic, in a fixed container",
+            500,
+            partial(rings, 1, **FIXED),
+        ),
+        ReferenceScene(
+            "dilute-fixed-cor-0.8",
+            "balls of 0.1 m, cor 0.8, in a fixed container with an elastic wall",
+            150,
+            partial(rings, 1, radius=0.1, restitution=0.8, wall_restitution=1.0, **FIXED),
+        ),
+        ReferenceScene(
+            "row", "Newton's row of five, cor 0.9, and back from the elastic wall", 60, row
+        ),
+        ReferenceScene("galperin", "Galperin's billiard, mass ratio 10,000", 314, galperin),
+        ReferenceScene(
+            "whispering-gallery",
+            "one elastic ball along the wall, at 0.001 rad to it",
+            500,
+            partial(along_the_wall, 1e-3),
+        ),
+        ReferenceScene(
+            "star",
+            "one elastic ball on a star of five corners",
+            500,
+            partial(along_the_wall, 0.4 * math.pi),
+        ),
+        ReferenceScene("wall-trap", "one ball into a wall trap, wall cor 0.9", 300, wall_trap),
+    )
+}
+"""All scenes by name."""
 
 
 REQUIRED = (
@@ -134,9 +206,9 @@ def text(content: dict[str, Any]) -> str:
 def main(names: list[str]) -> None:
     """Write the named references, or all."""
     FOLDER.mkdir(exist_ok=True)
-    for name in names or SCENES:
+    for name in names or ALL:
         path = FOLDER / f"{name}.json"
-        path.write_text(text(content(SCENES[name])), encoding="utf-8")
+        path.write_text(text(content(ALL[name])), encoding="utf-8")
         print(path.name, path.stat().st_size, "bytes")
 
 

@@ -34,7 +34,15 @@ FOLDER = Path("configs", "hard")
 LONGEST, SLOWEST = 60.0, 1e5
 """A run hangs if it takes longer than this time, s, plus its collisions at this rate, 1/s."""
 
-INVARIANTS = ("energy", "momentum", "angular momentum", "virial", "overlap", "escape")
+INVARIANTS = {
+    "energy": "energy",
+    "momentum": "momentum",
+    "angular momentum": "angular",
+    "virial": "virial",
+    "overlap": "overlap, m",
+    "escape": "escape, m",
+}
+"""The checks that most cases have, and their headings."""
 
 COLLISIONS, TIME = StopReason.COLLISIONS, StopReason.TIME
 NOTHING_LEFT, WALL_TRAP = StopReason.NOTHING_LEFT, StopReason.WALL_TRAP
@@ -148,14 +156,18 @@ class HardCaseStudy(Study):
     def tables(record: Record) -> Iterator[str]:
         """The cases, their worst errors, facts, endings and faults."""
         cases = record["cases"]
-        names = [[case["name"], case["why"]] for case in cases]
-        yield from table_lines([Column("case"), Column("why it is hard")], names)
-        yield ""
-        yield LEGEND
-        yield ""
-        yield from _verdict_lines(cases)
-        yield ""
-        yield from _fact_lines(cases)
+        why = [[case["name"], case["why"]] for case in cases]
+        yield from table_lines([Column("case"), Column("why it is hard")], why)
+        yield from ("", LEGEND, "", *_verdict_lines(cases), "")
+        facts = [
+            [case["name"], fact, _error(each["error"]), _error(each["bound"])]
+            for case in cases
+            for fact, each in _facts(case).items()
+        ]
+        if facts:
+            headings = (("case", False), ("fact", False), ("worst error", True), ("bound", True))
+            yield from table_lines([Column(*each) for each in headings], facts)
+            yield ""
         endings = [[case["name"], each["message"]] for case in cases for each in case["endings"]]
         yield from table_lines([Column("case"), Column("first message of each ending")], endings)
         yield ""
@@ -288,50 +300,35 @@ facts: how many of the facts that are known exactly hold"""
 
 def _verdict_lines(cases: Sequence[Record]) -> list[str]:
     """A row for each case."""
-    headings = ("energy", "momentum", "angular", "virial", "overlap, m", "escape, m", "facts")
+    headings = ("case", "events", "ended", *INVARIANTS.values(), "facts", "verdict")
     rows = []
     for case in cases:
         endings = (f"{each['runs']} {each['reason']}" for each in case["endings"])
-        known = _facts(case).values()
+        facts = _facts(case).values()
+        worst = (case["worst"].get(name) for name in INVARIANTS)
         rows.append(
             [
                 case["name"],
                 f"{case['events']:,}",
                 ", ".join(endings).replace("_", " "),
-                *(_error(case["worst"].get(name)) for name in INVARIANTS),
-                f"{sum(each['holds'] for each in known)} of {len(known)}" if known else "–",
+                *(_error(each["error"]) if each else "–" for each in worst),
+                f"{sum(each['holds'] for each in facts)} of {len(facts)}" if facts else "–",
                 "holds" if case["holds"] else "fails",
             ]
         )
-    columns = [Column("case"), Column("events", True), Column("ended")]
-    columns += [Column(name, True) for name in headings]
-    return table_lines([*columns, Column("verdict")], rows)
-
-
-def _fact_lines(cases: Sequence[Record]) -> Iterator[str]:
-    """A row for each fact, if there are any."""
-    rows = [
-        [case["name"], name, _error(each), _error({"error": each["bound"]})]
-        for case in cases
-        for name, each in _facts(case).items()
-    ]
-    if rows:
-        columns = [Column("case"), Column("fact"), Column("worst error", True)]
-        yield from table_lines([*columns, Column("bound", True)], rows)
-        yield ""
+    texts = ("case", "ended", "verdict")
+    return table_lines([Column(each, each not in texts) for each in headings], rows)
 
 
 def _facts(case: Record) -> dict[str, Any]:
     """The checks that only this case has."""
     return {
-        name: each for name, each in case["worst"].items() if name not in ("numbers", *INVARIANTS)
+        name: each for name, each in case["worst"].items() if name not in {"numbers", *INVARIANTS}
     }
 
 
-def _error(check: Record | None) -> str:
-    """An error to two digits; a dash where there is nothing to measure."""
-    if check is None:
-        return "–"
-    if check["error"] is None:
+def _error(value: float | None) -> str:
+    """An error to two digits."""
+    if value is None:
         return "infinite"
-    return "0" if check["error"] == 0 else small(check["error"])
+    return small(value) if value else "0"

@@ -12,7 +12,7 @@ import numpy as np
 from snooker_cli.analysis.predictions import DENSEST_FLUID
 from snooker_cli.containers import SHAPES
 from snooker_cli.figures import NEUTRAL, FigureData, Layer, Line, Points, Reference
-from snooker_cli.formatting import Column, listed, short, table_lines, with_error
+from snooker_cli.formatting import listed, short, with_error
 from snooker_cli.theory.equation_of_state import PUBLISHED_RATIOS
 from snooker_cli.validation.physics_measurements import (
     ALLOWED,
@@ -31,7 +31,7 @@ from snooker_cli.validation.physics_measurements import (
     relaxation_rows,
     speed_rows,
 )
-from snooker_cli.validation.study import Record, Study, header_lines
+from snooker_cli.validation.study import Record, Study, header_lines, signed, table
 
 SIMULATED = tuple(one.packing for one in PUBLISHED_RATIOS if one.packing <= DENSEST_FLUID)
 """Packings with a published simulation of a fluid, the thinnest first."""
@@ -106,7 +106,8 @@ class PhysicsStudy(Study):
         for group in dict.fromkeys(row["group"] for row in rows):
             yield ""
             yield group
-            yield from table_lines(COLUMNS, [_cells(row) for row in rows if row["group"] == group])
+            shown = [row | row["setting"] for row in rows if row["group"] == group]
+            yield from table(shown, CELLS, left=TEXTS)
         yield ""
         yield from dict.fromkeys(
             f"open, {row['group']}: {row['reason']}" for row in rows if row["reason"]
@@ -204,50 +205,31 @@ def _percent(share: float) -> str:
     return f"{math.ceil(round(100 * share / unit, 9)) * unit:.1g} %"
 
 
-COLUMNS = [
-    Column(heading, heading not in ("quantity", "whose", "agrees", "source, note"))
-    for heading in (
-        "quantity",
-        "N",
-        "packing",
-        "CoR",
-        "seeds × collisions",
-        "measured",
-        "expected",
-        "whose",
-        "difference",
-        "in errors",
-        "known",
-        "left, in errors",
-        "open",
-        "agrees",
-        "source, note",
-    )
-]
+CELLS: dict[str, Callable[[Record], str]] = {
+    "quantity": lambda row: row["quantity"] + _walls(row["shape"]),
+    "N": lambda row: f"{row['balls']:,}",
+    "packing": lambda row: f"{row['packing']:.4g}",
+    "CoR": lambda row: f"{row['cor']:g}",
+    "seeds × collisions": lambda row: f"{row['seeds']} × {row['collisions']:,}",
+    "measured": lambda row: with_error(row["measured"], row["error"]),
+    "expected": lambda row: short(row["expected"], 6),
+    "whose": lambda row: str(row["whose"]),
+    "difference": lambda row: _signed(row["difference"]),
+    "in errors": lambda row: signed(row["in_errors"]),
+    "known": lambda row: _signed(row["known"]) if row["known"] else "–",
+    "left, in errors": lambda row: signed(row["left_in_errors"]),
+    "open": lambda row: short(row["systematic"], 2) if row["systematic"] else "–",
+    "agrees": lambda row: "yes" if row["agrees"] else "no",
+    "source, note": lambda row: "; ".join(filter(None, [row["source"], row["note"]])),
+}
+"""The table of rows with their gases."""
+
+TEXTS = ("quantity", "whose", "agrees", "source, note")
 
 
-def _cells(row: Record) -> list[str]:
-    """A row of the table."""
-    setting = row["setting"]
-    shape = SHAPES[setting["shape"]]
-    container = f", {shape.title}" if shape.has_wall else ""
-    return [
-        row["quantity"] + container,
-        f"{setting['balls']:,}",
-        f"{setting['packing']:.4g}",
-        f"{setting['cor']:g}",
-        f"{setting['seeds']} × {setting['collisions']:,}",
-        with_error(row["measured"], row["error"]),
-        short(row["expected"], 6),
-        row["whose"],
-        _signed(row["difference"]),
-        f"{row['in_errors']:+.1f}".replace("-", "−"),
-        _signed(row["known"]) if row["known"] else "–",
-        f"{row['left_in_errors']:+.1f}".replace("-", "−"),
-        short(row["systematic"], 2) if row["systematic"] else "–",
-        "yes" if row["agrees"] else "no",
-        "; ".join(filter(None, [row["source"], row["note"]])),
-    ]
+def _walls(shape: str) -> str:
+    """The shape of a container with walls."""
+    return f", {SHAPES[shape].title}" if SHAPES[shape].has_wall else ""
 
 
 def _signed(value: float) -> str:

@@ -22,10 +22,10 @@ from snooker_cli.config import parse
 from snooker_cli.engine import ENGINE_VERSION, kernel_state, sampling, simulate, simulation
 from snooker_cli.engine.clock import FULL
 from snooker_cli.figures import FigureData, Layer, Line, Points
-from snooker_cli.formatting import Column, counted, short, table_lines
+from snooker_cli.formatting import counted, short
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
-from snooker_cli.validation.study import Record, Study, header_lines, machine
+from snooker_cli.validation.study import Record, Study, header_lines, machine, table
 
 MASS = 1e7
 """Mass of a free container, kg; balls have 1 kg."""
@@ -224,7 +224,7 @@ class SpeedStudy(Study):
         """Speeds, the number of balls where the engines are equally fast, and costs."""
         yield from header_lines(record)
         yield ""
-        yield from _case_lines(record["cases"])
+        yield from table(record["cases"], CELLS, left=("container", "engine"))
         yield ""
         yield from _crossover_lines(record["crossover"])
         for one in record["growth"]:
@@ -417,35 +417,18 @@ def growth(timings: Sequence[Record]) -> list[Record]:
 # The record as tables
 
 
-def _case_lines(cases: Sequence[Record]) -> list[str]:
-    """A row for each gas."""
-    return table_lines(
-        [
-            Column("balls", True),
-            Column("packing", True),
-            Column("container"),
-            Column("CoR", True),
-            Column("engine"),
-            Column("collisions/s", True),
-            Column("lowest to highest", True),
-            Column("repeats", True),
-            Column("collisions each", True),
-        ],
-        [
-            [
-                f"{case['balls']:,}",
-                f"{case['packing']:g}",
-                "free" if case["free"] else "fixed",
-                f"{case['cor']:g}",
-                case["engine"],
-                f"{case['median'] / 1e6:.2f} M",
-                f"{case['lowest'] / 1e6:.2f} to {case['highest'] / 1e6:.2f} M",
-                str(case["repeats"]),
-                f"{case['events']:,}",
-            ]
-            for case in cases
-        ],
-    )
+CELLS: dict[str, Callable[[Record], str]] = {
+    "balls": lambda case: f"{case['balls']:,}",
+    "packing": lambda case: f"{case['packing']:g}",
+    "container": lambda case: "free" if case["free"] else "fixed",
+    "CoR": lambda case: f"{case['cor']:g}",
+    "engine": lambda case: str(case["engine"]),
+    "collisions/s": lambda case: f"{case['median'] / 1e6:.2f} M",
+    "lowest to highest": lambda c: f"{c['lowest'] / 1e6:.2f} to {c['highest'] / 1e6:.2f} M",
+    "repeats": lambda case: str(case["repeats"]),
+    "collisions each": lambda case: f"{case['events']:,}",
+}
+"""The table of gases."""
 
 
 def _crossover_lines(rows: Sequence[Record]) -> Iterator[str]:

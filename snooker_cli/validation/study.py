@@ -7,7 +7,7 @@ import os
 import platform
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.figures import FigureData, plain
-from snooker_cli.formatting import counted
+from snooker_cli.formatting import Column, counted, table_lines
 
 Record = dict[str, Any]
 """A measurement, or a part of it, as JSON stores it."""
@@ -119,6 +119,19 @@ def header_lines(record: Record) -> Iterator[str]:
     versions = {"snooker": record["snooker"], "engine": record["engine_version"]}
     yield ", ".join(f"{name} {number}" for name, number in (versions | record["versions"]).items())
     yield f"{date}, {record['seconds']:.0f} s" + ", quick: do not quote" * record["quick"]
+
+
+def table(
+    rows: Sequence[Record], cells: Mapping[str, Callable[[Record], str]], left: Container[str]
+) -> list[str]:
+    """Rows under headings; ``left`` has the headings of columns of text."""
+    columns = [Column(heading, heading not in left) for heading in cells]
+    return table_lines(columns, [[cell(row) for cell in cells.values()] for row in rows])
+
+
+def signed(value: float) -> str:
+    """A number to one decimal with its sign."""
+    return f"{value:+.1f}".replace("-", "−")
 
 
 def small(value: float | None) -> str:

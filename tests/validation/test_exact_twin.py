@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from error_growth import growth
+from make_reference import along_the_wall, galperin, wall_trap
 from scenes import EPSILON, scene_of
 
 from snooker_cli import theory
@@ -18,13 +19,7 @@ from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER
 from snooker_cli.validation.exact_twin import trajectory
 from snooker_cli.validation.methods import first_different
-from snooker_cli.validation.reference_scenes import (
-    along_the_wall,
-    galperin,
-    mixture,
-    rings,
-    wall_trap,
-)
+from snooker_cli.validation.reference_scenes import mixture, rings
 
 
 def box(*balls: tuple[float, float, float, float, float, float], restitution: float = 1.0) -> Scene:
