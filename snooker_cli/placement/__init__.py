@@ -1,1 +1,1 @@
-"""A point and a repeat number -> the scene that a repeat starts from."""
+"""A point and a repeat number -> the scene at its start."""

@@ -1,4 +1,4 @@
-"""Random places without overlaps: balls inserted one after the other, and grown where that jams."""
+"""Places of balls at the start: on rings, on a hexagonal lattice, or at random."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from snooker_cli.containers import Box, Circle
+from snooker_cli.containers import Circle
 from snooker_cli.errors import JammedError, SceneError
 from snooker_cli.neighbours import near, near_pairs
 from snooker_cli.placement.random_numbers import points_in_disc, uniforms
@@ -25,17 +25,16 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
     Integers = NDArray[np.int64]
-    Indices = NDArray[np.int64]
 
 
-# Rings of balls: their places, from regular polygons whose corners are correctly rounded.
+# Rings: regular polygons whose corners are correctly rounded
 
 DIGITS = 40
 PI = Decimal("3.1415926535897932384626433832795028841971693993751")
 
 
-def ring_positions(rings: int, extent: float) -> NDArray[np.float64]:
-    """One ball at the centre and 6k on ring k of n, at k/n of ``extent``; (*N*, 2), m."""
+def ring_positions(rings: int, extent: float) -> Floats:
+    """One place at the centre and 6k on ring k of n, with radius k/n of ``extent``; (*N*, 2), m."""
     positions = [(0.0, 0.0)]
     for ring in range(1, rings + 1):
         radius = ring / rings * extent
@@ -45,7 +44,7 @@ def ring_positions(rings: int, extent: float) -> NDArray[np.float64]:
 
 @cache
 def unit_polygon(corners: int) -> tuple[tuple[float, float], ...]:
-    """The corners of a regular polygon on the unit circle, each coordinate correctly rounded."""
+    """Corners of a regular polygon on the unit circle, each coordinate correctly rounded."""
     with localcontext() as context:
         context.prec = DIGITS
         cosine, sine = cosine_and_sine(2 * PI / corners)
@@ -58,7 +57,7 @@ def unit_polygon(corners: int) -> tuple[tuple[float, float], ...]:
 
 
 def cosine_and_sine(angle: Decimal) -> tuple[Decimal, Decimal]:
-    """Their Taylor series, to the context's precision, for an angle up to 2 pi."""
+    """Taylor series of both, to the precision of the context, for an angle up to 2 pi."""
     term, parts = Decimal(1), [Decimal(0), Decimal(0)]
     order = 0
     while order < 8 or abs(term) > Decimal(10) ** -(DIGITS + 5):
@@ -70,7 +69,7 @@ def cosine_and_sine(angle: Decimal) -> tuple[Decimal, Decimal]:
 
 
 def check_rings(balls: Rings, container_radius: float) -> None:
-    """Raise ``SceneError`` where the rings are too tight, with the radius that would fit."""
+    """Raise ``SceneError``, with the largest radius, if balls are too large for their rings."""
     if balls.rings == 0:
         return
     extent = balls.ring_extent * container_radius
@@ -81,18 +80,18 @@ def check_rings(balls: Rings, container_radius: float) -> None:
             "balls.radius",
             f"{balls.rings} rings within {balls.ring_extent:g} of the container's radius are "
             f"{spacing:.6g} m apart and leave {container_radius - extent:.6g} m to the wall, too "
-            f"tight for balls of radius {balls.radius:.6g} m; the largest radius that fits is "
+            f"little for balls of radius {balls.radius:.6g} m; the largest radius that fits is "
             f"{largest!r} m",
         )
 
 
-# Places on a hexagonal lattice that is fitted into a circle, a box or a periodic box.
+# Hexagonal lattices fitted into a container
 
 HALVINGS = 60
-"""Steps to a diameter that is as exact as doubles are."""
+"""Steps of bisection, enough for all digits of a double."""
 
 ROUNDINGS = 4
-"""By how many, each of the container's size, places may be nearer than without any rounding."""
+"""Rounding errors, in epsilons of the container's size, that may bring two places nearer."""
 
 
 class Lattice(NamedTuple):
@@ -103,12 +102,12 @@ class Lattice(NamedTuple):
 
 
 def lattice(container: Container, number: int) -> Lattice:
-    """The places for so many balls, as far from one another and from the wall as may be."""
+    """The places of a number of balls, as far from each other and from the wall as possible."""
     size = container.size
     if isinstance(container, Circle):
         found = _in_circle(container.radius, number)
     else:
-        layout = _in_box if isinstance(container, Box) else _in_periodic
+        layout = _in_box if container.has_wall else _in_periodic
         found, lying = layout(*size, number), layout(*size[::-1], number)
         if lying.diameter > found.diameter:
             found = Lattice(np.ascontiguousarray(lying.positions[:, ::-1]), lying.diameter)
@@ -116,12 +115,12 @@ def lattice(container: Container, number: int) -> Lattice:
 
 
 def _in_circle(radius: float, number: int) -> Lattice:
-    """The places of a lattice nearest to the middle, which is a place, or between two or three.
+    """The lattice places nearest to the centre, which is a place or lies between two or three.
 
-    With neighbours at a distance of 6, a place is at (u + v/2, v sqrt(3)/2) for whole numbers u
-    and v that leave a fixed rest by 6, and u^2 + uv + v^2 is its exact squared distance.
+    With neighbours at a distance of 6, a place is at (u + v/2, v sqrt(3)/2). Here u and v are whole
+    numbers with a fixed remainder modulo 6, and u^2 + uv + v^2 is the exact squared distance.
     """
-    # N places fill a disc of radius sqrt(N sqrt(3) / (2 pi)), where |v| is up to 2 / sqrt(3) times
+    # N places fill a disk of radius sqrt(N sqrt(3) / (2 pi)), where |v| is up to 2 / sqrt(3) times
     # as large: 0.607 sqrt(N).
     reach = int(0.607 * math.sqrt(number)) + 2
     steps = 6 * np.arange(-reach, reach + 1)
@@ -140,12 +139,12 @@ def _in_circle(radius: float, number: int) -> Lattice:
 
 
 def _in_periodic(width: float, height: float, number: int) -> Lattice:
-    """Rows along x, each half a spacing beside the last; an even number of them, so they close."""
+    """An even number of rows along x, each shifted by half a spacing."""
     rows = 2 * _numbers_of_rows(width, height, number)
     columns = -(-number // rows)
     across, up = width / columns, height / rows
-    aslant = np.sqrt((across / 2) * (across / 2) + up * up)
-    diameters = np.minimum(np.minimum(across, 2 * up), aslant)
+    diagonal = np.sqrt((across / 2) * (across / 2) + up * up)
+    diameters = np.minimum(np.minimum(across, 2 * up), diagonal)
     best = int(np.argmax(diameters))
     column, row = _kept(number, int(columns[best]), int(rows[best]), 0)
     x = ((column + row % 2 / 2 + 0.25) / columns[best] - 0.5) * width
@@ -154,13 +153,12 @@ def _in_periodic(width: float, height: float, number: int) -> Lattice:
 
 
 def _in_box(width: float, height: float, number: int) -> Lattice:
-    """Rows from wall to wall along x; every other one is half a spacing further in, and has as
-    many places or one less."""
+    """Rows along x; every other one is shifted by half a spacing and may have one place less."""
     rows = _numbers_of_rows(width, height, number)
     layouts = []
     for fewer in (0, 1):
         columns = -(-(number + fewer * (rows // 2)) // rows)
-        # Of a row's length in spacings, half a one is for the rows that are further in.
+        # Length of the rows in spacings, with half a spacing for the shift.
         length = np.where(rows > 1, columns - (1 + fewer) / 2, columns - 1.0)
         diameters = _diameters_in_box(width, height, columns, rows, length)
         k = int(np.argmax(diameters))
@@ -177,16 +175,16 @@ def _in_box(width: float, height: float, number: int) -> Lattice:
 def _diameters_in_box(
     width: float, height: float, columns: Integers, rows: Integers, length: Floats
 ) -> Floats:
-    """The largest diameter for each number of rows, by halving, m."""
+    """The largest diameter for each number of rows, by bisection, m."""
     low, high = np.zeros(len(rows)), np.full(len(rows), min(width, height))
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         across = (width - middle) / np.where(length > 0, length, math.inf)
         up = (height - middle) / np.maximum(rows - 1, 1)
-        aslant = np.sqrt((across / 2) * (across / 2) + up * up)
+        diagonal = np.sqrt((across / 2) * (across / 2) + up * up)
         fits = (
             ((columns == 1) | (across >= middle))
-            & ((rows == 1) | (aslant >= middle))
+            & ((rows == 1) | (diagonal >= middle))
             & ((rows <= 2) | (2 * up >= middle))
         )
         low, high = np.where(fits, middle, low), np.where(fits, high, middle)
@@ -194,13 +192,13 @@ def _diameters_in_box(
 
 
 def _numbers_of_rows(width: float, height: float, number: int) -> Integers:
-    """Numbers of rows, the best among them: up to twice that of equal triangles."""
+    """Numbers of rows to compare, up to twice that of equilateral triangles."""
     ideal = math.sqrt(2 / math.sqrt(3) * number * min(height / width, float(number)))
     return np.arange(1, min(number, int(2 * ideal) + 3) + 1)
 
 
 def _kept(number: int, columns: int, rows: int, fewer: int) -> tuple[Integers, Integers]:
-    """Column and row of so many places, evenly taken from all; odd rows may have one fewer."""
+    """Column and row of `number` places, chosen evenly among all; odd rows may have one fewer."""
     of_two_rows = 2 * columns - fewer
     places = rows // 2 * of_two_rows + rows % 2 * columns
     pair, rest = np.divmod(np.arange(number) * places // number, of_two_rows)
@@ -208,53 +206,50 @@ def _kept(number: int, columns: int, rows: int, fewer: int) -> tuple[Integers, I
     return rest - columns * odd, 2 * pair + odd
 
 
+# Random places: balls are inserted one after the other, and pushed apart if that jams
+
 INSERTED = 0.4
 """Packing up to which balls are inserted at their size. Insertion jams at 0.547 (Feder 1980,
-doi:10.1016/0022-5193(80)90358-6), and needs ever more attempts on the way."""
+doi:10.1016/0022-5193(80)90358-6) and needs many attempts before."""
 
 ATTEMPTS = 100
-"""A ball, after which inserting has jammed; at a packing of 0.4 there are 5 or so."""
+"""Attempts per ball after which insertion has failed; at a packing of 0.4 about 5 are needed."""
 
 JAMMED = 0.84
 """Random close packing of disks (Berryman 1983, doi:10.1103/PhysRevA.27.1053)."""
 
-GROWN = 0.82
-"""Packing beyond which growth is not tried: it takes ever longer towards jamming."""
+LARGEST = 0.82
+"""Largest packing that is tried; near jamming the time grows without limit."""
 
 SWEEPS = 2000
-"""Pushes of all balls after which growth has failed; to a packing of 0.82 there are 800 or so."""
+"""Pushes of all balls after which pushing has failed; a packing of 0.82 needs about 800."""
 
 PUSH, MEMORY = 0.3, 0.9
-"""Of an overlap, how much a push takes away; of a ball's last step, how much goes into its next."""
+"""The part of an overlap that a push removes, and the part of its last step that a ball repeats."""
 
 SKIN = 0.6
-"""Beyond touching, up to which gap pairs are kept in sight, in mean radii."""
+"""Largest gap of the pairs that are listed as neighbours, in mean radii."""
 
 
-def uniform_places(
-    container: Container, generator: np.random.PCG64, number: int, radius: float
+def random_places(
+    container: Container,
+    radii: Sequence[float],
+    counts: Sequence[int],
+    packing: float,
+    generator: np.random.PCG64,
 ) -> Floats:
-    """Uniform places for the centres of balls of a radius (m), (*number*, 2), m."""
-    if isinstance(container, Circle):
-        return (container.radius - radius) * points_in_disc(generator, number, 0.0)
-    margin = 2 * radius if container.has_wall else 0.0
-    return np.asarray((uniforms(generator, number) - 0.5) * (np.array(container.size) - margin))
+    """Random places of ``counts`` balls of each radius (m), in that order; (*N*, 2), m.
 
+    packing : area of the balls over that of the container
 
-def scattered(
-    container: Container, radii: Sequence[float], counts: Sequence[int], generator: np.random.PCG64
-) -> Floats:
-    """Random places for so many balls of each radius (m), in that order; (*N*, 2), m.
-
-    Raises ``JammedError`` where they find none.
+    Raises ``JammedError`` if there are none, or none are found.
     """
-    each = np.repeat(np.asarray(radii, dtype=np.float64), counts)
-    packing = packing_of(container, each)
-    if packing > GROWN * (1 + 1e-9):
-        raise JammedError(GROWN)
+    if packing > LARGEST * (1 + 1e-9):
+        raise JammedError(LARGEST)
     wide = 2 * max(radii) / min(container.size)
     if wide > 1:
         raise JammedError(packing / (wide * wide))
+    each = np.repeat(radii, counts)
     inserted = min(packing, INSERTED)
     while True:
         scale = math.sqrt(inserted / packing)
@@ -263,16 +258,11 @@ def scattered(
             break
         inserted /= 2
     if scale < 1:
-        # In strips, what is near is near in memory too.
+        # Sorted in strips, so that neighbours are near in memory too.
         strips = np.floor(positions[:, 1] / (4 * _mean(each)))
         order = np.lexsort((positions[:, 0], strips))
-        positions[order] = _grown(container, positions[order], each[order], packing)
+        positions[order] = _pushed_apart(container, positions[order], each[order], packing)
     return positions
-
-
-def packing_of(container: Container, radii: Floats) -> float:
-    """Area of balls over that of the container, the same for any order of the balls."""
-    return container.packing_fraction(math.fsum((radii * radii).tolist()))
 
 
 def _inserted(
@@ -282,7 +272,8 @@ def _inserted(
     generator: np.random.PCG64,
     scale: float,
 ) -> Floats | None:
-    """Places of balls whose radii are ``scale`` of theirs, the largest first; None if jammed."""
+    """Places where balls with radii scaled by ``scale`` do not overlap; None if that fails."""
+    period = container.period
     found: dict[int, Floats] = {}
     for k in sorted(range(len(radii)), key=lambda k: -radii[k]):
         found[k] = np.empty((0, 2))
@@ -291,24 +282,33 @@ def _inserted(
             if attempts > ATTEMPTS * counts[k]:
                 return None
             number = int(missing / accepted) + 8
-            tried = uniform_places(container, generator, number, radii[k])
+            tried = _uniform_places(container, generator, number, radii[k])
             attempts += number
             for other, places in found.items():
-                tried = tried[
-                    ~_blocked(container, tried, places, scale * (radii[k] + radii[other]))
-                ]
-            tried = tried[~_blocked(container, tried, tried, scale * 2 * radii[k])]
+                reach = scale * (radii[k] + radii[other])
+                tried = tried[~_blocked(tried, places, reach, period)]
+            tried = tried[~_blocked(tried, tried, scale * 2 * radii[k], period)]
             accepted = max(len(tried) / number, 0.05)
             found[k] = np.concatenate([found[k], tried[:missing]])
     return np.concatenate([found[k] for k in range(len(radii))])
 
 
+def _uniform_places(
+    container: Container, generator: np.random.PCG64, number: int, radius: float
+) -> Floats:
+    """Uniform places of centres of balls of a radius (m); (*number*, 2), m."""
+    if isinstance(container, Circle):
+        return (container.radius - radius) * points_in_disc(generator, number, 0.0)
+    margin = 2 * radius if container.has_wall else 0.0
+    return np.asarray((uniforms(generator, number) - 0.5) * (np.array(container.size) - margin))
+
+
 def _blocked(
-    container: Container, tried: Floats, places: Floats, reach: float
+    tried: Floats, places: Floats, reach: float, period: tuple[float, float] | None
 ) -> NDArray[np.bool_]:
-    """Which places are within reach (m) of others, or of earlier ones among themselves."""
+    """Which of the tried places are within reach (m) of `places`, or of earlier ones if these."""
     blocked = np.zeros(len(tried), dtype=np.bool_)
-    for a, b, distances in near(tried, places, reach, container.period):
+    for a, b, distances in near(tried, places, reach, period):
         close = distances < reach
         if tried is places:
             close &= b < a
@@ -316,11 +316,11 @@ def _blocked(
     return blocked
 
 
-def _grown(container: Container, positions: Floats, radii: Floats, packing: float) -> Floats:
-    """The positions of balls pushed apart until none overlap. Raises ``JammedError``.
+def _pushed_apart(container: Container, positions: Floats, radii: Floats, packing: float) -> Floats:
+    """Positions without overlaps. Raises ``JammedError``.
 
-    They are pushed as if they were larger by a quarter of what jamming leaves room for, so that
-    all are free soon, and keep going as if they had mass.
+    Balls are pushed as if they were larger by a quarter of the way to jamming, so that they soon
+    are free. They continue their last step in part, as if they had mass.
     """
     wanted = radii * (1 + max(0.25 * (math.sqrt(JAMMED / packing) - 1), 1e-4))
     skin = SKIN * _mean(radii)
@@ -352,5 +352,5 @@ def _grown(container: Container, positions: Floats, radii: Floats, packing: floa
 
 
 def _mean(values: Floats) -> float:
-    """Correctly rounded, and so the same on every machine."""
+    """Correctly rounded, so the same on every machine."""
     return math.fsum(values.tolist()) / len(values)

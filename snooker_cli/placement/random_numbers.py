@@ -1,8 +1,7 @@
-"""Random numbers for starts: places, directions and Maxwell's velocities, the same everywhere.
+"""Random numbers with the same bits on every machine: places, directions, Maxwell's velocities.
 
-They are built on PCG64's raw 64-bit output, whose stream NumPy guarantees for ever, by +, -, *, /
-and square roots alone, which are correctly rounded on every machine; the library's sin, cos and
-log are not.
+NumPy guarantees the raw 64-bit output of PCG64. From it all follows by +, -, *, / and square roots,
+which every machine rounds correctly. The library's sin, cos and log are not used: they differ.
 """
 
 from __future__ import annotations
@@ -16,15 +15,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
-    Indices = NDArray[np.int64]
 
 
 PLACES, MAXWELL = 1, 2
-"""Streams of a repeat beside that of its directions."""
+"""Streams of a repeat besides that of its directions."""
 
 LOG_2 = 0.6931471805599453
 TERMS = 11
-"""Of the series of the logarithm, whose next is below 2e-19 of the first for |z| < 0.1716."""
+"""Terms of the logarithm's series; the next is below 2e-19 of the first for |z| < 0.1716."""
 
 
 def stream(seed: int, repeat: int, *purpose: int) -> np.random.PCG64:
@@ -33,21 +31,23 @@ def stream(seed: int, repeat: int, *purpose: int) -> np.random.PCG64:
 
 
 def random_directions(number: int, seed: int, repeat: int) -> Floats:
-    """Random unit vectors, (*number*, 2): points in an annulus of the unit disc, normalised."""
+    """Random unit vectors, (*number*, 2): points of an annulus, normalised."""
     inside = points_in_disc(stream(seed, repeat), number, 0.0625)
     return np.asarray(inside / np.sqrt(inside[:, :1] ** 2 + inside[:, 1:] ** 2))
 
 
 def random_normals(number: int, seed: int, repeat: int) -> Floats:
-    """Pairs of independent normal deviates of variance 1, (*number*, 2), by Marsaglia's polar
-    method: doi:10.1137/1006063."""
+    """Pairs of independent normal deviates of variance 1, (*number*, 2).
+
+    Marsaglia's polar method: doi:10.1137/1006063.
+    """
     inside = points_in_disc(stream(seed, repeat, MAXWELL), number, 0.0)
     squares = inside[:, 0] ** 2 + inside[:, 1] ** 2
     return np.asarray(inside * np.sqrt(-2.0 * logarithm(squares) / squares)[:, None])
 
 
 def points_in_disc(generator: np.random.PCG64, number: int, least: float) -> Floats:
-    """Uniform points of the unit disc, (*number*, 2), whose squared radius is over ``least``."""
+    """Uniform points of the unit disk, (*number*, 2), whose squared radius is over ``least``."""
     found: list[Floats] = []
     missing = number
     while missing > 0:
@@ -65,7 +65,7 @@ def uniforms(generator: np.random.PCG64, number: int) -> Floats:
     return np.asarray((raw >> np.uint64(11)).astype(np.float64) * 2.0**-53).reshape(-1, 2)
 
 
-def shuffled(generator: np.random.PCG64, number: int) -> Indices:
+def shuffled(generator: np.random.PCG64, number: int) -> NDArray[np.int64]:
     """The whole numbers below ``number`` in random order."""
     return np.argsort(generator.random_raw(number), kind="stable")
 

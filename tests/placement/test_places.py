@@ -1,0 +1,246 @@
+"""Rings, lattices and random places: correctly rounded, without overlaps, dense, uniform."""
+
+import hashlib
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scenes import EPSILON
+from scipy import stats
+
+from snooker_cli.config import Experiment
+from snooker_cli.containers import SHAPES, Box, Circle, Container, PeriodicBox
+from snooker_cli.errors import SceneError
+from snooker_cli.neighbours import near_pairs
+from snooker_cli.placement.places import lattice, ring_positions, unit_polygon
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.scene import Scene, check
+
+# Rings
+
+
+@pytest.mark.parametrize("corners", [1, 2, 3, 5, 6, 12, 18, 24, 30, 60, 126, 600])
+def test_polygons_are_correctly_rounded(corners):
+    """Against the cosine and sine of each corner with 60 digits, rounded once."""
+    with mpmath.workdps(60):
+        turns = [2 * mpmath.mpf(k) / corners for k in range(corners)]
+        exact = [(float(mpmath.cospi(turn)), float(mpmath.sinpi(turn))) for turn in turns]
+    assert list(unit_polygon(corners)) == exact
+
+
+def test_polygon_with_six_thousand_corners():
+    """The outermost of 1000 rings: the last corner is as exact as the first."""
+    corners = unit_polygon(6000)
+    assert corners[3000] == (-1.0, 0.0)
+    assert corners[1500] == (0.0, 1.0)
+    assert corners[1000][0] == corners[5000][0] == 0.5
+    assert all(a == (b[0], -b[1]) for a, b in zip(corners[1:], corners[:0:-1], strict=True))
+
+
+def test_rings():
+    """1 + 3n(n + 1) balls: 6k on the ring of radius k/n of the extent."""
+    for rings in (0, 1, 2, 3, 7):
+        positions = ring_positions(rings, 8.0)
+        assert positions.shape == (1 + 3 * rings * (rings + 1), 2)
+        assert positions[0].tolist() == [0.0, 0.0]
+        expected = [8.0 * k / rings for k in range(1, rings + 1) for _ in range(6 * k)]
+        assert np.hypot(*positions[1:].T) == pytest.approx(expected, rel=2 * EPSILON)
+
+
+# Lattices
+
+
+def of_size(shape: str, width: float, height: float) -> Container:
+    return Circle(width / 2) if shape == "circle" else SHAPES[shape](width, height)
+
+
+def packed(container: Container, number: int) -> Scene:
+    """Balls at the places of a lattice, as large as fit there."""
+    positions, diameter = lattice(container, number)
+    assert positions.shape == (number, 2)
+    return Scene(
+        positions=positions,
+        velocities=np.zeros((number, 2)),
+        radii=np.full(number, diameter / 2),
+        masses=np.ones(number),
+        container=container,
+        container_mass=math.inf,
+        container_position=np.zeros(2),
+        container_velocity=np.zeros(2),
+        restitution=1.0,
+        wall_restitution=1.0,
+    )
+
+
+@given(st.sampled_from(tuple(SHAPES)), st.integers(1, 2000), st.floats(-6, 6), st.floats(-1.5, 1.5))
+@settings(derandomize=True, deadline=None, max_examples=150)
+def test_balls_fit_up_to_the_stated_diameter(shape, number, scale, aspect):
+    """They touch each other and the wall, up to the rounding that ``check`` accepts."""
+    container = of_size(shape, 10.0**scale, 10.0 ** (scale + aspect))
+    scene = packed(container, number)
+    diameter = 2 * scene.radii[0]
+    assert 0 < diameter <= min(container.size)
+    # ``check`` refuses a periodic box of less than five diameters.
+    if container.has_wall or min(container.size) > 5.001 * diameter:
+        check(scene)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("number", [1000, 1003, 1055, 1120, 1999, 4096, 10_000, 31_415])
+def test_thousands_of_balls_reach_a_packing_of_0_85(shape, number):
+    assert packed(of_size(shape, 1.0, 1.0), number).packing_fraction > 0.85
+
+
+@pytest.mark.parametrize(
+    ("number", "radius"),
+    [(1, 1.0), (2, 1 / 2), (3, 1 / (1 + 2 / math.sqrt(3))), (7, 1 / 3), (19, 1 / 5)],
+)
+def test_closest_packings_in_a_circle(number, radius):
+    """The best there are for 1, 2, 3 and 7 (Graham 1968), the hexagon for 19."""
+    assert packed(Circle(1.0), number).radii[0] == pytest.approx(radius, rel=1e-14)
+
+
+def test_commensurate_lattices_reach_the_closest_packing():
+    """Twelve rows of ten, in a box that fits them: pi / sqrt(12)."""
+    size = (10.0, 12 * math.sqrt(3) / 2)
+    for box in (PeriodicBox(*size), PeriodicBox(*size[::-1])):
+        closest = math.pi / math.sqrt(12)
+        assert packed(box, 120).packing_fraction == pytest.approx(closest, rel=1e-13)
+
+
+def test_rows_in_a_box():
+    """Three rows of 3, 2 and 3 in the box that they fill, and a row along a channel."""
+    scene = packed(Box(3.0, 1 + math.sqrt(3)), 8)
+    assert 2 * scene.radii[0] == pytest.approx(1.0, rel=1e-14)
+    assert np.sort(scene.positions[:, 0]) == pytest.approx([-1, -1, -0.5, 0, 0, 0.5, 1, 1])
+    channel = packed(Box(1.0, 5.0), 5)
+    assert 2 * channel.radii[0] == pytest.approx(1.0, rel=1e-14)
+    assert np.sort(channel.positions[:, 1]) == pytest.approx([-2, -1, 0, 1, 2])
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_lattice_fills_the_whole_container(shape):
+    """The mean place is the centre, and the spread is that of a uniform gas."""
+    positions = lattice(of_size(shape, 2.0, 2.0), 1000).positions
+    assert np.mean(positions, axis=0) == pytest.approx([0, 0], abs=0.02)
+    uniform = 1 / 4 if shape == "circle" else 1 / 3
+    assert np.mean(positions**2, axis=0) == pytest.approx([uniform, uniform], rel=0.06)
+
+
+def test_empty_places_are_spread_evenly():
+    """93 balls in a square leave places empty; every quarter has its share of them."""
+    positions = lattice(PeriodicBox(1.0, 1.0), 93).positions
+    quarters = np.histogram2d(*positions.T, bins=2)[0]
+    assert np.all(abs(quarters - 93 / 4) < 4)
+
+
+# Random places; ``starting_scene`` checks that they do not overlap
+
+
+def gas(
+    shape: str, *species: dict, packing: float | None, repeat: int = 0, **more: object
+) -> Scene:
+    """Balls of 1 m at random places."""
+    data = {
+        "container": {"shape": shape, "packing": packing},
+        "balls": [{"speed": 1.0, "radius": 1.0, "start": "random"} | each for each in species],
+        "cor": 1.0,
+        "time": 1.0,
+    }
+    return starting_scene(Experiment.model_validate(data | more), repeat)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("packing", [1e-6, 0.05, 0.4, 0.5, 0.7])
+@pytest.mark.parametrize("number", [30, 1500])
+def test_any_number_of_equal_balls(shape, packing, number):
+    scene = gas(shape, {"count": number}, packing=packing)
+    assert scene.number == number
+    assert scene.packing_fraction == pytest.approx(packing, rel=1e-12)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("packing", [0.3, 0.75])
+def test_species_of_different_sizes(shape, packing):
+    """In the given order, each with its radius; small balls fit between large ones."""
+    scene = gas(shape, {"count": 900, "radius": 0.2}, {"count": 300}, packing=packing)
+    assert scene.radii.tolist() == 900 * [0.2] + 300 * [1.0]
+    assert scene.packing_fraction == pytest.approx(packing, rel=1e-12)
+
+
+def test_a_few_balls_as_dense_as_random_places_get():
+    """Seven balls reach 7/9, one in the centre; pushed apart they reach 0.7 of that."""
+    for repeat in range(5):
+        gas("circle", {"count": 7}, packing=0.7 * 7 / 9, repeat=repeat)
+        gas("circle", {"count": 1}, packing=0.8, repeat=repeat)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_dilute_gases_are_uniform(shape):
+    """By Kolmogorov and Smirnov."""
+    scene = gas(shape, {"count": 20_000}, packing=1e-4)
+    x, y = (scene.positions / (np.array(scene.container.size) / 2)).T
+    if shape == "circle":
+        squares, angles = x * x + y * y, np.arctan2(y, x)
+        assert stats.kstest(squares, stats.uniform(0, 1).cdf).pvalue > 0.001
+        assert stats.kstest(angles, stats.uniform(-math.pi, 2 * math.pi).cdf).pvalue > 0.001
+    else:
+        for axis in (x, y):
+            assert stats.kstest(axis, stats.uniform(-1, 2).cdf).pvalue > 0.001
+        assert abs(np.mean(x * y)) < 4 / 3 / math.sqrt(scene.number)
+
+
+def test_pairs_of_a_dilute_gas_are_independent():
+    """Each ball has packing * (k^2 - 4) others within k radii: they only exclude each other."""
+    packing, reach, number = 0.01, 10, 20_000
+    scene = gas("periodic", {"count": number}, packing=packing)
+    near = near_pairs(scene.positions, scene.radii, reach - 2, scene.container.period)
+    pairs = sum(len(i) for i, _, _ in near)
+    expected = number / 2 * packing * (reach**2 - 4)
+    # Nearly Poisson's; the next virial coefficient adds less than the packing to the number.
+    assert abs(pairs - expected) < 4 * math.sqrt(expected) + packing * expected
+
+
+def test_repeats_have_different_places_and_points_share_them():
+    first = gas("box", {"count": 50}, packing=0.3)
+    other = gas("box", {"count": 50}, packing=0.3, repeat=1)
+    assert not np.isin(first.positions, other.positions).any()
+    point = gas("box", {"count": 50, "speed": 9.0}, packing=0.3, cor=0.5)
+    assert np.array_equal(first.positions, point.positions)
+
+
+GOLDEN = {
+    # Inserted, and inserted and pushed apart.
+    ("circle", 0.3): "f1b64c6a71b79b74",
+    ("box", 0.3): "deec34d516fb13bb",
+    ("periodic", 0.3): "9d0ccdd488abd8d1",
+    ("circle", 0.6): "afec19e3b963d212",
+    ("box", 0.6): "8e83a587e2ea30c4",
+    ("periodic", 0.6): "c83ddd0b4d34b1c0",
+}
+
+
+@pytest.mark.parametrize(("shape", "packing"), GOLDEN)
+def test_golden_places(shape, packing):
+    """The bits from which stored runs started, on any machine."""
+    scene = gas(shape, {"count": 100}, {"count": 100, "radius": 0.5}, packing=packing)
+    digest = hashlib.sha256(scene.positions.astype("<f8").tobytes()).hexdigest()
+    assert digest[:16] == GOLDEN[shape, packing]
+
+
+@pytest.mark.parametrize(
+    ("shape", "number", "size", "key", "reached"),
+    [
+        *((shape, 1000, {"packing": 0.83}, "container.packing", "0.8200") for shape in SHAPES),
+        # Twenty balls in a square jam at about 0.69.
+        ("box", 20, {"packing": 0.81}, "container.packing", r"0\.[67]\d+"),
+        ("box", 3, {"width": 100.0, "height": 1.0}, "balls[0].radius", "0.0235"),
+    ],
+)
+def test_too_dense_a_gas_is_refused_with_the_packing_reached(shape, number, size, key, reached):
+    with pytest.raises(SceneError, match=f"reach a packing of {reached}") as caught:
+        gas(shape, {"count": number}, packing=None, container={"shape": shape, **size})
+    assert caught.value.key == key

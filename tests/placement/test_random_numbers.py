@@ -1,0 +1,70 @@
+"""Random directions: the same doubles everywhere, uniform, and independent."""
+
+import math
+from decimal import Decimal, localcontext
+
+import numpy as np
+import pytest
+from scenes import EPSILON
+from scipy import stats
+
+from snooker_cli.placement.random_numbers import random_directions
+
+GOLDEN = {  # seed, repeat -> the first directions
+    (1, 0): [
+        ("0x1.0affd677f88eep-1", "-0x1.b4deb3eeb99f8p-1"),
+        ("0x1.41922ab5871b4p-1", "-0x1.8e6ac142b40e6p-1"),
+        ("-0x1.6c749bb11601dp-1", "0x1.679b08a5401fap-1"),
+    ],
+    (7, 3): [
+        ("-0x1.ff97df78ecaf6p-1", "0x1.4678bff620424p-5"),
+        ("-0x1.fc400db8088cbp-1", "0x1.eed1cdaab8096p-4"),
+    ],
+}
+
+
+@pytest.mark.parametrize(("seed", "repeat"), GOLDEN)
+def test_golden_directions(seed, repeat):
+    expected = GOLDEN[seed, repeat]
+    directions = random_directions(len(expected), seed, repeat).tolist()
+    assert [(u.hex(), v.hex()) for u, v in directions] == expected
+
+
+@pytest.fixture(scope="module")
+def directions() -> np.ndarray:
+    """100,000 of them."""
+    return random_directions(100_000, 1, 0)
+
+
+def test_directions_are_unit_vectors(directions):
+    """To one unit in the last place, by exact arithmetic."""
+    with localcontext() as context:
+        context.prec = 60
+        for u, v in directions[:2000].tolist():
+            assert abs((Decimal(u) ** 2 + Decimal(v) ** 2).sqrt() - 1) <= EPSILON
+    assert np.max(abs(np.hypot(*directions.T) - 1)) <= 2 * EPSILON
+
+
+def test_directions_are_uniform(directions):
+    """By Kolmogorov and Smirnov on the circle and on its first four harmonics."""
+    angles = np.arctan2(directions[:, 1], directions[:, 0])
+    assert stats.kstest(angles, stats.uniform(-math.pi, 2 * math.pi).cdf).pvalue > 0.001
+    for harmonic in (1, 2, 3, 4):
+        # The mean of n unit vectors has |mean|^2 n ~ exponential(1).
+        resultant = abs(np.mean(np.exp(1j * harmonic * angles))) ** 2 * len(angles)
+        assert resultant < -math.log(0.001)
+
+
+def test_successive_directions_are_independent(directions):
+    (u, v), n = directions.T, len(directions)
+    for a, b in ((u[:-1], u[1:]), (v[:-1], v[1:]), (u[:-1], v[1:])):
+        # Products of independent components have a variance of 1/4.
+        assert abs(np.mean(a * b)) < 4 * 0.5 / math.sqrt(n)
+
+
+def test_repeats_and_seeds_differ_and_are_reproducible():
+    first = random_directions(37, 1, 0)
+    assert np.array_equal(first, random_directions(37, 1, 0))
+    for other in ((1, 1), (2, 0)):
+        assert not np.isin(first, random_directions(37, *other)).any()
+    assert random_directions(0, 1, 0).shape == (0, 2)
