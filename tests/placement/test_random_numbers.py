@@ -1,4 +1,4 @@
-"""Random directions: the same doubles everywhere, uniform, and independent."""
+"""Random directions and normal deviates: the same bits everywhere, distributed as they should."""
 
 import math
 from decimal import Decimal, localcontext
@@ -8,7 +8,7 @@ import pytest
 from scenes import EPSILON
 from scipy import stats
 
-from snooker_cli.placement.random_numbers import random_directions
+from snooker_cli.placement.random_numbers import logarithm, random_directions, random_normals
 
 GOLDEN = {  # seed, repeat -> the first directions
     (1, 0): [
@@ -68,3 +68,36 @@ def test_repeats_and_seeds_differ_and_are_reproducible():
     for other in ((1, 1), (2, 0)):
         assert not np.isin(first, random_directions(37, *other)).any()
     assert random_directions(0, 1, 0).shape == (0, 2)
+
+
+def test_normal_deviates():
+    normals = random_normals(50_000, 1, 0)
+    for component in normals.T:
+        assert stats.kstest(component, stats.norm.cdf).pvalue > 0.001
+    assert abs(np.mean(normals[:, 0] * normals[:, 1])) < 4 / math.sqrt(50_000)
+    assert abs(np.mean(normals[1:, 0] * normals[:-1, 1])) < 4 / math.sqrt(50_000)
+    assert np.array_equal(normals[:100], random_normals(100, 1, 0))
+    assert not np.isin(normals, random_normals(100, 1, 1)).any()
+    assert np.isfinite(normals).all()
+
+
+def test_golden_normal_deviates():
+    """The bits from which stored runs started, on any machine."""
+    assert [[x.hex() for x in pair] for pair in random_normals(2, 1, 0).tolist()] == [
+        ["-0x1.993e50a57ffefp+0", "-0x1.19a77a260976fp-1"],
+        ["-0x1.9308e93dd6f8cp-1", "0x1.6c646aca89cc3p-2"],
+    ]
+
+
+def test_the_logarithm_is_that_of_decimals():
+    """To two units in the last place, or of one near 1, where it vanishes."""
+    random = np.random.default_rng(1)
+    values = np.concatenate(
+        [random.random(2000), 2.0 ** -random.integers(0, 110, 50), 1 - random.random(200) * 1e-6]
+    )
+    with localcontext() as context:
+        context.prec = 40
+        for value, found in zip(values.tolist(), logarithm(values).tolist(), strict=True):
+            exact = Decimal(value).ln()
+            assert abs(Decimal(found) - exact) <= 2 * Decimal(EPSILON) * abs(exact)
+    assert logarithm(np.array([1.0]))[0] == 0.0

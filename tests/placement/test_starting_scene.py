@@ -81,25 +81,6 @@ def test_a_scene_of_listed_balls():
     assert starting_scene(square, 0).container == Box(20.0, 20.0)
 
 
-@pytest.mark.parametrize("shape", ["circle", "periodic"])
-def test_velocities_of_species(shape):
-    """Each has the kinetic energy of its speed; without walls all energy stays, momentum is 0."""
-    species = [
-        {"count": 30, "radius": 1.0, "mass": 4.0, "speed": 5.0},
-        {"count": 50, "radius": 0.5, "mass": 1.0, "speed": 10.0, "speeds": "maxwell"},
-    ]
-    data = {"container": {"shape": shape, "packing": 0.1}, "balls": species, "cor": 1, "time": 1}
-    scene = starting_scene(Experiment.model_validate(data), 3)
-    energies = scene.masses * np.sum(scene.velocities**2, axis=1)
-    assert np.sum(energies) == pytest.approx(30 * 4 * 25 + 50 * 100, rel=1e-13)
-    if shape == "circle":
-        assert energies[:30] == pytest.approx(100.0, rel=1e-13)
-        assert np.ptp(energies[30:]) > 100
-    else:
-        momentum = np.sum(scene.masses[:, None] * scene.velocities, axis=0)
-        assert np.max(abs(momentum)) < 1e-11
-
-
 def test_balls_may_touch():
     starting_scene(listed(ball(0, 0), ball(2, 0)), 0)
     starting_scene(listed(ball(9, 0)), 0)

@@ -1,17 +1,15 @@
 """Balls given by count: sizes that follow, lattices, speeds, errors, and sweeps over them."""
 
 import math
-from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from scenes import EPSILON
 from scipy import stats
 
 from snooker_cli.analysis.observables import total_momentum
 from snooker_cli.config import Experiment, digest, parse, points, to_json
 from snooker_cli.errors import SceneError
-from snooker_cli.placement.random_numbers import logarithm, random_directions, random_normals
+from snooker_cli.placement.random_numbers import random_directions
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 
@@ -27,7 +25,7 @@ def gas(container: str, balls: str, repeat: int = 0) -> Scene:
     return starting_scene(experiment(container, balls), repeat)
 
 
-# --- sizes ----------------------------------------------------------------------------------
+# Sizes
 
 
 @pytest.mark.parametrize(
@@ -55,7 +53,7 @@ def test_of_size_radius_and_packing_the_third_follows(shape, size, area):
 
 
 def test_packing_of_the_container_is_that_of_the_balls():
-    """One says the same as the other; of several species only the container's can be meant."""
+    """Both mean the same for one species; several have only that of the container."""
     one = gas("shape: box, packing: 0.3", "{count: 40, radius: 1, speed: 1}")
     other = gas("shape: box", "{count: 40, packing: 0.3, radius: 1, speed: 1}")
     assert one.container == other.container
@@ -73,64 +71,41 @@ def test_species_without_radii_share_one():
 
 
 def test_species_are_mixed_on_a_lattice():
-    """Who has which place is drawn anew in each repeat; the places are the same."""
+    """Every repeat has the same places, and assigns them to the balls at random."""
     species = "[{count: 300, radius: 1, speed: 1}, {count: 300, radius: 0.5, speed: 1}]"
     scene, other = (gas("shape: periodic, packing: 0.3", species, repeat) for repeat in (0, 1))
-    for axis in (0, 1):
-        assert abs(np.mean(scene.positions[:300, axis])) < 4 * scene.container.size[
-            axis
-        ] / math.sqrt(12 * 300)
+    means = abs(np.mean(scene.positions[:300], axis=0))
+    assert np.all(means < 4 * np.array(scene.container.size) / math.sqrt(12 * 300))
     assert not np.array_equal(scene.positions, other.positions)
     assert np.array_equal(*(np.unique(each.positions, axis=0) for each in (scene, other)))
 
 
-# --- lattices -------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_packing_of_0_85_from_a_lattice(shape):
-    scene = gas(f"shape: {shape}", "{count: 2000, packing: 0.85, radius: 1, speed: 1}")
-    assert scene.packing_fraction == pytest.approx(0.85, rel=1e-13)
+# Lattices
 
 
 @pytest.mark.parametrize(
-    ("container", "balls", "key", "sentence"),
+    ("container", "balls", "key", "reached"),
     [
-        (
-            "shape: circle",
-            "{count: 7, packing: 0.8, radius: 1, speed: 1}",
-            "balls.packing",
-            "7 balls on a lattice in a circle reach a packing of 0.7777, and 0.8 is asked for; "
-            "lower it",
-        ),
-        (
-            "radius: 3",
-            "{count: 7, radius: 1.1, speed: 1}",
-            "balls.radius",
-            "7 balls on a lattice in a circle reach a packing of 0.7777, and 0.9411 is asked for; "
-            "the largest radius is 0.99999999999",
-        ),
+        ("shape: circle", "{count: 7, packing: 0.8, radius: 1, speed: 1}", "balls.packing", 0.7777),
+        ("radius: 3", "{count: 7, radius: 1.1, speed: 1}", "balls.radius", 0.7777),
         (
             "shape: periodic, packing: 0.9",
             "[{count: 100, radius: 1, speed: 1}, {count: 100, radius: 0.5, speed: 1}]",
             "container.packing",
-            "200 balls on a lattice with room for the largest everywhere in a periodic box reach a "
-            # That of 200 equal balls, 0.846, times (1 + 1/4)/2.
-            "packing of 0.5287, and 0.9 is asked for; lower it, or set start: random",
+            0.5287,  # that of 200 equal balls, 0.846, times (1 + 1/4)/2
         ),
         (
             "shape: box, width: 3",
             "[{count: 2, radius: 0.1, speed: 1}, {count: 2, radius: 1, speed: 1}]",
             "balls[1].radius",
-            "4 balls on a lattice with room for the largest everywhere in a box reach a packing of",
+            0.2722,
         ),
     ],
 )
-def test_what_is_too_dense_is_refused_with_what_is_reached(container, balls, key, sentence):
-    with pytest.raises(SceneError) as caught:
+def test_too_dense_a_lattice_is_refused_with_the_packing_reached(container, balls, key, reached):
+    with pytest.raises(SceneError, match=f"reach a packing of {reached}, ") as caught:
         gas(container, balls)
     assert caught.value.key == key
-    assert str(caught.value).startswith(sentence)
 
 
 def test_the_stated_radius_and_packing_fit():
@@ -146,12 +121,12 @@ def test_the_stated_radius_and_packing_fit():
 @pytest.mark.parametrize("start", ["lattice", "random"])
 def test_a_periodic_box_that_is_too_small_is_refused(start):
     balls = f"{{count: 9, packing: 0.5, radius: 1, speed: 1, start: {start}}}"
-    with pytest.raises(SceneError, match="use smaller balls, more of them, or a larger") as caught:
+    with pytest.raises(SceneError, match="is under 5 diameters") as caught:
         gas("shape: periodic", balls)
     assert caught.value.key == "container.width"
 
 
-# --- speeds ---------------------------------------------------------------------------------
+# Speeds
 
 
 def test_equal_speeds_have_the_directions_of_rings():
@@ -172,7 +147,7 @@ def test_the_energy_is_that_of_the_speed(shape, speeds):
 
 
 def test_every_species_has_the_energy_of_its_speed():
-    """But in a periodic box, where their sum has."""
+    """In a periodic box only the sum has."""
     species = (
         "[{count: 20, radius: 1, mass: 4, speed: 5, speeds: maxwell}, "
         "{count: 30, radius: 1, speed: 8}, {count: 50, radius: 1, speed: 10, speeds: maxwell}]"
@@ -196,46 +171,13 @@ def test_balls_may_be_at_rest(speeds):
     assert np.all(gas("shape: periodic", balls).velocities == 0.0)
 
 
-def test_maxwells_speeds_are_his():
+def test_speeds_have_maxwells_distribution():
     scene = gas("radius: 1", "{count: 20000, packing: 1.0e-4, speed: 3, speeds: maxwell}")
     speeds = np.hypot(*scene.velocities.T)
     assert stats.kstest(speeds, stats.rayleigh(scale=3 / math.sqrt(2)).cdf).pvalue > 0.001
 
 
-def test_normal_deviates():
-    normals = random_normals(50_000, 1, 0)
-    for component in normals.T:
-        assert stats.kstest(component, stats.norm.cdf).pvalue > 0.001
-    assert abs(np.mean(normals[:, 0] * normals[:, 1])) < 4 / math.sqrt(50_000)
-    assert abs(np.mean(normals[1:, 0] * normals[:-1, 1])) < 4 / math.sqrt(50_000)
-    assert np.array_equal(normals[:100], random_normals(100, 1, 0))
-    assert not np.isin(normals, random_normals(100, 1, 1)).any()
-    assert np.isfinite(normals).all()
-
-
-def test_golden_normal_deviates():
-    """To the last bit on any machine; these are what stored runs started from."""
-    assert [[x.hex() for x in pair] for pair in random_normals(2, 1, 0).tolist()] == [
-        ["-0x1.993e50a57ffefp+0", "-0x1.19a77a260976fp-1"],
-        ["-0x1.9308e93dd6f8cp-1", "0x1.6c646aca89cc3p-2"],
-    ]
-
-
-def test_the_logarithm_is_that_of_decimals():
-    """To two units in the last place, or of one near 1, where it vanishes."""
-    random = np.random.default_rng(1)
-    values = np.concatenate(
-        [random.random(2000), 2.0 ** -random.integers(0, 110, 50), 1 - random.random(200) * 1e-6]
-    )
-    with localcontext() as context:
-        context.prec = 40
-        for value, found in zip(values.tolist(), logarithm(values).tolist(), strict=True):
-            exact = Decimal(value).ln()
-            assert abs(Decimal(found) - exact) <= 2 * Decimal(EPSILON) * abs(exact)
-    assert logarithm(np.array([1.0]))[0] == 0.0
-
-
-# --- configs --------------------------------------------------------------------------------
+# Configs
 
 MIXTURE = (
     "shape: periodic, packing: 0.3",
@@ -243,25 +185,14 @@ MIXTURE = (
 )
 
 
-def test_one_species_says_the_start_for_all():
-    mixture = experiment(*MIXTURE)
-    assert mixture.start == "random"
+def test_one_species_gives_the_start_for_all():
+    assert experiment(*MIXTURE).start == "random"
     assert experiment(*MIXTURE, "balls[0].start=null").start == "lattice"
     assert experiment("radius: 1", "{count: 3, packing: 0.1, speed: 1}").start == "lattice"
 
 
-@pytest.mark.parametrize(
-    "given",
-    [
-        MIXTURE,
-        ("shape: box, width: 3.0", "{count: 30, packing: 0.1, speed: 1, speeds: maxwell}"),
-        ("packing: 0.2", "{count: 30, radius: 1, speed: 1, start: random}"),
-    ],
-)
-def test_configs_can_be_written_and_read_back(given):
-    original = experiment(*given)
-    written = to_json(original)
-    assert parse(written).experiment == original
+def test_absent_keys_are_not_written():
+    written = to_json(experiment("shape: box, width: 3.0", "{count: 30, packing: 0.1, speed: 1}"))
     assert "height" not in written
     assert "shape" not in to_json(experiment("radius: 1", "{rings: 1, radius: 0.1, speed: 1}"))
 
@@ -299,18 +230,5 @@ def test_every_key_can_be_swept():
     assert {scene.container.name for scene in scenes} == set(SHAPES)
     assert {round(scene.packing_fraction, 9) for scene in scenes} == {0.1, 0.3}
     mixed = experiment(*MIXTURE, "balls[1].count=60,6", "container.packing=0.2,0.3")
-    assert [starting_scene(point.experiment, 0).number for point in points(mixed)] == [
-        90,
-        90,
-        36,
-        36,
-    ]
-
-
-def test_errors_stand_where_the_key_was_written():
-    loaded = parse(
-        "container: {packing: 0.9}\nballs: [{count: 3, radius: 1, speed: 1}]\ncor: 1\ntime: 1\n"
-    )
-    assert str(loaded.locate("container.packing")) == "config:1:22"
-    assert str(loaded.locate("balls[0].radius")) == "config:2:28"
-    assert str(loaded.locate("container.width")) == "config:1:12"
+    numbers = [starting_scene(point.experiment, 0).number for point in points(mixed)]
+    assert numbers == [90, 90, 36, 36]
