@@ -222,12 +222,10 @@ class DaskExecutor(Executor):
         with suppress(Exception):
             self._exits.close()
 
-    def prepare(self, run: Run, missing: Sequence[tuple[int, int]]) -> None:
-        """Nothing: each worker compiles what it needs."""
-
     def simulate(
         self, run: Run, missing: Sequence[tuple[int, int]], watcher: Watcher, command: str
     ) -> Iterator[RepeatResult | None]:
+        watcher.simulating(0.0)  # each worker compiles what it needs
         remote = RemoteRun(
             self._name, software(), run.directory.absolute(), run.identity, run.engine, command
         )

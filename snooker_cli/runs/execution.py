@@ -15,6 +15,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, Self, TypeVar
 
+from snooker_cli.config import Point
 from snooker_cli.runs.folder import forget_failures, note_failure
 from snooker_cli.runs.plan import alike, first_scene
 from snooker_cli.runs.repeat import (
@@ -63,16 +64,13 @@ class Executor(ABC):
         self._pool, self._at_once, self._cancelled = pool, at_once, cancelled
 
     @abstractmethod
-    def prepare(self, run: Run, missing: Sequence[tuple[int, int]]) -> None:
-        """Compile what the missing repeats need, if this is done beforehand."""
-
-    @abstractmethod
     def simulate(
         self, run: Run, missing: Sequence[tuple[int, int]], watcher: Watcher, command: str
     ) -> Iterator[RepeatResult | None]:
         """The results of the missing repeats as they come; None for an abandoned one.
 
         missing : numbers of point and repeat
+        watcher : told when simulating begins
         command : stored in each provenance
         """
 
@@ -130,17 +128,17 @@ class ThreadExecutor(Executor):
     def __exit__(self, *_error: object) -> None:
         self._pool.shutdown(wait=not self._cancelled.is_set(), cancel_futures=True)
 
-    def prepare(self, run: Run, missing: Sequence[tuple[int, int]]) -> None:
-        def compile_all(points: set[int], _keep: object) -> None:
-            for same in alike(run.points[point] for point in sorted(points)).values():
-                compile_for(first_scene(same[0].experiment, 0), run.engine)
-
-        for _ in self.each(compile_all, [{point for point, _ in missing}]):
-            pass
-
     def simulate(
         self, run: Run, missing: Sequence[tuple[int, int]], watcher: Watcher, command: str
     ) -> Iterator[RepeatResult | None]:
+        clock = time.perf_counter()
+        points = [run.points[point] for point in sorted({point for point, _ in missing})]
+        for _ in self.each(lambda each, _: _compile_all(run, each), [points]):
+            pass
+        if self._cancelled.is_set():
+            return
+        watcher.simulating(time.perf_counter() - clock)
+
         def one(item: tuple[int, int], keep: Callable[[], bool]) -> RepeatResult | None:
             if self._cancelled.is_set():
                 return None
@@ -153,7 +151,7 @@ class ThreadExecutor(Executor):
 
             return simulate_repeat(run, *item, watch, command)
 
-        return self.each(one, missing)
+        yield from self.each(one, missing)
 
     def _submit(self, function: Callable[..., Result], item: Any) -> Future[Result]:
         keeps = threading.Event()
@@ -176,6 +174,12 @@ class ThreadExecutor(Executor):
     def _result(self, future: Future[Result], _item: Any) -> Result:
         del self._keeps[future]
         return future.result()
+
+
+def _compile_all(run: Run, points: Sequence[Point]) -> None:
+    """Compile what simulating these points needs."""
+    for same in alike(points).values():
+        compile_for(first_scene(same[0].experiment, 0), run.engine)
 
 
 def execute(
@@ -221,14 +225,11 @@ def execute(
             watcher.unusable(status)
         forget_failures(run)
         missing.sort()
-        simulator = executor or threads
+        simulated: Iterable[RepeatResult | None] = ()
         if missing and not cancelled.is_set():
             figures_reported = _remove_analyses(run, watcher)
-            clock = time.perf_counter()
-            simulator.prepare(run, missing)
-            if not cancelled.is_set():
-                watcher.simulating(time.perf_counter() - clock)
-        for result in simulator.simulate(run, missing, watcher, command):
+            simulated = (executor or threads).simulate(run, missing, watcher, command)
+        for result in simulated:
             if result is None:
                 continue
             if result.error:

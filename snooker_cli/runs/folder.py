@@ -75,7 +75,10 @@ def planned_change(run: Run, *, fresh: bool = False) -> Change:
     Raises ``RunError`` if the folder is not a run's, or holds other results and not ``fresh``.
     """
     directory = run.directory
-    _refuse_file(directory)
+    if directory.is_file():
+        raise RunError(
+            f"{directory}: cannot be written (is a file)", "give --out for another folder"
+        )
     if not (directory / MANIFEST).exists():
         if directory.is_dir() and any(path.suffix != ".part" for path in directory.iterdir()):
             raise RunError(
@@ -103,15 +106,14 @@ def open_run(name: str | Path) -> Run:
     be read.
     """
     directory = next(filter(_is_run, (Path(name), RUNS / name)), None)
+    if directory is None and Path(name).is_file():
+        raise RunError(f"{name}: is a file, not a run's folder")
     if directory is None:
-        if Path(name).is_file():
-            raise RunError(f"{name}: is a file, not a run's folder")
         near = _nearest(Path(name))
+        advice = f"the nearest is {near}, and `snooker ls` lists all"
         raise RunError(
             f"{name}: there is no run here (no {MANIFEST})",
-            f"the nearest is {near}, and `snooker ls` lists all"
-            if near
-            else "make one with `snooker run CONFIG`",
+            advice if near else "make one with `snooker run CONFIG`",
         )
     manifest = directory / MANIFEST
     try:
@@ -174,14 +176,6 @@ def _writing(directory: Path) -> Iterator[None]:
         ) from None
 
 
-def _refuse_file(directory: Path) -> None:
-    """Raise ``RunError`` for a file in the place of a run's folder."""
-    if directory.is_file():
-        raise RunError(
-            f"{directory}: cannot be written (is a file)", "give --out for another folder"
-        )
-
-
 # Lock.
 
 
@@ -192,7 +186,6 @@ def locked(directory: Path) -> Iterator[None]:
     Raises ``RunError`` if another process has the lock or the folder cannot be made. Runs on two
     machines may share a folder: each writes its own temporary files, and the last one stays.
     """
-    _refuse_file(directory)
     with _writing(directory):
         directory.mkdir(parents=True, exist_ok=True)
     if sys.platform == "win32":  # which cannot lock folders
@@ -232,18 +225,14 @@ def is_locked(directory: Path) -> bool:
     """Whether a `snooker run` of this machine is writing in a folder; never on Windows."""
     if sys.platform == "win32":
         return False
-    try:
+    with suppress(OSError):
         descriptor = os.open(directory, os.O_RDONLY)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except OSError:
-        return False
-    finally:
-        os.close(descriptor)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        finally:
+            os.close(descriptor)
     return False
 
 

@@ -189,11 +189,7 @@ def _to_do(run: Run, *, fresh: bool) -> dict[int, int]:
 def _class_plan(each: SceneClass, to_do: dict[int, int], engine: str | None) -> dict[str, Any]:
     """A class of scenes and estimates for its repeats that are to do."""
     estimates = [
-        {
-            "collisions": _times(to_do[point.index], point.experiment.collisions),
-            "processor_seconds": _times(to_do[point.index], _seconds(each, point, balls)),
-            "bytes": _times(to_do[point.index], _bytes(point.experiment, balls)),
-        }
+        _estimates(each, point.experiment, balls, to_do[point.index])
         for point, balls in zip(each.points, each.balls, strict=True)
     ]
     return {
@@ -219,29 +215,33 @@ def _because(each: SceneClass, engine: str | None) -> str:
     return f"{'many' if each.models['cells'] else 'few'} balls in a circle"
 
 
-def _seconds(each: SceneClass, point: Point, balls: int) -> float | None:
-    """The time of a repeat on one thread, s; dilute gases among cells take longer.
+def _estimates(
+    each: SceneClass, experiment: Experiment, balls: int, repeats: int
+) -> dict[str, float | None]:
+    """Collisions, time on one thread (s) and disk for some repeats; None if not known.
 
-    Rates of `snooker bench speed`. With more balls in cells, memory becomes slower.
+    The rates are those of `snooker bench speed`. More balls in cells need slower memory. Dilute
+    gases among cells take longer.
     """
-    collisions = point.experiment.collisions
-    if collisions is None:
-        return None
-    for_each = 1.5e-7 + 5e-9 * balls
-    if each.models["cells"]:
-        for_each = 6e-7 * float(max(1.0, balls / 1000) ** 0.3)
-    return 3e-3 + 5e-6 * balls + collisions * for_each
-
-
-def _bytes(experiment: Experiment, balls: int) -> float | None:
-    """The size of a repeat's file."""
-    size = BYTES_OF_REPEAT + BYTES_OF_BALL * balls
-    if experiment.record == "summary":
-        return size + BYTES_OF_SUMMARY
-    if experiment.collisions is None:
-        return None
-    short = experiment.collisions < SHORT
-    return size + experiment.collisions * (BYTES_OF_SHORT_EVENT if short else BYTES_OF_EVENT)
+    collisions, summary = experiment.collisions, experiment.record == "summary"
+    size = BYTES_OF_REPEAT + BYTES_OF_BALL * balls + (BYTES_OF_SUMMARY if summary else 0)
+    found: dict[str, float | None] = {
+        "collisions": collisions,
+        "processor_seconds": None,
+        "bytes": size if summary else None,
+    }
+    if collisions is not None:
+        for_each = 1.5e-7 + 5e-9 * balls
+        if each.models["cells"]:
+            for_each = 6e-7 * max(1.0, balls / 1000) ** 0.3
+        found["processor_seconds"] = 3e-3 + 5e-6 * balls + collisions * for_each
+        if not summary:
+            short = collisions < SHORT
+            found["bytes"] = size + collisions * (BYTES_OF_SHORT_EVENT if short else BYTES_OF_EVENT)
+    return {
+        name: 0 if repeats == 0 else None if value is None else repeats * value
+        for name, value in found.items()
+    }
 
 
 def _cools_out(each: SceneClass, experiment: Experiment, balls: int) -> bool:
@@ -263,11 +263,6 @@ def _free_bytes(directory: Path) -> int | None:
     except OSError:
         return None
     return disk.free if disk.total else None
-
-
-def _times(repeats: int, each: float | None) -> float | None:
-    """A value times a number of repeats; None if the value is not known."""
-    return 0 if repeats == 0 else None if each is None else repeats * each
 
 
 def _total(parts: Sequence[dict[str, Any]], name: str) -> float | None:
