@@ -49,23 +49,14 @@ _ABOVE_POLE = _Search(
 class FitModel:
     """A decay y = A g(q s) with one rate q, where g(0) = 1; s is the time since t0.
 
-    Attributes
-    ----------
-    name, label, formula : str
-        In files and tables; in legends; of y, with t the time since t0.
-    key, symbol, mean_symbol : str
-        Name of the rate in JSON; its letter; its letter where a mean since the start is fitted.
-    curve, derivative : callable
-        g and dg/dx at x = q s.
-    line, weight, rate_of_line : callable
-        For the first guess: y transformed to a straight line in s, 1/(its derivative)², and the
-        rate for the slope and intercept of that line.
-    search : _Search
-        The variable of the search.
-    mean_model : str
-        The model that the mean since the start follows; empty if it is this one.
-    from_start : bool
-        Whether the rate depends on t0, so that t0 is always the start of the run.
+    name, label, formula : in files and tables; in legends; of y, with t the time since t0
+    key, symbol, mean_symbol : the rate in JSON; its letter; its letter in a mean since the start
+    curve, derivative : g and dg/dx at x = q s
+    line, weight, rate_of_line : for the first guess: y as a straight line in s, 1/(its
+        derivative)², and the rate for the slope and intercept of that line
+    search : the variable of the search
+    mean_model : the model that the mean since the start follows; empty if it is this one
+    from_start : whether the rate depends on t0, so that t0 is always the start of the run
     """
 
     name: str
@@ -139,29 +130,14 @@ LAWS: dict[str, FitModel] = {
 class FitResult:
     """What one curve gives for one model; the numbers are nan if the fit failed.
 
-    Attributes
-    ----------
-    model : str
-        A name in ``MODELS``.
-    converged : bool
-        Whether the numbers can be used.
-    message : str
-        How the fit ended, in one sentence.
-    points : int
-        Number of points given.
-    start : float
-        t0, the time of the amplitude (s).
-    value : float
-        The rate: decay constant k or Haff's α (1/s).
-    error : float
-        Standard error of `value` from this curve alone (1/s). It is too small for a cooling curve,
-        whose points are correlated.
-    amplitude : float
-        A, in the unit of y; as given if it was held.
-    rms_residual : float
-        Root of the mean squared residual, in the unit of y.
-    r_squared : float
-        1 − Σ residual²/Σ (y − mean y)²; nan for a constant y.
+    model : a name in ``MODELS``
+    converged, message : whether the numbers can be used; how the fit ended, in one sentence
+    points, start : number of points given; t0, the time of the amplitude (s)
+    value : the rate: decay constant k or Haff's α (1/s)
+    error : its standard error from this curve alone (1/s); too small for a cooling curve, whose
+        points are correlated
+    amplitude, rms_residual : A, as given if it was held, and the residual; in the unit of y
+    r_squared : 1 − Σ residual²/Σ (y − mean y)²; nan for a constant y
     """
 
     model: str
@@ -187,18 +163,11 @@ def fit(
 ) -> FitResult:
     """Least-squares fit of a decay to one curve.
 
-    Parameters
-    ----------
-    t, y : (n,) array_like
-        Times (s, at least 0) and values (any unit). Any scale: the search is dimensionless.
-    model : str
-        A name in ``MODELS``.
-    amplitude : float, optional
-        Hold A at this value; by default it is free.
-    start : float, optional
-        t0 (s), not after any of the times; by default the first of them.
-    rounding : float, optional
-        Relative size of changes that are only rounding; no decay is sought in them.
+    t, y : (*n*,) times (s, at least 0) and values; any scale, the search is dimensionless
+    model : a name in ``MODELS``
+    amplitude : A is held at this value; by default it is free
+    start : t0 (s), not after any of the times; by default the first of them
+    rounding : relative size of changes that are only rounding; no decay is sought in them
 
     Data that cannot be fitted give a result with converged=False and a message with the reason.
     Raises ValueError for an unknown model, arrays of different shape, or an amplitude that is 0 or
@@ -360,23 +329,12 @@ def _inverse(matrix: Array) -> Array:
 class RepeatMean:
     """A decay constant over repeats (1/s); all errors are nan for fewer than two usable repeats.
 
-    Attributes
-    ----------
-    count, failed : int
-        Repeats used, and repeats left out because their fit failed.
-    mean : float
-        Mean of the fitted values.
-    standard_deviation : float
-        Sample standard deviation of one repeat.
-    standard_error : float
-        Of the mean: standard deviation/√count.
-    bootstrap_error : float
-        Standard deviation of the mean over resampled repeats.
-    bootstrap_low, bootstrap_high : float
-        Percentile interval of the mean that holds 68.27 % of the resamples.
-    max_min_half_range : float
-        Half of the range over the repeats, which the source report gives as the error. It grows
-        with the number of repeats.
+    count, failed : repeats used, and repeats left out because their fit failed
+    standard_deviation, standard_error : of one repeat, and of the mean
+    bootstrap_error : standard deviation of the mean over resampled repeats
+    bootstrap_low, bootstrap_high : interval of the mean that holds 68.27 % of the resamples
+    max_min_half_range : half of the range, the source report's error; it grows with the number of
+        repeats
     """
 
     count: int

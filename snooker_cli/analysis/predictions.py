@@ -76,8 +76,8 @@ def free_velocities(scene: Scene) -> int | None:
     """
     if scene.container.has_wall:
         return scene.number
-    one_mass = bool(np.all(scene.masses == scene.masses[0]))
-    return scene.number - 1 if scene.number > 2 and one_mass and at_rest(scene) else None
+    known = scene.number > 2 and _one(scene.masses) and at_rest(scene)
+    return scene.number - 1 if known else None
 
 
 def floor(scene: Scene) -> float:
@@ -107,6 +107,26 @@ def floor(scene: Scene) -> float:
 
 
 # Measured quantities beside predictions: the rows of a comparison, and notes for their reader.
+
+CHI_SQUARE = "χ² of the speed distribution, per degree of freedom"
+
+UNITS = {
+    "pressure": "Pa m",
+    "temperature": "J",
+    "PV/NT": "1",
+    "PV/NT by the virial": "1",
+    "wall rate of a ball": "1/s",
+    "ball-ball rate of a ball": "1/s",
+    "mean free path": "m",
+    "decay constant of energy": "1/s",
+    "decay constant of pressure": "1/s",
+    "Haff's α": "1/s",
+    "energy left at the end": "1",
+    "mean speed": "m/s",
+    "kurtosis of speeds": "1",
+    CHI_SQUARE: "1",
+}
+"""Every quantity that is compared, and its unit."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +175,7 @@ class ComparisonTable:
         """A measured quantity over the repeats."""
         return np.array([one[name] for one in self.repeats], dtype=np.float64)
 
-    def add(self, quantity: str, unit: str, values: Any, model: str, predicted: Any) -> None:
+    def add(self, quantity: str, values: Any, model: str, predicted: Any) -> None:
         """A row; ``predicted`` is a number or a column over the repeats."""
         values = np.asarray(values, dtype=np.float64)
         predicted = np.broadcast_to(np.asarray(predicted, dtype=np.float64), values.shape)
@@ -172,7 +192,7 @@ class ComparisonTable:
         self.rows.append(
             Comparison(
                 quantity=quantity,
-                unit=unit,
+                unit=UNITS[quantity],
                 model=model,
                 measured=mean,
                 error=error,
@@ -228,10 +248,10 @@ def ideal_gas(table: ComparisonTable, scene: Scene) -> None:
     number, area = scene.number, scene.container.area
     pressure, warm = table.column("pressure"), table.column("temperature")
     ideal = theory.ideal_gas_pressure(number, 1.0, area) * warm
-    table.add("pressure", "Pa m", pressure, "ideal gas law", ideal)
+    table.add("pressure", pressure, "ideal gas law", ideal)
     by_pressure = theory.ideal_gas_temperature(1.0, area, number) * pressure
-    table.add("temperature", "J", warm, "ideal gas law, PV/N", by_pressure)
-    table.add("PV/NT", "1", pressure / ideal, "ideal gas law", 1.0)
+    table.add("temperature", warm, "ideal gas law, PV/N", by_pressure)
+    table.add("PV/NT", pressure / ideal, "ideal gas law", 1.0)
 
 
 def hard_disks(table: ComparisonTable, scene: Scene) -> None:
@@ -262,10 +282,10 @@ def hard_disks(table: ComparisonTable, scene: Scene) -> None:
     met = table.column("meeting_temperature") / warm
     ratios = {model: 1 + (value / ideal - 1) * met for model, value in at_one.items()}
     for model, ratio in ratios.items():
-        table.add("pressure", "Pa m", pressure, model, ratio * ideal * warm)
+        table.add("pressure", pressure, model, ratio * ideal * warm)
     for model, ratio in ratios.items():
         if model.startswith("hard disks"):
-            table.add("PV/NT", "1", pressure / (ideal * warm), model, ratio)
+            table.add("PV/NT", pressure / (ideal * warm), model, ratio)
     _virial(table, scene, state, met)
     _rates(table, scene, mass)
 
@@ -277,12 +297,12 @@ def _virial(
     found, walls = table.column("virial_ratio"), scene.container.has_wall
     if state is not None and walls:
         bulk = float(theory.compressibility(scene.packing_fraction))
-        table.add("PV/NT by the virial", "1", found, "hard disks, Padé", bulk)
-        table.add("PV/NT by the virial", "1", found, "hard disks with a wall", state.virial_ratio)
+        table.add("PV/NT by the virial", found, "hard disks, Padé", bulk)
+        table.add("PV/NT by the virial", found, "hard disks with a wall", state.virial_ratio)
     published = None if walls else theory.published_ratio(scene.packing_fraction)
     if published is not None and elastic(scene):
         ratio = 1 + (published.ratio - 1) * met
-        table.add("PV/NT", "1", found, published.source, ratio)
+        table.add("PV/NT", found, published.source, ratio)
 
 
 def _rates(table: ComparisonTable, scene: Scene, mass: float) -> None:
@@ -294,23 +314,23 @@ def _rates(table: ComparisonTable, scene: Scene, mass: float) -> None:
         wall = table.column("wall_rate")
         speed = theory.fixed_energy_mean_speed(number, 1.0, mass)
         ideal_rate = theory.wall_rate(speed, scene.container.accessible(radius))
-        table.add("wall rate of a ball", "1/s", wall, "ideal gas", ideal_rate * root)
+        table.add("wall rate of a ball", wall, "ideal gas", ideal_rate * root)
         if rates is not None:
             predicted = rates.wall * root
-            table.add("wall rate of a ball", "1/s", wall, "hard disks with a wall", predicted)
+            table.add("wall rate of a ball", wall, "hard disks with a wall", predicted)
     if rates is None:
         return
     density = theory.number_density(number, scene.container.area)
     pairs, met = table.column("pair_rate"), table.column("root_meeting_temperature")
     dilute = theory.ball_ball_rate(density, radius, 1.0, mass=mass)
-    table.add("ball-ball rate of a ball", "1/s", pairs, "Boltzmann", dilute * met)
-    table.add("ball-ball rate of a ball", "1/s", pairs, "Enskog", rates.ball_ball * met)
+    table.add("ball-ball rate of a ball", pairs, "Boltzmann", dilute * met)
+    table.add("ball-ball rate of a ball", pairs, "Enskog", rates.ball_ball * met)
     for model, length in (
         ("Boltzmann", theory.boltzmann_mean_free_path(density, radius)),
         ("Enskog", rates.mean_free_path),
         ("report, 1/(√2 n 2πr)", theory.report_mean_free_path(density, radius)),
     ):
-        table.add("mean free path", "m", table.column("mean_speed") / pairs, model, length)
+        table.add("mean free path", table.column("mean_speed") / pairs, model, length)
 
 
 def cooling(table: ComparisonTable, scene: Scene) -> None:
@@ -319,20 +339,20 @@ def cooling(table: ComparisonTable, scene: Scene) -> None:
         return
     reported = table.column("reported_constant")
     found = table.column("decay_constant")
-    table.add("decay constant of energy", "1/s", found, "report, −2 ln e/τ", reported)
+    table.add("decay constant of energy", found, "report, −2 ln e/τ", reported)
     half = np.array([theory.report_pressure_decay_constant(k) for k in reported])
     found = table.column("pressure_decay_constant")
-    table.add("decay constant of pressure", "1/s", found, "report, −ln e/τ", half)
+    table.add("decay constant of pressure", found, "report, −ln e/τ", half)
     inelastic, wall_inelastic = scene.restitution, scene.wall_restitution
     rates = scene_rates(scene, 1.0)
     if rates is not None:
         lost = theory.cooling_rate(inelastic, rates.ball_ball, wall_inelastic, rates.wall)
         alpha = theory.haff_rate(lost) * np.sqrt(table.column("start_temperature"))
         found = table.column("haff_rate")
-        table.add("Haff's α", "1/s", found, "Enskog rates at the start", alpha)
+        table.add("Haff's α", found, "Enskog rates at the start", alpha)
     pairs, walls = table.column("pair_events"), table.column("wall_events")
     left = theory.energy_ratio_by_events(scene.number, inelastic, pairs, wall_inelastic, walls)
-    table.add("energy left at the end", "1", table.column("energy_left"), "by event count", left)
+    table.add("energy left at the end", table.column("energy_left"), "by event count", left)
 
 
 def speeds(table: ComparisonTable, scene: Scene, counts: NDArray[np.int64]) -> None:
@@ -345,10 +365,10 @@ def speeds(table: ComparisonTable, scene: Scene, counts: NDArray[np.int64]) -> N
         mass, root = float(scene.masses[0]), table.column("root_temperature")
         speed = table.column("mean_speed")
         maxwell = theory.maxwell_mean_speed(1.0, mass)
-        table.add("mean speed", "m/s", speed, "Maxwell-Boltzmann", maxwell * root)
+        table.add("mean speed", speed, "Maxwell-Boltzmann", maxwell * root)
         if free is not None:
             at_fixed = theory.fixed_energy_mean_speed(free, 1.0, mass)
-            table.add("mean speed", "m/s", speed, "fixed energy", at_fixed * root)
+            table.add("mean speed", speed, "fixed energy", at_fixed * root)
     # The reduced speed v √(m/2T) is the speed of a ball with m = 1 at T = 1/2.
     laws: list[tuple[str, float, Callable[..., Any], tuple[float, ...]]] = [
         ("Maxwell-Boltzmann", 2.0, theory.maxwell_speed_cdf, (0.5,)),
@@ -360,7 +380,7 @@ def speeds(table: ComparisonTable, scene: Scene, counts: NDArray[np.int64]) -> N
         a2 = theory.sonine_coefficient(scene.restitution)
         laws.append(("homogeneous cooling, a2", 2 * (1 + a2), theory.sonine_speed_cdf, (0.5, a2)))
     for model, kurtosis, _, _ in laws:
-        table.add("kurtosis of speeds", "1", table.column("kurtosis"), model, kurtosis)
+        table.add("kurtosis of speeds", table.column("kurtosis"), model, kurtosis)
     if counts.sum() > 0:
         edges = np.arange(SPEED_BINS, dtype=np.float64) * np.float64(SPEED_BIN)
         for model, _, cumulative, arguments in laws:
@@ -382,8 +402,8 @@ def _chi_square(
     freedom = len(expected) - 1
     value = float(np.sum((counts - expected) ** 2 / expected)) / freedom
     return Comparison(
-        quantity="χ² of the speed distribution, per degree of freedom",
-        unit="1",
+        quantity=CHI_SQUARE,
+        unit=UNITS[CHI_SQUARE],
         model=model,
         measured=value,
         error=math.nan,

@@ -298,9 +298,7 @@ def haff_time(run: Run, selection: Selection) -> FigureData:
     points = evenly(inelastic_points(run, selection), MOST_COOLING)
     build = FigureBuilder(run, selection, points)
     for index, point in enumerate(points):
-        record, drawn = _rates_over_time(list(build.traces(point)), index, build.label(point))
-        build.record(point, **record)
-        build.lines += drawn
+        record = _add_rates(build, index, point)
         ends = [with_error(record[f"{k}_rate"], record[f"{k}_rate_error"]) for k in _ENDS]
         laws = [
             f"{short(record[f'{law}_last_rate'])} {text}"
@@ -335,10 +333,9 @@ def _laws_in(record: dict[str, Any]) -> list[str]:
     return [law for law in _HAFF if f"{law}_last_rate" in record]
 
 
-def _rates_over_time(
-    traces: Sequence[Trace], index: int, name: str | None
-) -> tuple[dict[str, Any], list[Layer]]:
-    """A point's local rates and the laws: numbers as JSON, and layers."""
+def _add_rates(build: FigureBuilder, index: int, point: Point) -> dict[str, Any]:
+    """Add a point's local rates and the laws; its numbers as JSON."""
+    traces = list(build.traces(point))
     require_motion(traces[0].start)
     edges, rates, errors, left = _local_rates(traces)
     curves = [curve(trace, "kinetic_energy") for trace in traces]
@@ -361,21 +358,22 @@ def _rates_over_time(
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
     fine = np.linspace(0.0, edges[-1, 1], 200)
-    layers: list[Layer] = [
-        Line(fine, _haff_rate(fine, *law), None, index, _HAFF[form][2])
-        for form, law in laws.items()
-    ]
-    bars = errors if len(traces) > 1 else None
-    layers += [
+    bars, name = errors if len(traces) > 1 else None, build.label(point) or "simulation"
+    build.lines += [
+        *(
+            Line(fine, _haff_rate(fine, *law), None, index, _HAFF[form][2])
+            for form, law in laws.items()
+        ),
         Line(fine[[0, -1]], np.array([k, k]), None, index, "dotted"),
-        Points(edges.mean(axis=1), rates, None, bars, name or "simulation", index),
+        Points(edges.mean(axis=1), rates, None, bars, name, index),
     ]
     for end, row in _ENDS.items():
         record |= {f"{end}_rate": float(rates[row]), f"{end}_rate_error": float(errors[row])}
     for form, law in laws.items():
         before, after = np.log(_haff_energy(edges[-1], *law))
         record[f"{form}_last_rate"] = float(before - after) / float(np.ptp(edges[-1]))
-    return record, layers
+    build.record(point, **record)
+    return record
 
 
 def _haff_energy(time: Array, alpha: float, floor: float) -> Array:
@@ -429,9 +427,7 @@ def event_decay(run: Run, selection: Selection) -> FigureData:
     points = evenly(inelastic_points(run, selection))
     build = FigureBuilder(run, selection, points)
     for index, point in enumerate(points):
-        record, drawn = _energy_over_counts(list(build.traces(point)), index, build.label(point))
-        build.record(point, **record)
-        build.lines += drawn
+        record = _add_energies(build, index, point)
         text = with_error(record["final_ratio"], record["final_ratio_error"])
         text += f", by the collisions {short(record['theory'])}"
         if "theory_above_floor" in record:
@@ -460,10 +456,9 @@ def event_decay(run: Run, selection: Selection) -> FigureData:
     )
 
 
-def _energy_over_counts(
-    traces: Sequence[Trace], index: int, name: str | None
-) -> tuple[dict[str, Any], list[Layer]]:
-    """A point's energies by collision count: numbers as JSON, and layers."""
+def _add_energies(build: FigureBuilder, index: int, point: Point) -> dict[str, Any]:
+    """Add a point's energies by collision count; its numbers as JSON."""
+    traces = list(build.traces(point))
     scene = traces[0].start
     require_motion(scene)
     if scene.number < 2:
@@ -487,14 +482,15 @@ def _energy_over_counts(
         "floor": floor,
         "repeats": len(traces),
     }
-    layers: list[Layer] = [Line(x, alone, None, index, "solid")]
+    build.lines.append(Line(x, alone, None, index, "solid"))
     if floor >= FLOOR_MATTERS * final:
         above = (floors + (1 - floors) * expected).mean(axis=0)
-        layers.append(Line(x, above, None, index, "dashed"))
+        build.lines.append(Line(x, above, None, index, "dashed"))
         record["theory_above_floor"] = float(above[-1])
-    bars = error_bars(standard_errors(energies))
-    layers.append(Points(x, energies.mean(axis=0), None, bars, name or "simulation", index))
-    return record, layers
+    bars, name = error_bars(standard_errors(energies)), build.label(point) or "simulation"
+    build.lines.append(Points(x, energies.mean(axis=0), None, bars, name, index))
+    build.record(point, **record)
+    return record
 
 
 def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, Array]:

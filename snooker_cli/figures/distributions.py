@@ -147,66 +147,70 @@ class _Sample:
     once: bool
 
 
-def distances(kind: Distance, run: Run, selection: Selection) -> FigureData:
+def distances(distance: Distance, run: Run, selection: Selection) -> FigureData:
     """The distribution of a distance, with its limit and random places."""
-    build = FigureBuilder(run, selection, _points_with_states(kind, run, selection))
-    found = [_sample(kind, build, point) for point in build.points]
+    build = FigureBuilder(run, selection, _points_with_states(distance, run, selection))
+    found = [_sample(distance, build, point) for point in build.points]
     extremes: dict[float, float] = {}
     for index, (point, each) in enumerate(zip(build.points, found, strict=True)):
         build.lines.append(Histogram(each.edges, each.density, build.label(point), index))
         before = extremes.get(each.limit, each.extreme)
-        extremes[each.limit] = kind.outermost(np.array([before, each.extreme]))
-        key = f"{kind.extreme}_distance"
+        extremes[each.limit] = distance.outermost(np.array([before, each.extreme]))
+        key = f"{distance.extreme}_distance"
         build.record(point, **{key: each.extreme, "beyond_limit": each.excess})
-    limit = kind.outermost(np.array(list(extremes)))
+    limit = distance.outermost(np.array(list(extremes)))
     excess = max(each.excess for each in found)
     widest = max(found, key=lambda each: float(each.edges[-1]))
     x = np.linspace(0.0, float(widest.edges[-1]), 200)
     where = f"uniform in the {widest.scene.container.title}"
     equal = all(equal_balls(each.scene) for each in found)
-    name = kind.limit if equal else kind.limit_of_unequal
+    name = distance.limit if equal else distance.limit_of_unequal
     build.lines += [
-        Line(x, kind.uniform(x, widest.scene), where, NEUTRAL, "dashed"),
+        Line(x, distance.uniform(x, widest.scene), where, NEUTRAL, "dashed"),
         *(Reference("x", each, f"{name} = {each:g} m") for each in extremes),
     ]
     texts = [f"{exact(at)} m where {name} = {exact(edge)} m" for edge, at in extremes.items()]
-    verdict = kind.kept
+    verdict = distance.kept
     if excess > 0:
         roundings = short(excess / np.spacing(limit), 2)
-        verdict = f"{kind.passed} by {short(excess, 2)} m, {roundings} × the rounding of a double"
+        verdict = (
+            f"{distance.passed} by {short(excess, 2)} m, {roundings} × the rounding of a double"
+        )
     every = "every few collisions" if any(each.thinned for each in found) else "each collision"
-    caption = f"The {kind.extreme} distance is {listed(texts)}: {verdict}. "
+    caption = f"The {distance.extreme} distance is {listed(texts)}: {verdict}. "
     caption += f"Positions at the start and after {every}"
     caption += ", one per instant." if any(each.once for each in found) else "."
     if any(each.scene.container.period is not None for each in found):
         caption += " Distances are those of nearest images."
     return build.figure(
-        kind=kind.kind,
-        title=kind.title,
-        x_label=kind.x_label,
+        kind=distance.kind,
+        title=distance.title,
+        x_label=distance.x_label,
         y_label="probability density (m⁻¹)",
         caption=caption,
         numbers={
-            f"{kind.extreme}_distance": kind.outermost(np.array([each.extreme for each in found])),
+            f"{distance.extreme}_distance": distance.outermost(
+                np.array([each.extreme for each in found])
+            ),
             "limit": limit,
-            kind.excess: excess,
+            distance.excess: excess,
         },
-        x_limits=(0.0, 1.04 * limit if kind.central else None),
+        x_limits=(0.0, 1.04 * limit if distance.central else None),
         y_limits=(0.0, None),
     )
 
 
-def _sample(kind: Distance, build: FigureBuilder, point: Point) -> _Sample:
+def _sample(distance: Distance, build: FigureBuilder, point: Point) -> _Sample:
     """The distances of a point, gathered repeat by repeat."""
     number = len(present(build.run, point, build.selection))
     counts, excess, extremes, thinned, once = np.zeros(BINS), -math.inf, [], False, False
     for trace in build.traces(point):
-        limits, low, high = kind.limits(trace.start)
+        limits, low, high = distance.limits(trace.start)
         most = max(2, MOST_DISTANCES // (len(limits) * number))
         states = at_collisions(trace, most)
-        table = kind.of_states(states, trace.start).reshape(-1, len(limits))
-        excess = max(excess, float((kind.sign * (table - limits)).max()))
-        extremes.append(kind.outermost(table))
+        table = distance.of_states(states, trace.start).reshape(-1, len(limits))
+        excess = max(excess, float((distance.sign * (table - limits)).max()))
+        extremes.append(distance.outermost(table))
         rows = instants(states.time)
         thinned, once = thinned or trace.collisions >= most, once or len(rows) < len(table)
         # A distance that is beyond by rounding belongs to the bin at the limit.
@@ -216,15 +220,15 @@ def _sample(kind: Distance, build: FigureBuilder, point: Point) -> _Sample:
         scene=trace.start,
         edges=edges,
         density=counts / (counts.sum() * np.diff(edges)),
-        limit=high if kind.central else low,
-        extreme=kind.outermost(np.array(extremes)),
+        limit=high if distance.central else low,
+        extreme=distance.outermost(np.array(extremes)),
         excess=excess,
         thinned=thinned,
         once=once,
     )
 
 
-def _points_with_states(kind: Distance, run: Run, selection: Selection) -> list[Point]:
+def _points_with_states(distance: Distance, run: Run, selection: Selection) -> list[Point]:
     """The points to show. Raises ``FigureError`` without states, or for too many distances."""
     if run.experiment.record == "summary":
         raise FigureError("it needs positions; run the config with `record: events`")
@@ -232,12 +236,12 @@ def _points_with_states(kind: Distance, run: Run, selection: Selection) -> list[
     for point in points:
         scene = one_repeat(run, point, selection).start
         number = scene.number
-        if kind.central and not isinstance(scene.container, Circle):
+        if distance.central and not isinstance(scene.container, Circle):
             raise FigureError("only the wall of a circle is at one distance from the centre")
-        if not kind.central and number < 2:
+        if not distance.central and number < 2:
             raise FigureError("one ball has no distance to another; it needs two or more")
         # The start and the finish at least.
-        if 2 * (number if kind.central else number * (number - 1) // 2) > MOST_DISTANCES:
+        if 2 * (number if distance.central else number * (number - 1) // 2) > MOST_DISTANCES:
             raise FigureError(f"{number:,} balls have too many distances to show")
     return points
 

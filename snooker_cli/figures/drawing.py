@@ -1,4 +1,4 @@
-"""A picture -> a matplotlib figure; pure: pyplot and its global state are not touched."""
+"""Figure data -> a matplotlib figure and its files, without pyplot and its global state."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ SAMPLE_WIDTH = 9
 """Width of a column of the legend without its text, in characters."""
 
 FEW_DECADES = 10**2.5
-"""A logarithmic axis from low to less than so many times low has its ticks at 1, 2, 5, 10, ..."""
+"""A logarithmic axis from low to less than this many times low has its ticks at 1, 2, 5, 10, ..."""
 
 MANY_MARKERS = 20
 """More markers of a series are drawn smaller."""
@@ -137,12 +137,12 @@ MANY_VERTICES = 400
 """Lines of more vertices are mostly noise, and drawn thinner."""
 
 
-def draw(picture: FigureData) -> Figure:
-    """The figure of a picture, with a legend below the axes, where it covers no data."""
-    title = textwrap.wrap(picture.title, TITLE_WIDTH)
+def draw(data: FigureData) -> Figure:
+    """The matplotlib figure, with a legend below the axes, where it covers no data."""
+    title = textwrap.wrap(data.title, TITLE_WIDTH)
     notes = [
         line
-        for layer in picture.layers
+        for layer in data.layers
         if isinstance(layer, Note)
         for line in textwrap.wrap(layer.text, NOTE_WIDTH)
     ]
@@ -153,14 +153,14 @@ def draw(picture: FigureData) -> Figure:
         axes = figure.add_subplot()
         entries = [
             (getattr(layer, "series", NEUTRAL) == NEUTRAL, artist, label)
-            for depth, layer in enumerate(picture.layers)
+            for depth, layer in enumerate(data.layers)
             if (artist := _added(axes, layer, 2 + depth / 10))
             and (label := getattr(layer, "label", None))
         ]
         entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
-        _scale(axes, picture)
-        axes.set_xlabel(picture.x_label)
-        axes.set_ylabel(textwrap.fill(picture.y_label, LABEL_WIDTH))
+        _scale(axes, data)
+        axes.set_xlabel(data.x_label)
+        axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH))
         axes.set_title("\n".join(title), loc="left", pad=4 + 10 * len(notes))
         axes.annotate(
             "\n".join(notes),
@@ -187,7 +187,7 @@ def draw(picture: FigureData) -> Figure:
 
 
 def _added(axes: Axes, layer: Layer, order: float) -> Any:
-    """Draw a layer at a depth; its artist for the legend, ``None`` for a note."""
+    """Draw a layer at a depth: its artist for the legend, ``None`` for a note."""
     match layer:
         case Line():
             return axes.plot(
@@ -248,14 +248,14 @@ def _width(layer: Line) -> float:
     return 0.8 if len(layer.x) > MANY_VERTICES else 1.2
 
 
-def _scale(axes: Axes, picture: FigureData) -> None:
+def _scale(axes: Axes, data: FigureData) -> None:
     """Set the axes' scales and limits."""
-    if picture.x_log:
+    if data.x_log:
         axes.set_xscale("log")
-    if picture.y_log:
+    if data.y_log:
         axes.set_yscale("log")
-    axes.set_xlim(*picture.x_limits)
-    axes.set_ylim(*picture.y_limits)
+    axes.set_xlim(*data.x_limits)
+    axes.set_ylim(*data.y_limits)
     for axis in (axes.xaxis, axes.yaxis):
         low, high = axis.get_view_interval()
         if axis.get_scale() == "log" and high < FEW_DECADES * low:
@@ -273,10 +273,10 @@ def _columns(labels: list[str]) -> int:
     return 1
 
 
-# A picture -> SVG, PNG and the JSON of the numbers it shows, the same bytes every time.
+# Figure data -> SVG, PNG and JSON, the same bytes every time.
 
 
-def save(picture: FigureData, stem: Path) -> list[Path]:
+def save(data: FigureData, stem: Path) -> list[Path]:
     """Write ``stem.svg``, ``stem.png`` and ``stem.json``; the folder is made if need be.
 
     Title and caption are also in the metadata of the images.
@@ -284,25 +284,25 @@ def save(picture: FigureData, stem: Path) -> list[Path]:
     stem.parent.mkdir(parents=True, exist_ok=True)
     # Not with_suffix: a stem may have a point, as in `energy-fit-cor-0.8`.
     paths = [stem.with_name(f"{stem.name}.{ending}") for ending in ("svg", "png", "json")]
-    svg, png, data = paths
-    said = {"Title": picture.title, "Description": picture.caption}
+    svg, png, text = paths
+    words = {"Title": data.title, "Description": data.caption}
     with styled():
-        figure = draw(picture)
-        figure.savefig(svg, metadata={**said, "Date": None, "Creator": "snooker"})
-        figure.savefig(png, metadata={**said, "Software": None})
-    data.write_text(to_json(picture), encoding="utf-8")
+        figure = draw(data)
+        figure.savefig(svg, metadata={**words, "Date": None, "Creator": "snooker"})
+        figure.savefig(png, metadata={**words, "Software": None})
+    text.write_text(to_json(data), encoding="utf-8")
     return paths
 
 
-def to_json(picture: FigureData) -> str:
-    """The picture as JSON: its words, its numbers, and the data of each layer.
+def to_json(data: FigureData) -> str:
+    """The figure as JSON: its words, its numbers, and the data of each layer.
 
     Numbers have the shortest decimals that mean the same doubles; what is not finite is null.
     """
-    content = {each.name: plain(getattr(picture, each.name)) for each in fields(picture)}
+    content = {each.name: plain(getattr(data, each.name)) for each in fields(data)}
     content["layers"] = [
         {"type": type(layer).__name__.lower()}
         | {each.name: plain(getattr(layer, each.name)) for each in fields(layer)}
-        for layer in picture.layers
+        for layer in data.layers
     ]
     return json.dumps(content, ensure_ascii=False, allow_nan=False, indent=1) + "\n"

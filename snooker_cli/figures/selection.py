@@ -1,4 +1,4 @@
-"""A run and what to look at -> its points, which of their repeats are there, words for them."""
+"""A run and a selection -> points, their repeats, and words for them."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
     from snooker_cli.trace import StopReason, Trace
 
 
-# A run's files -> the selected repeats that are there, and what a caption says of each.
+# A run's files -> the selected repeats, and what a caption needs of each.
 
 REMEMBERED_SIZE = 100_000
-"""Repeats whose file is at most this long (bytes) stay in memory for the next picture."""
+"""Repeats whose file is at most this long (bytes) stay in memory for the next figure."""
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What a caption needs to know of a repeat.
+    """What a caption needs of a repeat.
 
     motion : start, finish and number of collisions in units of the fastest ball's speed at the
         start; equal if two repeats are one motion at two paces, to the bit
@@ -59,7 +59,10 @@ def facts(run: Run, point: Point, selection: Selection, *, single: bool) -> list
     """What a caption needs of the repeats; of the first alone if ``single``."""
     numbers = present(run, point, selection)[: 1 if single else None]
     paths = [run.path(point.index, number) for number in numbers]
-    return [_facts(path, _modified(path)) for path in paths]
+    infos = [store.file_info(path) for path in paths]
+    return [
+        _facts(path, info.modified if info else 0) for path, info in zip(paths, infos, strict=True)
+    ]
 
 
 def _read(run: Run, point: Point, number: int) -> Trace:
@@ -70,28 +73,22 @@ def _read(run: Run, point: Point, number: int) -> Trace:
 
 
 def _stored(path: Path) -> tuple[Trace, RepeatHeader]:
-    """What is in a file, or in memory if the file is small and unchanged."""
-    about = store.file_info(path)
-    if about is None or about.size > REMEMBERED_SIZE:
+    """A file's content, from memory if the file is small and unchanged."""
+    info = store.file_info(path)
+    if info is None or info.size > REMEMBERED_SIZE:
         return store.read(path)
-    return _remembered(path, about.modified)
-
-
-def _modified(path: Path) -> int:
-    """When a repeat's file was put in its place, ns since 1970; 0 if it is gone."""
-    about = store.file_info(path)
-    return 0 if about is None else about.modified
+    return _remembered(path, info.modified)
 
 
 @lru_cache(maxsize=8192)
 def _remembered(path: Path, modified: int) -> tuple[Trace, RepeatHeader]:
-    """What is in a file as it was at one time."""
+    """A file's content at one time."""
     return store.read(path)
 
 
 @lru_cache(maxsize=65536)
 def _facts(path: Path, modified: int) -> Facts:
-    """The facts of a repeat as its file was at one time."""
+    """The facts of a repeat, from its file at one time."""
     trace = _stored(path)[0]
     start, finish = trace.start, trace.finish
     # Doubling all speeds changes no rounding, so that the quotients stay the same to the bit.
@@ -103,7 +100,7 @@ def _facts(path: Path, modified: int) -> Facts:
 
 
 MOST_SERIES = 6
-"""More than this many series cannot be told apart in one picture."""
+"""More than this many series cannot be told apart in one figure."""
 
 _WORDS = {
     "balls.rings": "N = {}",
@@ -126,12 +123,12 @@ _WORDS = {
 }
 
 _ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
-"""What a key means that is null, or infinite."""
+"""The meaning of a key that is null or infinite."""
 
 
 @dataclass(frozen=True)
 class Selection:
-    """Which points and repeats to look at.
+    """The points and repeats to show.
 
     where : keys of the config and the value that a point must have there; a tuple is a choice
     repeat : one repeat, from 0; ``None`` is the first where one is shown, else all of them
@@ -146,7 +143,7 @@ def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
     points = tuple(point for point in matching(run, selection) if present(run, point, selection))
     if not points:
         what = "no repeat is" if selection.repeat is None else f"repeat {selection.repeat} is not"
-        raise FigureError(f"{what} there yet; run the config again, which goes on where it stopped")
+        raise FigureError(f"{what} there yet; run the config again")
     return points
 
 
@@ -199,12 +196,12 @@ def varying(points: Sequence[Point]) -> list[str]:
 
 
 def series_of_points(run: Run, selection: Selection) -> list[Point]:
-    """The selected points as series of one picture, see ``evenly``."""
+    """The selected points as series of one figure, see ``evenly``."""
     return evenly(selected(run, selection))
 
 
 def evenly(points: Sequence[Point], most: int = MOST_SERIES) -> list[Point]:
-    """Points as series of one picture; of too many along one key, an even choice.
+    """Points as series of one figure; of too many along one key, an even choice.
 
     Raises ``FigureError`` for too many points over several keys.
     """
@@ -213,7 +210,7 @@ def evenly(points: Sequence[Point], most: int = MOST_SERIES) -> list[Point]:
     keys = varying(points)
     if len(keys) > 1:
         raise FigureError(
-            f"{len(points)} points over {listed(keys)} are too many for one picture; choose at "
+            f"{len(points)} points over {listed(keys)} are too many for one figure; choose at "
             f"most {most} with --where"
         )
     return [points[k] for k in np.linspace(0, len(points) - 1, most).round().astype(int)]
@@ -247,7 +244,7 @@ def along(points: Sequence[Point], *xs: str, series: str | None = None) -> list[
     values = [None] if series is None or series not in keys else distinct(points, series)
     if len(values) > MOST_SERIES:
         raise FigureError(
-            f"{len(values)} values of {series} are too many for one picture; choose at most "
+            f"{len(values)} values of {series} are too many for one figure; choose at most "
             f"{MOST_SERIES} with --where"
         )
     groups = [
@@ -283,11 +280,11 @@ def inelastic_points(run: Run, selection: Selection) -> list[Point]:
 def require_motion(scene: Scene) -> None:
     """Raise ``FigureError`` where nothing moves at the start, so that no ratio to it exists."""
     if scene.kinetic_energy == 0:
-        raise FigureError("nothing moves at the start, so that there is no ratio to it")
+        raise FigureError("nothing moves at the start, so there is no ratio to it")
 
 
 def label(point: Point, points: Sequence[Point]) -> str | None:
-    """What tells a point from the others, as a legend has it; ``None`` if it is alone."""
+    """A point's text in the legend: the keys that vary; ``None`` if it is alone."""
     return ", ".join(described(point, key) for key in varying(points)) or None
 
 

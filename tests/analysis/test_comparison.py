@@ -13,7 +13,7 @@ from snooker_cli import containers, theory
 from snooker_cli.analysis import decay
 from snooker_cli.analysis.comparison import Comparisons, compare, record
 from snooker_cli.analysis.observables import mean_and_error, reduced_speed_counts, series
-from snooker_cli.analysis.predictions import Comparison
+from snooker_cli.analysis.predictions import CHI_SQUARE, Comparison
 from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
@@ -28,8 +28,6 @@ collisions: 600
 NUMBER = 19
 RELAXING = 48
 """Ball-ball collisions in which nineteen balls have five each."""
-
-CHI_SQUARE = "χ² of the speed distribution, per degree of freedom"
 
 
 def runs(number: int, *overrides: str, text: str = SCENE, summary: bool = False) -> list[Trace]:
