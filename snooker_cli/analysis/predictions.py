@@ -328,7 +328,7 @@ def _rates(table: ComparisonTable, scene: Scene, mass: float) -> None:
     for model, length in (
         ("Boltzmann", theory.boltzmann_mean_free_path(density, radius)),
         ("Enskog", rates.mean_free_path),
-        ("report, 1/(√2 n 2πr)", theory.report_mean_free_path(density, radius)),
+        ("source report, 1/(√2 n 2πr)", theory.report_mean_free_path(density, radius)),
     ):
         table.add("mean free path", table.column("mean_speed") / pairs, model, length)
 
@@ -339,10 +339,10 @@ def cooling(table: ComparisonTable, scene: Scene) -> None:
         return
     reported = table.column("reported_constant")
     found = table.column("decay_constant")
-    table.add("decay constant of energy", found, "report, −2 ln e/τ", reported)
+    table.add("decay constant of energy", found, "source report, −2 ln e/τ", reported)
     half = np.array([theory.report_pressure_decay_constant(k) for k in reported])
     found = table.column("pressure_decay_constant")
-    table.add("decay constant of pressure", found, "report, −ln e/τ", half)
+    table.add("decay constant of pressure", found, "source report, −ln e/τ", half)
     inelastic, wall_inelastic = scene.restitution, scene.wall_restitution
     rates = scene_rates(scene, 1.0)
     if rates is not None:

@@ -227,7 +227,9 @@ def decay_against_cor(run: Run, selection: Selection) -> FigureData:
     known = np.isfinite(reported)
     draw = np.count_nonzero(known) > 1
     if draw:
-        build.lines.append(Line(cors[known], reported[known], "k by the report", 0, "dashed"))
+        build.lines.append(
+            Line(cors[known], reported[known], "k by the source report", 0, "dashed")
+        )
     build.lines += curves
     ends = []
     for index, model in enumerate(LAWS.values()):

@@ -142,8 +142,8 @@ def test_a_repeat_is_relaxed_with_as_many_collisions_again(elastic: list[Trace])
 def test_cooling_is_compared_with_the_reports_own_constant(cooling: list[Trace]) -> None:
     found = compare(cooling)
     reported = np.mean([decay.reported_constant(trace) for trace in cooling])
-    energy = row(found, "decay constant of energy", "report, −2 ln e/τ")
-    pressure = row(found, "decay constant of pressure", "report, −ln e/τ")
+    energy = row(found, "decay constant of energy", "source report, −2 ln e/τ")
+    pressure = row(found, "decay constant of pressure", "source report, −ln e/τ")
     assert energy.predicted == pytest.approx(reported, rel=1e-12)
     assert pressure.predicted == pytest.approx(reported / 2, rel=1e-12)
     fitted = {(one.quantity, one.law): one for one in decay.decays(cooling)}
@@ -279,7 +279,9 @@ def test_balls_that_are_no_fluid_are_said() -> None:
 
 def test_a_theory_without_a_value_is_said() -> None:
     sticky = compare(runs(2, "cor=0", "wall_cor=1", "collisions=150"))
-    assert any("decay constant of energy (report, −2 ln e/τ)" in note for note in sticky.notes)
+    assert any(
+        "decay constant of energy (source report, −2 ln e/τ)" in note for note in sticky.notes
+    )
     packed = compare(runs(2, "balls.radius=1.64", "balls.ring_extent=0.8"))
     assert any("pressure (van der Waals)" in note for note in packed.notes)
     assert math.inf not in [one.predicted for one in packed.rows]

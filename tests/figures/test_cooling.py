@@ -138,7 +138,7 @@ def test_decay_against_cor(decaying: Run) -> None:
 def test_the_laws_beside_the_decay_constants(decaying: Run) -> None:
     found = shown(decaying, "decay-against-cor")
     reported, enskog, kinetic_theory = layers(found, Line)
-    assert reported.label == "k by the report"
+    assert reported.label == "k by the source report"
     for index in (0, 1):
         constants = [reported_constant(trace) for trace in traces(decaying, index)]
         assert reported.y[index] == pytest.approx(np.mean(constants), rel=1e-14)
