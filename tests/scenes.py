@@ -5,6 +5,7 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import naive
 import numpy as np
@@ -174,6 +175,33 @@ def bodies(scene: Scene) -> tuple[list[naive.Body], naive.Body]:
             **vars(container), width=width, height=height, periodic=not scene.container.has_wall
         )
     return balls, container
+
+
+class TrapSums(NamedTuple):
+    """Infinitely many bounces of one ball along a fixed circular wall, until it slides.
+
+    duration : from the first impact until the ball slides, s
+    angle : covered around the centre meanwhile, rad
+    impulse : of all impacts after the first, kg m/s
+    """
+
+    duration: float
+    angle: float
+    impulse: float
+
+
+def trap_sums(normal: float, tangential: float, restitution: float, reach: float) -> TrapSums:
+    """Sums over the bounces of a ball of 1 kg; the speeds (m/s) are those after the first impact.
+
+    The tangential speed stays, and each bounce multiplies the normal speed by the restitution.
+    ``reach`` is the distance of the ball from the centre at the wall, m.
+    """
+    speeds = [normal * restitution**k for k in range(2000)]
+    return TrapSums(
+        duration=math.fsum(2 * reach * v / (v * v + tangential**2) for v in speeds),
+        angle=math.fsum(2 * math.atan2(v, tangential) for v in speeds),
+        impulse=math.fsum(v * (1 + restitution) for v in speeds),
+    )
 
 
 def twin_collisions(

@@ -60,7 +60,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "pyarrow": ("export",),
     "distributed": ("runs.dask_executor",),
     "mpmath": ("validation",),
-    "scipy": ("analysis.fitting", "theory"),
+    "scipy": ("analysis.fitting",),
     "matplotlib": ("animation.movie", "figures"),
     "PIL": ("animation.movie", "figures"),
     "jinja2": ("report.document",),

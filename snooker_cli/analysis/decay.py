@@ -175,9 +175,9 @@ def reported_constant(trace: Trace) -> float:
     if scene.restitution == 0 or not equal_balls(scene) or len(found.time) < 2:
         return math.nan
     density = theory.number_density(scene.number, scene.container.area)
-    path = theory.report_mean_free_path(density, float(scene.radii[0]))
+    path = theory.source_mean_free_path(density, float(scene.radii[0]))
     speed = float(found.mean_speed[1:].mean())
-    return theory.report_decay_constant(scene.restitution, path, speed)
+    return theory.source_decay_constant(scene.restitution, path, speed)
 
 
 def curve(trace: Trace, quantity: str) -> Curve:

@@ -40,7 +40,7 @@ def fluid(
     number: float, temperature: float, radius: float, container: Container
 ) -> theory.FluidState | None:
     """The state of equal hard disks; ``None`` if they are too dense to be a fluid."""
-    if theory.packing_fraction(number, radius, container.area) > DENSEST_FLUID:
+    if container.packing_fraction(number * radius**2) > DENSEST_FLUID:
         return None
     try:
         return theory.fluid_state(number, temperature, radius, container)
@@ -249,7 +249,7 @@ def ideal_gas(table: ComparisonTable, scene: Scene) -> None:
     pressure, warm = table.column("pressure"), table.column("temperature")
     ideal = theory.ideal_gas_pressure(number, 1.0, area) * warm
     table.add("pressure", pressure, "ideal gas law", ideal)
-    by_pressure = theory.ideal_gas_temperature(1.0, area, number) * pressure
+    by_pressure = pressure / theory.ideal_gas_pressure(number, 1.0, area)
     table.add("temperature", warm, "ideal gas law, PV/N", by_pressure)
     table.add("PV/NT", pressure / ideal, "ideal gas law", 1.0)
 
@@ -270,7 +270,7 @@ def hard_disks(table: ComparisonTable, scene: Scene) -> None:
     if state is not None:
         at_one |= {
             "van der Waals": theory.van_der_waals_pressure(number, 1.0, container.area, radius),
-            "hard disks, Padé": theory.bulk_pressure(number, 1.0, radius, container.area),
+            "hard disks, Padé": ideal * theory.compressibility(scene.packing_fraction),
         }
         if walls:
             at_one["hard disks with a wall"] = state.pressure
@@ -326,9 +326,9 @@ def _rates(table: ComparisonTable, scene: Scene, mass: float) -> None:
     table.add("ball-ball rate of a ball", pairs, "Boltzmann", dilute * met)
     table.add("ball-ball rate of a ball", pairs, "Enskog", rates.ball_ball * met)
     for model, length in (
-        ("Boltzmann", theory.boltzmann_mean_free_path(density, radius)),
+        ("Boltzmann", theory.mean_free_path(density, radius)),
         ("Enskog", rates.mean_free_path),
-        ("source report, 1/(√2 n 2πr)", theory.report_mean_free_path(density, radius)),
+        ("source report, 1/(√2 n 2πr)", theory.source_mean_free_path(density, radius)),
     ):
         table.add("mean free path", table.column("mean_speed") / pairs, model, length)
 
@@ -340,7 +340,7 @@ def cooling(table: ComparisonTable, scene: Scene) -> None:
     reported = table.column("reported_constant")
     found = table.column("decay_constant")
     table.add("decay constant of energy", found, "source report, −2 ln e/τ", reported)
-    half = np.array([theory.report_pressure_decay_constant(k) for k in reported])
+    half = np.array([theory.source_pressure_decay_constant(k) for k in reported])
     found = table.column("pressure_decay_constant")
     table.add("decay constant of pressure", found, "source report, −ln e/τ", half)
     inelastic, wall_inelastic = scene.restitution, scene.wall_restitution

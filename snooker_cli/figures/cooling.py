@@ -283,7 +283,7 @@ def _curves_of_theory(build: FigureBuilder) -> list[Layer]:
     grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
     report, alpha = [], []
     for e in map(float, grid):
-        report.append(theory.report_decay_constant(e, rates.mean_free_path, rates.mean_speed))
+        report.append(theory.source_decay_constant(e, rates.mean_free_path, rates.mean_speed))
         loss = theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
         alpha.append(theory.haff_rate(loss))
     return [

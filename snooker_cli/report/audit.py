@@ -172,7 +172,7 @@ def arithmetic() -> Formulas:
 def _path_and_section(stated: StatedResults, factor: float) -> Formulas:
     """Explanations of the mean free path and the cross-section."""
     density, radius = stated.numbers["density"].value, float(stated.scene.radii[0])
-    path = theory.boltzmann_mean_free_path(density, radius)
+    path = theory.mean_free_path(density, radius)
     implied = 1 / (math.sqrt(2) * density * source_value("mean_free_path").value)
     return {
         "mean_free_path": (

@@ -154,7 +154,7 @@ def _source_formulas(scene: Scene) -> dict[str, OurValue]:
     return {
         "density": OurValue(density),
         "cross-section": OurValue(2 * math.pi * radius),
-        "mean free path": OurValue(theory.report_mean_free_path(density, radius)),
+        "mean free path": OurValue(theory.source_mean_free_path(density, radius)),
     }
 
 

@@ -230,7 +230,7 @@ def slip_factor(run: Run) -> float:
     """The printed mean free path over that of the stated scene, rounded."""
     scene = starting_scene(run.experiment, 0)
     density = theory.number_density(scene.number, scene.container.area)
-    path = theory.boltzmann_mean_free_path(density, float(scene.radii[0]))
+    path = theory.mean_free_path(density, float(scene.radii[0]))
     return float(round(source_value("mean_free_path").value / path))
 
 

@@ -1,37 +1,24 @@
-"""How often balls meet each other and the wall, and how far they fly between.
-
-A Maxwellian loses (1 − e²)T a ball-ball event and (1 − e_w²)T a wall event, on average; balls that
-all have the same speed lose the fractions below of that.
-"""
+"""Rates of collisions between balls and at the wall, and mean free paths."""
 
 import math
 from dataclasses import dataclass
 
 from snooker_cli.containers import AccessibleRegion, Container
-from snooker_cli.theory.equation_of_state import (
-    contact_value,
-    fluid_state,
-    number_density,
-    packing_fraction,
-)
+from snooker_cli.theory.equation_of_state import contact_value, fluid_state, number_density
 from snooker_cli.theory.speed_distributions import fixed_energy_factor, fixed_energy_mean_speed
 
 
-def boltzmann_mean_free_path(number_density: float, ball_radius: float) -> float:
-    """Mean free path of a dilute gas of disks (m): λ = 1/(2√2 n d) = ⟨v⟩/ω at χ = 1.
+def mean_free_path(number_density: float, ball_radius: float, contact_value: float = 1.0) -> float:
+    """Mean free path of disks (m): λ = 1/(2√2 n d χ) = ⟨v⟩/ω.
 
-    The cross-section of disks is the length 2d, and √2 is the mean relative speed over ⟨v⟩.
+    The cross-section of disks is the length 2d, and √2 is the mean relative speed over ⟨v⟩. It is
+    Boltzmann's for a dilute gas, χ = 1, and Enskog's with the contact value χ of a dense one.
     """
-    return 1 / (2 * math.sqrt(2) * number_density * 2 * ball_radius)
+    return 1 / (2 * math.sqrt(2) * number_density * 2 * ball_radius) / contact_value
 
 
-def enskog_mean_free_path(number_density: float, ball_radius: float, contact_value: float) -> float:
-    """Mean free path of a dense gas of disks after Enskog (m): λ/χ."""
-    return boltzmann_mean_free_path(number_density, ball_radius) / contact_value
-
-
-def report_mean_free_path(number_density: float, ball_radius: float) -> float:
-    """Mean free path by the source report's equation 7 (m): 1/(√2 n σ) with its σ = 2πr."""
+def source_mean_free_path(number_density: float, ball_radius: float) -> float:
+    """Mean free path by equation 7 of the source report (m): 1/(√2 n σ) with its σ = 2πr."""
     return 1 / (math.sqrt(2) * number_density * 2 * math.pi * ball_radius)
 
 
@@ -44,33 +31,26 @@ def ball_ball_rate(
 ) -> float:
     """Ball-ball collisions of one ball per second after Enskog: ω = 2 d n χ √(πT/m).
 
-    Derived as n·2d·χ·⟨g⟩ with the mean relative speed ⟨g⟩ = √(πT/m) of a Maxwellian.
+    This is n·2d·χ·⟨g⟩ with the mean relative speed ⟨g⟩ = √(πT/m) of a Maxwellian.
     """
     thermal = math.sqrt(math.pi * temperature / mass)
     return 4 * ball_radius * number_density * contact_value * thermal
 
 
 def wall_rate(mean_speed: float, region: AccessibleRegion) -> float:
-    """Wall collisions of one ball per second in an ideal gas: ⟨v⟩ over the mean chord πA/L.
-
-    A and L are the accessible area and its edge; the chord is πa/2 in a circle.
-    """
+    """Wall collisions of one ball per second in an ideal gas: ⟨v⟩ over the mean chord πA/L."""
     return mean_speed * region.edge / (math.pi * region.area)
 
 
 def wall_rate_from_pressure(
-    number: int,
-    pressure: float,
-    temperature: float,
-    wall_length: float,
-    mass: float = 1.0,
+    number: int, pressure: float, temperature: float, wall_length: float, mass: float = 1.0
 ) -> float:
     """Wall collisions of one ball per second that a pressure implies, for e_w = 1.
 
-    ν_w = c_N W P/(N √(2π m T)): the force W·P on a wall of length W is the rate N ν_w times the
-    mean impulse of the balls that arrive, 2m⟨v_n²⟩/⟨v_n⟩ = √(2π m T)/c_N at fixed energy. This is
-    exact at any density, in a circle on average over the angular momentum: in equilibrium positions
-    tell nothing of velocities.
+    ν_w = c_N W P/(N √(2π m T)). The force W·P on a wall of length W is the rate N ν_w times the
+    mean impulse 2m⟨v_n²⟩/⟨v_n⟩ = √(2π m T)/c_N at fixed energy. The relation is exact at any
+    density, in a circle on average over the angular momentum: in equilibrium, positions and
+    velocities are independent.
     """
     force = wall_length * pressure
     impulse = math.sqrt(2 * math.pi * mass * temperature) / fixed_energy_factor(number)
@@ -79,16 +59,11 @@ def wall_rate_from_pressure(
 
 @dataclass(frozen=True)
 class CollisionRates:
-    """How far and how often a ball flies among equal hard disks in a container, after Enskog.
+    """Collisions of one ball among equal hard disks in a container, after Enskog.
 
-    Attributes
-    ----------
-    mean_free_path : float
-        λ/χ, between collisions with other balls (m).
-    mean_speed : float
-        At fixed energy (m/s).
-    ball_ball, wall : float
-        Collisions of one ball with others and with the wall (s⁻¹), 0 where there is none.
+    mean_free_path : λ/χ, between collisions with other balls, m
+    mean_speed : at fixed energy, m/s
+    ball_ball, wall : collisions with other balls and with the wall, 1/s; 0 without a wall
     """
 
     mean_free_path: float
@@ -98,21 +73,17 @@ class CollisionRates:
 
 
 def collision_rates(
-    number: int,
-    temperature: float,
-    ball_radius: float,
-    container: Container,
-    mass: float = 1.0,
+    number: int, temperature: float, ball_radius: float, container: Container, mass: float = 1.0
 ) -> CollisionRates:
-    """Rates of N balls at a temperature, at the container's mean density and `fluid_state`'s wall.
+    """Rates of N balls at the container's mean density, and at the wall of `fluid_state`.
 
-    Raises ValueError when no fluid of that many balls fits.
+    Raises ValueError when a fluid of N balls does not fit.
     """
     density = number_density(number, container.area)
-    contact = contact_value(packing_fraction(number, ball_radius, container.area))
+    contact = contact_value(container.packing_fraction(number * ball_radius**2))
     pressure = fluid_state(number, temperature, ball_radius, container).pressure
     return CollisionRates(
-        mean_free_path=enskog_mean_free_path(density, ball_radius, contact),
+        mean_free_path=mean_free_path(density, ball_radius, contact),
         mean_speed=fixed_energy_mean_speed(number, temperature, mass),
         ball_ball=ball_ball_rate(density, ball_radius, temperature, contact, mass),
         wall=wall_rate_from_pressure(number, pressure, temperature, container.wall_length, mass),

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from snooker_cli.containers import Container
 
-# The ideal gas of the report, its excluded-area corrections, and how full a container is.
+Real = TypeVar("Real", float, NDArray[np.float64])
+"""A float, or an array of floats."""
 
 
 def number_density(number: float, area: float) -> float:
@@ -17,19 +18,9 @@ def number_density(number: float, area: float) -> float:
     return number / area
 
 
-def packing_fraction(number: float, ball_radius: float, area: float) -> float:
-    """Fraction of the container's area that balls cover: η = N πr²/V."""
-    return number * math.pi * ball_radius**2 / area
-
-
 def ideal_gas_pressure(number: float, temperature: float, area: float) -> float:
-    """Pressure of the ideal gas (N/m): P = N T/V, the report's equation 10 with V an area in m²."""
+    """Pressure of the ideal gas (N/m): P = N T/V, equation 10 of the source report."""
     return number * temperature / area
-
-
-def ideal_gas_temperature(pressure: float, area: float, number: float) -> float:
-    """Temperature that the ideal gas law gives to a pressure (J): T = P V/N."""
-    return pressure * area / number
 
 
 def van_der_waals_pressure(
@@ -37,9 +28,9 @@ def van_der_waals_pressure(
 ) -> float:
     """Pressure with the excluded area of pairs (N/m): P = N T/(V − N b).
 
-    b = 2πr² is the second virial coefficient of hard disks (half the area πd² that a ball denies
-    to another's centre), so the form is exact to first order in the density and no further: it
-    is inf where N b reaches V, at a packing fraction of one half.
+    b = 2πr² is the second virial coefficient of hard disks, half the area πd² that one ball closes
+    to the centre of another. The form is exact to first order in the density. It is inf where
+    N b reaches V, at a packing fraction of one half.
     """
     free_area = area - number * 2 * math.pi * ball_radius**2
     return number * temperature / free_area if free_area > 0 else math.inf
@@ -48,19 +39,14 @@ def van_der_waals_pressure(
 def accessible_wall_pressure(
     number: float, temperature: float, ball_radius: float, container: Container
 ) -> float:
-    """Force of balls that do not meet each other over the wall's length (N/m): N T L/(A W).
+    """Pressure on the wall of balls that never collide with each other (N/m): N T L/(A W).
 
-    A and L are the accessible area and its edge, W the wall. The virial theorem makes it exact
-    without ball-ball collisions: in a circle a·F = 2 N T, so that P = N T/(π a R); in a box
-    (w − 2r)F_x = 2 N⟨m u²⟩ and so in y, and both directions have the same share on average.
+    A and L are the accessible area and its edge, W the length of the wall. By the virial theorem
+    it is exact: in a circle a·F = 2 N T, so P = N T/(π a R). In a box (w − 2r)F_x = 2 N⟨m u²⟩, the
+    same holds for y, and both directions have the same share on average.
     """
     region = container.accessible(ball_radius)
     return number * temperature * region.edge / region.area / container.wall_length
-
-
-# The type of a swept variable: a float, or an array of floats.
-
-Real = TypeVar("Real", float, NDArray[np.float64])
 
 
 VIRIAL_RATIOS = (
@@ -106,9 +92,9 @@ _PADE_CONTACT, _PADE_DENOMINATOR = _pade_coefficients()
 def contact_value(packing: Real) -> Real:
     """Pair distribution of hard disks at contact: χ = (Z − 1)/(2η), 1 in the dilute limit.
 
-    `packing` is the packing fraction η (float or array); Z is the Padé [4/5] in 2η of ten virial
-    coefficients (Clisby & McCoy 2006). It describes the fluid and fails above η ≈ 0.65, where disks
-    begin to order (at η = 0.70 it is a tenth too high).
+    `packing` is the packing fraction η. Z is the Padé [4/5] in 2η of ten virial coefficients
+    (Clisby & McCoy 2006). It describes the fluid and fails above η ≈ 0.65, where disks begin to
+    order: at η = 0.70 it is a tenth too high.
     """
     x = 2.0 * packing
     return _polynomial(_PADE_CONTACT, x) / _polynomial(_PADE_DENOMINATOR, x)
@@ -119,31 +105,16 @@ def compressibility(packing: Real) -> Real:
     return 1.0 + 2.0 * packing * contact_value(packing)
 
 
-def bulk_pressure(number: float, temperature: float, ball_radius: float, area: float) -> float:
-    """Pressure of the bulk fluid at the container's mean density (N/m): P = Z(η) N T/V.
-
-    It leaves out the walls; `fluid_state` has them.
-    """
-    ratio = compressibility(packing_fraction(number, ball_radius, area))
-    return number * temperature / area * ratio
-
-
 @dataclass(frozen=True)
 class FluidState:
     """Equilibrium of hard disks in a container.
 
-    Attributes
-    ----------
-    pressure : float
-        Force on the wall over its length, 2πR or 2(w + h); without walls that in bulk (N/m).
-    accessible_pressure : float
-        The same force over the edge of the accessible area (N/m).
-    bulk_packing : float
-        Packing fraction far from the walls. It is below N πr² over the accessible area, because
-        walls attract balls.
-    virial_ratio : float
-        1 + ΣJd/(2 N T t), with the impulses J of ball-ball collisions at their distances d: in
-        bulk this is Z.
+    pressure : force on the wall over its length, N/m; without walls that of the bulk
+    accessible_pressure : the same force over the edge of the accessible area, N/m
+    bulk_packing : packing fraction far from the walls; below N πr² over the accessible area,
+        because walls attract balls
+    virial_ratio : 1 + ΣJd/(2 N T t), with the impulses J of ball-ball collisions at their
+        distances d; in bulk this is Z
     """
 
     pressure: float
@@ -157,27 +128,27 @@ def fluid_state(
 ) -> FluidState:
     """Pressure of hard disks in a container, with its walls by scaled particle theory.
 
-    With n_b = η/(πr²) the bulk density, scaled particle theory (Helfand, Frisch & Lebowitz 1961)
-    gives a hard wall the line tension γ = −T n_b r η/(1 − η)² on the accessible edge L, and so,
-    by Gibbs, the adsorption 2 n_b r η/(1 + η). The grand potential is −P_b A + γ L over the
-    accessible area A; how it changes when the walls move gives the force on them, and when the
-    container is scaled the virial. To first order in the curvature::
+    With the bulk density n_b = η/(πr²), scaled particle theory (Helfand, Frisch & Lebowitz 1961)
+    gives a hard wall the line tension γ = −T n_b r η/(1 − η)² on the accessible edge L. By Gibbs,
+    the adsorption is 2 n_b r η/(1 + η). The grand potential is −P_b A + γ L over the accessible
+    area A. Its change with a motion of the walls gives the force on them, and its change with the
+    scale of the container gives the virial. To first order in the curvature::
 
         N = n_b A + L n_b 2ηr/(1 + η)             (a quadratic equation for η)
         force = P_b L − γ dL/ds                   P_b = n_b T Z(η)
         1 + ΣJd/(2 N T t) = (P_b A − γ L/2)/(N T)
 
-    dL/ds is the region's `spreading`: of a circle the curvature, of a box its corners. Z is the
-    Padé's of `compressibility`, which is better in bulk than scaled particle theory's own.
+    dL/ds is the region's `spreading`: the curvature of a circle, the corners of a box. Z is that of
+    `compressibility`, which is better in bulk than that of scaled particle theory.
 
-    Raises ValueError when no fluid of that many balls fits.
+    Raises ValueError when a fluid of N balls does not fit.
     """
     area, edge, spreading = container.accessible(ball_radius)
     covered = number * math.pi * ball_radius**2
     if ball_radius <= 0 or edge < 0 or covered >= area + edge * ball_radius:
         raise ValueError(
-            f"{number:g} balls of radius {ball_radius:g} m are no fluid in a container of "
-            f"{container.area:g} m²; choose a positive radius and fewer or smaller balls."
+            f"{number:g} balls of radius {ball_radius:g} m are no fluid in {container.description}"
+            "; choose a positive radius and fewer or smaller balls"
         )
     linear = area - covered
     quadratic = area + 2 * ball_radius * edge
@@ -196,7 +167,7 @@ def fluid_state(
 
 @dataclass(frozen=True)
 class PublishedRatio:
-    """Z = P V/(N T) that others have simulated in a periodic box at a packing fraction."""
+    """A published Z = P V/(N T), simulated in a periodic box at a packing fraction."""
 
     packing: float
     ratio: float
@@ -206,12 +177,12 @@ class PublishedRatio:
 _CLOSE_PACKING = math.pi / (2 * math.sqrt(3))
 
 PUBLISHED_RATIOS = (
-    # At volumes over that of close packing.
+    # At areas relative to close packing.
     *(
         PublishedRatio(_CLOSE_PACKING / volume, ratio, "Erpenbeck & Luban 1985")
         for volume, ratio in ((2.0, 3.4243), (1.8, 4.1715), (1.6, 5.4963), (1.5, 6.6074))
     ),
-    # They give P d²/T of 1024² disks, which is 4ηZ/π.
+    # The source gives P d²/T of 1024² disks, which is 4ηZ/π.
     *(
         PublishedRatio(packing, math.pi * reduced / (4 * packing), "Engel et al. 2013")
         for packing, reduced in (
@@ -225,9 +196,9 @@ PUBLISHED_RATIOS = (
 
 
 def published_ratio(packing: float) -> PublishedRatio | None:
-    """What others have found at a packing fraction; None if it is more than 10⁻⁵ from theirs.
+    """The published ratio at a packing fraction, or None if none is within 10⁻⁵ of it.
 
-    That much changes Z by 4·10⁻⁴ at most.
+    Such a difference changes Z by at most 4·10⁻⁴.
     """
     near = min(PUBLISHED_RATIOS, key=lambda one: abs(one.packing - packing))
     return near if abs(near.packing - packing) <= 1e-5 else None

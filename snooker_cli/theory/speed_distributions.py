@@ -1,9 +1,9 @@
-"""Distributions of speed: Maxwell-Boltzmann, a cooling gas, and N balls at fixed energy, exact.
+"""Distributions of speed: Maxwell-Boltzmann, a cooling gas, and N balls at fixed energy.
 
-With walls (no conserved momentum) and a fixed total energy E = N T the 2N velocity components are
-uniform on a sphere, so v²/(2NT/m) ~ Beta(1, N − 1) for each ball. Maxwell-Boltzmann is its N → ∞.
-In a periodic box with no total momentum N − 1 velocities are free: equal balls then have the law of
-N − 1 balls at the same T = E/N, since v is √(1 − 1/N) times a direction among those N − 1.
+With walls and a fixed total energy E = N T, the 2N velocity components are uniform on a sphere, so
+v²/(2NT/m) ~ Beta(1, N − 1) for each ball, exactly. The limit of N → ∞ is Maxwell-Boltzmann. In a
+periodic box with zero total momentum, N − 1 velocities are free. Equal balls then have the law of
+N − 1 balls at the same T = E/N, because v is √(1 − 1/N) times a direction among those N − 1.
 """
 
 import math
@@ -21,8 +21,8 @@ def maxwell_mean_speed(temperature: float, mass: float = 1.0) -> float:
 def fixed_energy_factor(number: int) -> float:
     """Mean speed of N balls at fixed energy over Maxwell's: c_N = √N Γ(N)/Γ(N + ½), above 1.
 
-    By symmetry the same factor multiplies the mean of any one velocity component's magnitude. It is
-    1 + 1/(8N) + O(N⁻²); lgamma keeps it to ten digits up to 10⁵ balls.
+    By symmetry the mean magnitude of one velocity component has the same factor. It is
+    1 + 1/(8N) + O(N⁻²). lgamma gives ten digits up to 10⁵ balls.
     """
     return math.sqrt(number) * math.exp(math.lgamma(number) - math.lgamma(number + 0.5))
 
@@ -62,13 +62,13 @@ def fixed_energy_speed_density(
 ) -> Real:
     """Exact density of the speed of one of N ≥ 2 balls that share the energy N T (s/m).
 
-    p(v) = 2(N − 1) v/V² (1 − v²/V²)^(N−2) up to V = √(2NT/m), the speed of a ball that has
-    all of the energy; zero beyond. `speed` is v ≥ 0 in m/s, float or array.
+    p(v) = 2(N − 1) v/V² (1 − v²/V²)^(N−2) up to V = √(2NT/m), the speed of a ball with all of
+    the energy; zero above. `speed` is v ≥ 0 in m/s.
     """
     _require_two(number)
     scale = mass / (2 * number * temperature)
     rest = 1.0 - scale * speed * speed
-    # Clipped first, so that a fractional base below zero never reaches the power.
+    # Clipped first: a fractional power of a negative number is not real.
     density: Real = (
         2 * (number - 1) * scale * speed * np.maximum(rest, 0.0) ** (number - 2) * (rest >= 0)
     )
@@ -95,6 +95,4 @@ def fixed_energy_kurtosis(number: int) -> float:
 
 def _require_two(number: int) -> None:
     if number < 2:
-        raise ValueError(
-            f"{number} balls at fixed energy have no spread of speeds; ask for at least 2."
-        )
+        raise ValueError(f"{number} ball at fixed energy has one speed; choose at least 2 balls")

@@ -19,6 +19,7 @@ from scenes import (
     reduced_masses,
     report_scene,
     scene_of,
+    trap_sums,
 )
 from test_twin import compared
 
@@ -29,7 +30,6 @@ from snooker_cli.engine import replay, series, simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance
-from snooker_cli.theory import wall_trap
 from snooker_cli.trace import StopReason, Trace
 
 SOFT = [{"elastic_below": 4.0}, {"contact_duration": 0.3}]
@@ -268,7 +268,7 @@ def test_a_trapped_ball_ends_at_the_energy_of_its_slide():
     force = np.polyfit(found.time[late], found.wall_impulse[late], 1)[0]
     assert force == pytest.approx(8.0**2 / 9.0, rel=1e-3)
     # Until it would slide the wall has taken nearly all that it takes of infinitely many hits.
-    trap = wall_trap(6.0, 8.0, 0.9, 9.0)
+    trap = trap_sums(6.0, 8.0, 0.9, 9.0)
     before = found.wall_impulse[np.searchsorted(found.time, 0.5 + trap.duration)]
     assert before == pytest.approx(6.0 / 0.9 * 1.9 + trap.impulse, abs=0.1)
 

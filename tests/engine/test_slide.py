@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import EPSILON, digest, report_scene, same_events, scene_of
+from scenes import EPSILON, digest, report_scene, same_events, scene_of, trap_sums
 from test_bits import output_of
 
 from snooker_cli import store
@@ -15,10 +15,9 @@ from snooker_cli.engine import replay, series, simulate, specialisation
 from snooker_cli.engine.sliding import cosine_and_sine
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance
-from snooker_cli.theory import wall_trap
 from snooker_cli.trace import CONTAINER, SLIDE, Events, StopReason, Trace
 
-TRAP = wall_trap(6.0, 8.0, 0.9, 9.0)
+TRAP = trap_sums(6.0, 8.0, 0.9, 9.0)
 
 FORCE = 8.0**2 / 9.0
 """Force on the wall of a ball of 1 kg that slides, m v_t^2/a, N."""

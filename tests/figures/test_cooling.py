@@ -143,7 +143,7 @@ def test_the_laws_beside_the_decay_constants(decaying: Run) -> None:
         constants = [reported_constant(trace) for trace in traces(decaying, index)]
         assert reported.y[index] == pytest.approx(np.mean(constants), rel=1e-14)
     density, contact = theory.number_density(19, 100 * math.pi), float(theory.contact_value(0.19))
-    path = theory.enskog_mean_free_path(density, 1.0, contact)
+    path = theory.mean_free_path(density, 1.0, contact)
     speed = theory.fixed_energy_mean_speed(19, 50.0)
     assert enskog.label is not None
     assert "Enskog" in enskog.label

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from error_growth import growth
 from make_reference import along_the_wall, galperin, wall_trap
-from scenes import EPSILON, scene_of
+from scenes import EPSILON, scene_of, trap_sums
 
-from snooker_cli import theory
 from snooker_cli.analysis.observables import total_energy, total_momentum
 from snooker_cli.containers import Box, PeriodicBox
 from snooker_cli.engine import simulate
@@ -65,7 +64,7 @@ def test_galperin():
 def test_wall_trap():
     """Infinitely many bounces in finite time: after 300 the rest is below a rounding."""
     truth = trajectory(wall_trap(), 300)
-    expected = theory.wall_trap(6.0, 8.0, 0.9, 9.0)
+    expected = trap_sums(6.0, 8.0, 0.9, 9.0)
     rest = 2 * 9 * 6 / 8**2 * 0.9**300 / (1 - 0.9)
     assert truth.certain == 300
     assert expected.duration - truth.events.time[-1] == pytest.approx(rest, abs=20 * EPSILON * 14)

@@ -1,24 +1,13 @@
-"""Speeds and limits of `snooker_cli.theory` against their integrals, sums and closed forms."""
+"""Distributions of speed against their integrals and limits."""
 
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy import integrate
+from source_scene import N, T, digits
 
 from snooker_cli import theory
-
-STEADY = settings(derandomize=True, deadline=None)
-
-# The scene of the source report: 37 balls, unit mass, 10 m/s in a circle of 10 m.
-N, T, R = 37, 50.0, 10.0
-
-
-def digits(value: float, text: str) -> bool:
-    """Whether `value` rounds to the printed number, to all of its digits."""
-    return f"{value:.{len(text.partition('.')[2])}f}" == text
 
 
 def test_mean_speeds():
@@ -126,56 +115,3 @@ def test_one_ball_has_no_speed_distribution():
         theory.fixed_energy_speed_density(1.0, 1, T)
     with pytest.raises(ValueError, match="at least 2"):
         theory.fixed_energy_speed_cdf(1.0, 1, T)
-
-
-def test_angular_momentum_floor():
-    # Balls that all circle at a with one speed are at the floor.
-    speed, mass = 4.0, 3.0
-    energy = N * mass * speed**2 / 2
-    assert theory.angular_momentum_floor(N * mass * 9.0 * speed, N, 9.0, mass) == pytest.approx(
-        energy, rel=1e-15
-    )
-    # Random directions: ⟨L²⟩ = N ⟨ρ²⟩ T with ⟨ρ²⟩ = a²/2 leaves 1/(4N), about 0.7 % of E0.
-    typical = math.sqrt(N * (9.0**2 / 2) * T)
-    assert digits(100 * theory.angular_momentum_floor(typical, N, 9.0) / (N * T), "0.7")
-
-
-def test_wall_trap_numbers():
-    trap = theory.wall_trap(6.0, 8.0, 0.9, 9.0)
-    assert digits(trap.duration, "14.284783441")
-    assert digits(trap.angle, "14.14028789")
-    assert trap.impulse == pytest.approx(114, rel=1e-14)
-
-
-@STEADY
-@given(
-    normal=st.floats(1e-3, 1e3),
-    tangential=st.floats(1e-3, 1e3),
-    restitution=st.floats(0.0, 0.99),
-)
-def test_wall_trap_sums_bounce_by_bounce(normal, tangential, restitution):
-    trap = theory.wall_trap(normal, tangential, restitution, 9.0, mass=2.0)
-    durations, angles, impulses = [], [], []
-    v = normal
-    while v > 1e-19 * min(tangential, normal):
-        durations.append(2 * 9.0 * v / (v * v + tangential**2))
-        angles.append(2 * math.atan2(v, tangential))
-        impulses.append(2.0 * v * (1 + restitution))
-        v *= restitution
-    # Repeated multiplication loses half a unit a bounce, up to 5,000 bounces: 5,000 × 1.1e-16.
-    assert trap.duration == pytest.approx(math.fsum(durations), rel=1e-12)
-    assert trap.angle == pytest.approx(math.fsum(angles), rel=1e-12)
-    assert trap.impulse == pytest.approx(math.fsum(impulses), rel=1e-12)
-
-
-def test_wall_trap_edges():
-    straight = theory.wall_trap(6.0, 0.0, 0.5, 9.0)
-    assert straight.duration == math.inf
-    assert straight.impulse == pytest.approx(18)
-    plastic = theory.wall_trap(6.0, 8.0, 0.0, 9.0)
-    assert plastic.duration == pytest.approx(2 * 9 * 6 / 100)
-    assert plastic.angle == pytest.approx(2 * math.atan(0.75))
-    with pytest.raises(ValueError, match=r"\[0, 1\)"):
-        theory.wall_trap(6.0, 8.0, 1.0, 9.0)
-    with pytest.raises(ValueError, match="bounces to settle"):
-        theory.wall_trap(6.0, 8.0, 1 - 1e-9, 9.0)

@@ -1,0 +1,83 @@
+"""Collision rates and mean free paths against simulation, printed numbers and each other."""
+
+import math
+
+import pytest
+from source_scene import CIRCLE, DENSITY, SIMULATED, N, R, T, digits, packing
+
+from snooker_cli import theory
+from snooker_cli.containers import Box, PeriodicBox
+from snooker_cli.theory.collision_rates import wall_rate_from_pressure
+
+PERIMETER = CIRCLE.wall_length
+
+
+def test_mean_free_paths():
+    assert digits(theory.mean_free_path(DENSITY, 1.0), "1.5010")
+    contact = theory.contact_value(0.37)
+    path = theory.mean_free_path(DENSITY, 1.0, contact)
+    assert digits(path, "0.712")
+    # λ ω = ⟨v⟩ relates the free path to the collision rate.
+    rate = theory.ball_ball_rate(DENSITY, 1.0, T, contact)
+    assert path * rate == pytest.approx(theory.maxwell_mean_speed(T), rel=1e-14)
+    assert digits(rate, "12.45")
+    slow = theory.ball_ball_rate(DENSITY, 1.0, T, contact, mass=4.0)
+    assert slow == pytest.approx(rate / 2, rel=1e-15)
+    # The source report prints λ = 15.010 m, which is Boltzmann's path of r = 0.1 m. Its own
+    # σ = 2πr gives none of its printed values.
+    assert digits(theory.mean_free_path(DENSITY, 0.1), "15.010")
+    assert theory.source_mean_free_path(DENSITY, 1.0) == pytest.approx(0.9555, abs=5e-5)
+
+
+def test_ideal_wall_rate_is_the_chord_rate():
+    # The mean chord is π·area/edge of the accessible region, in a circle πa/2.
+    rate = theory.wall_rate(5.0, CIRCLE.accessible(1.0))
+    assert rate == pytest.approx(5.0 / (math.pi * 9 / 2), rel=1e-15)
+    # In a box the mean of |u|/(w − 2r) + |v|/(h − 2r), with ⟨|u|⟩ = 2⟨v⟩/π for every direction.
+    rate = theory.wall_rate(5.0, Box(20.0, 12.0).accessible(1.0))
+    assert rate == pytest.approx(2 * 5.0 / math.pi * (1 / 18 + 1 / 10), rel=1e-15)
+    assert theory.wall_rate(5.0, PeriodicBox(20.0, 12.0).accessible(1.0)) == 0
+
+
+@pytest.mark.parametrize("radius", SIMULATED)
+def test_wall_rate_follows_from_the_simulated_pressure(radius):
+    # Rotation has 1/(4N) of the energy on average, and the rings of a start decide how much. The
+    # mean impulse, as √T, is certain to half of that, and to two standard errors.
+    (pressure, pressure_error), _, (wall, wall_error) = SIMULATED[radius]
+    rate = N * wall_rate_from_pressure(N, pressure, T, PERIMETER)
+    error = 2 * math.hypot(wall_error, rate * pressure_error / pressure)
+    assert abs(rate - wall) < error + wall / (8 * N)
+
+
+def test_wall_rate_without_ball_ball_collisions_is_the_chord_rate():
+    pressure = theory.accessible_wall_pressure(N, T, 1.0, CIRCLE)
+    speed = theory.fixed_energy_mean_speed(N, T)
+    chords = theory.wall_rate(speed, CIRCLE.accessible(1.0))
+    found = wall_rate_from_pressure(N, pressure, T, PERIMETER)
+    assert found == pytest.approx(chords, rel=1e-13)
+
+
+def test_two_balls_have_the_impulses_of_the_four_sphere():
+    # The four velocity components of two balls lie on a sphere of radius ρ = 2√T, where one
+    # component has ⟨|s|⟩ = 4ρ/(3π) and ⟨s²⟩ = T. Rate times impulse is the force.
+    mean = 8 * math.sqrt(T) / (3 * math.pi)
+    found = wall_rate_from_pressure(2, 17.0, T, PERIMETER)
+    assert found == pytest.approx(PERIMETER * 17.0 / (2 * 2 * T / mean), rel=1e-14)
+
+
+@pytest.mark.parametrize("radius", SIMULATED)
+def test_collision_rates_of_the_source_scene(radius):
+    found = theory.collision_rates(N, T, radius, CIRCLE)
+    _, (between, _), (wall, _) = SIMULATED[radius]
+    # Enskog's rate takes N for the N − 1 others of a ball, and the whole area for the accessible
+    # one. The rate at the wall is as good as its pressure, to second orders of r/a and η/N, and as
+    # the energy of rotation, see above.
+    assert found.ball_ball == pytest.approx(2 * between / N, rel=1 / N + 2 * radius / R)
+    left_out = (radius / (R - radius)) ** 2 + packing(radius) / N + 1 / (8 * N)
+    assert found.wall == pytest.approx(wall / N, rel=left_out)
+    assert found.mean_speed == theory.fixed_energy_mean_speed(N, T)
+    path = theory.mean_free_path(DENSITY, radius, theory.contact_value(packing(radius)))
+    assert found.mean_free_path == pytest.approx(path, rel=1e-14)
+    heavy = theory.collision_rates(N, T, radius, CIRCLE, mass=4.0)
+    assert heavy.ball_ball == pytest.approx(found.ball_ball / 2, rel=1e-14)
+    assert heavy.wall == pytest.approx(found.wall / 2, rel=1e-14)
