@@ -14,10 +14,10 @@ from typing import Any, Self
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
-"""Where it is; ``None`` if there is none."""
+"""Path of the browser, or ``None``."""
 
 PATIENCE = 60.0
-"""After so many seconds without a word the browser is taken for dead."""
+"""Seconds without a message after which the test fails."""
 
 PLUMBING = """
 import fcntl, os, sys
@@ -26,13 +26,13 @@ for pipe, wanted in zip(pipes, (3, 4)):
     os.dup2(pipe, wanted)
 os.execv(sys.argv[3], sys.argv[3:])
 """
-"""A browser reads what it is asked from file 3 and answers into file 4."""
+"""A browser reads requests from file 3 and writes answers to file 4."""
 
 COMPLAINTS = ("Runtime.exceptionThrown", "Runtime.consoleAPICalled", "Log.entryAdded")
 
 
 class Browser:
-    """A page at a time; ``complaints`` are what its console has said."""
+    """One page at a time; ``complaints`` are the messages of its console."""
 
     def __init__(self, profile: Path) -> None:
         assert CHROMIUM is not None
@@ -83,7 +83,7 @@ class Browser:
             pass
 
     def value(self, expression: str) -> Any:
-        """What a JavaScript expression, or the promise that it is, comes to."""
+        """The value of a JavaScript expression or promise."""
         found = self._ask(
             "Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True
         )

@@ -1,4 +1,4 @@
-"""Films of each kind of container, and what their tests read off pages and traces."""
+"""Films of each container shape, and what their tests read from pages and traces."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SHAPES = ("fixed", "free", "box", "periodic")
 
 @cache
 def shown() -> dict[str, Trace]:
-    """Two hundred collisions in each kind of container; balls are mixed in the box."""
+    """Two hundred collisions in each container; the box has a mixture."""
     scenes = {
         "fixed": gas("circle", 37, 0.3, cor=0.9),
         "free": gas("circle", 37, 0.3, cor=0.9, container_mass=200.0),
@@ -43,18 +43,18 @@ def films() -> dict[str, Film]:
 
 @cache
 def sliding() -> Trace:
-    """Balls that bounce unseen, slide, are hit as they do and slide again."""
+    """Balls that bounce without events, slide, are hit and slide again."""
     scene = report_scene(0, radius=0.1, cor=0.8)
     return simulate(replace(scene, slides=True), collisions=800)
 
 
 @cache
 def sliding_films() -> dict[str, Film]:
-    """The whole of it, and parts whose ends are within a slide and within unseen bounces."""
+    """The whole film, and parts that start or end in a slide or in bounces without events."""
     trace = sliding()
     assert trace.events is not None
     time, begins = trace.events.time, slide_begins(trace)
-    # The longest unseen bounces, and the middle of the slide that follows.
+    # The longest bounces without events, and the slide after them.
     k = max(begins, key=lambda each: time[each] - time[each - 1])
     bouncing = float(time[k - 1] + 0.6 * (time[k] - time[k - 1]))
     after = float(time[k] + 0.3 * (time[k + 1] - time[k]))
@@ -67,7 +67,7 @@ def sliding_films() -> dict[str, Film]:
 
 
 def slide_begins(trace: Trace) -> list[int]:
-    """The events with which balls begin to slide: those that follow a hit of theirs on the wall."""
+    """Events at which balls begin to slide: their last event was not a slide."""
     assert trace.events is not None
     last: dict[int, int] = {}
     found = []
@@ -81,7 +81,7 @@ def slide_begins(trace: Trace) -> list[int]:
 
 
 def content(text: str) -> dict[str, Any]:
-    """What a page gives its player, its arrays unpacked."""
+    """The data of a page, with unpacked arrays."""
     found = re.search(r'<script type="application/json" id="film">(.*?)</script>', text, re.DOTALL)
     assert found
     data = json.loads(found[1])
@@ -93,11 +93,11 @@ def content(text: str) -> dict[str, Any]:
 
 
 def slack(trace: Trace) -> float:
-    """By how much places may differ that are found by the same moves in other roundings, m.
+    """Largest difference between places from the same motion with other rounding, m.
 
-    Each collision moves two bodies, whose coordinates are rounded twice, to half an epsilon of
-    what they may be: the container's size and, as the page does not wrap them, the way gone. No
-    ball is faster than the lightest with all the energy.
+    Each collision rounds the coordinates of two bodies twice, by half an epsilon of their size: the
+    container's size plus, without wrapping, the distance travelled. No ball is faster than the
+    lightest one with all the energy.
     """
     assert trace.events is not None
     fastest = math.sqrt(2 * trace.start.kinetic_energy / float(np.min(trace.start.masses)))
@@ -107,11 +107,7 @@ def slack(trace: Trace) -> float:
 
 def apart(trace: Trace, found: Any, wanted: Any) -> float:
     """The largest difference of places, m; in a periodic box that of the nearest images."""
-    difference = np.asarray(found) - wanted
-    if trace.start.container.period is not None:
-        difference -= trace.start.container.period * np.rint(
-            difference / trace.start.container.period
-        )
+    difference = trace.start.container.nearest_image(np.asarray(found) - wanted)
     return float(np.max(np.abs(difference)))
 
 

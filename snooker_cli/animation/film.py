@@ -1,139 +1,56 @@
-"""A trace -> what a film of it shows in a span of time: balls, collisions, energy, pressure."""
+"""A repeat -> a film: its balls, collisions, energy and pressure in a span of time."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli.analysis.observables import integrals, series
 from snooker_cli.containers import Circle
-from snooker_cli.engine import replay
+from snooker_cli.engine import States, replay
 from snooker_cli.errors import FigureError
-from snooker_cli.trace import CONTAINER, SLIDE
+from snooker_cli.scene import Scene
+from snooker_cli.trace import CONTAINER, SLIDE, Trace
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from snooker_cli.engine import States
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Trace
-
-    Floats = NDArray[np.float64]
-    Integers = NDArray[np.int32]
-
-
-# Where two that collide touch each other.
-
-
-def contact_points(
-    scene: Scene, states: States, i: NDArray[np.int32], j: NDArray[np.int32]
-) -> NDArray[np.float64]:
-    """(*n*, 2) m: where ball i touches ball j, or the wall for j = -1, in each of (*n*) states."""
-    row = np.arange(len(states.time))
-    place = states.positions[row, i]
-    outwards = scene.container.wall_directions(place - states.container_positions)
-    pairs = j > CONTAINER
-    between = scene.container.nearest_image(states.positions[row, j] - place)
-    outwards[pairs] = between[pairs]
-    lengths = np.hypot(*outwards.T)[:, None]
-    unit = np.divide(outwards, lengths, out=np.zeros_like(outwards), where=lengths > 0)
-    return np.asarray(place + scene.radii[i][:, None] * unit)
-
-
-# A trace's balls that slide along the wall: from when to when, and how hard they press.
-
-
-@dataclass(frozen=True)
-class Slide:
-    """A ball's way along the wall.
-
-    first : the event with which it begins
-    last : the one with which it ends; as many as there are events if none does
-    """
-
-    ball: int
-    first: int
-    last: int
-
-
-def slides(trace: Trace) -> list[Slide]:
-    """All ways along the wall, ball by ball."""
-    events, found = trace.events, []
-    assert events is not None
-    for ball in np.unique(events.i[events.j == SLIDE]).tolist():
-        own = np.flatnonzero((events.i == ball) | (events.j == ball))
-        sliding = events.j[own] == SLIDE
-        # The second of two such rows notes what it has pressed until it is hit.
-        begins = np.flatnonzero(sliding & ~np.append(False, sliding[:-1]))
-        ends = np.append(own, len(events))[begins + 1]
-        found += [
-            Slide(ball, first, last)
-            for first, last in zip(own[begins].tolist(), ends.tolist(), strict=True)
-        ]
-    return found
-
-
-def wall_impulse(trace: Trace, found: list[Slide]) -> tuple[Floats, Floats]:
-    """(*n* + 1,) impulse on the wall at the start and after each of n events, kg m/s, and what it
-    gains from there on in a second.
-
-    A ball of mass m that slides with speed v on a circle of radius a presses with m v²/a.
-    """
-    events, scene, container = trace.events, trace.start, trace.start.container
-    assert events is not None
-    given = np.where(events.at_wall, events.impulse, 0.0)
-    change = np.zeros(len(events) + 1)
-    found = sorted(found, key=lambda each: each.first)
-    velocities = replay(trace, events.time[[each.first for each in found]]).velocities
-    for each, velocity in zip(found, velocities, strict=True):
-        assert isinstance(container, Circle)  # no ball slides elsewhere
-        reach = container.radius - scene.radii[each.ball]
-        force = scene.masses[each.ball] * np.sum(velocity[each.ball] ** 2) / reach
-        change[each.first + 1] += force
-        if each.last < len(events):
-            change[each.last + 1] -= force
-            if events.j[each.last] == SLIDE:
-                given[each.last] = 0.0  # it has been given all along
-    force = np.cumsum(change)
-    pressed = force[:-1] * np.diff(events.time, prepend=0.0)
-    return np.append(0.0, np.cumsum(given + pressed)), force
-
+Floats: TypeAlias = NDArray[np.float64]
+Integers: TypeAlias = NDArray[np.int32]
 
 MOST_COLLISIONS = 10_000
-"""Of a film: a page has 83 bytes of each, and steps through them one by one."""
+"""In a film: a page stores 83 bytes for each, and steps through them one by one."""
 
 MOST_BALLS = 10_000
-"""Of a film: a browser still draws so many several times a second."""
+"""In a film: a browser draws this number several times a second."""
 
-AT_ONCE = 2_000_000
-"""Balls times collisions whose states are kept at a time; 64 MB."""
+BATCH = 2_000_000
+"""Balls times collisions whose states are in memory at a time; 64 MB."""
 
 FASTER = 0.02
-"""Share of the balls' speeds that are above the scale of colours: a gas has a few fast ones."""
+"""Share of the balls' speeds above the colour scale: a gas has a few fast balls."""
 
 
 @dataclass(frozen=True)
 class Film:
-    """What is shown of a repeat, from a time to another; SI units with k_B = 1.
+    """What is shown of a repeat from one time to another; SI units with k_B = 1.
 
-    trace : the repeat up to the last collision that is shown, and where balls slide the next one
-    title, subtitle : what stands above it
-    ending : what stands below its last instant; empty if nothing is to be said
+    trace : the repeat up to the last collision shown; with sliding balls, one more event
+    title, subtitle : shown at the top
+    ending : shown at the end: why the repeat ended early, or empty
     start, end : s
-    before : collisions of the repeat before the first that is shown
-    left_out : collisions of the span that is asked for, after the last that is shown
+    before : number of the repeat's collisions before the film
+    left_out : number of collisions of the wanted span that are too many
     opening : the state at ``start``
-    time : (*n*,) ``numpy.float64``, s, of the collisions
-    i, j : (*n*,) ``numpy.int32``, who collides; j = -1 for the container, -2 as in ``Events``
-    sliding : the balls that slide along the wall at the start
-    settling : the ball, if any, that bounces after the last of the collisions until it slides
+    time : (*n*,) of the collisions, s
+    i, j : (*n*,) ``numpy.int32``, the bodies that collide, as in ``Events``
+    sliding : balls that slide along the wall at the start
+    settling : the ball that bounces after the last collision until it slides, or ``None``
     after : (*n*, 4) velocities of i (u, v) and of j or the container after it, m/s
-    contacts : (*n*, 2) where they touch, m
+    contacts : (*n*, 2) points of contact, m
     kinetic_energy : (*n* + 1,) of the balls at the start and after each collision, J
-    pressure_sum : (*n* + 1,) what has been gathered for the pressure, see ``pressure``, Pa m s
-    pressure_gain : (*n* + 1,) what it gains in a second from there on, Pa m
+    pressure_sum : (*n* + 1,) what ``pressure`` divides by the time, Pa m s
+    pressure_gain : (*n* + 1,) its increase per second from there on, Pa m
     top_speed : m/s, of the brightest colour; few balls are faster
     """
 
@@ -163,18 +80,22 @@ class Film:
 
     @property
     def rows(self) -> Floats:
-        """(*n* + 1,) the times of the start and of the collisions, s."""
+        """(*n* + 1,) times of the start and of the collisions, s."""
         return np.concatenate([[self.start], self.time])
+
+    @property
+    def knots(self) -> Floats:
+        """(*n* + 2,) times of the start, the collisions and the end, s."""
+        return np.append(self.rows, self.end)
 
     def pressure(self, times: Floats) -> Floats:
         """Mean pressure from the repeat's start to times within the film, Pa m.
 
-        The wall's impulse over its length and the time; in a periodic box what the virial gives,
-        as ``observables.cumulative_pressure`` does. At time zero it is what it begins with.
+        As ``observables.cumulative_pressure``; at time zero its limit.
         """
         row = np.searchsorted(self.time, times, side="right")
-        gathered = self.pressure_sum[row] + self.pressure_gain[row] * (times - self.rows[row])
-        return np.divide(gathered, times, out=self.pressure_gain[row], where=times > 0)
+        total = self.pressure_sum[row] + self.pressure_gain[row] * (times - self.rows[row])
+        return np.divide(total, times, out=self.pressure_gain[row], where=times > 0)
 
 
 def film(
@@ -186,9 +107,10 @@ def film(
     until: float | None = None,
     most: int | None = None,
 ) -> Film:
-    """The film of a repeat from a time to another (s), of at most so many collisions.
+    """The film of a repeat from one time to another, s.
 
-    It ends with the last of them if there are more; without ``most``, ``MOST_COLLISIONS``.
+    most : largest number of collisions [``MOST_COLLISIONS``]; the film ends with the last one
+
     Raises ``FigureError`` for a repeat without events, a span outside it, and too many balls.
     """
     events, scene = trace.events, trace.start
@@ -202,26 +124,22 @@ def film(
     end = trace.stop.time if until is None else until
     if not 0 <= since < end <= trace.stop.time:
         raise FigureError(
-            f"cannot be shown from {since!r} s to {end!r} s: give a span within 0 and "
+            f"cannot be shown from {since!r} s to {end!r} s; give a span within 0 and "
             f"{trace.stop.time!r} s"
         )
-    first = int(np.searchsorted(events.time, since, side="right"))
-    last = int(np.searchsorted(events.time, end, side="right"))
-    limit = MOST_COLLISIONS if most is None else most
-    left_out = max(0, last - first - limit)
+    first, last = np.searchsorted(events.time, [since, end], side="right").tolist()
+    left_out = max(0, last - first - (MOST_COLLISIONS if most is None else most))
     if left_out:
-        last = first + limit
+        last -= left_out
         end = float(events.time[last - 1])
-    shown = slice(first, last)
-    time, i, j = events.time[shown], events.i[shown], events.j[shown]
-    # What comes after need not be replayed, but that a ball begins to slide says how it bounces.
-    kept = last + 1 if scene.slides else last
-    trace = replace(trace, events=events[:kept])
+    time, i, j = events.time[first:last], events.i[first:last], events.j[first:last]
+    # Later events are not needed, except the next one: it says how a ball bounces until it slides.
+    trace = replace(trace, events=events[: last + 1 if scene.slides else last])
     opening = replay(trace, [since])
     after, contacts, energy = _at_collisions(trace, time, i, j)
     energy = np.append(_energy(trace, opening), energy)
-    ways = slides(trace)
-    gathered, gain = _pressure(trace, ways, first, since, time, energy)
+    slides = _slides(trace)
+    pressure_sum, pressure_gain = _pressure(trace, slides, first, since, time, energy)
     speeds = np.hypot(*np.vstack([opening.velocities[0], after[:, :2]]).T)
     return Film(
         trace=trace,
@@ -236,13 +154,13 @@ def film(
         time=time,
         i=i,
         j=j,
-        sliding=tuple(each.ball for each in ways if each.first < first <= each.last),
-        settling=next((each.ball for each in ways if each.first == last), None),
+        sliding=tuple(each.ball for each in slides if each.first < first <= each.last),
+        settling=next((each.ball for each in slides if each.first == last), None),
         after=after,
         contacts=contacts,
         kinetic_energy=energy,
-        pressure_sum=gathered,
-        pressure_gain=gain,
+        pressure_sum=pressure_sum,
+        pressure_gain=pressure_gain,
         top_speed=float(np.quantile(speeds, 1 - FASTER)) or 1.0,
     )
 
@@ -250,11 +168,11 @@ def film(
 def _at_collisions(
     trace: Trace, time: Floats, i: Integers, j: Integers
 ) -> tuple[Floats, Floats, Floats]:
-    """Velocities of the two after each collision, contact points, and the balls' energy (J).
+    """Velocities of the two bodies after each collision, contact points, energy of the balls (J).
 
-    Of collisions at the same instant each has what is after all of them.
+    Collisions at the same instant all have the state after the last of them.
     """
-    step = max(1, AT_ONCE // trace.start.number)
+    step = max(1, BATCH // trace.start.number)
     parts = []
     for first in range(0, len(time), step):
         chunk = slice(first, first + step)
@@ -265,7 +183,7 @@ def _at_collisions(
         parts.append(
             (
                 np.hstack([states.velocities[row, ball], partner]),
-                contact_points(trace.start, states, ball, other),
+                _contact_points(trace.start, states, ball, other),
                 _energy(trace, states),
             )
         )
@@ -281,7 +199,7 @@ def _energy(trace: Trace, states: States) -> Floats:
 
 
 def _pressure(
-    trace: Trace, ways: list[Slide], first: int, since: float, time: Floats, energy: Floats
+    trace: Trace, slides: list[_Slide], first: int, since: float, time: Floats, energy: Floats
 ) -> tuple[Floats, Floats]:
     """``pressure_sum`` and ``pressure_gain`` of a film from event ``first`` on."""
     scene, events = trace.start, trace.events
@@ -289,7 +207,7 @@ def _pressure(
     rows = slice(first, first + len(time) + 1)
     if scene.container.has_wall:
         given, force = (
-            column[rows] / scene.container.wall_length for column in wall_impulse(trace, ways)
+            column[rows] / scene.container.wall_length for column in _wall_impulse(trace, slides)
         )
         begun = float(events.time[first - 1]) if first else 0.0
         given[0] += force[0] * (since - begun)
@@ -300,3 +218,67 @@ def _pressure(
     steps = np.diff(time, prepend=since)
     moving = begun + np.cumsum(np.append(0.0, energy[:-1] * steps))
     return (moving + virial / 2) / scene.container.area, energy / scene.container.area
+
+
+def _contact_points(scene: Scene, states: States, i: Integers, j: Integers) -> Floats:
+    """(*n*, 2) m: where ball i touches ball j, or the wall for j = -1, in each of (*n*) states."""
+    row = np.arange(len(states.time))
+    place = states.positions[row, i]
+    outwards = scene.container.wall_directions(place - states.container_positions)
+    pairs = j > CONTAINER
+    between = scene.container.nearest_image(states.positions[row, j] - place)
+    outwards[pairs] = between[pairs]
+    lengths = np.hypot(*outwards.T)[:, None]
+    unit = np.divide(outwards, lengths, out=np.zeros_like(outwards), where=lengths > 0)
+    return np.asarray(place + scene.radii[i][:, None] * unit)
+
+
+@dataclass(frozen=True)
+class _Slide:
+    """A ball that slides along the wall, from one event to another (or to the number of events)."""
+
+    ball: int
+    first: int
+    last: int
+
+
+def _slides(trace: Trace) -> list[_Slide]:
+    """All slides, ball by ball."""
+    events, found = trace.events, []
+    assert events is not None
+    for ball in np.unique(events.i[events.j == SLIDE]).tolist():
+        own = np.flatnonzero((events.i == ball) | (events.j == ball))
+        sliding = events.j[own] == SLIDE
+        # The second of two such events has the impulse of the slide up to a hit.
+        begins = np.flatnonzero(sliding & ~np.append(False, sliding[:-1]))
+        ends = np.append(own, len(events))[begins + 1]
+        found += [
+            _Slide(ball, first, last)
+            for first, last in zip(own[begins].tolist(), ends.tolist(), strict=True)
+        ]
+    return found
+
+
+def _wall_impulse(trace: Trace, found: list[_Slide]) -> tuple[Floats, Floats]:
+    """(*n* + 1,) impulse on the wall, kg m/s, and force, N, at the start and after each event.
+
+    A ball of mass m that slides with speed v on a circle of radius a has the force m v²/a.
+    """
+    events, scene, container = trace.events, trace.start, trace.start.container
+    assert events is not None
+    given = np.where(events.at_wall, events.impulse, 0.0)
+    change = np.zeros(len(events) + 1)
+    found = sorted(found, key=lambda each: each.first)
+    velocities = replay(trace, events.time[[each.first for each in found]]).velocities
+    for each, velocity in zip(found, velocities, strict=True):
+        assert isinstance(container, Circle)  # no ball slides elsewhere
+        reach = container.radius - scene.radii[each.ball]
+        force = scene.masses[each.ball] * np.sum(velocity[each.ball] ** 2) / reach
+        change[each.first + 1] += force
+        if each.last < len(events):
+            change[each.last + 1] -= force
+            if events.j[each.last] == SLIDE:
+                given[each.last] = 0.0  # counted by the force already
+    force = np.cumsum(change)
+    pressed = force[:-1] * np.diff(events.time, prepend=0.0)
+    return np.append(0.0, np.cumsum(given + pressed)), force

@@ -1,23 +1,17 @@
-"""A film at a pace -> its frames: the states and flashes at evenly spaced moments."""
+"""A film -> its view of the plane and its frames: states at evenly spaced moments."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
+from snooker_cli.animation.film import BATCH, Film
 from snooker_cli.engine import replay
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from snooker_cli.animation.film import Film
-
-
-# The scale of colours from slow to fast that the player and the pictures share.
 
 SPEED_COLOURS = (
     "#0d0887",
@@ -31,31 +25,29 @@ SPEED_COLOURS = (
     "#fca636",
     "#fcce25",
 )
-"""Even steps of perceived lightness, also to the colour-blind: matplotlib's plasma up to 0.9, as
-its last, yellow part is too light on white.
+"""From slow to fast, for the player and the movies: matplotlib's plasma up to 0.9.
+
+The steps of lightness are even, also for colour-blind people. The yellow end is too light on white.
 """
 
-
-# Which part of the plane a film shows, and by how much the container's motion can be enlarged.
-
 MARGIN = 0.03
-"""Of the container's size, round about it."""
+"""Around the container, as a part of its size."""
 
 STRAY = 0.5
-"""Of its size: a container that goes farther is followed, a nearer one moves in a resting view."""
+"""Part of its size: the view follows a container that moves farther, and otherwise rests."""
 
 VISIBLE = 0.1
-"""Of its size: to this a small motion is enlarged at most."""
+"""Part of its size: a small motion is enlarged to this at most."""
 
 
 @dataclass(frozen=True)
 class View:
-    """What is seen.
+    """The part of the plane that a film shows.
 
-    extent : left, right, bottom and top, m; from the container's centre if that is followed
+    extent : left, right, bottom and top, m; relative to the container's centre with ``follow``
     follow : whether the view moves with the container
-    farthest : how far the container gets from where it was at the film's start, m
-    magnifications : by how much its motion can be enlarged, from 1 on
+    farthest : largest distance of the container from its place at the start, m
+    magnifications : factors, from 1 on, by which its motion can be enlarged
     """
 
     extent: tuple[float, float, float, float]
@@ -65,7 +57,10 @@ class View:
 
 
 def view(film: Film, magnify: float = 1.0) -> View:
-    """The view of a film whose container's motion is enlarged so many times at first."""
+    """The view of a film.
+
+    magnify : factor by which the container's motion is enlarged at first
+    """
     width, height = film.trace.start.container.size
     path = container_path(film)
     low, high = path.min(axis=0), path.max(axis=0)
@@ -92,58 +87,46 @@ def container_path(film: Film) -> NDArray[np.float64]:
     turned = np.append(film.start, film.time[at_wall])
     steps = motions * np.diff(turned, append=film.end)[:, None]
     places = np.vstack([place, place + np.cumsum(steps, axis=0)])
-    times = np.concatenate([[film.start], film.time, [film.end]])
     turned = np.append(turned, film.end)
-    return np.column_stack([np.interp(times, turned, places[:, axis]) for axis in (0, 1)])
+    return np.column_stack([np.interp(film.knots, turned, places[:, axis]) for axis in (0, 1)])
 
-
-# How a film's time passes while it is shown: evenly, or one collision after the other.
 
 Pace = Literal["time", "events"]
+"""What passes evenly while a film is shown: its time, or its collisions."""
 
 
 @dataclass(frozen=True)
-class Reel:
-    """A film's time at each moment of showing.
+class Timeline:
+    """When a film shows what.
 
-    Moments run from 0 to 1. With the pace "events" each collision takes the same part of them,
-    and so does what is after the last.
-
-    knots : (*n* + 2,) s: the start, the collisions, the end
+    A moment is a number from 0 (start) to 1 (end of showing). At the pace "events" each collision
+    takes the same part of it, and so does the time after the last collision.
     """
 
+    film: Film
     pace: Pace
-    knots: NDArray[np.float64]
 
     def time(self, moments: NDArray[np.float64]) -> NDArray[np.float64]:
         """The film's time at moments, s."""
-        return np.interp(moments, self._moments(), self.knots)
+        return np.interp(moments, self._moments(), self.film.knots)
 
     def collision_moments(self) -> NDArray[np.float64]:
         """(*n*,) the moments of the collisions."""
         return self._moments()[1:-1]
 
     def _moments(self) -> NDArray[np.float64]:
-        """(*n* + 2,) the moments of the knots."""
+        """(*n* + 2,) the moments of the film's knots."""
+        knots = self.film.knots
         if self.pace == "events":
-            return np.linspace(0.0, 1.0, len(self.knots))
-        start, end = self.knots[0], self.knots[-1]
-        return np.asarray((self.knots - start) / (end - start))
-
-
-def reel(film: Film, pace: Pace) -> Reel:
-    """A film's reel at a pace."""
-    return Reel(pace, np.concatenate([[film.start], film.time, [film.end]]))
+            return np.linspace(0.0, 1.0, len(knots))
+        return np.asarray((knots - knots[0]) / (knots[-1] - knots[0]))
 
 
 FLASH = 0.3
-"""For how long a contact flashes, s of showing; the player's script has the same."""
+"""How long a contact flashes, s of showing; as in the player's script."""
 
 MOST_FLASHES = 60
-"""At a time, the latest: more would hide the balls; the player's script has the same."""
-
-AT_ONCE = 2_000_000
-"""Balls times frames whose states are kept at a time; 64 MB."""
+"""The latest ones: more would hide the balls; as in the player's script."""
 
 
 @dataclass(frozen=True)
@@ -151,11 +134,11 @@ class Frame:
     """One picture of a film.
 
     time : s
-    collisions : how many of the film's there have been
+    collisions : number of the film's collisions so far
     positions : (*N*, 2) m; in a periodic box, inside it
     speeds : (*N*,) m/s
     container : (2,) m, its centre
-    flashes : (*f*,) which of the film's collisions flash, at most ``MOST_FLASHES``
+    flashes : (*f*,) the film's collisions that flash, at most ``MOST_FLASHES``
     ages : (*f*,) from 0, at the contact, to 1, when the flash is over
     """
 
@@ -168,18 +151,20 @@ class Frame:
     ages: NDArray[np.float64]
 
 
-def frames(film: Film, reel: Reel, count: int, seconds: float) -> Iterator[Frame]:
-    """So many frames (at least 2), the first at the start and the last at the end of the film.
+def frames(timeline: Timeline, count: int, seconds: float) -> Iterator[Frame]:
+    """Frames of a film, the first at its start and the last at its end.
 
-    seconds : how long they are shown all together; a contact flashes for ``FLASH`` of it
+    count : number of frames, at least 2
+    seconds : length of the showing; a contact flashes for ``FLASH`` of it
     """
+    film = timeline.film
     moments = np.linspace(0.0, 1.0, count)
-    # The last moment is the film's end whatever the rounding.
-    times = np.clip(reel.time(moments), film.start, film.end)
+    # Rounding must not move the last moment beyond the end.
+    times = np.clip(timeline.time(moments), film.start, film.end)
     collisions = np.searchsorted(film.time, times, side="right")
-    hit = reel.collision_moments()
+    hit = timeline.collision_moments()
     flash = FLASH / seconds
-    step = max(1, AT_ONCE // film.trace.start.number)
+    step = max(1, BATCH // film.trace.start.number)
     for first in range(0, count, step):
         states = replay(film.trace, times[first : first + step])
         for row in range(len(states.time)):

@@ -1,4 +1,4 @@
-"""A film -> one self-contained HTML page with its data and the player; the same bytes each time."""
+"""A film -> one HTML page with its data and the player; it needs no other file or network."""
 
 from __future__ import annotations
 
@@ -7,34 +7,27 @@ import html
 import json
 import re
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from snooker_cli.animation.frames import SPEED_COLOURS, view
+from snooker_cli.animation.film import Film
+from snooker_cli.animation.frames import SPEED_COLOURS, Pace, view
 
-if TYPE_CHECKING:
-    from snooker_cli.animation.film import Film
-    from snooker_cli.animation.frames import Pace
-
-
-# A player's page -> a fragment of HTML that holds it inside another page.
+SCRIPTS = ("motion.js", "charts.js", "arena.js", "player.js")
 
 
 def embedded(page: str, label: str) -> str:
-    """An ``iframe`` with the whole page of ``animation.page`` in it, for another page's body.
+    """An ``iframe`` with a film's page, for the body of another page.
 
-    The page inside may run its script and nothing else: it sees nothing of the page around it.
+    The page inside may run its script and nothing else.
 
-    label : what it is, for those who cannot see it
+    label : a description for people who cannot see it
     """
     return (
         f'<iframe class="player" title="{html.escape(label)}" loading="lazy" '
         f'sandbox="allow-scripts" srcdoc="{html.escape(page)}"></iframe>'
     )
-
-
-SCRIPTS = ("motion.js", "charts.js", "arena.js", "player.js")
 
 
 def page(
@@ -44,11 +37,11 @@ def page(
     seconds: float | None = None,
     magnify: float = 1.0,
 ) -> str:
-    """The page that plays a film; it loads nothing from elsewhere and runs from a file.
+    """The page that plays a film; always the same bytes for the same film.
 
-    pace : the one it begins with
-    seconds : how long it plays at speed 1; without, what is comfortable to watch
-    magnify : by how much the container's motion is enlarged at first
+    pace : at the beginning
+    seconds : length at speed 1; without it, the player chooses
+    magnify : factor by which the container's motion is enlarged at first
     """
     parts = {
         "title": html.escape(film.title),
@@ -60,7 +53,7 @@ def page(
 
 
 def _content(film: Film, pace: Pace, seconds: float | None, magnify: float) -> dict[str, Any]:
-    """What the player is given: words and numbers as they are, arrays as text."""
+    """The player's data: arrays as base64."""
     scene, opening, seen = film.trace.start, film.opening, view(film, magnify)
     return {
         "title": film.title,
@@ -100,12 +93,12 @@ def _content(film: Film, pace: Pace, seconds: float | None, magnify: float) -> d
 
 
 def _packed(values: Any, kind: str = "<f8") -> str:
-    """An array's bytes, row after row, as base64."""
+    """The bytes of an array, row after row, as base64."""
     return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
 
 
 def _as_json(content: dict[str, Any]) -> str:
-    """JSON that can stand inside a script element, whatever its texts say."""
+    """JSON that cannot end the script element around it."""
     text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c")
 

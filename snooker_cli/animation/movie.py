@@ -5,43 +5,34 @@ from __future__ import annotations
 import math
 import shutil
 import subprocess
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter, PillowWriter
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import EllipseCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from numpy.typing import NDArray
 from PIL import Image
 
-from snooker_cli.animation.frames import SPEED_COLOURS, frames, view
+from snooker_cli.animation.frames import SPEED_COLOURS, Frame, Timeline, frames, view
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
 from snooker_cli.formatting import short
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from numpy.typing import NDArray
-
-    from snooker_cli.animation.film import Film
-    from snooker_cli.animation.frames import Frame, Reel
-
-    Floats = NDArray[np.float64]
-
-
-# A film's frames as pixels: a matplotlib figure of which only what moves is drawn anew.
+Floats: TypeAlias = NDArray[np.float64]
 
 WIDTH, HEIGHT, DPI = 8.4, 4.8, 100
-"""Inches and dots in an inch: 840 by 480 pixels; MP4 wants even numbers."""
+"""Inches and dots per inch: 840 by 480 pixels; an MP4 needs even numbers."""
 
 FULL_TITLE, LONG_TITLE = 45, 64
-"""Characters of a title at its full size, and at most."""
+"""Characters: longer titles are printed smaller, and then cut."""
 
 INK, SOFT, AMBER, FLOOR = "#1c2430", "#5b6675", "#e76300", "#f7f9fb"
 RIM = (0.08, 0.09, 0.14, 0.75)
@@ -54,13 +45,14 @@ _CURVES = (
 """Name, unit and colour's series, from the top."""
 
 PLAIN = ("white", FLOOR, INK, SOFT, AMBER, *(colour(series) for _, _, series in _CURVES))
-"""The colours of all but the balls."""
+"""All colours except those of the balls."""
 
 
 class Screen:
-    """The figure of a film: what rests is drawn once, ``image`` draws what moves upon it."""
+    """The figure of a film; resting parts are drawn once, and ``image`` adds the moving parts."""
 
-    def __init__(self, film: Film, reel: Reel, magnify: float) -> None:
+    def __init__(self, timeline: Timeline, magnify: float) -> None:
+        film = timeline.film
         self.film, self.magnify, self.seen = film, magnify, view(film, magnify)
         self.figure = figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor="white")
         self.canvas: Any = FigureCanvasAgg(figure)  # its methods have no types
@@ -76,15 +68,9 @@ class Screen:
         self.ending = figure.text(0.02, 0.025, "", color="#a8380f", size=7, **centred)
         self._furnish(figure.add_axes((0.01, 0.11, 0.53, 0.76)))
         self._add_scale()
-        self._add_curves(by_collision=reel.pace == "events")
-        self.moving: list[Artist] = [
-            self.clock,
-            self.count,
-            self.ending,
-            self.floor,
-            self.balls,
-            self.wall,
-        ]
+        self._add_curves(by_collision=timeline.pace == "events")
+        texts = (self.clock, self.count, self.ending)
+        self.moving: list[Artist] = [*texts, self.floor, self.balls, self.wall]
         if magnify > 1:
             self.moving += [self.enlarged, self.path]
         self.moving.append(self.flashes)
@@ -92,23 +78,22 @@ class Screen:
             self.moving += [curve.line, curve.point, curve.value]
         for artist in (*self.moving, self.enlarged, self.path):
             artist.set_animated(True)
-        self._draw_what_rests()
+        self._draw_resting_parts()
+
+    def _draw_resting_parts(self) -> None:
+        self.canvas.draw()
+        self.still = self.canvas.copy_from_bbox(self.figure.bbox)
 
     def image(self, frame: Frame) -> NDArray[np.uint8]:
-        """(*height*, *width*, 3) a frame's pixels: red, green and blue."""
+        """(*height*, *width*, 3) the pixels of a frame: red, green and blue."""
         self._set(frame)
         self.canvas.restore_region(self.still)
         for artist in self.moving:
             self.figure.draw_artist(artist)
         return np.array(self.canvas.buffer_rgba(), dtype=np.uint8)[:, :, :3]
 
-    def _draw_what_rests(self) -> None:
-        """Draw the figure without what moves, and keep that."""
-        self.canvas.draw()
-        self.still = self.canvas.copy_from_bbox(self.figure.bbox)
-
     def _set(self, frame: Frame) -> None:
-        """Set what moves as it is at a frame."""
+        """Set the moving parts to a frame."""
         film, scene = self.film, self.film.trace.start
         origin = frame.container if self.seen.follow else np.zeros(2)
         centre = frame.container - origin
@@ -135,7 +120,7 @@ class Screen:
             curve.grow(frame.collisions + 1, now, value)
 
     def _furnish(self, axes: Axes) -> None:
-        """Put the container, its enlarged motion, the balls and the flashes into the arena."""
+        """Add the container, its enlarged motion, the balls and the flashes."""
         self.arena = axes
         axes.set_axis_off()
         axes.set_aspect("equal")
@@ -165,7 +150,7 @@ class Screen:
             self.balls.set_clip_path(self.floor)
 
     def _container(self, **look: Any) -> Polygon:
-        """A patch of the container's shape."""
+        """A patch with the shape of the container."""
         patch = Polygon(self.outline, **look)
         self.arena.add_patch(patch)
         return patch
@@ -175,7 +160,7 @@ class Screen:
         patch.set_xy(self.outline + centre)
 
     def _flash(self, frame: Frame, origin: Floats) -> None:
-        """Draw the rings of recent contacts, wider and fainter with age."""
+        """Set the rings of recent contacts, wider and fainter with age."""
         film, ages = self.film, frame.ages
         reach = film.trace.start.radii[film.i[frame.flashes]]
         rings = np.repeat(to_rgba_array(AMBER), len(ages), axis=0)
@@ -184,7 +169,7 @@ class Screen:
         _set(self.flashes, film.contacts[frame.flashes] - origin, reach * growth, edgecolors=rings)
 
     def _add_scale(self) -> None:
-        """The scale of colours, below the arena."""
+        """Add the colour scale below the container."""
         axes = self.figure.add_axes((0.175, 0.063, 0.2, 0.018))
         axes.imshow(np.linspace(0, 1, 256)[None], cmap=self.colours[0], aspect="auto")
         axes.set_axis_off()
@@ -193,7 +178,7 @@ class Screen:
             self.figure.text(x, 0.071, text, color=SOFT, size=7, va="center", ha=side)
 
     def _add_curves(self, *, by_collision: bool) -> None:
-        """The panels of the three curves, one above the other."""
+        """Add the panels of the three curves."""
         film, self.by_collision = self.film, by_collision
         steps = np.arange(len(film) + 1.0) if by_collision else film.rows
         end = max(len(film), 1.0) if by_collision else film.end
@@ -209,13 +194,13 @@ class Screen:
 
 
 class _Curve:
-    """A panel with a curve that grows; above it its name and its value now."""
+    """A panel with a growing curve; its name and current value are above it."""
 
     def __init__(
         self, axes: Axes, name: str, unit: str, series: int, steps: Floats, values: Floats
     ) -> None:
         self.axes, self.unit, self.steps, self.values = axes, unit, steps, values
-        # A mean since t = 0 begins with a collision.
+        # The mean since t = 0 begins at the first collision.
         self.first = 1 if values[0] == 0 else 0
         shade = colour(series)
         axes.set_ylim(0, 1.08 * float(np.max(values)) or 1.0)
@@ -228,7 +213,7 @@ class _Curve:
         )
 
     def grow(self, rows: int, now: float, value: float) -> None:
-        """Show so many rows, and then what is now."""
+        """Show a number of rows, and the value now."""
         self.line.set_data(
             np.append(self.steps[self.first : rows], now),
             np.append(self.values[self.first : rows], value),
@@ -238,7 +223,7 @@ class _Curve:
 
 
 def _discs(axes: Axes, **look: Any) -> EllipseCollection:
-    """A collection of circles measured in the units of the axes, none as yet."""
+    """An empty collection of circles in the units of the axes."""
     discs = EllipseCollection(
         [], [], [], units="xy", offsets=np.empty((0, 2)), offset_transform=axes.transData, **look
     )
@@ -247,7 +232,7 @@ def _discs(axes: Axes, **look: Any) -> EllipseCollection:
 
 
 def _set(discs: EllipseCollection, centres: Floats, radii: Floats, **colours: Any) -> None:
-    """Give circles their places, sizes and colours."""
+    """Set places, sizes and colours of circles."""
     discs.set_offsets(centres)
     discs.set_widths(2 * radii)
     discs.set_heights(2 * radii)
@@ -258,7 +243,7 @@ def _set(discs: EllipseCollection, centres: Floats, radii: Floats, **colours: An
 def _seen(
     places: Floats, radii: Floats, centre: Floats, period: tuple[float, float] | None
 ) -> tuple[NDArray[np.intp], Floats]:
-    """Which balls are seen where; in a periodic box one that sticks out is seen again."""
+    """Numbers and places of the visible balls; in a periodic box with their images at the edges."""
     if period is None:
         return np.arange(len(radii)), places
     half = np.array(period) / 2
@@ -273,49 +258,50 @@ def _seen(
 
 
 def _digits(span: float) -> int:
-    """Decimals that show a ten-thousandth of a span."""
+    """Decimals for a ten-thousandth of a span."""
     return max(0, 4 - math.ceil(math.log10(span)))
 
 
 PALETTE_FRAMES = 3
-"""Frames from which a GIF's one palette is made."""
+"""Frames from which the palette of a GIF is made."""
 
 MOST_FRAMES = 1200
-"""Of a GIF; 0.4 MB of memory each, and a page takes long to load them."""
+"""In a GIF: each needs 0.4 MB of memory, and pages load it slowly."""
 
 MP4_OPTIONS = ["-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart"]
-"""For ffmpeg: colours that every player shows, hardly any loss, and the index at the front."""
+"""For ffmpeg: colours for every player, little loss, and the index at the front."""
 
 
 def save_movie(
-    film: Film, reel: Reel, path: Path, *, seconds: float, rate: int, magnify: float = 1.0
+    timeline: Timeline, path: Path, *, seconds: float, rate: int, magnify: float = 1.0
 ) -> int:
-    """Write a film as ``path``, a ``.gif`` or an ``.mp4``; the number of its frames.
+    """Write a film to ``path``, a ``.gif`` or an ``.mp4``; return the number of frames.
 
-    seconds : how long it plays
-    rate : frames a second; a GIF's last for whole hundredths of a second
-    magnify : by how much the container's motion is enlarged
+    seconds : length of the movie
+    rate : frames per second; a GIF rounds their length to hundredths of a second
+    magnify : factor by which the container's motion is enlarged
 
-    Raises ``UserError`` for an MP4 without ffmpeg, or if that fails, and for a GIF of more than
+    Raises ``UserError`` for an MP4 if ffmpeg is missing or fails, and for a GIF of more than
     ``MOST_FRAMES``.
     """
     gif = path.suffix.lower() == ".gif"
     if not gif and shutil.which("ffmpeg") is None:
         raise UserError(
-            f"{path}: an MP4 needs ffmpeg, which is not on the PATH; install it, or give a name "
-            "that ends in .gif or .html"
+            f"{path}: an MP4 needs ffmpeg, which is not on the PATH",
+            "install it, or give a name that ends in .gif or .html",
+            code="ffmpeg-missing",
         )
     count = max(2, round(seconds * rate))
     if gif and count > MOST_FRAMES:
         raise UserError(
-            f"{path}: {count:,} frames are more than the {MOST_FRAMES:,} that a GIF is given, as "
-            "it holds them all in memory; take fewer seconds or frames a second, or give a name "
-            "that ends in .mp4"
+            f"{path}: a GIF has at most {MOST_FRAMES:,} frames, not {count:,}",
+            "give fewer seconds or frames per second, or a name that ends in .mp4",
+            code="too-many-frames",
         )
     with styled():
-        screen = Screen(film, reel, magnify)
+        screen = Screen(timeline, magnify)
         if gif:
-            sample = frames(film, reel, PALETTE_FRAMES, seconds)
+            sample = frames(timeline, PALETTE_FRAMES, seconds)
             writer: Any = _GifWriter(rate, _palette([screen.image(each) for each in sample]))
         else:
             writer = FFMpegWriter(fps=rate, codec="libx264", extra_args=MP4_OPTIONS)
@@ -323,19 +309,20 @@ def save_movie(
         shown = sheet.figimage(np.zeros((round(HEIGHT * DPI), round(WIDTH * DPI), 3), np.uint8))
         try:
             with writer.saving(sheet, str(path), DPI):
-                for frame in frames(film, reel, count, seconds):
+                for frame in frames(timeline, count, seconds):
                     shown.set_data(screen.image(frame))
                     writer.grab_frame()
         except subprocess.CalledProcessError as error:
             raise UserError(
-                f"{path}: ffmpeg could not write it (it ended with {error.returncode}); give a "
-                "name that ends in .gif or .html"
+                f"{path}: ffmpeg could not write it (exit code {error.returncode})",
+                "give a name that ends in .gif or .html",
+                code="ffmpeg-failed",
             ) from None
     return count
 
 
 class _GifWriter(PillowWriter):
-    """Pillow's, with one palette for all frames: nothing flickers, and the file is small."""
+    """Pillow's writer with one palette for all frames: no flicker, and a small file."""
 
     _frames: list[Image.Image]
 
@@ -350,15 +337,12 @@ class _GifWriter(PillowWriter):
 
 
 def _palette(images: Sequence[NDArray[np.uint8]]) -> Image.Image:
-    """A palette of 256 colours: those of all films, and those that stand best for some images.
-
-    images : each (*height*, *width*, 3)
-    """
+    """256 colours: the fixed ones, and the best ones for some (*height*, *width*, 3) images."""
     speeds = LinearSegmentedColormap.from_list("speed", SPEED_COLOURS)
     exact = np.vstack([to_rgba_array(PLAIN), speeds(np.linspace(0, 1, 56))])[:, :3]
     best = Image.fromarray(np.vstack(images)).quantize(256 - len(exact)).getpalette("RGB")
     others = np.reshape(best or [], (-1, 3))
-    # Pillow looks for a colour's neighbour in steps of 4: white must have none but itself.
+    # Pillow looks for a colour in steps of 4: no other colour may be near white.
     others = np.where(others.min(axis=1, keepdims=True) > 247, 255, others)
     palette = Image.new("P", (1, 1))
     palette.putpalette(np.vstack([(255 * exact).round(), others]).astype(int).ravel().tolist())

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from snooker_cli.analysis.run_analysis import shorter_note
-from snooker_cli.animation import Film, film, page, reel
+from snooker_cli.animation import Film, Timeline, film, page
 from snooker_cli.cli.options import (
     RUN,
     AsJson,
@@ -314,8 +314,7 @@ def _write_film(
     from snooker_cli.animation.movie import save_movie  # loads matplotlib
 
     return save_movie(
-        made,
-        reel(made, pace.value),
+        Timeline(made, pace.value),
         out,
         seconds=seconds or SECONDS,
         rate=fps or FRAMES_PER_SECOND,
