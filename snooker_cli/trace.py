@@ -1,4 +1,4 @@
-"""What a simulation leaves behind: its start, its events or its summary, and how it ended."""
+"""The result of a simulation: start, events or summary, and the reason for the end."""
 
 from __future__ import annotations
 
@@ -17,38 +17,40 @@ if TYPE_CHECKING:
 
 
 CONTAINER = -1
-"""The partner's number in an event of a ball with the container."""
+"""The number of the partner in a collision of a ball with the container."""
 
 
 SLIDE = -2
-"""Instead, in an event that stands for all the bounces of a ball before it slides along the wall,
-or for its pressing against the wall as it slid, since its event before."""
+"""The same in an event that sums up a motion at the wall.
+
+The event stands for all bounces of a ball before it slides, or for its pressing on the wall since
+its event before."""
 
 
 class StopReason(StrEnum):
     """Why a repeat ended."""
 
-    COLLISIONS = "collisions"  # the wanted number of collisions is reached
-    TIME = "time"  # the wanted time is reached
-    NOTHING_LEFT = "nothing_left"  # no collision lies ahead
-    WALL_TRAP = "wall_trap"  # a ball's wall hits become infinitely many in finite time
-    COLLAPSE = "collapse"  # collisions go on while the clock stands still
+    COLLISIONS = "collisions"  # the number of collisions is reached
+    TIME = "time"  # the time is reached
+    NOTHING_LEFT = "nothing_left"  # no further collision can happen
+    WALL_TRAP = "wall_trap"  # a ball hits the wall infinitely often in finite time
+    COLLAPSE = "collapse"  # collisions follow without any time between them
     INTERRUPTED = "interrupted"  # the user asked to stop
 
     @property
     def collapsed(self) -> bool:
-        """Whether collisions became infinitely many in finite time."""
+        """Whether infinitely many collisions happen in finite time."""
         return self in (StopReason.WALL_TRAP, StopReason.COLLAPSE)
 
     @property
     def complete(self) -> bool:
-        """Whether everything that was asked for, or all that can happen, is there."""
+        """Whether the repeat has reached its limit, or all collisions that can happen."""
         return self in (StopReason.COLLISIONS, StopReason.TIME, StopReason.NOTHING_LEFT)
 
 
 @dataclass(frozen=True)
 class Stop:
-    """How a repeat ended: the reason, when (s), which balls, and a sentence for people."""
+    """The end of a repeat: reason, time (s), the balls that caused it, and a message."""
 
     reason: StopReason
     time: float
@@ -58,15 +60,14 @@ class Stop:
 
 @dataclass(frozen=True)
 class Events:
-    """Collisions in order of time, a column a quantity.
+    """Collisions in order of time, one column for each quantity.
 
     time : (*n*,) ``numpy.float64``, s; never decreases
-    i, j : (*n*,) ``numpy.int32``; i < j for two balls, j = -1 for the container, or -2 where the
-        ball slides: it begins to after infinitely many bounces, or has done so since its last event
-    impulse : (*n*,) ``numpy.float64``, kg m/s, not negative, along the line of centres; of all the
-        bounces, or what the ball has pressed as it slid
-    residual : (*n*,) ``numpy.float64``, s, what rounding has left out of the time; see
-        ``engine.epochs``. Or ``None``: nothing, as in a run that is not long
+    i, j : (*n*,) ``numpy.int32``; i < j for two balls, j = ``CONTAINER``, or j = ``SLIDE``
+    impulse : (*n*,) ``numpy.float64``, kg m/s, not negative, along the line of centres; for
+        ``SLIDE`` the sum of all bounces or of the pressing
+    residual : (*n*,) ``numpy.float64``, s, the part of the time that rounding cuts off, see
+        ``engine.clock``; ``None`` in runs that are not long, where it is zero
     """
 
     time: NDArray[np.float64]
@@ -79,7 +80,7 @@ class Events:
         return len(self.time)
 
     def __getitem__(self, rows: slice) -> Events:
-        """Some of them, without copying."""
+        """The events of some rows, without a copy."""
         return Events(
             self.time[rows],
             self.i[rows],
@@ -90,12 +91,12 @@ class Events:
 
     @property
     def at_wall(self) -> NDArray[np.bool_]:
-        """(*n*,) Which are with the container, not between balls."""
+        """(*n*,) Whether each is a collision with the container."""
         return self.j < 0
 
 
 def joined(parts: Sequence[Events]) -> Events:
-    """Events one after the other, without copying a single part."""
+    """The parts one after the other; a single part is not copied."""
     if len(parts) == 1:
         return parts[0]
     residual = None
@@ -116,10 +117,8 @@ def joined(parts: Sequence[Events]) -> Events:
 class Series:
     """Observables over time, from time zero: after each collision, or on a grid.
 
-    A grid is even but for its beginning, where it is finer if the repeat was long, and for its last
-    row, which is at the end of the repeat.
-
-    Every column is (*g*,) ``numpy.float64``.
+    The grid is even, except for a finer beginning in long repeats and a last row at the end of the
+    repeat. Every column is (*g*,) ``numpy.float64``.
 
     time : s
     kinetic_energy, container_energy : J, of the balls and of the container
@@ -158,11 +157,11 @@ SERIES_UNITS = {
 
 @dataclass(frozen=True)
 class Summary:
-    """What is kept of a run that stores no events.
+    """The record of a repeat without events.
 
     series : observables on a grid of times
-    speed_histogram : (*g*, *b*) ``numpy.int64``, balls by reduced speed v sqrt(m/2T) at the times
-        of the grid, in bins of ``SPEED_BIN``; faster ones are in the last
+    speed_histogram : (*g*, *b*) ``numpy.int64``, numbers of balls by reduced speed v sqrt(m/2T) at
+        each time of the grid, in bins of ``SPEED_BIN``; the last bin has all faster balls
     """
 
     series: Series
@@ -177,12 +176,12 @@ SPEED_BINS = 32
 
 @dataclass(frozen=True)
 class Work:
-    """What a simulation took; counted by the kernel, told of by a run, not stored.
+    """The work of the kernel; a run reports it and does not store it.
 
-    predictions : pairs of balls that were looked at
+    predictions : pairs of balls whose contact was computed
     crossings : of balls from one cell into another
-    queue_updates : balls whose next event was entered anew: those of each collision and crossing,
-        and those whose contact came up after its partner had had another event
+    queue_updates : new entries of a ball in the event queue, after its collisions and crossings,
+        and after an outdated contact
     """
 
     predictions: int
@@ -195,10 +194,10 @@ class Trace:
     """One finished repeat.
 
     start, finish : the scene at time 0 and at ``stop.time``
-    events : every collision, or ``None`` if only a summary was recorded or a sink took them
+    events : every collision; ``None`` with a summary, or if a sink took the events
     summary : observables on a grid, or ``None`` if events were recorded
     wall_events, pair_events : collisions with the wall and between balls
-    work : what it took; ``None`` if it was read from a file
+    work : of the kernel; ``None`` if the trace was read from a file
     """
 
     start: Scene
