@@ -17,37 +17,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from snooker_cli.engine.clock import (
-    COLLAPSE,
-    FULL,
-    NOTHING_LEFT,
-    STALL_LIMIT,
-    TIME,
-    WALL_TRAP,
-    begin_event,
-)
+from snooker_cli.engine import clock, sliding
+from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER, wall_delay
 from snooker_cli.engine.jit import inlined, kernel
-from snooker_cli.engine.kernel_state import (
-    NO_PARTNER,
-    NOT_SEARCHED,
-    PREDICTIONS,
-    SEARCH_AGAIN,
-    STALE,
-    STALLED,
-    Floats,
-    Integers,
-    Recorded,
-    Setup,
-    State,
-    U,
-    V,
-    X,
-    Y,
-    position,
-    wall_reach,
-)
+from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, Setup, State, U, V, X, Y
 from snooker_cli.engine.prediction import (
     BLOCK,
     candidates,
@@ -59,18 +34,6 @@ from snooker_cli.engine.prediction import (
     without,
 )
 from snooker_cli.engine.sampling import Grid, next_sample, sample_until
-from snooker_cli.engine.sliding import (
-    FLIES,
-    SETTLES,
-    SLIDES,
-    earliest_on_arc,
-    has_settled,
-    only_straight,
-    slide_on,
-    slide_time,
-    sliding_ball,
-    time_off_wall,
-)
 from snooker_cli.trace import SLIDE
 
 # Rows of ``Agenda.times``, s: a ball's earliest contact with another, the one with the wall, and
@@ -104,9 +67,9 @@ def new_agenda(state: State) -> Agenda:
     with np.errstate(all="ignore"):
         for i in range(number):
             times[WALL_TIME, i] = time_to_wall(i, 0.0, state, state.container)
-    links = np.full((LINK_ROWS, number), NO_PARTNER, dtype=np.int64)
+    links = np.full((LINK_ROWS, number), ks.NO_PARTNER, dtype=np.int64)
     links[[EVENTS, BOUNCES]] = 0
-    links[PARTNER] = NOT_SEARCHED
+    links[PARTNER] = ks.NOT_SEARCHED
     return Agenda(times, links)
 
 
@@ -150,7 +113,7 @@ def find_contact(
     """Find ball i's earliest contact with another, unless it hits the wall before."""
     times, links, number = agenda.times, agenda.links, state.balls.shape[1]
     delay = search_time(wall_delay, number, state.setup, state.container)
-    partner = SEARCH_AGAIN
+    partner = ks.SEARCH_AGAIN
     last = links[LAST, i]
     for start in range(0, number, BLOCK):
         stop = min(start + BLOCK, number)
@@ -158,15 +121,17 @@ def find_contact(
         if last >= 0 and links[LAST, last] == i:
             mask = without(mask, start, last)  # they parted in the last event of both
         if slides is not None:
-            mask = only_straight(mask, start, stop, i, slides)
+            mask = sliding.only_straight(mask, start, stop, i, slides)
         delay, partner = earliest(mask, start, i, now, delay, partner, state)
     horizon = delay
     if slides is not None:
-        delay, partner = earliest_on_arc(i, now, delay, partner, state, times[WALL_TIME], slides)
+        delay, partner = sliding.earliest_on_arc(
+            i, now, delay, partner, state, times[WALL_TIME], slides
+        )
     enter_contact(i, now + delay, partner, agenda, state.container)
-    if slides is not None and partner == SEARCH_AGAIN and delay < horizon:
+    if slides is not None and partner == ks.SEARCH_AGAIN and delay < horizon:
         times[PAIR_TIME, i] = times[NEXT_TIME, i] = now + delay
-    state.counts[PREDICTIONS] += number
+    state.counts[ks.PREDICTIONS] += number
 
 
 @inlined
@@ -188,7 +153,7 @@ def find_contacts(
     number = state.balls.shape[1]
     delay_i = search_time(wall_delay_i, number, state.setup, state.container)
     delay_j = search_time(wall_delay_j, number, state.setup, state.container)
-    partner_i = partner_j = SEARCH_AGAIN
+    partner_i = partner_j = ks.SEARCH_AGAIN
     for start in range(0, number, BLOCK):
         stop = min(start + BLOCK, number)
         mask_i, mask_j = candidates_of_two(i, j, now, delay_i, delay_j, state, start, stop)
@@ -197,7 +162,7 @@ def find_contacts(
         delay_j, partner_j = earliest(mask_j, start, j, now, delay_j, partner_j, state)
     enter_contact(i, now + delay_i, partner_i, agenda, state.container)
     enter_contact(j, now + delay_j, partner_j, agenda, state.container)
-    state.counts[PREDICTIONS] += 2 * number
+    state.counts[ks.PREDICTIONS] += 2 * number
 
 
 @inlined
@@ -205,9 +170,9 @@ def predict_wall_after_pair(
     i: int, now: float, state: State, slides: Integers | None, agenda: Agenda
 ) -> float:
     """Time until ball i, which has just hit another, will hit the wall, s; it slides no longer."""
-    if slides is not None and slides[i] == SLIDES:
-        slides[i] = FLIES
-        delay = time_off_wall(i, state.balls)
+    if slides is not None and slides[i] == sliding.SLIDES:
+        slides[i] = sliding.FLIES
+        delay = sliding.time_off_wall(i, state.balls)
     else:
         delay = time_to_wall(i, now, state, state.container)
     agenda.times[WALL_TIME, i] = now + delay
@@ -222,8 +187,8 @@ def predict_walls(now: float, state: State, agenda: Agenda, container: Floats | 
     balls, times = state.balls, agenda.times
     xc, yc, uc, vc = container[X], container[Y], container[U], container[V]
     for k in range(balls.shape[1]):
-        x, y = position(k, now, balls)
-        reach = wall_reach(k, state.setup, state.radii)
+        x, y = ks.position(k, now, balls)
+        reach = ks.wall_reach(k, state.setup, state.radii)
         delay = wall_delay(x - xc, y - yc, balls[U, k] - uc, balls[V, k] - vc, reach * reach)
         time = now + delay
         times[WALL_TIME, k] = time
@@ -259,29 +224,29 @@ def advance(
             i = soonest(next_time)
             now = next_time[i]
             at_wall = wall_time[i] <= pair_time[i]
-            j = NO_PARTNER if at_wall else links[PARTNER, i]
+            j = ks.NO_PARTNER if at_wall else links[PARTNER, i]
             valid = j >= 0 and links[PARTNER_EVENTS, i] == links[EVENTS, j]
             if now == NEVER or at_wall or valid:
                 break
             if slides is not None and now > setup.time_limit:
                 break
             find_contact(i, now, wall_time[i] - now, state, slides, agenda)
-            counts[STALE] += 1
+            counts[ks.STALE] += 1
         if now == NEVER:
-            return NOTHING_LEFT
+            return clock.NOTHING_LEFT
         if now > setup.time_limit:
-            return TIME
+            return clock.TIME
         if next_sample(grid, state.sums) < now:
             sample_until(now, grid, state, slides)
-        begin_event(i, j, now, state.sums, counts)
+        clock.begin_event(i, j, now, state.sums, counts)
         if slides is not None:
-            k = sliding_ball(i, j, now, balls, slides)
-            if k != NO_PARTNER:
-                begins = slides[k] == SETTLES
-                size = slide_on(k, now, state, slides)
+            k = sliding.sliding_ball(i, j, now, balls, slides)
+            if k != ks.NO_PARTNER:
+                begins = slides[k] == sliding.SETTLES
+                size = sliding.slide_on(k, now, state, slides)
                 if begins:
                     links[EVENTS, k] += 1
-                    links[LAST, k], links[BOUNCES, k] = NO_PARTNER, 0
+                    links[LAST, k], links[BOUNCES, k] = ks.NO_PARTNER, 0
                     wall_time[k] = NEVER
                     find_contact(k, now, NEVER, state, slides, agenda)
                 count(k, SLIDE, size, state)
@@ -293,7 +258,7 @@ def advance(
         links[EVENTS, i] += 1
         trapped = False
         if at_wall:
-            links[LAST, i] = NO_PARTNER
+            links[LAST, i] = ks.NO_PARTNER
             links[BOUNCES, i] += 1
             predict_walls(now, state, agenda, state.container)
             delay = time_to_return(i, now, balls, state.container)
@@ -302,10 +267,10 @@ def advance(
             if setup.traps and (links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0):
                 patient = links[BOUNCES, i] <= setup.patience
                 trapped = is_trapped(i, now, state, state.container, slides, next_time, patient)
-                if slides is not None and (trapped or has_settled(i, state, now)):
+                if slides is not None and (trapped or sliding.has_settled(i, state, now)):
                     trapped = False
-                    slides[i] = SETTLES
-                    wall_time[i] = next_time[i] = slide_time(i, state)
+                    slides[i] = sliding.SETTLES
+                    wall_time[i] = next_time[i] = sliding.slide_time(i, state)
                     pair_time[i] = NEVER
         else:
             links[EVENTS, j] += 1
@@ -315,7 +280,7 @@ def advance(
             delay_j = predict_wall_after_pair(j, now, state, slides, agenda)
             find_contacts(i, j, now, delay_i, delay_j, state, slides, agenda)
         if trapped:
-            return WALL_TRAP
-        if counts[STALLED] > STALL_LIMIT * balls.shape[1]:
-            return COLLAPSE
-    return FULL
+            return clock.WALL_TRAP
+        if counts[ks.STALLED] > clock.STALL_LIMIT * balls.shape[1]:
+            return clock.COLLAPSE
+    return clock.FULL

@@ -13,18 +13,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from snooker_cli.containers import Circle
+from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.contact import NEVER, nearest_image, wall_delay
 from snooker_cli.engine.jit import inlined
-from snooker_cli.engine.kernel_state import (
-    Flags,
-    Floats,
-    Indices,
-    State,
-    U,
-    V,
-    nonnegative,
-    position,
-)
+from snooker_cli.engine.kernel_state import Flags, Floats, Indices, State, U, V
 
 if TYPE_CHECKING:
     from snooker_cli.engine.event_queue import Tree
@@ -182,13 +174,13 @@ def cell_at(column: int, row: int, mesh: Mesh, period: Floats | None) -> int:
         column -= mesh.columns if column >= mesh.columns else 0
         row += mesh.rows if row < 0 else 0
         row -= mesh.rows if row >= mesh.rows else 0
-    return nonnegative((row << mesh.shift) + column)
+    return ks.nonnegative((row << mesh.shift) + column)
 
 
 @inlined
 def put_into(i: int, cell: int, cells: Cells) -> None:
     """Make ball i a member of a cell."""
-    place = nonnegative(cells.occupancy[cell])
+    place = ks.nonnegative(cells.occupancy[cell])
     cells.members[cell, place] = i
     cells.occupancy[cell] = place + 1
     cells.links[CELL, i] = cell
@@ -199,10 +191,10 @@ def put_into(i: int, cell: int, cells: Cells) -> None:
 def take_out(i: int, cells: Cells) -> None:
     """Take ball i out of its cell; the last member takes its place."""
     links, members = cells.links, cells.members
-    cell, place = nonnegative(links[CELL, i]), nonnegative(links[PLACE, i])
-    last = nonnegative(cells.occupancy[cell] - 1)
+    cell, place = ks.nonnegative(links[CELL, i]), ks.nonnegative(links[PLACE, i])
+    last = ks.nonnegative(cells.occupancy[cell] - 1)
     cells.occupancy[cell] = last
-    moved = nonnegative(members[cell, last])
+    moved = ks.nonnegative(members[cell, last])
     members[cell, place] = moved
     links[PLACE, moved] = place
 
@@ -216,7 +208,7 @@ def collect(found: int, column: int, row: int, cells: Cells, period: Floats | No
     near, members = cells.near, cells.members
     cell = cell_at(column, row, cells.mesh, period)
     number = int(cells.occupancy[cell])
-    found = nonnegative(found)
+    found = ks.nonnegative(found)
     for place in range(4):
         near[found + place] = members[cell, place]
     for place in range(4, number):
@@ -235,8 +227,8 @@ def crossing_delay(p: float, w: float, side: float) -> float:
 def crossing_delays(i: int, now: float, state: State, cells: Cells) -> tuple[float, float]:
     """Time until ball i leaves its cell across, and up or down; s."""
     mesh = cells.mesh
-    cell = nonnegative(cells.links[CELL, i])
-    x, y = position(i, now, state.balls)
+    cell = ks.nonnegative(cells.links[CELL, i])
+    x, y = ks.position(i, now, state.balls)
     u, v = state.balls[U, i], state.balls[V, i]
     x -= mesh.left + mesh.width * (column_of(cell, mesh) + 0.5)
     y -= mesh.bottom + mesh.height * (row_of(cell, mesh) + 0.5)

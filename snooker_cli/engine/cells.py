@@ -13,15 +13,9 @@ The ideas, and where they come from:
 
 from __future__ import annotations
 
-from snooker_cli.engine.cell_grid import (
-    BOUNCES,
-    CONTACT_TIME,
-    EVENTS,
-    FORMER,
-    PARTNER,
-    PARTNER_EVENTS,
-    Cells,
-)
+from snooker_cli.engine import cell_grid, clock
+from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.cell_grid import Cells
 from snooker_cli.engine.cell_prediction import (
     before_renewal,
     cross,
@@ -30,32 +24,11 @@ from snooker_cli.engine.cell_prediction import (
     predict_crossing,
     push,
 )
-from snooker_cli.engine.clock import (
-    CELL_FULL,
-    COLLAPSE,
-    FULL,
-    NOTHING_LEFT,
-    OUT_OF_MARGIN,
-    STALL_LIMIT,
-    TIME,
-    WALL_TRAP,
-    begin_event,
-)
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.event_queue import LARGE, fetch_ahead, first, no_chains
 from snooker_cli.engine.jit import inlined, kernel
-from snooker_cli.engine.kernel_state import (
-    CROSSINGS,
-    NO_PARTNER,
-    SEARCH_AGAIN,
-    STALE,
-    STALLED,
-    Floats,
-    Recorded,
-    State,
-    nonnegative,
-)
+from snooker_cli.engine.kernel_state import Floats, Recorded, State
 from snooker_cli.engine.prediction import is_trapped
 from snooker_cli.engine.sampling import Grid, next_sample, sample_until
 
@@ -85,55 +58,56 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid, limit: i
     while filled < limit:
         i = first(tree.bits)
         now = tree.times[1]
-        known = before_renewal(now, cells.margin)
-        if known == NEVER:
-            return NOTHING_LEFT
-        if known > setup.time_limit:
-            return TIME
-        if known < now:
-            return OUT_OF_MARGIN
+        certain = before_renewal(now, cells.margin)
+        if certain == NEVER:
+            return clock.NOTHING_LEFT
+        if certain > setup.time_limit:
+            return clock.TIME
+        if certain < now:
+            return clock.OUT_OF_MARGIN
         if large:
             chains = fetch_ahead(now, chains, state, cells)
-        if balls[CONTACT_TIME, i] > now:
+        if balls[cell_grid.CONTACT_TIME, i] > now:
             if crossings == CROSSINGS_AT_ONCE * limit:
-                return FULL
+                return clock.FULL
             crossings += 1
-            counts[CROSSINGS] += 1
+            counts[ks.CROSSINGS] += 1
             if not cross(i, now, state, cells):
-                return CELL_FULL
+                return clock.CELL_FULL
             enqueue(i, now, balls, cells)
             continue
-        j = links[PARTNER, i]
-        happens = j == NO_PARTNER or (j >= 0 and links[PARTNER_EVENTS, i] == tags[EVENTS, j])
+        j = links[cell_grid.PARTNER, i]
+        known = j >= 0 and links[cell_grid.PARTNER_EVENTS, i] == tags[cell_grid.EVENTS, j]
+        happens = known or j == ks.NO_PARTNER
         trapped = False
         if happens:
             if next_sample(grid, state.sums) < now:
                 sample_until(now, grid, state, None)
-            begin_event(i, j, now, state.sums, counts)
+            clock.begin_event(i, j, now, state.sums, counts)
             size = collide(i, j, now, state)
             count(i, j, size, state)
             record(recorded, filled, i, j, now, size, state.labels)
             filled += 1
-            tags[EVENTS, i] += 1
-            tags[FORMER, i] = j
-            if j == NO_PARTNER:
-                links[BOUNCES, i] += 1
+            tags[cell_grid.EVENTS, i] += 1
+            tags[cell_grid.FORMER, i] = j
+            if j == ks.NO_PARTNER:
+                links[cell_grid.BOUNCES, i] += 1
                 push(now, state, cells, state.container, cells.margin)
-                trapped = check_trap(i, now, links[BOUNCES, i], state, state.box)
+                trapped = check_trap(i, now, links[cell_grid.BOUNCES, i], state, state.box)
             else:
-                tags[EVENTS, j] += 1
-                tags[FORMER, j] = i
-                links[BOUNCES, i] = links[BOUNCES, j] = 0
+                tags[cell_grid.EVENTS, j] += 1
+                tags[cell_grid.FORMER, j] = i
+                links[cell_grid.BOUNCES, i] = links[cell_grid.BOUNCES, j] = 0
         else:
-            counts[STALE] += 1
-        for turn in range(2 if happens and j != NO_PARTNER else 1):
-            k = nonnegative(i if turn == 0 else j)
+            counts[ks.STALE] += 1
+        for turn in range(2 if happens and j != ks.NO_PARTNER else 1):
+            k = ks.nonnegative(i if turn == 0 else j)
             if happens:
                 predict_crossing(k, now, state, cells)
-            predict_contact(k, now, j == SEARCH_AGAIN, state, cells)
+            predict_contact(k, now, j == ks.SEARCH_AGAIN, state, cells)
             enqueue(k, now, balls, cells)
         if trapped:
-            return WALL_TRAP
-        if counts[STALLED] > STALL_LIMIT * balls.shape[1]:
-            return COLLAPSE
-    return FULL
+            return clock.WALL_TRAP
+        if counts[ks.STALLED] > clock.STALL_LIMIT * balls.shape[1]:
+            return clock.COLLAPSE
+    return clock.FULL

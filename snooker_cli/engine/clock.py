@@ -12,16 +12,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.jit import inlined
-from snooker_cli.engine.kernel_state import (
-    EPOCH,
-    FIRST,
-    NOW,
-    SECOND,
-    STALLED,
-    Floats,
-    Integers,
-)
+from snooker_cli.engine.kernel_state import Floats, Integers
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -128,7 +121,7 @@ A ball that only rounding keeps off the wall moves it by a unit or two of its la
 @inlined
 def begin_event(i: int, j: int, now: float, sums: Floats, counts: Integers) -> None:
     """Move the run's clock to the event of balls i and j."""
-    stalls = now - sums[NOW] <= CLOCK_DIGITS * (sums[EPOCH] + now)
-    counts[STALLED] = counts[STALLED] + 1 if stalls else 0
-    counts[FIRST], counts[SECOND] = i, j
-    sums[NOW] = now
+    stalls = now - sums[ks.NOW] <= CLOCK_DIGITS * (sums[ks.EPOCH] + now)
+    counts[ks.STALLED] = counts[ks.STALLED] + 1 if stalls else 0
+    counts[ks.FIRST], counts[ks.SECOND] = i, j
+    sums[ks.NOW] = now

@@ -7,32 +7,10 @@ from __future__ import annotations
 
 import math
 
+from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.contact import nearest_image
 from snooker_cli.engine.jit import fused, helper, inlined
-from snooker_cli.engine.kernel_state import (
-    CLOCK,
-    CONTACT_LASTS,
-    EPOCH,
-    NO_PARTNER,
-    PAIR_EVENTS,
-    PAIR_VIRIAL,
-    REST,
-    WALL_EVENTS,
-    WALL_IMPULSE,
-    Floats,
-    Indices,
-    Recorded,
-    State,
-    U,
-    V,
-    X,
-    Y,
-    contact_distance,
-    mass_of,
-    position,
-    radius_of,
-    seen_from_container,
-)
+from snooker_cli.engine.kernel_state import CLOCK, Floats, Indices, Recorded, State, U, V, X, Y
 
 # The change of velocity
 
@@ -97,8 +75,8 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
     u, v = balls[U, i] - balls[U, j], balls[V, i] - balls[V, j]
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
     change = relative_change(x, y, u, v, 1.0 if elastic else setup.restitution)
-    m = mass_of(i, state.setup, state.masses)
-    first, second = shares(change, m, mass_of(j, state.setup, state.masses))
+    m = ks.mass_of(i, state.setup, state.masses)
+    first, second = shares(change, m, ks.mass_of(j, state.setup, state.masses))
     balls[U, i] -= first * x
     balls[V, i] -= first * y
     balls[U, j] += second * x
@@ -111,14 +89,14 @@ def hit_side(i: int, state: State, box: Floats, elastic: bool) -> float:
     """Collide ball i with the side of the box that it moves to and is nearest; the impulse."""
     balls, setup = state.balls, state.setup
     x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
-    r = radius_of(i, state.setup, state.radii)
+    r = ks.radius_of(i, state.setup, state.radii)
     across = box[0] - r - (x if u > 0.0 else -x) if u != 0.0 else math.inf
     along = box[1] - r - (y if v > 0.0 else -y) if v != 0.0 else math.inf
     normal = u if across <= along else v
     elastic = elastic or abs(normal) < setup.elastic_below
     change = (1.0 + (1.0 if elastic else setup.wall_restitution)) * normal
     balls[U if across <= along else V, i] -= change
-    return float(mass_of(i, state.setup, state.masses) * abs(change))
+    return float(ks.mass_of(i, state.setup, state.masses) * abs(change))
 
 
 @inlined
@@ -134,12 +112,12 @@ def hit_wall(
         container[X] += container[U] * age
         container[Y] += container[V] * age
         container[CLOCK] = now
-    x, y, u, v = seen_from_container(
+    x, y, u, v = ks.seen_from_container(
         balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, container
     )
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
     first = rebound(x, y, u, v, 1.0 if elastic else setup.wall_restitution)
-    m = mass_of(i, state.setup, state.masses)
+    m = ks.mass_of(i, state.setup, state.masses)
     if container is not None:
         first, second = shares(first, m, setup.container_mass)
         container[U] += second * x
@@ -178,14 +156,14 @@ def in_contact(i: int, now: float, balls: Floats, sums: Floats) -> bool:
 
     In the first epoch a clock at zero is one that has not been moved.
     """
-    moved = balls[CLOCK, i] > 0.0 or sums[EPOCH] > 0.0
-    return bool(moved and now - balls[CLOCK, i] < sums[CONTACT_LASTS])
+    moved = balls[CLOCK, i] > 0.0 or sums[ks.EPOCH] > 0.0
+    return bool(moved and now - balls[CLOCK, i] < sums[ks.CONTACT_LASTS])
 
 
 @inlined
 def move(i: int, now: float, balls: Floats, period: Floats | None) -> None:
     """Bring ball i to the present, in a periodic box to its image inside."""
-    x, y = position(i, now, balls)
+    x, y = ks.position(i, now, balls)
     balls[X, i], balls[Y, i] = nearest_image(x, y, period)
     balls[CLOCK, i] = now
 
@@ -197,12 +175,12 @@ def collide(i: int, j: int, now: float, state: State) -> float:
     j : NO_PARTNER for a collision with the wall
     """
     balls, sums, counts = state.balls, state.sums, state.counts
-    done = counts[WALL_EVENTS] + counts[PAIR_EVENTS]
+    done = counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS]
     if state.setup.contact_path > 0.0 and done % balls.shape[1] == 0:
-        sums[CONTACT_LASTS] = contact_lasts(state, state.container)
+        sums[ks.CONTACT_LASTS] = contact_lasts(state, state.container)
     elastic = in_contact(i, now, balls, sums)
     move(i, now, balls, state.period)
-    if j == NO_PARTNER:
+    if j == ks.NO_PARTNER:
         return hit_wall(i, now, state, state.container, state.box, elastic)
     elastic = elastic or in_contact(j, now, balls, sums)
     move(j, now, balls, state.period)
@@ -218,18 +196,22 @@ def add_up(sums: Floats, which: int, size: float) -> None:
     before = sums[which]
     after = before + size
     sums[which] = after
-    sums[which + REST] += size - (after - before)
+    sums[which + ks.REST] += size - (after - before)
 
 
 @inlined
 def count(i: int, j: int, impulse: float, state: State) -> None:
     """Count an event and add up its impulse; a negative j is one at the wall."""
     if j < 0:
-        state.counts[WALL_EVENTS] += 1
-        add_up(state.sums, WALL_IMPULSE, impulse)
+        state.counts[ks.WALL_EVENTS] += 1
+        add_up(state.sums, ks.WALL_IMPULSE, impulse)
     else:
-        state.counts[PAIR_EVENTS] += 1
-        add_up(state.sums, PAIR_VIRIAL, impulse * contact_distance(i, j, state.setup, state.radii))
+        state.counts[ks.PAIR_EVENTS] += 1
+        add_up(
+            state.sums,
+            ks.PAIR_VIRIAL,
+            impulse * ks.contact_distance(i, j, state.setup, state.radii),
+        )
 
 
 @inlined

@@ -15,18 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.cell_grid import CELL, CONTACT_TIME, PARTNER, Cells, crossing_delays
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import fetch, inlined, lowest_bit
-from snooker_cli.engine.kernel_state import (
-    Floats,
-    Integers,
-    State,
-    U,
-    V,
-    aligned_zeros,
-    nonnegative,
-)
+from snooker_cli.engine.kernel_state import Floats, Integers, State, U, V
 
 STEP = 2
 """Binary digits of a place that a level decides."""
@@ -53,7 +46,7 @@ def new_tree(number: int) -> Tree:
     leaves = CHILDREN
     while leaves < number:
         leaves *= CHILDREN
-    times = aligned_zeros(2 * leaves)
+    times = ks.aligned_zeros(2 * leaves)
     times[:] = NEVER
     return Tree(times, times.view(np.int64), np.zeros(1 << WATCHED * STEP))
 
@@ -69,7 +62,7 @@ def lesser(a: int, b: int) -> int:
 def update(i: int, time: float, tree: Tree) -> None:
     """Give ball i another time."""
     bits = tree.bits
-    k = nonnegative(len(bits) // 2 + int(i))
+    k = ks.nonnegative(len(bits) // 2 + int(i))
     tree.times[k] = time
     while k > 1:
         k >>= STEP
@@ -86,7 +79,7 @@ def update(i: int, time: float, tree: Tree) -> None:
 def first(bits: Integers) -> int:
     """The ball whose time is earliest; of several, the first."""
     leaves = len(bits) // 2
-    return nonnegative(earliest_below(1, lowest_bit(leaves) // STEP, bits) - leaves)
+    return ks.nonnegative(earliest_below(1, lowest_bit(leaves) // STEP, bits) - leaves)
 
 
 @inlined
@@ -95,12 +88,12 @@ def earliest_below(node: int, levels: int, bits: Integers) -> int:
     least = bits[node]
     k = node
     for _ in range(levels):
-        k = nonnegative(k << STEP)
+        k = ks.nonnegative(k << STEP)
         mask = 0
         for place in range(CHILDREN):
             mask |= int(bits[k + place] == least) << place
         k += lowest_bit(mask)
-    return nonnegative(k)
+    return ks.nonnegative(k)
 
 
 # A large gas waits for memory. So what coming events need is fetched while others are worked on.
@@ -162,15 +155,15 @@ def fetch_ahead(now: float, chains: Chains, state: State, cells: Cells) -> Chain
     down = lowest_bit(leaves) // STEP - WATCHED - 2 * LINK
     while mask != 0:
         fetch_members(beside, balls, cells)
-        beside = nonnegative(links[CELL, partner])
+        beside = ks.nonnegative(links[CELL, partner])
         fetch_cells(beside, cells)
         fetch_members(around, balls, cells)
         around = cell_to_search(ball, late, now, state, cells)
         fetch_cells(around, cells)
-        partner = nonnegative(max(links[PARTNER, ball], 0))
+        partner = ks.nonnegative(max(links[PARTNER, ball], 0))
         fetch_ball(partner, state, cells)
         fetch_path(partner, bits)
-        ball = nonnegative(earliest_below(lower, LINK, bits) - leaves)
+        ball = ks.nonnegative(earliest_below(lower, LINK, bits) - leaves)
         fetch_ball(ball, state, cells)
         lower = earliest_below(upper, LINK, bits)
         fetch_below(lower, bits)
@@ -195,7 +188,7 @@ def cell_to_search(i: int, late: float, now: float, state: State, cells: Cells) 
             cell += 1 if state.balls[U, i] > 0.0 else -1
         else:
             cell += (1 if state.balls[V, i] > 0.0 else -1) << cells.mesh.shift
-    return nonnegative(min(max(cell, 0), len(cells.occupancy) - 1))
+    return ks.nonnegative(min(max(cell, 0), len(cells.occupancy) - 1))
 
 
 @inlined
@@ -228,7 +221,7 @@ def fetch_cells(cell: int, cells: Cells) -> None:
     fetch(cells.at_wall, cell)
     for up in range(-1, 2):
         above = cell + (up << cells.mesh.shift)
-        middle = nonnegative(min(max(above, 1), len(occupancy) - 2))
+        middle = ks.nonnegative(min(max(above, 1), len(occupancy) - 2))
         fetch(members, (middle - 1) * members.shape[1])
         fetch(members, (middle + 2) * members.shape[1] - 1)
         fetch(occupancy, middle)
@@ -240,6 +233,6 @@ def fetch_members(cell: int, balls: Floats, cells: Cells) -> None:
     for up in range(-1, 2):
         for right in range(-1, 2):
             beside = cell + (up << cells.mesh.shift) + right
-            beside = nonnegative(min(max(beside, 0), len(cells.occupancy) - 1))
+            beside = ks.nonnegative(min(max(beside, 0), len(cells.occupancy) - 1))
             for place in range(MEMBERS):
-                fetch(balls, nonnegative(cells.members[beside, place]) * balls.shape[0])
+                fetch(balls, ks.nonnegative(cells.members[beside, place]) * balls.shape[0])

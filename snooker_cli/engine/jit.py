@@ -31,13 +31,14 @@ OPTIONS: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
     "no_cfunc_wrapper": True,
+    # No reference counts: kernels own no arrays, and would take 1.6 to 2 times as long with them.
+    # Numba documents no option for this.
     "_nrt": False,
 }
 """Options of every compiled function.
 
 Without fast-math, + - * / and sqrt are rounded as IEEE 754 says, neither re-ordered nor fused: the
-same source gives the same bits on every processor. ``_nrt`` switches off reference counts. Kernels
-own no arrays, and with reference counts they take 1.6 to 2 times as long.
+same source gives the same bits on every processor.
 """
 
 HELPER_OPTIONS: dict[str, Any] = OPTIONS | {"no_cpython_wrapper": True}
@@ -154,43 +155,6 @@ def give_notice() -> None:
     _log.info(NOTICE)
 
 
-class _Progress:
-    """Gives notice of a long compilation, and guards the cache.
-
-    If two processes save kernels of one function at the same moment, Numba may give both the same
-    file name and later load the wrong one. So a process takes a lock before Numba saves.
-    """
-
-    def __init__(self) -> None:
-        self.depth = 0
-        self.timer = threading.Timer(NOTICE_AFTER, give_notice)
-        self.lock: IO[bytes] | None = None
-
-    def begin(self) -> None:
-        """A compilation begins, perhaps inside another one."""
-        self.depth += 1
-        if self.depth == 1:
-            self.timer = threading.Timer(NOTICE_AFTER, give_notice)
-            self.timer.start()
-
-    def end(self) -> None:
-        """A compilation has ended; Numba saves the result next."""
-        self.depth -= 1
-        if self.depth == 0:
-            self.timer.cancel()
-        folder = cache_folder()
-        if folder is not None and self.lock is None and sys.platform != "win32":
-            with suppress(OSError):  # some file systems have no locks
-                self.lock = (folder / "lock").open("wb")
-                fcntl.flock(self.lock, fcntl.LOCK_EX)
-
-    def saved(self) -> None:
-        """Numba has saved the result, if it does."""
-        if self.lock is not None:
-            self.lock.close()
-            self.lock = None
-
-
 @cache
 def _numba() -> Any:
     """Import Numba, which takes half a second, and extend it by what kernels need."""
@@ -200,18 +164,44 @@ def _numba() -> Any:
     from numba.core import event
     from numba.extending import intrinsic, overload, typeof_impl
 
-    progress = _Progress()
-
     class Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
+        """Gives notice of a long compilation, and guards the cache.
+
+        If two processes save kernels of one function at the same moment, Numba may give both the
+        same file name and later load the wrong one. So a process takes a lock before Numba saves.
+        """
+
+        depth = 0
+        timer = threading.Timer(NOTICE_AFTER, give_notice)
+        lock: IO[bytes] | None = None
+
         def on_start(self, event: Any) -> None:
+            """A compilation begins, perhaps inside another one."""
             if event.kind == "numba:compile":
-                progress.begin()
+                self.depth += 1
+                if self.depth == 1:
+                    self.timer = threading.Timer(NOTICE_AFTER, give_notice)
+                    self.timer.start()
 
         def on_end(self, event: Any) -> None:
-            (progress.end if event.kind == "numba:compile" else progress.saved)()
+            """A compilation ends, and Numba saves the result; or Numba has saved it."""
+            if event.kind != "numba:compile":
+                if self.lock is not None:
+                    self.lock.close()
+                    self.lock = None
+                return
+            self.depth -= 1
+            if self.depth == 0:
+                self.timer.cancel()
+            folder = cache_folder()
+            if folder is not None and self.lock is None and sys.platform != "win32":
+                with suppress(OSError):  # some file systems have no locks
+                    self.lock = (folder / "lock").open("wb")
+                    fcntl.flock(self.lock, fcntl.LOCK_EX)
 
-    event.register("numba:compile", Listener())
-    event.register("numba:compiler_lock", Listener())
+    listener = Listener()
+    event.register("numba:compile", listener)
+    event.register("numba:compiler_lock", listener)
 
     @typeof_impl.register(Kernel)
     def type_of(kernel: Kernel, _context: Any) -> Any:

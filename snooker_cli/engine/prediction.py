@@ -9,22 +9,10 @@ from __future__ import annotations
 
 import math
 
+from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.contact import chord_delay, may_touch, pair_delay, wall_delay
 from snooker_cli.engine.jit import helper, inlined, lowest_bit
-from snooker_cli.engine.kernel_state import (
-    Floats,
-    Integers,
-    State,
-    U,
-    V,
-    X,
-    Y,
-    contact_distance,
-    mass_of,
-    position,
-    seen_from_container,
-    wall_reach,
-)
+from snooker_cli.engine.kernel_state import Floats, Integers, State, U, V, X, Y
 from snooker_cli.engine.sliding import place
 
 BLOCK = 48
@@ -35,13 +23,13 @@ BLOCK = 48
 def candidates(i: int, now: float, horizon: float, state: State, start: int, stop: int) -> int:
     """The balls from ``start`` to ``stop`` that may touch ball i within ``horizon``, a bit each."""
     balls = state.balls
-    x, y = position(i, now, balls)
+    x, y = ks.position(i, now, balls)
     u, v = balls[U, i], balls[V, i]
     twice = 2.0 * horizon
     mask = 0
     for k in range(start, stop):
-        d = contact_distance(i, k, state.setup, state.radii)
-        xk, yk = position(k, now, balls)
+        d = ks.contact_distance(i, k, state.setup, state.radii)
+        xk, yk = ks.position(k, now, balls)
         uk, vk = balls[U, k], balls[V, k]
         may = may_touch(xk - x, yk - y, uk - u, vk - v, d * d, twice)
         mask |= 1 << (k - start) if may else 0
@@ -67,10 +55,10 @@ def candidates_of_two(
     mask_i, mask_j = 0, 0
     for k in range(start, stop):
         di, dj = (
-            contact_distance(i, k, state.setup, state.radii),
-            contact_distance(j, k, state.setup, state.radii),
+            ks.contact_distance(i, k, state.setup, state.radii),
+            ks.contact_distance(j, k, state.setup, state.radii),
         )
-        x, y = position(k, now, balls)
+        x, y = ks.position(k, now, balls)
         u, v = balls[U, k], balls[V, k]
         may_i = may_touch(x - xi, y - yi, u - ui, v - vi, di * di, twice_i)
         may_j = may_touch(x - xj, y - yj, u - uj, v - vj, dj * dj, twice_j)
@@ -94,13 +82,13 @@ def earliest(
 ) -> tuple[float, int]:
     """When ball i first touches a ball of the mask, and which, if before ``delay``."""
     balls = state.balls
-    x, y = position(i, now, balls)
+    x, y = ks.position(i, now, balls)
     u, v = balls[U, i], balls[V, i]
     while mask != 0:
         k = start + lowest_bit(mask)
         mask &= mask - 1
-        d = contact_distance(i, k, state.setup, state.radii)
-        xk, yk = position(k, now, balls)
+        d = ks.contact_distance(i, k, state.setup, state.radii)
+        xk, yk = ks.position(k, now, balls)
         uk, vk = balls[U, k], balls[V, k]
         its_delay = pair_delay(xk - x, yk - y, uk - u, vk - v, d * d)
         if its_delay < delay:
@@ -111,17 +99,17 @@ def earliest(
 @inlined
 def time_to_wall(i: int, now: float, state: State, container: Floats | None) -> float:
     """Time until ball i hits the wall of the circle, s."""
-    x, y = position(i, now, state.balls)
+    x, y = ks.position(i, now, state.balls)
     u, v = state.balls[U, i], state.balls[V, i]
-    x, y, u, v = seen_from_container(x, y, u, v, now, container)
-    reach = wall_reach(i, state.setup, state.radii)
+    x, y, u, v = ks.seen_from_container(x, y, u, v, now, container)
+    reach = ks.wall_reach(i, state.setup, state.radii)
     return wall_delay(x, y, u, v, reach * reach)
 
 
 @inlined
 def time_to_return(i: int, now: float, balls: Floats, container: Floats | None) -> float:
     """Time until ball i, which has just hit the wall of the circle, hits it again, s."""
-    x, y, u, v = seen_from_container(
+    x, y, u, v = ks.seen_from_container(
         balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, container
     )
     return chord_delay(x, y, u, v)
@@ -132,7 +120,7 @@ def top_speed(state: State) -> float:
     """The speed of the lightest ball if it had all the energy, m/s: none can become faster."""
     energy, lightest = 0.0, math.inf
     for k in range(state.balls.shape[1]):
-        m = mass_of(k, state.setup, state.masses)
+        m = ks.mass_of(k, state.setup, state.masses)
         u, v = state.balls[U, k], state.balls[V, k]
         energy += m * (u * u + v * v)
         lightest = min(lightest, m)
@@ -165,7 +153,7 @@ def is_trapped(
         the energy in one ball, which in a fixed container never grows
     """
     balls, setup = state.balls, state.setup
-    x, y, u, v = seen_from_container(
+    x, y, u, v = ks.seen_from_container(
         balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, container
     )
     inward = max(-(x * u + y * v), 0.0)  # a v_n
@@ -178,7 +166,7 @@ def is_trapped(
         return False
     wall_speed = 0.0
     if container is not None:
-        m = mass_of(i, state.setup, state.masses)
+        m = ks.mass_of(i, state.setup, state.masses)
         pushes = (1.0 + setup.wall_restitution) / (1.0 - setup.wall_restitution)
         pushes *= inward / math.sqrt(x * x + y * y) * (m / (m + setup.container_mass))
         wall_speed = pushes + math.sqrt(container[U] * container[U] + container[V] * container[V])
@@ -196,12 +184,12 @@ def is_trapped(
                 uk, vk = balls[U, k], balls[V, k]
                 its_speed = math.sqrt(uk * uk + vk * vk)
             x, y = xk - balls[X, i], yk - balls[Y, i]
-            gap = math.sqrt(x * x + y * y) - contact_distance(i, k, state.setup, state.radii)
+            gap = math.sqrt(x * x + y * y) - ks.contact_distance(i, k, state.setup, state.radii)
             if gap <= (speed + its_speed) * left:
                 return False
             if container is not None:
                 x, y = xk - container[X], yk - container[Y]
-                gap = wall_reach(k, state.setup, state.radii) - math.sqrt(x * x + y * y)
+                gap = ks.wall_reach(k, state.setup, state.radii) - math.sqrt(x * x + y * y)
                 if gap <= (wall_speed + its_speed) * left:
                     return False
     return True

@@ -13,26 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.clock import CLOCK_DIGITS
 from snooker_cli.engine.contact import NEVER, wall_delay
 from snooker_cli.engine.jit import helper, inlined, kernel
-from snooker_cli.engine.kernel_state import (
-    CLOCK,
-    EPOCH,
-    NO_PARTNER,
-    SEARCH_AGAIN,
-    Floats,
-    Integers,
-    State,
-    U,
-    V,
-    X,
-    Y,
-    contact_distance,
-    mass_of,
-    position,
-    wall_reach,
-)
+from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V, X, Y
 
 # What a ball does: it flies, or it bounces until it slides, or it slides.
 FLIES, SETTLES, SLIDES = range(3)
@@ -121,7 +106,7 @@ def place(i: int, now: float, balls: Floats, slides: Integers | None) -> tuple[f
     if slides is not None and slides[i] == SLIDES:
         ball = turned(i, now, balls)
         return ball.x, ball.y
-    return position(i, now, balls)
+    return ks.position(i, now, balls)
 
 
 @inlined
@@ -166,7 +151,7 @@ def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     x, y = c * x - s * y, s * x + c * y
     u, v = (-inward * x - cross * y) / square, (-inward * y + cross * x) / square
     return Ball(x, y, u, v, now), float(
-        mass_of(i, state.setup, state.masses) * given / math.sqrt(square)
+        ks.mass_of(i, state.setup, state.masses) * given / math.sqrt(square)
     )
 
 
@@ -190,7 +175,7 @@ def pressed(i: int, now: float, state: State) -> float:
     balls = state.balls
     w = angular_velocity(i, balls)
     reach = math.sqrt(balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i])
-    return float(mass_of(i, state.setup, state.masses) * w * w * reach * (now - balls[CLOCK, i]))
+    return float(ks.mass_of(i, state.setup, state.masses) * w * w * reach * (now - balls[CLOCK, i]))
 
 
 # All balls
@@ -255,7 +240,7 @@ def has_settled(i: int, state: State, now: float) -> bool:
     x, y, u, v, _ = ball_of(i, state.balls)
     inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
     square = (1.0 - state.setup.wall_restitution) * cross * cross
-    least = CLOCK_DIGITS * (state.sums[EPOCH] + now) * square
+    least = CLOCK_DIGITS * (state.sums[ks.EPOCH] + now) * square
     return bool(cross != 0.0 and 2.0 * inward * (x * x + y * y) <= least)
 
 
@@ -266,7 +251,7 @@ def sliding_ball(i: int, j: int, now: float, balls: Floats, slides: Integers) ->
         return i
     if j >= 0 and slides[j] == SLIDES and balls[CLOCK, j] < now:
         return j
-    return NO_PARTNER
+    return ks.NO_PARTNER
 
 
 @inlined
@@ -281,7 +266,7 @@ def slide_on(i: int, now: float, state: State, slides: Integers) -> float:
         set_ball(i, turned(i, now, balls), balls)
         return size
     size = bounce(i, NEVER, state)
-    part = wall_reach(i, state.setup, state.radii) / math.sqrt(
+    part = ks.wall_reach(i, state.setup, state.radii) / math.sqrt(
         balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i]
     )
     balls[X, i] *= part
@@ -382,7 +367,7 @@ def earliest_on_arc(
     for k in range(balls.shape[1]):
         if k == i or slides[k] == SETTLES or (slides[i] != SLIDES and slides[k] != SLIDES):
             continue
-        d = contact_distance(i, k, state.setup, state.radii)
+        d = ks.contact_distance(i, k, state.setup, state.radii)
         xk, yk = place(k, now, balls, slides)
         until = delay
         if slides[i] == SLIDES and slides[k] == SLIDES:
@@ -401,7 +386,7 @@ def earliest_on_arc(
             way = Approach(xk, yk, wk, xi, yi, u, v, abs(wk) * rim + math.sqrt(u * u + v * v))
         its_delay, touches = arc_delay(way, d, 2.0 * rim, until)
         if its_delay < delay:
-            delay, partner = its_delay, k if touches else SEARCH_AGAIN
+            delay, partner = its_delay, k if touches else ks.SEARCH_AGAIN
     return delay, partner
 
 
