@@ -50,6 +50,13 @@ def scene_of(
     )
 
 
+def lone_bouncer() -> Scene:
+    """A ball of 1 m that is in a wall trap from its first hit, at 0.5 s, until 14.78 s."""
+    inwards = 6.0 / 0.9
+    ball = (9.0 - 0.5 * inwards, -4.0, inwards, 8.0, 1.0, 1.0)
+    return scene_of([ball], wall_restitution=0.9)
+
+
 def gas(
     shape: str,
     number: int,
@@ -93,6 +100,18 @@ def gas(
         container_velocity=np.zeros(2),
         restitution=cor,
         wall_restitution=cor if wall_cor is None else wall_cor,
+    )
+
+
+def displaced(scene: Scene) -> Scene:
+    """The container elsewhere, by multiples of a power of two; a free one is on its way too."""
+    velocity = np.array([32.0, -8.0]) if scene.free else np.zeros(2)
+    return replace(
+        scene,
+        positions=scene.positions + np.array([1024.0, -512.0]),
+        velocities=scene.velocities + velocity,
+        container_position=np.array([1024.0, -512.0]),
+        container_velocity=velocity,
     )
 
 

@@ -444,24 +444,23 @@ class _Run:
             return Stop(reason, limit, (), f"{limit:.9g} s reached after {events:,} collisions")
         if reason is StopReason.NOTHING_LEFT:
             end = limit if math.isfinite(limit) else now
-            idle = f"no collision lies ahead after {events:,} and {now:.9g} s"
-            return Stop(reason, end, (), idle)
+            message = f"no further collision can happen after {events:,}, at {now:.9g} s"
+            return Stop(reason, end, (), message)
         if reason is StopReason.INTERRUPTED:
             return Stop(reason, now, (), f"interrupted after {events:,} collisions at {now:.9g} s")
-        kept = "1 collision is kept" if events == 1 else f"{events:,} collisions are kept"
+        saved = "1 collision is saved" if events == 1 else f"{events:,} collisions are saved"
         first, second = self._last_balls()
         if reason is StopReason.WALL_TRAP:
             message = (
-                f"wall trap: from {now:.9g} s on, ball {first} hits the wall infinitely often "
-                f"before anything else happens, each hit weaker by the wall's CoR "
-                f"{self.setup.wall_restitution:g}; it would slide along the wall; {kept}"
+                f"wall trap: from {now:.9g} s on, ball {first} is trapped at the wall and hits it "
+                f"infinitely often before anything else happens; {saved}"
             )
             return Stop(reason, now, (first,), message)
         at_wall = second == CONTAINER
         pair = f"ball {first} and the wall" if at_wall else f"balls {first} and {second}"
         message = (
             f"{self._endless(first, at_wall)}: the clock stands at {now:.17g} s while collisions "
-            f"go on, the last of {pair}; {kept}"
+            f"continue, the last of {pair}; {saved}"
         )
         return Stop(reason, now, (first,) if at_wall else (first, second), message)
 

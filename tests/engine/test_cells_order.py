@@ -1,82 +1,23 @@
-"""Balls that change places in memory keep their names; and every moment can be replayed."""
+"""Balls that change places in memory keep their numbers, and nothing changes but roundings."""
 
 import importlib
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import EPSILON, gas, same_events
-from test_cells_twin import agreement
+from scenes import EPSILON, displaced, gas, same_events
+from test_twin import agreement
 
 from snooker_cli.engine import replay, series, simulate, simulation
-from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
 
 SIMULATE = importlib.import_module("snooker_cli.engine.simulation")
 
 SCENES = {
-    "circle": lambda: gas("circle", 120, 0.4, cor=0.95),
     "light circle, mixed": lambda: gas(
         "circle", 120, 0.3, mixed=True, cor=0.95, container_mass=50.0
     ),
-    "box": lambda: gas("box", 120, 0.4, cor=0.95),
     "periodic": lambda: gas("periodic", 120, 0.3, cor=0.95),
 }
-REORDERED = ["light circle, mixed", "periodic"]  # each is a kernel more to compile
-
-
-@pytest.fixture(params=SCENES)
-def scene(request) -> Scene:
-    return SCENES[request.param]()
-
-
-def displaced(scene: Scene) -> Scene:
-    """The container elsewhere, by multiples of a power of two; a free one is on its way too."""
-    velocity = np.array([32.0, -8.0]) if scene.free else np.zeros(2)
-    return replace(
-        scene,
-        positions=scene.positions + np.array([1024.0, -512.0]),
-        velocities=scene.velocities + velocity,
-        container_position=np.array([1024.0, -512.0]),
-        container_velocity=velocity,
-    )
-
-
-# --- replay -----------------------------------------------------------------------------------
-
-
-def test_any_moment_is_where_a_run_until_then_ends(scene):
-    """Bit for bit; the last is the finish's."""
-    scene = displaced(scene)
-    trace = simulate(scene, collisions=2000, engine="cells")
-    moments = np.append(np.linspace(0.0, trace.stop.time, 6)[1:-1], trace.stop.time)
-    states = replay(trace, moments)
-    for k, moment in enumerate(moments):
-        until = simulate(scene, time=float(moment), engine="cells")
-        for finish in (until.finish, trace.finish)[: 1 + (moment == trace.stop.time)]:
-            assert np.array_equal(states.positions[k], finish.positions)
-            assert np.array_equal(states.velocities[k], finish.velocities)
-            assert np.array_equal(states.container_positions[k], finish.container_position)
-            assert np.array_equal(states.container_velocities[k], finish.container_velocity)
-
-
-def test_balls_stay_in_a_periodic_box():
-    scene = displaced(SCENES["periodic"]())
-    trace = simulate(scene, time=20.0, engine="cells")
-    for positions in (*replay(trace, np.linspace(0, 20.0, 50)).positions, trace.finish.positions):
-        inside = abs(positions - scene.container_position) <= np.array(scene.container.size) / 2
-        assert np.all(inside)
-
-
-@pytest.mark.parametrize("name", ["circle", "periodic"])
-def test_summary_says_what_the_events_say(name):
-    scene = SCENES[name]()
-    recorded = simulate(scene, collisions=5000, engine="cells")
-    trace = simulate(scene, collisions=5000, summary=True, engine="cells")
-    assert trace.events is None
-    assert trace.stop == recorded.stop
-    assert np.array_equal(trace.finish.positions, recorded.finish.positions)
-    assert_summary(trace, recorded)
 
 
 def assert_summary(trace: Trace, recorded: Trace) -> None:
@@ -91,9 +32,6 @@ def assert_summary(trace: Trace, recorded: Trace) -> None:
         assert np.allclose(getattr(summary, column), expected, rtol=rounding, atol=0)
 
 
-# --- order in memory --------------------------------------------------------------------------
-
-
 def in_order(monkeypatch: pytest.MonkeyPatch, after: int, chunk: int) -> None:
     """Put balls into the order of their cells after so many events a ball, looking in chunks."""
     monkeypatch.setattr(simulation, "REORDERED", 2)
@@ -101,7 +39,7 @@ def in_order(monkeypatch: pytest.MonkeyPatch, after: int, chunk: int) -> None:
     monkeypatch.setattr(SIMULATE, "SMALL_CHUNK", chunk)
 
 
-@pytest.mark.parametrize("name", REORDERED)
+@pytest.mark.parametrize("name", SCENES)
 def test_the_order_at_the_start_changes_nothing(name, monkeypatch):
     """Everything is predicted at time zero, in whichever order; an impulse is rounded otherwise
     when the other ball of a pair is the first."""
@@ -117,7 +55,7 @@ def test_the_order_at_the_start_changes_nothing(name, monkeypatch):
     assert np.array_equal(ordered.finish.velocities, without.finish.velocities)
 
 
-@pytest.mark.parametrize("name", REORDERED)
+@pytest.mark.parametrize("name", SCENES)
 def test_any_number_of_new_orders_changes_nothing_but_roundings(name, monkeypatch):
     """A ball's contact is predicted again, from another moment."""
     scene = SCENES[name]()
@@ -130,7 +68,7 @@ def test_any_number_of_new_orders_changes_nothing_but_roundings(name, monkeypatc
     assert agreement(scene, 1500, ordered().events, "cells") > 300
 
 
-@pytest.mark.parametrize("name", REORDERED)
+@pytest.mark.parametrize("name", SCENES)
 def test_finish_and_summary_are_in_the_scenes_order(name, monkeypatch):
     in_order(monkeypatch, 1, 300)
     scene = displaced(SCENES[name]())

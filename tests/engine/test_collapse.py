@@ -15,6 +15,7 @@ from scenes import (
     digest,
     gas,
     is_wall,
+    lone_bouncer,
     mixed_scene,
     reduced_masses,
     report_scene,
@@ -23,13 +24,8 @@ from scenes import (
 )
 from test_twin import compared
 
-from snooker_cli import store
-from snooker_cli.config import ConfigError, Experiment, parse, to_json
-from snooker_cli.config import digest as identity
 from snooker_cli.engine import replay, series, simulate
-from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
-from snooker_cli.store import Provenance
 from snooker_cli.trace import StopReason, Trace
 
 SOFT = [{"elastic_below": 4.0}, {"contact_duration": 0.3}]
@@ -221,13 +217,6 @@ def three_in_a_line(restitution: float) -> Scene:
     return scene_of(balls, restitution=restitution)
 
 
-def lone_bouncer() -> Scene:
-    """A ball that is in a wall trap from its first hit, at 0.5 s, until 14.78 s."""
-    inwards = 6.0 / 0.9
-    ball = (9.0 - 0.5 * inwards, -4.0, inwards, 8.0, 1.0, 1.0)
-    return scene_of([ball], wall_restitution=0.9)
-
-
 LINE_COLLAPSE = 7 - 4 * 3**0.5
 """Three balls in a line collapse below this restitution, 0.0718 (McNamara & Young 1992)."""
 
@@ -271,92 +260,3 @@ def test_a_trapped_ball_ends_at_the_energy_of_its_slide():
     trap = trap_sums(6.0, 8.0, 0.9, 9.0)
     before = found.wall_impulse[np.searchsorted(found.time, 0.5 + trap.duration)]
     assert before == pytest.approx(6.0 / 0.9 * 1.9 + trap.impulse, abs=0.1)
-
-
-# --- configs and files ----------------------------------------------------------------------
-
-BASE = """\
-container: {radius: 10.0}
-balls: {rings: 1, radius: 1.0, speed: 10.0}
-cor: 0.85
-collisions: 150
-"""
-
-
-def written(collapse: str) -> Experiment:
-    return parse(f"{BASE}collapse: {collapse}\n").experiment
-
-
-def test_stop_is_the_default_and_leaves_the_digest_as_it_was():
-    """The digest of this config from before there was a choice."""
-    known = "24ccedfa978d7d7284f163eef6f870b35b4f393fe5f81c22314e1340a51eefe7"
-    assert identity(parse(BASE).experiment) == identity(written("stop")) == known
-
-
-def test_every_other_choice_has_a_digest_of_its_own():
-    choices = ["stop", "{tc: 0.01}", "{tc: 0.02}", "{elastic_below: 0.01}"]
-    assert len({identity(written(choice)) for choice in choices}) == 4
-
-
-@pytest.mark.parametrize("choice", ["stop", "{tc: 0.01}", "{elastic_below: 1.0e-06}"])
-def test_a_config_comes_back(choice):
-    experiment = written(choice)
-    assert parse(to_json(experiment)).experiment == experiment
-
-
-def test_what_a_config_asks_for_is_in_the_scene():
-    lasting, slow = (
-        starting_scene(written("{tc: 0.01}"), 0),
-        starting_scene(written("{elastic_below: 0.5}"), 0),
-    )
-    assert (lasting.contact_duration, lasting.elastic_below) == (0.01, 0.0)
-    assert (slow.contact_duration, slow.elastic_below) == (0.0, 0.5)
-
-
-def test_a_key_of_it_can_be_swept():
-    found = parse(f"{BASE}collapse: {{tc: 0.01}}\nsweep: {{collapse.tc: [0.01, 0.1]}}\n")
-    assert [point.experiment.contact_duration for point in found.points()] == [0.01, 0.1]
-    override = parse(BASE, overrides=["collapse.elastic_below=1e-3"])
-    assert [point.experiment.elastic_below for point in override.points()] == [1e-3]
-
-
-CHOICES = "stop, slide, {tc: NUMBER} or {elastic_below: NUMBER}"
-
-
-@pytest.mark.parametrize(
-    ("collapse", "sentence"),
-    [
-        ("go", f"collapse: the text go is given where {CHOICES} is needed"),
-        ("3", f"collapse: 3 is given where {CHOICES} is needed"),
-        ("null", f"collapse: nothing (null) is given where {CHOICES} is needed"),
-        ("{}", f"collapse: an empty mapping is given where {CHOICES} is needed"),
-        ("{tc: 1, elastic_below: 1}", "collapse: the mapping {tc: 1, elastic_below: 1} is given"),
-        ("{tc: 2}", "collapse.tc: 2 is given where a number above 0, at most 1 is needed"),
-        ("{elastic_below: 0}", "collapse.elastic_below: 0 is given where a finite number above 0"),
-    ],
-)
-def test_other_values_are_refused(collapse, sentence):
-    with pytest.raises(ConfigError) as error:
-        written(collapse)
-    (problem,) = error.value.problems
-    assert str(problem).startswith("config:5:")
-    assert sentence in str(problem)
-
-
-@pytest.mark.parametrize("change", [{}, *SOFT], ids=str)
-def test_a_file_keeps_it(change, tmp_path, provenance: Provenance):
-    trace = replace(simulate(soft(report_scene(cor=0.8), **change), collisions=50), work=None)
-    store.write(tmp_path / "a.h5", trace, provenance)
-    start = store.read(tmp_path / "a.h5")[0].start
-    assert start.contact_duration == trace.start.contact_duration
-    assert start.elastic_below == trace.start.elastic_below
-
-
-def test_it_is_a_part_of_a_files_content():
-    scene = report_scene(cor=0.8)
-    trace = simulate(scene, collisions=5)
-    contents = {
-        store.content_hash(replace(trace, start=soft(scene, **change)))
-        for change in ({}, {"elastic_below": 0.3}, {"contact_duration": 0.3})
-    }
-    assert len(contents) == 3

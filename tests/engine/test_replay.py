@@ -5,7 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import EPSILON, digest, is_wall, mixed_scene, report_scene, scene_of
+from scenes import (
+    EPSILON,
+    digest,
+    displaced,
+    gas,
+    is_wall,
+    mixed_scene,
+    report_scene,
+    scene_of,
+)
 
 from snooker_cli.analysis.observables import total_energy
 from snooker_cli.engine import States, replay, series, simulate
@@ -17,36 +26,62 @@ SCENES = {
     "free": lambda: report_scene(cor=0.9, wall_cor=1.0, container_mass=50.0),
     "mixed": lambda: mixed_scene(50.0, 0.95),
     "mixed, fixed": lambda: mixed_scene(math.inf, 0.95),
+    "cells": lambda: displaced(gas("circle", 120, 0.4, cor=0.95)),
+    "cells, mixed": lambda: displaced(
+        gas("circle", 120, 0.3, mixed=True, cor=0.95, container_mass=50.0)
+    ),
+    "cells, box": lambda: displaced(gas("box", 120, 0.4, cor=0.95)),
+    "cells, periodic": lambda: displaced(gas("periodic", 120, 0.3, cor=0.95)),
 }
 
 
 @pytest.fixture(params=SCENES)
-def scene(request) -> Scene:
-    return SCENES[request.param]()
+def name(request) -> str:
+    return request.param
 
 
-def test_ends_are_the_starts_and_the_finishes_bits(scene):
+@pytest.fixture
+def scene(name) -> Scene:
+    return SCENES[name]()
+
+
+@pytest.fixture
+def engine(name) -> str:
+    return "cells" if name.startswith("cells") else "allpairs"
+
+
+def assert_state(states: States, row: int, scene: Scene) -> None:
+    """Assert that a row of the states is the scene's, bit for bit."""
+    assert np.array_equal(states.positions[row], scene.positions)
+    assert np.array_equal(states.velocities[row], scene.velocities)
+    assert np.array_equal(states.container_positions[row], scene.container_position)
+    assert np.array_equal(states.container_velocities[row], scene.container_velocity)
+
+
+def test_ends_are_the_starts_and_the_finishes_bits(scene, engine):
     for limit in ({"time": 2.0}, {"collisions": 700}):
-        trace = simulate(scene, **limit)
+        trace = simulate(scene, **limit, engine=engine)
         states = replay(trace, [0.0, trace.stop.time])
-        for k, end in enumerate((trace.start, trace.finish)):
-            assert np.array_equal(states.positions[k], end.positions)
-            assert np.array_equal(states.velocities[k], end.velocities)
-            assert np.array_equal(states.container_positions[k], end.container_position)
-            assert np.array_equal(states.container_velocities[k], end.container_velocity)
+        assert_state(states, 0, trace.start)
+        assert_state(states, 1, trace.finish)
 
 
-def test_any_moment_is_where_a_run_until_then_ends(scene):
-    """Bit for bit."""
-    trace = simulate(scene, collisions=700)
+def test_any_moment_is_where_a_run_until_then_ends(scene, engine):
+    trace = simulate(scene, collisions=1500, engine=engine)
     moments = np.linspace(0.0, trace.stop.time, 9)[1:-1]
     states = replay(trace, moments)
     for k, moment in enumerate(moments):
-        until = simulate(scene, time=float(moment))
+        until = simulate(scene, time=float(moment), engine=engine)
         assert until.stop.reason is StopReason.TIME
-        assert np.array_equal(states.positions[k], until.finish.positions)
-        assert np.array_equal(states.velocities[k], until.finish.velocities)
-        assert np.array_equal(states.container_positions[k], until.finish.container_position)
+        assert_state(states, k, until.finish)
+
+
+def test_balls_stay_in_a_periodic_box():
+    scene = SCENES["cells, periodic"]()
+    trace = simulate(scene, time=20.0)
+    for positions in (*replay(trace, np.linspace(0, 20.0, 50)).positions, trace.finish.positions):
+        inside = abs(positions - scene.container_position) <= np.array(scene.container.size) / 2
+        assert np.all(inside)
 
 
 def test_a_moment_of_a_collision_is_just_after_it():
@@ -96,8 +131,8 @@ def assert_velocities(scene: Scene, columns: Series, states: States) -> np.ndarr
     return energies
 
 
-def test_series_after_each_event(scene):
-    trace = simulate(scene, collisions=2000)
+def test_series_after_each_event(scene, engine):
+    trace = simulate(scene, collisions=2000, engine=engine)
     columns, events = series(trace), trace.events
     assert np.array_equal(columns.time, np.concatenate([[0.0], events.time]))
     assert_velocities(scene, columns, replay(trace, columns.time))
@@ -115,9 +150,9 @@ def test_series_after_each_event(scene):
 
 
 @pytest.mark.parametrize("limit", LIMITS)
-def test_summary_says_what_the_events_say(scene, limit):
-    recorded = simulate(scene, **limit)
-    trace = simulate(scene, **limit, summary=True)
+def test_summary_says_what_the_events_say(scene, engine, limit):
+    recorded = simulate(scene, **limit, engine=engine)
+    trace = simulate(scene, **limit, summary=True, engine=engine)
     assert trace.events is None
     assert trace.stop == recorded.stop
     assert (trace.wall_events, trace.pair_events) == (recorded.wall_events, recorded.pair_events)
@@ -148,6 +183,7 @@ def test_summary_says_what_the_events_say(scene, limit):
     assert np.array_equal(trace.summary.speed_histogram, histogram)
 
 
+@pytest.mark.parametrize("name", list(SCENES)[:4], indirect=True)
 @pytest.mark.parametrize("limit", LIMITS)
 def test_grid_of_a_summary(scene, limit):
     trace = simulate(scene, **limit, summary=True)

@@ -5,12 +5,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import EPSILON, digest, report_scene, same_events, scene_of, trap_sums
+from scenes import (
+    EPSILON,
+    digest,
+    lone_bouncer,
+    report_scene,
+    same_events,
+    scene_of,
+    trap_sums,
+)
 from test_bits import output_of
 
 from snooker_cli import store
 from snooker_cli.analysis.observables import cumulative_pressure, so_far, total_angular_momentum
-from snooker_cli.config import ConfigError, parse
 from snooker_cli.engine import replay, series, simulate, specialisation
 from snooker_cli.engine.sliding import cosine_and_sine
 from snooker_cli.scene import Scene
@@ -23,11 +30,9 @@ FORCE = 8.0**2 / 9.0
 """Force on the wall of a ball of 1 kg that slides, m v_t^2/a, N."""
 
 
-def lone_bouncer() -> Scene:
-    """A ball that is in a wall trap from its first hit, at 0.5 s, until 14.78 s."""
-    inwards = 6.0 / 0.9
-    ball = (9.0 - 0.5 * inwards, -4.0, inwards, 8.0, 1.0, 1.0)
-    return replace(scene_of([ball], wall_restitution=0.9), slides=True)
+def slider() -> Scene:
+    """``lone_bouncer``, which slides from 14.78 s on."""
+    return replace(lone_bouncer(), slides=True)
 
 
 def gas_that_slides(seed: int = 0, **changes: float) -> Scene:
@@ -36,7 +41,7 @@ def gas_that_slides(seed: int = 0, **changes: float) -> Scene:
 
 @pytest.fixture(scope="module")
 def lone() -> Trace:
-    return simulate(lone_bouncer(), time=30.0)
+    return simulate(slider(), time=30.0)
 
 
 # --- one ball, in closed form ---------------------------------------------------------------
@@ -96,7 +101,7 @@ def test_how_it_ends(lone):
 
 
 def test_a_trap_that_is_not_over_when_the_run_ends_bounces_on():
-    trace = simulate(lone_bouncer(), time=14.0)
+    trace = simulate(slider(), time=14.0)
     assert SLIDE not in trace.events.j
     assert len(trace.events) > 20
 
@@ -104,7 +109,7 @@ def test_a_trap_that_is_not_over_when_the_run_ends_bounces_on():
 @pytest.fixture(scope="module")
 def bounced() -> Trace:
     """Every bounce, until they are too slow for losses."""
-    return simulate(replace(lone_bouncer(), slides=False, elastic_below=1e-9), time=14.0)
+    return simulate(replace(lone_bouncer(), elastic_below=1e-9), time=14.0)
 
 
 def test_while_it_bounces_unseen_it_is_where_the_bounces_take_it(lone, bounced):
@@ -115,7 +120,7 @@ def test_while_it_bounces_unseen_it_is_where_the_bounces_take_it(lone, bounced):
 
 
 def test_a_summary_sees_the_bounces_and_the_pressing(lone, bounced):
-    found = simulate(lone_bouncer(), time=30.0, summary=True).summary.series
+    found = simulate(slider(), time=30.0, summary=True).summary.series
     assert found.wall_impulse[-1] == pytest.approx(series(lone).wall_impulse[-1], rel=1e-13)
     each = series(bounced)
     before = found.time < 14.0
@@ -255,7 +260,7 @@ def test_the_same_bits_in_plain_python():
     assert output_of(program, NUMBA_DISABLE_JIT="1").strip() == bits()
 
 
-# --- configs, files, kinds ------------------------------------------------------------------
+# --- engines and files ----------------------------------------------------------------------
 
 
 def test_it_is_for_all_pairs_in_a_fixed_circle():
@@ -266,24 +271,6 @@ def test_it_is_for_all_pairs_in_a_fixed_circle():
         simulate(scene, collisions=1, engine="cells")
     with pytest.raises(ValueError, match="fixed wall of a circle"):
         simulate(replace(scene, container_mass=10.0), collisions=1)
-
-
-BASE = "balls: {count: 7, radius: 1.0, speed: 10.0}\ncor: 0.8\ncollisions: 10\n"
-
-
-def test_a_config_asks_for_it():
-    loaded = parse(f"{BASE}container: {{radius: 10.0}}\nsweep: {{collapse: [stop, slide]}}\n")
-    assert [point.experiment.collapse for point in loaded.points()] == ["stop", "slide"]
-
-
-@pytest.mark.parametrize(
-    "container",
-    ["{radius: 10.0, mass: 5}", "{shape: box, width: 20}", "{shape: periodic, width: 20}"],
-)
-def test_other_containers_are_refused(container):
-    with pytest.raises(ConfigError) as error:
-        parse(f"{BASE}container: {container}\ncollapse: slide\n")
-    assert "collapse" in str(error.value)
 
 
 def test_a_file_keeps_it(tmp_path, provenance: Provenance):

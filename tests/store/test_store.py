@@ -383,3 +383,20 @@ def test_no_flipped_byte_is_overlooked_by_any_reader(
         else:
             assert everything(path) == whole, place
     assert found > len(sound) / 97 / 2
+
+
+def test_a_file_keeps_the_rules_against_collapse(
+    traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
+) -> None:
+    """And its content hash depends on them."""
+    plain = traces["events"]
+    hashes = set()
+    for rule in ({}, {"elastic_below": 0.3}, {"contact_duration": 0.3}, {"slides": True}):
+        start, finish = (replace(scene, **rule) for scene in (plain.start, plain.finish))
+        trace = replace(plain, start=start, finish=finish)
+        store.write(tmp_path / "a.h5", trace, provenance)
+        found = store.read(tmp_path / "a.h5")[0].start
+        for name in ("elastic_below", "contact_duration", "slides"):
+            assert getattr(found, name) == getattr(start, name)
+        hashes.add(store.content_hash(trace))
+    assert len(hashes) == 4
