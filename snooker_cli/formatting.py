@@ -1,4 +1,4 @@
-"""Numbers and lists -> words, the same way in tables, figures and the report."""
+"""Numbers, lists and tables as text, the same in tables, figures and the report."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def short(value: float | None, digits: int = 3) -> str:
-    """A number to so many digits, large and small ones as 1.2 × 10⁻¹⁵; a dash for none."""
+    """A number with this many digits, very large or small as 1.2 × 10⁻¹⁵; a dash for none."""
     if value is None or not math.isfinite(value):
         return "–"
     text = f"{value:.{digits}g}"
@@ -21,7 +21,7 @@ def short(value: float | None, digits: int = 3) -> str:
 
 
 def exact(value: float) -> str:
-    """The shortest decimals that mean this double."""
+    """The shortest decimal number that reads back as this double."""
     return repr(float(value)).removesuffix(".0").replace("-", "−")
 
 
@@ -88,7 +88,7 @@ def duration(seconds: float) -> str:
 
 
 class Column(NamedTuple):
-    """A column's heading and whether its values stand on the right, as numbers do."""
+    """A column's heading; ``right`` aligns its values on the right, for numbers."""
 
     heading: str
     right: bool = False

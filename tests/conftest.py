@@ -64,7 +64,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> WorkStealing
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended and what it said."""
+    """Exit code, stdout and stderr of a command."""
 
     code: int
     out: str
@@ -164,9 +164,9 @@ def snooker(
         capsys.readouterr()
         with pytest.raises(SystemExit) as end:
             main()
-        said = capsys.readouterr()
+        printed = capsys.readouterr()
         code = end.value.code
         assert isinstance(code, int)
-        return Ended(code, said.out, said.err)
+        return Ended(code, printed.out, printed.err)
 
     return call

@@ -84,10 +84,10 @@ def test_a_page_loads_nothing_is_small_and_always_the_same() -> None:
 
 
 def test_texts_cannot_break_a_page(shown: dict[str, Trace]) -> None:
-    said = "</script><script>alert(1)</script> {{film}} & \"R\" 'é'"
-    text = page(film(shown["fixed"], said, said))
-    assert (content(text)["title"], content(text)["subtitle"]) == (said, said)
-    assert f"<title>{html.escape(said)}</title>" in text
+    text_given = "</script><script>alert(1)</script> {{film}} & \"R\" 'é'"
+    text = page(film(shown["fixed"], text_given, text_given))
+    assert (content(text)["title"], content(text)["subtitle"]) == (text_given, text_given)
+    assert f"<title>{html.escape(text_given)}</title>" in text
     assert text.count("</script>") == 2
 
 

@@ -101,9 +101,9 @@ def test_an_unexpected_error_in_a_repeat_has_its_traceback_too(
     monkeypatch.setattr("snooker_cli.runs.repeat.versions", lost)
     ended = snooker("run", "small.yaml", "--no-progress", "-o", "repeats=8", "-j", "1")
     assert ended.code == 4
-    said = [line for line in ended.err.splitlines() if line.startswith("snooker: point ")]
-    assert len(said) == 10
-    assert all(" failed: unexpected KeyError: 'lost'; " in line for line in said)
+    printed = [line for line in ended.err.splitlines() if line.startswith("snooker: point ")]
+    assert len(printed) == 10
+    assert all(" failed: unexpected KeyError: 'lost'; " in line for line in printed)
     assert ended.err.count("Traceback") == (10 if wanted else 0)
 
 
@@ -158,9 +158,9 @@ def test_ctrl_c_while_a_command_writes(here: Path, snooker: Snooker) -> None:
     assert process.stdout is not None
     assert process.stdout.readline() == "time,i,j,impulse\n"
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate()
+    _, printed = process.communicate()
     assert process.returncode == 130
-    assert said == "snooker: interrupted\n"
+    assert printed == "snooker: interrupted\n"
 
 
 def ended(script: str, *arguments: str, folder: Path) -> tuple[int, str, str]:
@@ -191,8 +191,8 @@ def test_an_interrupt_while_modules_load(
     module: str, number: signal.Signals, command: str, here: Path
 ) -> None:
     arguments = [module, str(int(number)), "snooker", command, "small.yaml"]
-    said = ended(AS_A_MODULE_LOADS, *arguments, folder=here)
-    assert said == (130, "", "snooker: interrupted\n")
+    printed = ended(AS_A_MODULE_LOADS, *arguments, folder=here)
+    assert printed == (130, "", "snooker: interrupted\n")
     assert not (here / "runs").exists()
 
 
@@ -257,8 +257,8 @@ def test_an_interrupt_ends_the_jobs_of_the_script_for_slurm(tmp_path: Path) -> N
     begun = process.stdout.readline()
     assert begun == "run decay.yaml --out decay --executor dask=tcp://10.0.0.1:8786\n"
     process.terminate()
-    said, _ = process.communicate(timeout=60)
-    assert (process.returncode, said) == (130, "the jobs are ended\n")
+    printed, _ = process.communicate(timeout=60)
+    assert (process.returncode, printed) == (130, "the jobs are ended\n")
 
 
 def test_a_command_that_compiles_prints_one_notice(

@@ -304,8 +304,8 @@ def test_a_gas_that_cools_until_it_drifts_as_a_whole_may_take_longer(
         (["collisions=7.9e6", "container.shape=circle"], False),
     ):
         assert planned(snooker, "gas.yaml", *overrides(*keys))["cools_out"] == longer, keys
-    said = snooker("run", "gas.yaml", "--dry-run", "-o", "collisions=7.9e6").out
-    assert "much more if balls cool" in said
+    printed = snooker("run", "gas.yaml", "--dry-run", "-o", "collisions=7.9e6").out
+    assert "much more if balls cool" in printed
 
 
 @pytest.mark.parametrize("record", ["events", "summary"])

@@ -247,7 +247,7 @@ def nudge_start(trace: Trace) -> Trace:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "problem"),
     [
         (nudge, "simulating it again gives other bits"),
         (nudge_finish, "simulating it again gives other bits"),
@@ -255,7 +255,7 @@ def nudge_start(trace: Trace) -> Trace:
     ],
 )
 def test_a_replay_finds_one_bit(
-    change: Callable[[Trace], Trace], said: str, finished: Path, snooker: Snooker
+    change: Callable[[Trace], Trace], problem: str, finished: Path, snooker: Snooker
 ) -> None:
     path = finished / "point-0001" / "repeat-0002.h5"
     rewrite(path, change)
@@ -266,7 +266,7 @@ def test_a_replay_finds_one_bit(
     assert ended.code == 1
     first, last = ended.out.splitlines()
     relative = path.relative_to(finished.parents[1])
-    assert first == bad["error"] == f"{relative}: {said}; delete it and run again"
+    assert first == bad["error"] == f"{relative}: {problem}; delete it and run again"
     assert last == "runs/small: 5 complete repeats, 1 bad file, read and simulated again"
 
 
@@ -296,8 +296,8 @@ def test_every_bad_file_has_its_line(finished: Path, snooker: Snooker) -> None:
         (files[3], "is repeat 1 of point 1"),
         (extra, "belongs to no point of this run"),
     ]
-    for line, (path, said) in zip(lines, expected, strict=False):
-        assert line.startswith(f"{path.relative_to(finished.parents[1])}: {said}"), line
+    for line, (path, problem) in zip(lines, expected, strict=False):
+        assert line.startswith(f"{path.relative_to(finished.parents[1])}: {problem}"), line
     assert lines[4:] == ["runs/small: 3 complete repeats, 4 bad files, read again"]
 
 
