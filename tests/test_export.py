@@ -177,7 +177,7 @@ def test_without_pyarrow_it_is_told_how_to_get_it(
     assert not list(Path().glob("a.parquet*"))
 
 
-def test_a_file_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     (tmp_path / "a").mkdir()
     with pytest.raises(UserError, match="a: cannot be written"):
@@ -267,7 +267,7 @@ def test_h5md_is_states_at_the_times_asked_for(trace: Trace, snooker: Snooker) -
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (["--out", "a.xyz"], "--out a.xyz: "),
         (["--format", "parquet"], "--format parquet: "),
@@ -281,12 +281,12 @@ def test_h5md_is_states_at_the_times_asked_for(trace: Trace, snooker: Snooker) -
         (["--states", "--times", "1,0", "--out", "a.h5md"], "--times 1,0: times must ascend"),
     ],
 )
-def test_what_does_not_go_together_is_said(
-    options: list[str], said: str, finished: Path, snooker: Snooker
+def test_what_does_not_go_together_is_reported(
+    options: list[str], message: str, finished: Path, snooker: Snooker
 ) -> None:
     ended = snooker("export", "small", *options)
     assert (ended.code, ended.out) == (2, "")
-    assert ended.err.startswith(f"snooker: {said}"), ended.err
+    assert ended.err.startswith(f"snooker: {message}"), ended.err
     assert not list(Path().glob("a*"))
 
 

@@ -44,10 +44,10 @@ class Watcher:
         """Analyses of fewer repeats were deleted; ``figures`` of fewer repeats are still there."""
 
     def simulating(self, compiling: float) -> None:
-        """Simulating begins, after so many seconds of compiling."""
+        """Simulating begins; ``compiling`` is the time that compiling took, s."""
 
     def events(self, number: int) -> None:
-        """So many more collisions are simulated."""
+        """``number`` more collisions are simulated."""
 
     def finished(self, result: RepeatResult) -> None:
         """A repeat has ended."""
@@ -70,7 +70,7 @@ class Executor(ABC):
         """The results of the missing repeats as they come; None for an abandoned one.
 
         missing : numbers of point and repeat
-        watcher : told when simulating begins
+        watcher : its ``simulating`` and ``events`` are called
         command : stored in each provenance
         """
 

@@ -159,7 +159,7 @@ def _is_numbered(root: Any, trace: Trace) -> bool:
 
 
 def _pieces(number: int, at_a_time: int) -> Iterator[slice]:
-    """Slices that cover so many rows; at least one."""
+    """Slices that cover ``number`` rows; at least one."""
     for start in range(0, max(number, 1), at_a_time):
         yield slice(start, min(start + at_a_time, number))
 

@@ -202,7 +202,7 @@ class _Stream:
 def empty_file(balls: int, shape: type[Container]) -> bytes:
     """The bytes of a file without events, and with neither values nor attributes of a repeat.
 
-    Creating these groups and datasets anew takes longer than all other writing.
+    Creating these groups and datasets again takes longer than all other writing.
     """
     name = f"empty-{threading.get_ident()}"
     with h5py.File(name, "w", driver="core", backing_store=False, libver=hdf5.FORMAT) as file:

@@ -168,13 +168,13 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
         assert process.poll() is None, process.communicate()
         time.sleep(0.002)
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate()
+    _, stderr = process.communicate()
     assert process.returncode == 130
-    assert said.startswith("snooker: stopping; saving the current repeats\n")
+    assert stderr.startswith("snooker: stopping; saving the current repeats\n")
     there = {path: store.check(path).stop.reason for path in point.glob("*.h5")}
     assert set(there.values()) <= {StopReason.COLLISIONS, StopReason.INTERRUPTED}
     whole = [reason for reason in there.values() if reason is StopReason.COLLISIONS]
-    assert f"interrupted: {len(whole)} of 10,000 repeats complete" in said
+    assert f"interrupted: {len(whole)} of 10,000 repeats complete" in stderr
     assert len(there) - len(whole) <= 2
     before = bytes_of(here / "long")
     assert not [name for name in before if name.endswith(".part")]
@@ -390,9 +390,9 @@ def test_a_repeat_whose_workers_all_die_fails_alone(
     run = runs.open_run(here / "long")
     (failed,) = (repeat for repeat in range(5) if not run.path(0, repeat).exists())
     assert failed in killer.under_way
-    said = (
+    failure = (
         f"point 0, repeat {failed} failed: the scheduler gave it up after 1 of its workers had died"
     )
-    assert ended.err.startswith(f"snooker: {said}"), ended.err
+    assert ended.err.startswith(f"snooker: {failure}"), ended.err
     assert "1 failed, 4 collisions" in ended.out or "4 collisions, 1 failed" in ended.out
     assert list(failures(run)) == [(0, failed)]

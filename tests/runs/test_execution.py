@@ -245,8 +245,8 @@ def test_an_infinite_mass_in_a_sweep_is_json_in_the_file(small_config: str, tmp_
     run = made(tmp_path, small_config.replace("sweep", "# "), "container.mass=.inf", "repeats=1")
     swept = replace(run.points[0], parameters=(("container.mass", float("inf")),))
     assert [each.error for each in done(replace(run, points=(swept,)))] == [None]
-    told = store.check(run.path(0, 0)).provenance
-    json.loads(told.parameters, parse_constant=pytest.fail)
+    source = store.check(run.path(0, 0)).provenance
+    json.loads(source.parameters, parse_constant=pytest.fail)
 
 
 # Failures
@@ -337,7 +337,7 @@ def test_what_has_nothing_to_keep_is_left_behind() -> None:
     """As a thread that arranges a million balls; it learns of it when it has something."""
     cancelled, begun, goes_on = threading.Event(), threading.Event(), threading.Event()
     kept: list[bool] = []
-    told = threading.Semaphore(0)
+    ended = threading.Semaphore(0)
 
     def slow(item: int, keep: Callable[[], bool]) -> int:
         if item == 0:
@@ -345,7 +345,7 @@ def test_what_has_nothing_to_keep_is_left_behind() -> None:
         begun.set()
         assert goes_on.wait(60)
         kept.append(keep())
-        told.release()
+        ended.release()
         return item
 
     with ThreadExecutor(2, cancelled) as threads:
@@ -356,7 +356,7 @@ def test_what_has_nothing_to_keep_is_left_behind() -> None:
         assert list(runs) == []
     assert kept == []
     goes_on.set()
-    assert told.acquire(timeout=60)
+    assert ended.acquire(timeout=60)
     assert not any(kept)
 
 

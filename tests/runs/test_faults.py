@@ -24,7 +24,7 @@ pytestmark = pytest.mark.long
 SNOOKER = [sys.executable, "-m", "snooker_cli"]
 
 
-def said(folder: Path, *arguments: str) -> tuple[int, str, str]:
+def executed(folder: Path, *arguments: str) -> tuple[int, str, str]:
     """A command's code, output and talk."""
     ended = subprocess.run(
         [*SNOOKER, *arguments], cwd=folder, capture_output=True, text=True, check=False
@@ -49,7 +49,7 @@ from pathlib import Path
 snooker, disk, config, kind = json.loads(sys.argv[1])
 run = str(Path(disk) / "run")
 
-def said(*arguments, room=None):
+def executed(*arguments, room=None):
     limits = {}
     if room is not None:
         size = (room, resource.RLIM_INFINITY)
@@ -59,7 +59,7 @@ def said(*arguments, room=None):
 
 def simulated(room=None):
     options = ["--yes", "-j", "2", "--no-progress", "--json"]
-    return said("run", config, "--out", run, *options, room=room)
+    return executed("run", config, "--out", run, *options, room=room)
 
 if kind == "tmpfs":
     subprocess.run(["mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", disk], check=True)
@@ -75,7 +75,7 @@ if kind == "tmpfs":
     little = simulated()
 else:
     nothing, little = simulated(0), simulated(60_000)
-verify = said("verify", run, "--json")
+verify = executed("verify", run, "--json")
 from snooker_cli import runs
 from snooker_cli.runs.status import run_status
 from snooker_cli import store
@@ -126,9 +126,9 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
         f"snooker: {disk}/run: cannot be written ({full}); give --out for another folder\n"
     )
     assert little[0] == 4
-    told = [line for line in little[2].splitlines() if " failed: " in line]
-    assert len(told) == 3
-    assert all(f"cannot write the result ({full}); make room or choose" in line for line in told)
+    failed = [line for line in little[2].splitlines() if " failed: " in line]
+    assert len(failed) == 3
+    assert all(f"cannot write the result ({full}); make room or choose" in line for line in failed)
     assert book == [[3, 0], [0, 3]]
     assert verify[0] == 0
     checked = json.loads(verify[1])
@@ -218,16 +218,16 @@ def test_bad_files_are_told_and_made_anew(finished: Path, here: Path, finished_r
     }
     names = {path: str(path.relative_to(here)) for path in sentences}
 
-    code, out, err = said(here, "export", "small")
+    code, out, err = executed(here, "export", "small")
     assert (code, out) == (1, "")
     assert err.startswith(f"snooker: {names[flipped]}: {sentences[flipped]}; run")
-    code, out, err = said(here, "verify", "small")
+    code, out, err = executed(here, "verify", "small")
     assert (code, err) == (1, "")
     for line, path in zip(out.splitlines(), sentences, strict=False):
         assert line.startswith(f"{names[path]}: {sentences[path]}")
     assert out.splitlines()[4:] == ["runs/small: 2 complete repeats, 4 bad files, read again"]
 
-    code, out, err = said(here, "run", "small.yaml", "--no-progress", "-j", "1")
+    code, out, err = executed(here, "run", "small.yaml", "--no-progress", "-j", "1")
     assert code == 0
     assert "2 repeats were already stored" in out
     lines = [line for line in err.splitlines() if "compiling" not in line]

@@ -49,9 +49,9 @@ def test_a_repeat_of_another_run_is_refused(
 ) -> None:
     ended = snooker(*command)
     assert ended.code == 1
-    said = ended.out if command[0] == "verify" else ended.err
-    assert str(REPEAT) in said
-    assert "run the config again, which replaces it" in said
+    output = ended.out if command[0] == "verify" else ended.err
+    assert str(REPEAT) in output
+    assert "run the config again, which replaces it" in output
     assert not list(Path().glob("film*"))
     assert not list(Path().glob("states*"))
 
@@ -103,10 +103,10 @@ def test_an_analysis_tells_of_the_repeats_that_it_has_read(
         return read(*arguments)  # type: ignore[arg-type]
 
     monkeypatch.setattr(runs.Run, "read", slow)
-    told = json.loads(snooker("fit", "small", "--json").out)
+    rows = json.loads(snooker("fit", "small", "--json").out)
     counts = {
         row["parameters"]["cor"]: row["repeats"] + row["failed"]
-        for row in told
+        for row in rows
         if row["quantity"] == "kinetic_energy"
     }
     assert counts == {0.85: 3, 1.0: 2}

@@ -57,7 +57,7 @@ def ended(path: Path) -> StopReason:
 
 
 def wait_for_repeats(number: int, directory: Path, process: Process) -> None:
-    """Return as soon as so many repeats are there; the last one is waited for most closely."""
+    """Return as soon as this many repeats exist; looks more often for the last one."""
     while (found := len(repeats_in(directory))) < number:
         assert process.poll() is None, process.communicate()
         time.sleep(0.002 if found < number - 1 else 0.0002)
@@ -83,7 +83,7 @@ def assert_completes(directory: Path, text: str, reference: Path) -> None:
 
 @pytest.fixture
 def one_point(small_config: str) -> str:
-    """The small config at a CoR of 1, where every repeat goes on to its last collision."""
+    """The small config at a CoR of 1, where every repeat reaches its last collision."""
     return small_config.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
 
 
@@ -113,9 +113,9 @@ def kill(process: Process, directory: Path, chance: random.Random, moment: str) 
     for _ in range(chance.choice([0, chance.randrange(100_000)])):
         pass
     process.kill()
-    _, said = process.communicate()
+    _, stderr = process.communicate()
     assert process.returncode == -signal.SIGKILL
-    assert "Traceback" not in said
+    assert "Traceback" not in stderr
 
 
 @pytest.mark.parametrize(("collisions", "kills"), [(150, KILLS - KILLS // 2), (70_000, KILLS // 2)])
@@ -170,10 +170,10 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
         process = started(config, directory)
         wait_for_repeats(len(repeats_in(directory)) + 3, directory, process)
         process.send_signal(number)
-        _, said = process.communicate()
+        _, stderr = process.communicate()
         assert process.returncode == 130
-        # A new engine is compiled first, which is told.
-        *_, stopping, rest = said.splitlines()
+        # A new engine is compiled first, with a notice.
+        *_, stopping, rest = stderr.splitlines()
         assert stopping == "snooker: stopping; saving the current repeats"
         assert re.fullmatch(
             r"snooker: interrupted: [\d,]+ of 10,000 repeats complete; run the same command again "
@@ -207,9 +207,9 @@ def test_an_interrupt_keeps_what_many_balls_have_done(tmp_path: Path) -> None:
         assert process.poll() is None, process.communicate()
         time.sleep(0.01)
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate()
+    _, stderr = process.communicate()
     assert process.returncode == 130
-    assert "interrupted: 0 of 2 repeats complete" in said
+    assert "interrupted: 0 of 2 repeats complete" in stderr
     (path,) = directory.glob("point-0000/*")
     trace = store.read(path)[0]
     assert trace.stop.reason is StopReason.INTERRUPTED
@@ -252,9 +252,9 @@ def test_a_second_run_in_the_same_folder_is_refused(one_point: str, tmp_path: Pa
     first = started(config, directory)
     wait_for_repeats(2, directory, first)
     second = started(config, directory)
-    _, said = second.communicate()
-    assert second.returncode == 2, said
-    assert said.startswith(f"snooker: {directory}: another `snooker run` is writing here; ")
+    _, stderr = second.communicate()
+    assert second.returncode == 2, stderr
+    assert stderr.startswith(f"snooker: {directory}: another `snooker run` is writing here; ")
     assert first.poll() is None
     first.send_signal(signal.SIGTERM)
     first.communicate()

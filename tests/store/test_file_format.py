@@ -132,8 +132,8 @@ def compare(
             if attribute == "unit":
                 assert (kind, shape) == (text, ())
                 unit = item.attrs["unit"]
-                said = unit if isinstance(unit, str) else unit.decode()
-                assert said == units.pop((name, "unit")), name
+                found_unit = unit if isinstance(unit, str) else unit.decode()
+                assert found_unit == units.pop((name, "unit")), name
                 continue
             described, size = expected.pop((name, attribute))
             assert (kind, shape) == (described, shape_of(size, letters)), (name, attribute)
@@ -217,9 +217,9 @@ def test_a_key_with_a_default_may_be_missing(
             content = json.loads(own[key])
             assert {name: content.pop(name) for name in missing} == missing
             own[key] = json.dumps(content)
-    told = store.read_header(path)
-    assert told.stop == traces["events"].stop
-    assert told.provenance == provenance
+    header = store.read_header(path)
+    assert header.stop == traces["events"].stop
+    assert header.provenance == provenance
 
 
 def test_every_ending_is_named() -> None:

@@ -300,7 +300,7 @@ for name in (b"SNOD", b"HEAP", b"TREE", b"content", b"provenance", b"ending"):
         places += range(max(0, start - 40), start + 40)
 whole = store.read(Path(sys.argv[1]))
 
-def told(stored):
+def content_of(stored):
     trace, header = stored
     return store.content_hash(trace), trace.stop, header.provenance
 
@@ -316,7 +316,7 @@ for place in places:
     except Exception as error:
         print(f"byte {place}: {type(error).__name__}: {error}")
         continue
-    if told(found) != told(whole):
+    if content_of(found) != content_of(whole):
         print(f"byte {place}: taken for good with another content")
 """
 

@@ -147,7 +147,7 @@ from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 
 scene = starting_scene(parse(sys.stdin.read()).experiment, 0)
-told = store.Provenance("{}", "", "{}", 0, 0, 1, "{}", "", "", "", 0.0)
+source = store.Provenance("{}", "", "{}", 0, 0, 1, "{}", "", "", "", 0.0)
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 for case in sys.argv[2:]:
     collisions, room = map(int, case.split(","))
@@ -155,14 +155,14 @@ for case in sys.argv[2:]:
     resource.setrlimit(resource.RLIMIT_FSIZE, (room, resource.RLIM_INFINITY))
     for _ in range(2):
         try:
-            store.write(Path(sys.argv[1]), trace, told)
+            store.write(Path(sys.argv[1]), trace, source)
         except errors.StoreError as error:
             print(error)
     resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
 """
 
 
-def test_a_full_disk_is_said(small_config: str, tmp_path: Path) -> None:
+def test_a_full_disk_is_reported(small_config: str, tmp_path: Path) -> None:
     """Files may not grow beyond a size: at once, after some chunks, or in the end."""
     path = tmp_path / "one.h5"
     cases = ["300,1000", "200000,1000", "200000,100000", "200000,2400000"]
@@ -175,6 +175,6 @@ def test_a_full_disk_is_said(small_config: str, tmp_path: Path) -> None:
     )
     assert (done.returncode, done.stderr) == (0, "")
     sentence = f"{path}: cannot write the result (File too large); make room or choose"
-    said = [line[: len(sentence)] for line in done.stdout.splitlines()]
-    assert said == [sentence] * 2 * len(cases)
+    messages = [line[: len(sentence)] for line in done.stdout.splitlines()]
+    assert messages == [sentence] * 2 * len(cases)
     assert list(tmp_path.iterdir()) == []
