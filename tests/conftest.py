@@ -7,7 +7,7 @@ import os
 import shutil
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ import figure_runs
 import moving_pictures
 import pytest
 import typer.main
+from command_line import SMALL, Ended
 from compile_ahead import compile_ahead
 from xdist.scheduler import WorkStealingScheduling
 
@@ -32,15 +33,6 @@ from snooker_cli.trace import Trace
 
 # A command line's parser is made once, not at each of a thousand calls: that takes 30 ms.
 typer.main.get_command = cache(typer.main.get_command)
-
-SMALL = """\
-container: {radius: 10.0, mass: 1.0e7}
-balls: {rings: 1, radius: 1.0, speed: 10.0}
-cor: 0.85
-collisions: 150
-repeats: 3
-sweep: {cor: [0.85, 1.0]}
-"""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -60,19 +52,6 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> WorkStealingScheduling:
     """Neighbours stay together, so that hardly a module's runs are made by two processes."""
     return WorkStealingScheduling(config, log)
-
-
-@dataclass(frozen=True)
-class Ended:
-    """Exit code, stdout and stderr of a command."""
-
-    code: int
-    out: str
-    err: str
-
-
-Snooker = Callable[..., Ended]
-"""The fixture of that name: arguments in, an end back."""
 
 
 @pytest.fixture(scope="session")

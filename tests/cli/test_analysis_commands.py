@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import Snooker
+from command_line import Snooker
 from repeating import made
 
 from snooker_cli.analysis import run_analysis

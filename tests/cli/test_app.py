@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import typer
-from conftest import Snooker
+from command_line import Snooker
 
 from snooker_cli import __version__
 from snooker_cli.cli.app import COMMANDS, loaded

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 import yaml
-from conftest import Snooker
+from command_line import Snooker
 
 from snooker_cli.cli.config_commands import SCHEMA, STDOUT, purpose, templates
 from snooker_cli.config import digest, load, schema

@@ -13,7 +13,7 @@ import weakref
 from pathlib import Path
 
 import pytest
-from conftest import Snooker
+from command_line import Snooker
 
 from snooker_cli.cli import output
 from snooker_cli.cli.exit_codes import raising

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Snooker
+from command_line import Snooker
 
 from snooker_cli import store
 from snooker_cli.engine import replay

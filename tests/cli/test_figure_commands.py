@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from conftest import Snooker
+from command_line import Snooker
 from moving_pictures import content
 from PIL import Image
 

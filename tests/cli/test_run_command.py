@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Snooker
+from command_line import Snooker
 
 from snooker_cli import runs, store
 from snooker_cli.cli import run_command

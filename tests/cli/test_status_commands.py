@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Snooker
+from command_line import Snooker
 from repeating import StopsAfter, done, made
 
 from snooker_cli import runs, store

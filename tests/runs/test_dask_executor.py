@@ -16,7 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from conftest import Ended
+from command_line import Ended
 from repeating import bytes_of, contents, done, made
 
 from snooker_cli import runs, store

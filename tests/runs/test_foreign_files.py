@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import SMALL, Ended
+from command_line import SMALL, Ended
 from repeating import done, made
 
 from snooker_cli import runs
