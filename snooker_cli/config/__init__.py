@@ -3,7 +3,7 @@
 Everything that a user can get wrong is raised as ConfigError, all problems at once.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -20,8 +20,8 @@ from snooker_cli.config.models import (
     schema,
 )
 from snooker_cli.config.points import LIMITS, Point, digest, extends, points, to_json, validated
-from snooker_cli.config.problems import ConfigError, Position, Problem, rendered, shown
-from snooker_cli.config.yaml_document import document, text_of
+from snooker_cli.config.problems import ConfigError, Problem, key_path, shown
+from snooker_cli.config.yaml_document import YamlDocument, document, text_of
 
 __all__ = [
     "LIMITS",
@@ -47,38 +47,24 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Loaded:
-    """A valid experiment and the positions of its keys."""
+    """A valid experiment and the document from which it was read."""
 
     experiment: Experiment
-    name: str
-    """The file's name, as shown in messages."""
-    positions: Mapping[str, Position]
-    """The position of each value, by its key as a user writes it."""
-
-    def locate(self, key: str) -> Position:
-        """The position of the value of a key such as ``balls.radius``.
-
-        For a swept key it is that in the sweep, for an absent one that of the mapping around it.
-        """
-        while key:
-            for written in (f"sweep.{key}", key):
-                if written in self.positions:
-                    return self.positions[written]
-            key = key.rpartition("[" if key.endswith("]") else ".")[0]
-        return self.positions[""]
+    document: YamlDocument
 
     def points(self) -> tuple[Point, ...]:
-        """As the function `points`, with positions in its ConfigError."""
-        try:
-            return points(self.experiment)
-        except ConfigError as error:
-            raise ConfigError(
-                replace(each, position=self.locate(each.key)) for each in error.problems
-            ) from None
+        """The points of the experiment."""
+        return points(self.experiment)
 
     def error(self, key: str, sentence: str) -> ConfigError:
-        """The error about a key, for a fault found after loading."""
-        return ConfigError([Problem(self.locate(key), key, sentence)])
+        """The error about a key such as ``balls.radius``, for a fault found after loading.
+
+        The position of a swept key is that in the sweep.
+        """
+        swept = any(key in dict(axis) for axis in self.experiment.sweep)
+        place = ("sweep", key) if swept else key_path(key)
+        position = self.document.position(place)
+        return ConfigError([Problem(key_path(key), sentence, position=position)])
 
 
 def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Loaded:
@@ -90,9 +76,11 @@ def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Loaded:
 def parse(text: str, name: str = "config", overrides: Iterable[str] = ()) -> Loaded:
     """The experiment written in `text`, which messages call `name`. Raises ConfigError."""
     source = document(text, name)
-    for override in overrides:
-        source = overridden(source, override)
     zipped = {unzipped(path): mark for path, mark in source.marks.items()}
     source = replace(source, marks={**zipped, **source.marks})
-    positions = {rendered(path): mark.value for path, mark in source.marks.items()}
-    return Loaded(validated(source), name, positions)
+    for override in overrides:
+        source = overridden(source, override)
+    try:
+        return Loaded(validated(source.data), source)
+    except ConfigError as error:
+        raise source.located(error) from None

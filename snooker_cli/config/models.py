@@ -1,11 +1,11 @@
 """The model of an experiment: its keys with units, ranges and rules, and their JSON schema."""
 
-import difflib
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Annotated, Any
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -15,17 +15,122 @@ from pydantic import (
     PlainValidator,
     SerializerFunctionWrapHandler,
     Tag,
-    ValidationInfo,
-    field_validator,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
     model_serializer,
+    model_validator,
 )
 from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import PydanticCustomError
 
-from snooker_cli.config import field_types as q
 from snooker_cli.config.axes import WHOLE_RUN, ZIP, Axes, axes, written
-from snooker_cli.config.problems import Complaint, KeyPath, refusal, rendered
-from snooker_cli.containers import SHAPES, Circle, Container
+from snooker_cli.config.problems import ConfigError, KeyPath, Problem, key_path
+from snooker_cli.containers import SHAPES, Circle, Container, ShapeName
+
+# Types of values. Each has a range, and the phrase of an error that states it.
+
+MAX_RINGS = 1000
+"""1 + 3·1000·1001 = 3,003,001 balls."""
+
+MAX_COUNT = 1_000_000
+"""Balls of one species."""
+
+MAX_BALLS = 10_000_000
+"""Balls of all species; their start takes half a minute and 2 GB."""
+
+MAX_INTEGER = 2**63 - 1
+"""The largest 64-bit integer, for files and arrays."""
+
+Form = Literal["number", "number or infinity", "pair", "other"]
+"""What a key takes; the advice about a wrong value depends on it."""
+
+COLLAPSE = "stop, slide, {tc: NUMBER} or {elastic_below: NUMBER}"
+
+
+def _needs(phrase: str, form: Form = "number") -> WrapValidator:
+    """Replaces the errors about a value by one, with what is needed."""
+
+    def checked(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+        try:
+            return handler(value)
+        except ValidationError:
+            context = {"needs": phrase, "form": form}
+            raise PydanticCustomError("needs", "{needs} is needed", context) from None
+
+    return WrapValidator(checked)
+
+
+def _whole(value: object) -> object:
+    """Accepts 3.0 and 1e6 as whole numbers."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _positive_zero(value: float) -> float:
+    """Turns −0.0 into 0.0, which must have the same digest."""
+    return value + 0.0
+
+
+def _infinite_if_absent(value: object) -> object:
+    """Reads null, which stands for infinity in JSON."""
+    return math.inf if value is None else value
+
+
+def _printable(title: str) -> str:
+    if not title.isprintable():
+        raise ValueError
+    return title
+
+
+_FROM_LIST = Field(strict=False)
+"""Reads a list as a tuple, which is immutable."""
+
+_ZERO = AfterValidator(_positive_zero)
+_WHOLE = BeforeValidator(_whole)
+
+Coordinate = Annotated[float, _ZERO]
+Pair = Annotated[
+    tuple[Coordinate, Coordinate], _FROM_LIST, _needs("a pair of finite numbers [x, y]", "pair")
+]
+Positive = Annotated[float, Field(gt=0), _needs("a finite number above 0")]
+Mass = Annotated[float, Field(ge=1e-100, le=1e100), _needs("a number from 1e-100 to 1e100")]
+NotNegative = Annotated[float, Field(ge=0), _ZERO, _needs("a finite number of 0 or more")]
+Fraction = Annotated[float, Field(gt=0, le=1), _needs("a number above 0, at most 1")]
+Restitution = Annotated[float, Field(ge=0, le=1), _ZERO, _needs("a number from 0 to 1")]
+Count = Annotated[
+    int, Field(ge=1, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 1 or more (below 2^63)")
+]
+Seed = Annotated[
+    int, Field(ge=0, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 0 or more (below 2^63)")
+]
+RingNumber = Annotated[
+    int, Field(ge=0, le=MAX_RINGS), _WHOLE, _needs(f"a whole number from 0 to {MAX_RINGS}")
+]
+Number = Annotated[
+    int, Field(ge=1, le=MAX_COUNT), _WHOLE, _needs(f"a whole number from 1 to {MAX_COUNT:,}")
+]
+WallMass = Annotated[
+    float,
+    Field(gt=0, allow_inf_nan=True),
+    BeforeValidator(
+        _infinite_if_absent, json_schema_input_type=Annotated[float, Field(gt=0)] | None
+    ),
+    _needs("a number above 0, or .inf for a fixed wall", "number or infinity"),
+]
+Title = Annotated[
+    str,
+    Field(min_length=1, max_length=200),
+    AfterValidator(_printable),
+    _needs("one line of printable text of at most 200 characters", "other"),
+]
+Shape = Annotated[ShapeName, _needs(f"one of {', '.join(SHAPES)}", "other")]
+Start = Annotated[Literal["lattice", "random"], _needs("one of lattice, random", "other")]
+Speeds = Annotated[Literal["equal", "maxwell"], _needs("one of equal, maxwell", "other")]
+CollapseWord = Annotated[Literal["stop", "slide"], _needs(COLLAPSE, "other")]
+Record = Annotated[Literal["events", "summary"], _needs("one of events, summary", "other")]
+
+
+# The parts of an experiment.
 
 
 class Model(BaseModel):
@@ -50,28 +155,28 @@ class _Sparse(Model):
 class ContainerConfig(_Sparse):
     """The container, centred at the origin."""
 
-    shape: q.Shape = Field(
+    shape: Shape = Field(
         default=Circle.name,
         description="Shape: a circle, a box with four walls, or a periodic box without walls.",
     )
-    radius: q.Positive | None = Field(
+    radius: Positive | None = Field(
         default=None,
         description="Inner radius of the circle, m; absent: follows from packing.",
     )
-    width: q.Positive | None = Field(
+    width: Positive | None = Field(
         default=None,
         description="Inner width of the box, along x, m; absent: follows from packing.",
     )
-    height: q.Positive | None = Field(
+    height: Positive | None = Field(
         default=None,
         description="Inner height of the box, along y, m; absent: as width, a square.",
     )
-    packing: q.Fraction | None = Field(
+    packing: Fraction | None = Field(
         default=None,
         description="Fraction of the container's area that balls given by count cover. Two of "
         "this, the container's size and the balls' radii are given; the third follows.",
     )
-    mass: q.WallMass = Field(
+    mass: WallMass = Field(
         default=math.inf,
         description="Mass of a circle, kg; .inf (the default), or null, is a fixed wall. Boxes "
         "are fixed.",
@@ -97,13 +202,13 @@ class Rings(Model):
     Ring k of n holds 6k balls at radius k/n · ring_extent · container.radius.
     """
 
-    rings: q.RingNumber = Field(
+    rings: RingNumber = Field(
         description="Number of rings n around the central ball; 1 + 3n(n+1) balls."
     )
-    radius: q.Positive = Field(description="Radius of every ball, m.")
-    mass: q.Mass = Field(default=1.0, description="Mass of every ball, kg.")
-    speed: q.NotNegative = Field(description="Speed of every ball at the start, m/s.")
-    ring_extent: q.Fraction = Field(
+    radius: Positive = Field(description="Radius of every ball, m.")
+    mass: Mass = Field(default=1.0, description="Mass of every ball, kg.")
+    speed: NotNegative = Field(description="Speed of every ball at the start, m/s.")
+    ring_extent: Fraction = Field(
         default=0.8,
         description="Radius of the outermost ring, as a fraction of the container radius.",
     )
@@ -112,16 +217,16 @@ class Rings(Model):
 class Ball(Model):
     """One ball."""
 
-    position: q.Pair = Field(description="Position [x, y] of the ball's centre at the start, m.")
-    velocity: q.Pair = Field(description="Velocity [u, v] at the start, m/s.")
-    radius: q.Positive = Field(description="Radius of the ball, m.")
-    mass: q.Mass = Field(default=1.0, description="Mass of the ball, kg.")
+    position: Pair = Field(description="Position [x, y] of the ball's centre at the start, m.")
+    velocity: Pair = Field(description="Velocity [u, v] at the start, m/s.")
+    radius: Positive = Field(description="Radius of the ball, m.")
+    mass: Mass = Field(default=1.0, description="Mass of the ball, kg.")
 
 
 class BallList(Model):
     """Balls given one by one."""
 
-    list: Annotated[tuple[Ball, ...], Field(min_length=1), BeforeValidator(q.as_tuple)] = Field(
+    list: Annotated[tuple[Ball, ...], Field(min_length=1), _FROM_LIST] = Field(
         description="The balls, each with position, velocity, radius and (default 1 kg) mass."
     )
 
@@ -129,21 +234,21 @@ class BallList(Model):
 class Species(_Sparse):
     """Any number of equal balls."""
 
-    count: q.Number = Field(description="Number of balls.")
-    radius: q.Positive | None = Field(
+    count: Number = Field(description="Number of balls.")
+    radius: Positive | None = Field(
         default=None, description="Radius of every ball, m; absent: follows from packing."
     )
-    mass: q.Mass = Field(default=1.0, description="Mass of every ball, kg.")
-    speed: q.NotNegative = Field(
+    mass: Mass = Field(default=1.0, description="Mass of every ball, kg.")
+    speed: NotNegative = Field(
         description="Speed of every ball at the start, m/s; with speeds: maxwell the root mean "
         "square. In a periodic box the total momentum is set to zero at the same kinetic energy."
     )
-    speeds: q.Speeds = Field(
+    speeds: Speeds = Field(
         default="equal",
         description="Speeds at the start: equal, or from Maxwell's distribution. Directions are "
         "random.",
     )
-    start: q.Start | None = Field(
+    start: Start | None = Field(
         default=None,
         description="Places at the start: a hexagonal lattice over the whole container (the "
         "default), or random. One of several species can give it for all.",
@@ -153,7 +258,7 @@ class Species(_Sparse):
 class BallCount(Species):
     """Any number of equal balls that fill the container."""
 
-    packing: q.Fraction | None = Field(
+    packing: Fraction | None = Field(
         default=None,
         description="Fraction of the container's area that the balls cover. Two of this, the "
         "container's size and the balls' radius are given; the third follows.",
@@ -168,29 +273,21 @@ BALLS: Mapping[str, type[Rings] | type[BallList] | type[BallCount]] = {
 """The ways to give balls in a mapping, by the key that only one of them has."""
 
 
-def _variants(models: Mapping[str, type[Model]], value: object) -> list[str]:
-    """The keys of `models` that a mapping has, or the one of its model."""
+def _variant(models: Mapping[str, type[Model]], value: object) -> str | None:
+    """The only key of `models` that a mapping has, or that of a model; else None."""
     if isinstance(value, Mapping):
-        return [key for key in models if key in value]
-    return [key for key, model in models.items() if isinstance(value, model)]
-
-
-def _balls_variant(value: object) -> str | None:
-    """The key in BALLS that a value has, misspelt or not; None if it has none or several.
-
-    It is "species" for a list.
-    """
-    if isinstance(value, list | tuple):
-        return "species"
-    found = _variants(BALLS, value)
-    if not found and isinstance(value, Mapping):
-        known = {name for model in BALLS.values() for name in model.model_fields}
-        unknown = [str(key).lower() for key in value if key not in known]
-        found = [key for key in BALLS if difflib.get_close_matches(key, unknown, cutoff=0.7)]
+        found = [key for key in models if key in value]
+    else:
+        found = [key for key, model in models.items() if isinstance(value, model)]
     return found[0] if len(found) == 1 else None
 
 
-AllSpecies = Annotated[tuple[Species, ...], Field(min_length=1), BeforeValidator(q.as_tuple)]
+def _balls_variant(value: object) -> str | None:
+    """The tag of balls."""
+    return "species" if isinstance(value, list | tuple) else _variant(BALLS, value)
+
+
+AllSpecies = Annotated[tuple[Species, ...], Field(min_length=1), _FROM_LIST]
 
 Balls = Annotated[
     Annotated[Rings, Tag("rings")]
@@ -211,7 +308,7 @@ class ContactDuration(Model):
     TC model: Luding and McNamara, Granular Matter 1, 113 (1998).
     """
 
-    tc: q.Fraction = Field(
+    tc: Fraction = Field(
         description="Duration of a contact in present mean free times, at most 1. A collision is "
         "elastic if one of its balls had another contact more recently."
     )
@@ -220,7 +317,7 @@ class ContactDuration(Model):
 class ElasticBelow(Model):
     """Slow collisions are elastic."""
 
-    elastic_below: q.Positive = Field(
+    elastic_below: Positive = Field(
         description="Relative normal speed, m/s, below which a collision is elastic."
     )
 
@@ -233,170 +330,36 @@ REGULARISED: Mapping[str, type[ContactDuration] | type[ElasticBelow]] = {
 
 
 def _collapse_variant(value: object) -> str | None:
-    """The key in REGULARISED that a value has, "word" for a text; None if it has none or both."""
-    found = ["word"] if isinstance(value, str) else _variants(REGULARISED, value)
-    return found[0] if len(found) == 1 else None
+    """The tag of `collapse`."""
+    return "word" if isinstance(value, str) else _variant(REGULARISED, value)
 
 
 Collapse = Annotated[
-    Annotated[q.CollapseWord, Tag("word")]
+    Annotated[CollapseWord, Tag("word")]
     | Annotated[ContactDuration, Tag("tc")]
     | Annotated[ElasticBelow, Tag("elastic_below")],
     Discriminator(
         _collapse_variant,
         custom_error_type="needs",
         custom_error_message="{needs} is needed",
-        custom_error_context={"needs": q.COLLAPSE, "form": "other"},
+        custom_error_context={"needs": COLLAPSE, "form": "other"},
     ),
 ]
-
-
-# Rules about several keys. They yield what is wrong.
-
-AnyBalls = Rings | BallList | BallCount | tuple[Species, ...]
-
-
-def _faults_of_container(container: ContainerConfig) -> Iterator[Complaint]:
-    """Each shape has keys of its own."""
-    shape = container.shape_class
-    for key in dict.fromkeys(key for other in SHAPES.values() for key in other.keys):
-        if key not in shape.keys and getattr(container, key) is not None:
-            owners = " or ".join(other.name for other in SHAPES.values() if key in other.keys)
-            sentence = (
-                f"a {shape.title} has no {key}; give {' and '.join(shape.keys)}, or set shape: "
-                f"{owners}"
-            )
-            yield Complaint(("container", key), sentence, about_key=True)
-    first, *others = shape.keys
-    for key in others:
-        if getattr(container, key) is not None and getattr(container, first) is None:
-            sentence = f"the {key} of a {shape.title} is given without its {first}; add {first}"
-            yield Complaint(("container", key), sentence, about_key=True)
-    if math.isfinite(container.mass) and not shape.can_move:
-        sentence = f"a {shape.title} is fixed and has no mass; remove it, or set shape: circle"
-        yield Complaint(("container", "mass"), sentence, about_key=True)
-
-
-def _faults_of_slide(container: ContainerConfig) -> Iterator[Complaint]:
-    """Balls can slide only along the fixed wall of a circle."""
-    others = "set collapse: stop, {tc: 0.01} or {elastic_below: 1e-6}"
-    if not issubclass(container.shape_class, Circle):
-        sentence = f"balls slide only in a circle, not with shape: {container.shape}; {others}"
-        yield Complaint(("collapse",), sentence)
-    elif math.isfinite(container.mass):
-        sentence = (
-            f"slide needs a fixed wall, and container.mass is {container.mass:g} kg; remove it, or "
-            f"{others}"
-        )
-        yield Complaint(("collapse",), sentence)
-
-
-def _faults_of_places(container: ContainerConfig, balls: Rings | BallList) -> Iterator[Complaint]:
-    """Rings need a circle; balls whose places are given need a container whose size is given."""
-    shape, way = container.shape_class, "rings" if isinstance(balls, Rings) else "list"
-    if way == "rings" and not issubclass(shape, Circle):
-        sentence = f"rings are for a circle, not for shape: {shape.name}; give count or list"
-        yield Complaint(("balls", "rings"), sentence, about_key=True)
-        return
-    if container.packing is not None:
-        sentence = f"packing is for balls given by count, not for {way}; remove it"
-        yield Complaint(("container", "packing"), sentence, about_key=True)
-    if container.given is None:
-        key = shape.keys[0]
-        sentence = f"the key is missing; add it: inner {key} of the {shape.title}, m"
-        path = ("container", key)
-        yield Complaint(path, sentence, about_key=True, missing=(rendered(path),))
-
-
-def _faults_of_balls(container: ContainerConfig, balls: AnyBalls) -> Iterator[Complaint]:
-    """Balls must fit the rest of the configuration; whether they fit into space is not checked."""
-    if isinstance(balls, Rings | BallList):
-        yield from _faults_of_places(container, balls)
-        return
-    species: dict[KeyPath, Species] = {("balls",): balls} if isinstance(balls, Species) else {}
-    if isinstance(balls, tuple):
-        species = {("balls", k): each for k, each in enumerate(balls)}
-    number = sum(each.count for each in species.values())
-    if number > q.MAX_BALLS:
-        sentence = (
-            f"the species have {number:,} balls in all, of at most {q.MAX_BALLS:,}; give fewer"
-        )
-        yield Complaint(("balls",), sentence)
-    if number == 1 and not container.shape_class.has_wall:
-        sentence = f"one ball in a {container.shape_class.title} meets nothing; give two or more"
-        yield Complaint((*next(iter(species)), "count"), sentence)
-    starts = {(*path, "start"): each.start for path, each in species.items() if each.start}
-    for path, start in starts.items():
-        if start != (first := next(iter(starts.values()))):
-            sentence = f"{start} is given where another species has {first}; give one for all"
-            yield Complaint(path, sentence)
-    yield from _faults_of_sizes(container, _packings(container, balls), species)
-
-
-def _faults_of_sizes(
-    container: ContainerConfig, packings: dict[KeyPath, float], species: dict[KeyPath, Species]
-) -> Iterator[Complaint]:
-    """Two of the container's size, the balls' radii and packing are needed."""
-    without = [path for path, each in species.items() if each.radius is None]
-    if len(packings) == 2:
-        sentence = "packing is given here and as container.packing; keep one of them"
-        yield Complaint(("balls", "packing"), sentence, about_key=True)
-        return
-    if without and len(without) < len(species):
-        sentence = (
-            "the radius is missing, and other species have one; give it to each species, or to "
-            "none if one radius for all shall follow from packing"
-        )
-        yield from (Complaint((*path, "radius"), sentence, about_key=True) for path in without)
-        return
-    size = f"container.{container.shape_class.keys[0]}"
-    there = {
-        size: container.given is not None,
-        "radius of the balls": not without,
-        "packing": bool(packings),
-    }
-    given = [name for name, is_there in there.items() if is_there]
-    if len(given) == 3:
-        sentence = (
-            f"packing follows from {size} and the radius of the balls, which are given too; remove "
-            "one of the three"
-        )
-        yield Complaint(next(iter(packings)), sentence, about_key=True)
-    elif len(given) < 2:
-        sentence = (
-            f"two of {size}, radius of the balls and packing are needed, and the third follows; "
-            f"{given[0] if given else 'none'} is given, so add {'one' if given else 'two'}"
-        )
-        yield Complaint(("balls",), sentence)
-
-
-def _packings(container: ContainerConfig, balls: AnyBalls) -> dict[KeyPath, float]:
-    """The packing by the keys that give it."""
-    found: dict[KeyPath, float | None] = {("container", "packing"): container.packing}
-    if isinstance(balls, BallCount):
-        found["balls", "packing"] = balls.packing
-    return {path: packing for path, packing in found.items() if packing is not None}
-
-
-def _refuse(faults: Iterable[Complaint]) -> None:
-    """Raise an error for pydantic if there are faults."""
-    if found := tuple(faults):
-        raise refusal(found)
 
 
 class Experiment(Model):
     """A snooker experiment: inelastic hard disks in a container."""
 
-    title: q.Title | None = Field(default=None, description="Name shown in tables.")
+    title: Title | None = Field(default=None, description="Name shown in tables.")
     container: ContainerConfig = Field(description="Container: a circle, a box or a periodic box.")
     balls: Balls = Field(
         description="Balls at the start: a count of equal balls, a list of several such species, "
         "rings of equal balls, or a list of single balls."
     )
-    cor: q.Restitution = Field(
+    cor: Restitution = Field(
         description="Coefficient of restitution between balls, 0 (no rebound) to 1 (elastic)."
     )
-    wall_cor: q.Restitution | None = Field(
+    wall_cor: Restitution | None = Field(
         default=None,
         description="Coefficient of restitution at the wall, 0 to 1; absent or null: as cor.",
     )
@@ -407,20 +370,19 @@ class Experiment(Model):
         "wall. tc: contacts have a duration; elastic_below: slow collisions are elastic; with "
         "either there is no collapse.",
     )
-    collisions: q.Count | None = Field(
+    collisions: Count | None = Field(
         default=None,
         description="Stop after this many collisions; with `time`, whichever comes first.",
     )
-    time: q.Positive | None = Field(
+    time: Positive | None = Field(
         default=None,
-        validate_default=True,
         description="Stop at this time, s; with `collisions`, whichever comes first.",
     )
-    repeats: q.Count = Field(
+    repeats: Count = Field(
         default=1, description="Runs of every point, each with its own random start."
     )
-    seed: q.Seed = Field(default=1, description="Seed of the random starts.")
-    record: q.Record = Field(
+    seed: Seed = Field(default=1, description="Seed of the random starts.")
+    record: Record = Field(
         default="events", description="What is stored: every collision, or only a summary."
     )
     sweep: Annotated[
@@ -434,35 +396,12 @@ class Experiment(Model):
         "there, change together: they are one axis of the grid, at the place of zip.",
     )
 
-    @field_validator("container")
-    @classmethod
-    def _has_sound_keys(cls, container: ContainerConfig) -> ContainerConfig:
-        _refuse(_faults_of_container(container))
-        return container
-
-    # A container or `collisions` that failed its own check is not in info.data.
-
-    @field_validator("balls")
-    @classmethod
-    def _fit_the_container(cls, balls: AnyBalls, info: ValidationInfo) -> AnyBalls:
-        if container := info.data.get("container"):
-            _refuse(_faults_of_balls(container, balls))
-        return balls
-
-    @field_validator("collapse")
-    @classmethod
-    def _has_a_wall_to_slide_on(cls, collapse: Collapse, info: ValidationInfo) -> Collapse:
-        container = info.data.get("container")
-        if container and collapse == "slide":
-            _refuse(_faults_of_slide(container))
-        return collapse
-
-    @field_validator("time")
-    @classmethod
-    def _has_an_end(cls, time: float | None, info: ValidationInfo) -> float | None:
-        if time is None and info.data.get("collisions", 0) is None:
-            raise PydanticCustomError("endless", "collisions or time is needed")
-        return time
+    @model_validator(mode="after")
+    def _follows_the_rules(self) -> Self:
+        """Raise ConfigError for values that do not fit each other."""
+        if faults := tuple(_faults(self)):
+            raise ConfigError(faults)
+        return self
 
     @property
     def effective_wall_cor(self) -> float:
@@ -494,18 +433,116 @@ class Experiment(Model):
     @property
     def packing(self) -> tuple[str, float] | None:
         """The key that gives the packing, and its value."""
-        found = _packings(self.container, self.balls)
-        return next(((rendered(path), packing) for path, packing in found.items()), None)
+        for key, home in (("container", self.container), ("balls", self.balls)):
+            if isinstance(home, ContainerConfig | BallCount) and home.packing is not None:
+                return f"{key}.packing", home.packing
+        return None
+
+
+# Rules about several keys. Each yields what is wrong. Whether balls fit into space is not checked.
+
+
+def _faults(experiment: Experiment) -> Iterator[Problem]:
+    """All that is wrong with values that are right by themselves."""
+    if experiment.collisions is None and experiment.time is None:
+        sentence = "neither collisions nor time is given; give at least one, so that runs end"
+        yield Problem(("collisions",), sentence)
+    container, balls = experiment.container, experiment.balls
+    if faults := tuple(_faults_of_container(container)):
+        yield from faults
+        return
+    if isinstance(balls, Rings | BallList):
+        yield from _faults_of_places(container, balls)
+    else:
+        yield from _faults_of_species(experiment)
+    fixed_circle = issubclass(container.shape_class, Circle) and math.isinf(container.mass)
+    if experiment.collapse == "slide" and not fixed_circle:
+        sentence = (
+            "slide needs a circle with a fixed wall; set container.mass: .inf, or collapse: stop, "
+            "{tc: 0.01} or {elastic_below: 1e-6}"
+        )
+        yield Problem(("collapse",), sentence)
+
+
+def _faults_of_container(container: ContainerConfig) -> Iterator[Problem]:
+    """Each shape has keys of its own."""
+    shape = container.shape_class
+
+    def fault(key: str, sentence: str) -> Problem:
+        return Problem(("container", key), f"a {shape.title} {sentence}", about_key=True)
+
+    for key in dict.fromkeys(key for other in SHAPES.values() for key in other.keys):
+        if key not in shape.keys and getattr(container, key) is not None:
+            owners = " or ".join(other.name for other in SHAPES.values() if key in other.keys)
+            keys = " and ".join(shape.keys)
+            yield fault(key, f"has no {key}; give {keys}, or set shape: {owners}")
+    first, *others = shape.keys
+    for key in others:
+        if getattr(container, key) is not None and getattr(container, first) is None:
+            yield fault(key, f"with a {key} needs a {first} too; add {first}")
+    if math.isfinite(container.mass) and not shape.can_move:
+        yield fault("mass", "is fixed and has no mass; remove it, or set shape: circle")
+
+
+def _faults_of_places(container: ContainerConfig, balls: Rings | BallList) -> Iterator[Problem]:
+    """Rings need a circle; balls whose places are given need a container whose size is given."""
+    shape, way = container.shape_class, "rings" if isinstance(balls, Rings) else "list"
+    if way == "rings" and not issubclass(shape, Circle):
+        sentence = f"rings are for a circle, not for shape: {shape.name}; give count or list"
+        yield Problem(("balls", "rings"), sentence, about_key=True)
+        return
+    if container.packing is not None:
+        sentence = f"packing is for balls given by count, not for {way}; remove it"
+        yield Problem(("container", "packing"), sentence, about_key=True)
+    if container.given is None:
+        key = shape.keys[0]
+        sentence = f"the key is missing; add it: inner {key} of the {shape.title}, m"
+        yield Problem(("container", key), sentence, about_key=True)
+
+
+def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
+    """Species must fit each other. Two of the container's size, their radii and packing follow."""
+    container, balls, species = experiment.container, experiment.balls, experiment.species
+    shape, size = container.shape_class, f"container.{container.shape_class.keys[0]}"
+    paths: list[KeyPath] = [("balls", k) for k in range(len(species))]
+    if isinstance(balls, BallCount):
+        paths = [("balls",)]
+    number = sum(each.count for each in species)
+    if number > MAX_BALLS:
+        sentence = f"the species have {number:,} balls in all, of at most {MAX_BALLS:,}; give fewer"
+        yield Problem(("balls",), sentence)
+    if number == 1 and not shape.has_wall:
+        sentence = f"one ball in a {shape.title} meets nothing; give two or more"
+        yield Problem((*paths[0], "count"), sentence)
+    for path, each in zip(paths, species, strict=True):
+        if each.start not in (None, experiment.start):
+            sentence = f"{each.start} is given where another species has {experiment.start}"
+            yield Problem((*path, "start"), f"{sentence}; give one for all")
+    without = [path for path, each in zip(paths, species, strict=True) if each.radius is None]
+    there = {
+        size: container.given is not None,
+        "radius of the balls": not without,
+        "packing": experiment.packing is not None,
+    }
+    given = [name for name, is_there in there.items() if is_there]
+    if container.packing is not None and isinstance(balls, BallCount) and balls.packing is not None:
+        sentence = "packing is given here and as container.packing; keep one of them"
+        yield Problem(("balls", "packing"), sentence, about_key=True)
+    elif without and len(without) < len(species):
+        sentence = "the radius is missing; give one to each species, or to none if packing is given"
+        yield from (Problem((*path, "radius"), sentence, about_key=True) for path in without)
+    elif experiment.packing and len(given) == 3:
+        sentence = f"{size} and the radius of the balls give the packing; remove one of the three"
+        yield Problem(key_path(experiment.packing[0]), sentence, about_key=True)
+    elif len(given) < 2:
+        sentence = (
+            f"two of {size}, radius of the balls and packing are needed, and the third follows; "
+            f"{given[0] if given else 'none'} is given, so add {'one' if given else 'two'}"
+        )
+        yield Problem(("balls",), sentence)
 
 
 # The JSON schema of a configuration file, for editors and other programs.
-
-_SEVERAL = {
-    "type": ["array", "string"],
-    "minItems": 1,
-    "pattern": r"^\s*(range\s*\(.*\)|[^:]+:[^:]+:[^:]+)\s*$",
-}
-"""A list of values, or the text of a range."""
 
 
 class _Generator(GenerateJsonSchema):
@@ -518,67 +555,51 @@ class _Generator(GenerateJsonSchema):
         return None if dft == math.inf else super().encode_default(dft)
 
 
+_SEVERAL = {
+    "type": ["array", "string"],
+    "minItems": 1,
+    "pattern": r"^\s*(range\s*\(.*\)|[^:]+:[^:]+:[^:]+)\s*$",
+}
+"""A list of values, or the text of a range."""
+
+
 def schema() -> dict[str, Any]:
     """A JSON schema (draft 2020-12) made from the models; `sweep` lists what can be swept."""
     document = Experiment.model_json_schema(schema_generator=_Generator)
     properties, definitions = document["properties"], document["$defs"]
-    swept: dict[str, Any] = {}
+    swept: dict[str, tuple[str, dict[str, Any]]] = {}
     for key, entry in properties.items():
-        homes = _models(entry)
+        variants = (entry, *entry.get("oneOf", ()))
+        homes = [each["$ref"] for each in variants if "$ref" in each]
         for home in homes:
-            for inner, inner_entry in definitions[home]["properties"].items():
-                if not _models(inner_entry.get("items", {})):
-                    swept[f"{key}.{inner}"] = _axis(inner_entry)
-        words = [each for each in entry.get("oneOf", ()) if each.get("type") == "string"]
-        if words:
-            swept[key] = _axis({**words[0], "description": entry["description"]})
-        elif not homes and key not in WHOLE_RUN:
-            swept[key] = _axis(entry)
-    group = _closed(
-        {
-            key: {**_SEVERAL, "items": {"$ref": f"#/properties/sweep/properties/{key}/items"}}
-            for key in swept
-        }
-    )
-    zipped = {
-        "description": "Keys that change together: lists of equal length, or several such groups "
-        "as a list.",
-        "anyOf": [group, {"type": "array", "items": group}],
+            for inner, part in definitions[home.rpartition("/")[2]]["properties"].items():
+                if "$ref" not in part.get("items", {}):
+                    swept[f"{key}.{inner}"] = f"{home}/properties/{inner}", part
+        words = any(each.get("type") == "string" for each in variants)
+        if key not in WHOLE_RUN and (words or not homes):
+            swept[key] = f"#/properties/{key}", entry
+    group = {"$ref": "#/properties/sweep"}
+    sweep = {
+        "description": properties["sweep"]["description"],
+        "type": "object",
+        "properties": {
+            **{
+                key: {**_SEVERAL, "description": entry["description"], "items": {"$ref": place}}
+                for key, (place, entry) in swept.items()
+            },
+            ZIP: {
+                "description": "Keys that change together: lists of equal length, or several such "
+                "groups as a list.",
+                "anyOf": [group, {"type": "array", "items": group}],
+            },
+        },
+        "patternProperties": {r"^balls(\.list)?\[[0-9]+\]\.": _SEVERAL},
+        "additionalProperties": False,
     }
-    description = properties["sweep"]["description"]
-    properties["sweep"] = {"description": description, **_closed({**swept, ZIP: zipped})}
     return {
         "$schema": GenerateJsonSchema.schema_dialect,
         **document,
+        "properties": {**properties, "sweep": sweep},
         "title": "snooker experiment",
         "anyOf": [{"required": ["collisions"]}, {"required": ["time"]}],
-    }
-
-
-def _models(entry: dict[str, Any]) -> list[str]:
-    """The models that a schema refers to, itself or as alternatives."""
-    alternatives = (entry, *entry.get("oneOf", ()))
-    return [each["$ref"].rsplit("/", 1)[1] for each in alternatives if "$ref" in each]
-
-
-def _axis(entry: dict[str, Any]) -> dict[str, Any]:
-    """The schema of a list of values of one key."""
-    value = {name: part for name, part in entry.items() if name not in ("default", "description")}
-    return {
-        **_SEVERAL,
-        "description": entry["description"],
-        "items": value,
-        "uniqueItems": True,
-    }
-
-
-def _closed(properties: dict[str, Any]) -> dict[str, Any]:
-    """The schema of a mapping of swept keys, among them those of single balls or species."""
-    return {
-        "type": "object",
-        "properties": properties,
-        "patternProperties": {
-            rf"^{key}\[[0-9]+\]\.": _SEVERAL for key in ("balls", r"balls\.list")
-        },
-        "additionalProperties": False,
     }

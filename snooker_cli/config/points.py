@@ -6,29 +6,25 @@ import itertools
 import json
 import math
 import operator
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 from pydantic import ValidationError
 
-from snooker_cli.config.axes import Axes, Axis, Value, number_of_points, sound_axes
-from snooker_cli.config.messages import complaints
+from snooker_cli.config.axes import Axes, Axis, Value
+from snooker_cli.config.messages import config_error
 from snooker_cli.config.models import Experiment
 from snooker_cli.config.problems import (
-    Complaint,
+    MOST_SHOWN,
     ConfigError,
     KeyPath,
     PathError,
-    Position,
     Problem,
-    given,
     key_path,
-    rendered,
     substituted,
     value_at,
 )
-from snooker_cli.config.yaml_document import YamlDocument
 
 LIMITS = ("collisions", "time")
 """The keys that end a repeat; a later end changes nothing before it."""
@@ -36,15 +32,10 @@ LIMITS = ("collisions", "time")
 MAX_REPEATS = 1_000_000
 """Repeats of all points of a run, which are as many files."""
 
-BYTES_A_FILE = 12_000
-"""The size of a file with one ball and one collision."""
-
 _NOT_PHYSICS = ("title", "repeats", "sweep")
 
-_Place = Callable[[KeyPath], KeyPath | None]
-
-_Step = tuple[tuple[str, Value], ...]
-"""The keys of an axis with one value each."""
+_Step: TypeAlias = tuple[str, int, Value]
+"""A swept key, the place of one of its values, and this value."""
 
 
 @dataclass(frozen=True)
@@ -63,147 +54,99 @@ class Point:
         return {key: None if value == math.inf else value for key, value in self.parameters}
 
 
-def validated(document: YamlDocument) -> Experiment:
-    """The experiment of a document, with every swept value checked. Raises ConfigError."""
-    sweep, faults = sound_axes(document.data.get("sweep"))
-    data: dict[str, Any] = {**document.data, "sweep": None}
-    known: tuple[Complaint, ...] = ()
+def validated(data: Mapping[str, Any]) -> Experiment:
+    """The experiment of a configuration's data, with every point checked. Raises ConfigError."""
     try:
         experiment = Experiment.model_validate(data)
-        data = dict(experiment)
     except ValidationError as error:
-        known = complaints(error, document.written)
-    read = [_read_axis(data, axis, document.written, known) for axis in sweep]
-    found = [*_noted(known, sweep), *faults, *itertools.chain(*(unfit for _, unfit in read))]
-    if not found:
-        experiment = experiment.model_copy(update={"sweep": tuple(axis for axis, _ in read)})
-        found += _too_many(experiment)
-        if not found and not document.problems:
-            return experiment
-    # A key whose YAML is at fault has no value yet that could be judged.
-    unreadable = {problem.key for problem in document.problems}
-    raise ConfigError(
-        (
-            *document.problems,
-            *(
-                Problem(document.position(each.path, each.about_key), key, each.sentence)
-                for each in found
-                if (key := rendered(each.path)) not in unreadable
-            ),
-        )
-    )
-
-
-def _noted(found: tuple[Complaint, ...], sweep: Axes) -> Iterator[Complaint]:
-    """The complaints, with a note at each key that is missing although it is swept."""
-    swept = {key for axis in sweep for key, _ in axis}
-    for each in found:
-        if keys := swept.intersection(each.missing):
-            note = f"; that {min(keys)} is swept is not enough, it needs a value too"
-            each = replace(each, sentence=each.sentence + note)
-        yield each
-
-
-def _too_many(experiment: Experiment) -> Iterator[Complaint]:
-    """The complaint about more repeats of all points than a run can have."""
-    points = number_of_points(experiment.sweep)
-    total = points * experiment.repeats
-    if total > MAX_REPEATS:
-        of = f"of {points:,} points are {total:,}" if points > 1 else "are as many"
+        raise config_error(error) from None
+    grid = points(experiment)
+    if (total := len(grid) * experiment.repeats) > MAX_REPEATS:
         sentence = (
-            f"{experiment.repeats:,} repeats {of} files, {total * BYTES_A_FILE / 1e9:,.0f} GB or "
-            f"more; a run has at most {MAX_REPEATS:,}, so give fewer"
+            f"all repeats are {total:,} files; a run has at most {MAX_REPEATS:,}, so give fewer"
         )
-        yield Complaint(("repeats",), sentence)
+        raise ConfigError([Problem(("repeats",), sentence)])
+    sweep = _as_read(experiment.sweep, grid)
+    return experiment.model_copy(update={"sweep": sweep})
 
 
-def _read_axis(
-    data: Mapping[str, Any],
-    axis: Axis,
-    written: Callable[[KeyPath], str],
-    known: tuple[Complaint, ...],
-) -> tuple[Axis, list[Complaint]]:
-    """One axis as the models read it, and what is wrong with it.
+def _as_read(sweep: Axes, grid: tuple[Point, ...]) -> Axes:
+    """The axes with values as the models read them: 1.0 for a written 1.
 
-    Each value is tried in place of the one in `data`; values that change together are tried
-    together. `known` is what is wrong with `data` itself.
+    Raises ConfigError for values that occur twice.
     """
-    paths = {key: key_path(key) for key, _ in axis}
-    read: dict[tuple[Value, ...], int] = {}
-    found: list[Complaint] = []
-    for index, step in enumerate(_steps(axis)):
-        place = functools.partial(_place_in_sweep, paths, index)
-
-        def as_written(path: KeyPath, place: _Place = place) -> str:
-            return written(place(path) or path)
-
-        replaced: Any = data
-        try:
-            for key, value in step:
-                replaced = substituted(replaced, paths[key], value)
-            experiment = Experiment.model_validate(replaced)
-        except PathError as error:
-            return (), [Complaint(("sweep", key), str(error), about_key=True)]
-        except ValidationError as error:
-            for each in complaints(error, as_written):
-                here = place(each.path)
-                if here and not each.about_key:
-                    found.append(Complaint(here, each.sentence))
-                elif here:
-                    return (), [Complaint(here[:2], each.sentence, about_key=True)]
-                elif each not in known:
-                    sentence = f"{rendered(each.path)} then goes wrong: {each.sentence}"
-                    return (), [Complaint(("sweep", axis[0][0]), sentence, about_key=True)]
-            continue
-        values = tuple(value_at(experiment, path) for path in paths.values())
-        if values in read:
-            first = rendered(("sweep", axis[0][0], read[values]))
-            named = [given(value, written(("sweep", key, index))) for key, value in step]
-            stand = "stands" if len(named) == 1 else "stand together"
-            sentence = f"{', '.join(named)} {stand} at {first} already; remove one of the two"
-            found.append(Complaint(("sweep", axis[0][0], index), sentence))
-        read.setdefault(values, index)
-    return tuple(zip(paths, zip(*read, strict=True), strict=True)) if read else (), found
-
-
-def _place_in_sweep(paths: Mapping[str, KeyPath], index: int, path: KeyPath) -> KeyPath | None:
-    """Where a sweep gives the value at a path, or None if it is not among the swept `paths`."""
-    for key, outer in paths.items():
-        if path[: len(outer)] == outer:
-            return ("sweep", key, index, *path[len(outer) :])
-    return None
-
-
-def _steps(axis: Axis) -> Iterator[_Step]:
-    """The keys of an axis with their values, step by step."""
-    return zip(*([(key, value) for value in values] for key, values in axis), strict=True)
+    found: list[Axis] = []
+    problems: list[Problem] = []
+    stride = len(grid)
+    for axis in sweep:
+        number = len(axis[0][1])
+        stride //= number
+        keys = [key for key, _ in axis]
+        steps = [
+            tuple(dict(grid[index * stride].parameters)[key] for key in keys)
+            for index in range(number)
+        ]
+        first: dict[tuple[Value, ...], int] = {}
+        for index, step in enumerate(steps):
+            if (before := first.setdefault(step, index)) != index:
+                sentence = f"this is the same as sweep.{keys[0]}[{before}]; remove one of the two"
+                problems.append(Problem(("sweep", keys[0], index), sentence))
+        found.append(tuple(zip(keys, zip(*steps, strict=True), strict=True)))
+    if problems:
+        raise ConfigError(problems)
+    return tuple(found)
 
 
 @functools.lru_cache(maxsize=2)  # several stages of a command ask for the same points
 def points(experiment: Experiment) -> tuple[Point, ...]:
     """Every point of the grid; one if nothing is swept. Raises ConfigError for a bad value."""
     base = dict(experiment) | {"sweep": ()}
-    grid = itertools.product(*map(_steps, experiment.sweep))
-    return tuple(
-        _point(index, base, tuple(itertools.chain(*steps))) for index, steps in enumerate(grid)
-    )
+    axes = [
+        [[(key, index, values[index]) for key, values in axis] for index in range(len(axis[0][1]))]
+        for axis in experiment.sweep
+    ]
+    found: list[Point] = []
+    problems: dict[KeyPath, Problem] = {}
+    for index, steps in enumerate(itertools.product(*axes)):
+        try:
+            found.append(_point(index, base, list(itertools.chain(*steps))))
+        except ConfigError as error:
+            # Points that share a value have its problem.
+            problems = {each.path: each for each in error.problems} | problems
+            if len(problems) > MOST_SHOWN:
+                break
+    if problems:
+        raise ConfigError(problems.values())
+    return tuple(found)
 
 
-def _point(index: int, base: Mapping[str, Any], step: _Step) -> Point:
+def _point(index: int, base: Mapping[str, Any], steps: Iterable[_Step]) -> Point:
+    """The point at which keys have these values. Raises ConfigError."""
     data: Any = base
-    for key, value in step:
-        data = substituted(data, key_path(key), value)
+    for key, _, value in steps:
+        try:
+            data = substituted(data, key_path(key), value)
+        except PathError as error:
+            raise ConfigError([Problem(("sweep", key), str(error), about_key=True)]) from None
     try:
         experiment = Experiment.model_validate(data)
     except ValidationError as error:
-        setting = ", ".join(f"{key}={'null' if value is None else value}" for key, value in step)
-        raise ConfigError(
-            Problem(Position(), rendered(each.path), f"{each.sentence} (at the point {setting})")
-            for each in complaints(error)
-        ) from None
+        found = config_error(error).problems
+        raise ConfigError(_in_sweep(problem, steps) for problem in found) from None
     # As the model reads them: 1.0 for a written 1.
-    parameters = tuple((key, value_at(experiment, key_path(key))) for key, _ in step)
+    parameters = tuple((key, value_at(experiment, key_path(key))) for key, *_ in steps)
     return Point(index, parameters, experiment)
+
+
+def _in_sweep(problem: Problem, steps: Iterable[_Step]) -> Problem:
+    """The problem of a point, at the value in the sweep or with the values of this point."""
+    for key, index, _ in steps:
+        outer = key_path(key)
+        if problem.path[: len(outer)] == outer:
+            inner = () if problem.about_key else (index, *problem.path[len(outer) :])
+            return Problem(("sweep", key, *inner), problem.sentence, problem.about_key)
+    at = ", ".join(f"{key}={'null' if value is None else value}" for key, _, value in steps)
+    return Problem(problem.path, f"{problem.sentence} (at the point {at})", problem.about_key)
 
 
 def to_json(experiment: Experiment) -> str:

@@ -1,14 +1,12 @@
 """Problems of a configuration: position, key path and sentence, and values inside a sentence."""
 
-import math
+import json
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import BaseModel
-from pydantic_core import PydanticCustomError
 
 from snooker_cli.errors import ExitCode, SnookerError
 
@@ -25,9 +23,6 @@ _NAME = r"[A-Za-z_][A-Za-z0-9_]*"
 _INDEX = r"\[(?:0|[1-9][0-9]{0,8})\]"
 _PATH = re.compile(rf"{_NAME}(?:{_INDEX})*(?:\.{_NAME}(?:{_INDEX})*)*")
 _SEGMENT = re.compile(rf"({_NAME})|\[([0-9]+)\]")
-
-_MOST_ITEMS = 30
-"""Items of a list or mapping in a sentence, before it is cut to its length."""
 
 
 class PathError(Exception):
@@ -89,43 +84,21 @@ def shown(text: str, limit: int = 60) -> str:
     return safe if len(safe) <= limit else safe[: limit - 1] + "…"
 
 
-def given(value: Any, written: str = "") -> str:
-    """What a sentence calls a value.
-
-    written : a scalar as its author wrote it, if that is known
-    """
+def given(value: Any) -> str:
+    """What a sentence calls a value."""
     match value:
         case None:
             return "nothing (null)"
         case bool():
             return f"the truth value {str(value).lower()}"
         case str():
-            quoted = written if written[:1] in ("'", '"') else value
-            return f"the text {shown(quoted)}" if quoted else "an empty text"
-        case Mapping():
-            return f"the mapping {shown(_flow(value))}" if value else "an empty mapping"
-        case list() | tuple():
-            return f"the list {shown(_flow(value))}" if value else "an empty list"
-    return shown(written or _flow(value))
-
-
-def _flow(value: Any) -> str:
-    """A value as YAML on one line, with the first items of lists and mappings."""
-    match value:
-        case None:
-            return "null"
-        case bool():
-            return str(value).lower()
-        case str():
-            return f"'{value}'"
-        case float() if not math.isfinite(value):
-            return str(value).replace("inf", ".inf").replace("nan", ".nan")
-        case Mapping():
-            items = (f"{key}: {_flow(item)}" for key, item in islice(value.items(), _MOST_ITEMS))
-            return f"{{{', '.join(items)}}}"
-        case list() | tuple():
-            return f"[{', '.join(map(_flow, islice(value, _MOST_ITEMS)))}]"
-    return str(value)
+            return f"the text {shown(value)}" if value else "an empty text"
+    written = json.dumps(value, ensure_ascii=False, default=str)
+    text = shown(written.replace("Infinity", ".inf").replace("NaN", ".nan"))
+    for name, classes in (("mapping", Mapping), ("list", list | tuple)):
+        if isinstance(value, classes):
+            return f"the {name} {text}" if value else f"an empty {name}"
+    return text
 
 
 class Position(NamedTuple):
@@ -139,44 +112,32 @@ class Position(NamedTuple):
         return f"{self.source}:{self.line}:{self.column}" if self.line else self.source
 
 
+NOWHERE = Position()
+
+
 @dataclass(frozen=True)
 class Problem:
-    """One thing to correct, printed as ``file:line:column: key.path: sentence``."""
-
-    position: Position
-    key: str
-    sentence: str
-
-    def __str__(self) -> str:
-        key = shown(self.key, 200)
-        return ": ".join(part for part in (str(self.position), key, self.sentence) if part)
-
-
-@dataclass(frozen=True)
-class Complaint:
-    """A problem with the path of its key, before its position is looked up.
+    """One thing to correct, printed as ``file:line:column: key.path: sentence``.
 
     about_key : the position is that of the key (an unknown one, say), not of its value
-    missing : keys of which at least one must be given
+    position : empty until the key is looked up in the file
     """
 
     path: KeyPath
     sentence: str
     about_key: bool = False
-    missing: tuple[str, ...] = ()
+    position: Position = NOWHERE
+
+    def __str__(self) -> str:
+        key = shown(rendered(self.path), 200)
+        return ": ".join(part for part in (str(self.position), key, self.sentence) if part)
 
 
-def refusal(complaints: Iterable[Complaint]) -> PydanticCustomError:
-    """The error that carries a validator's complaints through pydantic."""
-    found = tuple(complaints)
-    sentences = " ".join(f"{rendered(each.path)}: {each.sentence}." for each in found)
-    return PydanticCustomError(
-        "complaints", "{sentences}", {"sentences": sentences, "complaints": found}
-    )
+class ConfigError(SnookerError, ValueError):
+    """A configuration that cannot be used; `problems` holds all that was found, in file order.
 
-
-class ConfigError(SnookerError):
-    """A configuration that cannot be used; `problems` holds all that was found, in file order."""
+    It is a ValueError, so that validators of pydantic can raise it.
+    """
 
     exit_code = ExitCode.CONFIG
     problems: tuple[Problem, ...]
@@ -187,8 +148,3 @@ class ConfigError(SnookerError):
         if (more := len(self.problems) - MOST_SHOWN) > 0:
             lines.append(f"... and {more:,} more; correct these first")
         super().__init__("\n".join(lines))
-
-    @classmethod
-    def at(cls, position: Position, sentence: str) -> "ConfigError":
-        """The error of a single problem that has no key."""
-        return cls([Problem(position, "", sentence)])

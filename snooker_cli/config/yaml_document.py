@@ -6,9 +6,11 @@ aliases, merge keys and tags are refused.
 
 import math
 import re
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -19,7 +21,6 @@ from snooker_cli.config.problems import (
     Position,
     Problem,
     given,
-    rendered,
     shown,
 )
 
@@ -35,6 +36,8 @@ _CORE_SCHEMA = {
     "float": r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?",
     "special": r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)",
 }
+
+_RESOLVERS = [(tag, re.compile(rf"(?:{text})\Z")) for tag, text in _CORE_SCHEMA.items()]
 
 _SYNTAX = (
     ("'\\t'", "a tab stands where YAML allows only spaces; replace it by spaces"),
@@ -53,251 +56,87 @@ _SYNTAX = (
 """Parts of PyYAML's messages, and what they mean to the author of a configuration."""
 
 
-@dataclass(frozen=True)
-class Mark:
-    """Positions of a key and of its value, and the value as it was written (scalars only)."""
+class Mark(NamedTuple):
+    """Positions of a key and of its value."""
 
     key: Position
     value: Position
-    written: str = ""
 
 
 @dataclass(frozen=True)
 class YamlDocument:
-    """The data of a file, a mark for every key path in it, and what was wrong with its YAML."""
+    """The data of a file, and a mark for every key path in it."""
 
     data: dict[str, Data]
     marks: dict[KeyPath, Mark]
-    problems: tuple[Problem, ...] = ()
 
     def position(self, path: KeyPath, about_key: bool = False) -> Position:
         """The position of `path`; of an absent key, that of the mapping it is missing from."""
-        if path in self.marks:
-            mark = self.marks[path]
-            return mark.key if about_key else mark.value
-        while path and path not in self.marks:
+        if path in self.marks and not about_key:
+            return self.marks[path].value
+        while path not in self.marks:
             path = path[:-1]
         return self.marks[path].key
 
-    def written(self, path: KeyPath) -> str:
-        """The scalar at `path` as its author wrote it, or an empty string."""
-        return self.marks[path].written if path in self.marks else ""
+    def located(self, error: ConfigError) -> ConfigError:
+        """The error with a position for each problem."""
+        return ConfigError(
+            replace(each, position=self.position(each.path, each.about_key))
+            for each in error.problems
+        )
 
 
 def text_of(path: Path, name: str) -> str:
     """The text of a file, which messages call `name`. Raises ConfigError."""
     try:
-        if path.exists() and not (path.is_file() or path.is_dir()):
-            sentence = "this is a pipe or a device; name a YAML file"
-            raise ConfigError.at(Position(source=name), sentence)
+        if not path.is_file():
+            raise ValueError("there is no file at this path; name a YAML file")
         with path.open("rb") as file:
             content = file.read(MAX_BYTES + 1)
-        if len(content) <= MAX_BYTES:
-            return content.decode("utf-8-sig")
-        sentence = "the file is over 1 MiB; a configuration is smaller, so check the path"
+        if len(content) > MAX_BYTES:
+            raise ValueError("the file is over 1 MiB; a configuration is smaller, check the path")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         sentence = f"byte {error.start + 1} is not UTF-8 text; save the file with UTF-8 encoding"
-    except FileNotFoundError:
-        sentence = "there is no such file; check the path"
-    except IsADirectoryError:
-        sentence = "this is a directory; name a YAML file in it"
-    except PermissionError:
-        sentence = "the file may not be read; check its permissions"
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        sentence = f"the file cannot be read ({reason}); check the path"
-    raise ConfigError.at(Position(source=name), sentence)
+    except OSError as error:
+        sentence = f"the file cannot be read ({error.strerror}); check the path"
+    except ValueError as error:
+        sentence = str(error)
+    raise _error(Position(source=name), sentence)
 
 
 def document(text: str, name: str) -> YamlDocument:
-    """The document written in `text`. Raises ConfigError if no mapping can be read from it.
-
-    Smaller faults (a duplicate key, an alias) are listed in `YamlDocument.problems`, so that they
-    can be shown together with others.
-    """
+    """The document written in `text`. Raises ConfigError, with all faults of its YAML."""
     if len(text) > MAX_BYTES:
-        sentence = "the text is over 1 MiB; a configuration is smaller"
-        raise ConfigError.at(Position(source=name), sentence)
-    reader = _Reader(text, name)
-    if not isinstance(reader.data, dict):
-        top = reader.marks[()]
+        raise _error(Position(source=name), "the text is over 1 MiB; a configuration is smaller")
+    data, marks = read(text, name)
+    if not isinstance(data, dict):
         sentence = (
-            f"{given(reader.data, top.written)} is given where keys and values are needed; "
-            "start with a line such as cor: 0.8"
+            f"{given(data)} is given where keys and values are needed; start with a line such as "
+            "cor: 0.8"
         )
-        raise ConfigError([*reader.problems, Problem(top.value, "", sentence)])
-    return YamlDocument(reader.data, reader.marks, tuple(reader.problems))
+        raise _error(marks[()].value, sentence)
+    return YamlDocument(data, marks)
 
 
-def snippet(text: str) -> tuple[Data, dict[KeyPath, Mark]]:
-    """The data and marks of a piece of YAML outside a file. Raises ConfigError."""
-    reader = _Reader(text, "")
-    if reader.problems:
-        raise ConfigError(reader.problems)
-    return reader.data, reader.marks
+def read(text: str, name: str, in_file: bool = True) -> tuple[Data, dict[KeyPath, Mark]]:
+    """The data and marks of a text; outside a file, `name` is its only position.
 
-
-def resolved(text: str) -> bool | int | float | str | None:
-    """The value of an unquoted scalar.
-
-    Raises ValueError, with a sentence, for a number that is too large for a double.
+    Raises ConfigError.
     """
-    return _value(_tag(text), text)
-
-
-def is_number(text: str) -> bool:
-    """Whether an unquoted scalar would be read as a number, infinity and NaN included."""
-    return _tag(text) in ("int", "float", "special")
-
-
-def _tag(text: str) -> Any:
-    """The tag of an unquoted scalar, one of the core schema's or that of text."""
-    return _RESOLVER.resolve(yaml.ScalarNode, text, (True, False))
-
-
-def _value(tag: str, text: str) -> bool | int | float | str | None:
-    """The value of a scalar that has a tag of the core schema, or another tag if it is text."""
-    match tag:
-        case "null":
-            return None
-        case "bool":
-            return text.lower() == "true"
-        case "special":
-            return float(text.replace(".", ""))
-        case "int" | "float":
-            base = {"0o": 8, "0x": 16}.get(text[:2], 10)
-            try:
-                number = int(text, base) if tag == "int" else float(text)
-                if math.isfinite(number):
-                    return number
-            except (OverflowError, ValueError):  # no double, or over 4300 digits
-                pass
-            raise ValueError(
-                f"the number {shown(text)} is too large; give one below 1.8e308, or .inf where "
-                "infinity is allowed"
-            )
-    return text
-
-
-class _Composer(yaml.SafeLoader):
-    """PyYAML's composer for YAML 1.2.
-
-    refused : the nodes with an anchor or a tag, and those in place of an alias, with sentences
-    """
-
-    def __init__(self, text: str, name: str = "") -> None:
-        super().__init__(text)
-        self.name = name
-        self.depth = 0
-        self.refused: dict[yaml.Node, list[str]] = {}
-
-    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """The next node. Raises ConfigError if it is nested too deep."""
-        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
-        if self.depth > MAX_DEPTH:
-            sentence = f"more than {MAX_DEPTH} levels of nesting; a configuration needs 5"
-            raise ConfigError.at(_position(event.start_mark), sentence)
-        if self.check_event(yaml.AliasEvent):
-            self.get_event()  # type: ignore[no-untyped-call]
-            alias = yaml.ScalarNode("null", "", event.start_mark)
-            self.refused[alias] = ["aliases (*name) are not supported; write the value out"]
-            return alias
-        sentences = []
-        if event.anchor is not None:
-            sentences.append("anchors (&name) are not supported; remove the anchor")
-        if event.tag is not None:
-            sentences.append("tags (!name) are not supported; remove the tag")
-        event.anchor = event.tag = None
-        if isinstance(event, yaml.ScalarEvent):
-            event.implicit = (event.style is None, True)
-        self.depth += 1
-        node = super().compose_node(parent, index)
-        assert node is not None
-        self.depth -= 1
-        self.refused[node] = sentences
-        return node
-
-
-_Composer.yaml_implicit_resolvers = {
-    None: [(tag, re.compile(rf"(?:{text})\Z")) for tag, text in _CORE_SCHEMA.items()]
-}
-_RESOLVER: Any = _Composer("")
-
-
-class _Reader:
-    """The data of a YAML text, with the marks and problems found in it. Raises ConfigError."""
-
-    def __init__(self, text: str, name: str) -> None:
-        self.marks: dict[KeyPath, Mark] = {}
-        self.problems: list[Problem] = []
-        node, self.refused = _composed(text, name)
-        self.data = self._data(node, (), None)
-
-    def _complain(self, node: yaml.Node, path: KeyPath, sentence: str) -> None:
-        self.problems.append(Problem(_position(node.start_mark), rendered(path), sentence))
-
-    def _data(self, node: yaml.Node, path: KeyPath, key: Position | None) -> Data:
-        """The data of a node; `key` is the position of its key, if it has one."""
-        for sentence in self.refused[node]:
-            self._complain(node, path, sentence)
-        here, written = _position(node.start_mark), ""
-        if isinstance(node, yaml.ScalarNode):
-            quote = node.style if node.style in ("'", '"') else ""
-            written = f"{quote}{node.value}{quote}"
-        elif key and isinstance(node, yaml.CollectionNode) and not node.flow_style:
-            here = key  # of a block of lines, its key on the line above is found more easily
-        self.marks[path] = Mark(key or here, here, written)
-        if isinstance(node, yaml.SequenceNode):
-            return [self._data(item, (*path, k), None) for k, item in enumerate(node.value)]
-        if isinstance(node, yaml.MappingNode):
-            return self._mapping(node, path)
-        try:
-            node.value.encode()
-            return _value(node.tag, node.value)
-        except UnicodeEncodeError:
-            sentence = "the text holds half a surrogate pair; write whole characters"
-        except ValueError as error:
-            sentence = str(error)
-        self._complain(node, path, sentence)
-        return None
-
-    def _mapping(self, node: yaml.MappingNode, path: KeyPath) -> dict[str, Data]:
-        values: dict[str, Data] = {}
-        for key, value in node.value:
-            if not isinstance(key, yaml.ScalarNode) or self.refused[key]:
-                sentence = "this cannot be a key; a key is a plain word followed by a colon"
-                self._complain(key, path, sentence)
-                continue
-            position, here = _position(key.start_mark), (*path, key.value)
-            if key.value == "<<":
-                sentence = "merge keys (<<) are not supported; write the keys out"
-                self._complain(key, here, sentence)
-                self._data(value, here, position)
-            elif key.value in values:
-                again = (*path, f"{key.value} (again)")
-                second = given(self._data(value, again, position), self.marks[again].written)
-                first = given(values[key.value], self.marks[here].written)
-                sentence = (
-                    f"the key is given twice, with {second} here and {first} at "
-                    f"{self.marks[here].key}; keep one of them"
-                )
-                self._complain(key, here, sentence)
-            else:
-                values[key.value] = self._data(value, here, position)
-        return values
-
-
-def _composed(text: str, name: str) -> tuple[yaml.Node, dict[yaml.Node, list[str]]]:
-    """The root node of a text, and what its nodes have that is refused. Raises ConfigError."""
     try:
-        composer = _Composer(text, name)
-        if node := composer.get_single_node():
-            return node, composer.refused
-        position = _position(composer.get_mark())
+        reader = _Reader(text, name, in_file)
+        if node := reader.get_single_node():
+            data = reader.data(node, ())
+            if reader.problems:
+                raise ConfigError(reader.problems)
+            return data, reader.found
+        position = reader.position(reader.get_mark())
         sentence = "the file is empty; write at least container, balls and cor"
+    except ConfigError:
+        raise
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        position = _position(mark) if mark else Position(source=name)
+        position = reader.position(error.problem_mark or error.context_mark)
         sentence = _syntax_sentence(error.problem or "")
     except yaml.reader.ReaderError as error:
         before = text[: error.position]
@@ -307,11 +146,113 @@ def _composed(text: str, name: str) -> tuple[yaml.Node, dict[yaml.Node, list[str
     except ValueError:  # of PyYAML's chr() or int(), for an escape or a version of YAML
         position = Position(source=name)
         sentence = "an escape or a directive has a number out of range; correct or remove it"
-    raise ConfigError.at(position, sentence)
+    raise _error(position if in_file else Position(source=name), sentence)
 
 
-def _position(mark: yaml.Mark) -> Position:
-    return Position(mark.line + 1, mark.column + 1, mark.name)
+def is_number(text: str) -> bool:
+    """Whether an unquoted scalar would be read as a number, infinity and NaN included."""
+    return any(re.fullmatch(_CORE_SCHEMA[tag], text) for tag in ("int", "float", "special"))
+
+
+class _Reader(yaml.SafeLoader):
+    """PyYAML's composer for YAML 1.2, which also makes data from its nodes.
+
+    found, problems : what `data` found so far
+    """
+
+    def __init__(self, text: str, name: str, in_file: bool) -> None:
+        super().__init__(text)
+        self.yaml_implicit_resolvers = {None: _RESOLVERS}
+        self.source, self.in_file, self.depth = name, in_file, 0
+        self.found: dict[KeyPath, Mark] = {}
+        self.problems: list[Problem] = []
+
+    def position(self, mark: Any) -> Position:
+        """The position of a mark of PyYAML."""
+        if not self.in_file:
+            return Position(source=self.source)
+        return Position(mark.line + 1, mark.column + 1, self.source)
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """The next node. Raises ConfigError for a node that configurations do not have."""
+        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
+        sentence = ""
+        if self.depth > MAX_DEPTH:
+            sentence = f"more than {MAX_DEPTH} levels of nesting; a configuration needs 5"
+        elif isinstance(event, yaml.AliasEvent):
+            sentence = "aliases (*name) are not supported; write the value out"
+        elif event.anchor is not None:
+            sentence = "anchors (&name) are not supported; remove the anchor"
+        elif event.tag is not None:
+            sentence = "tags (!name) are not supported; remove the tag"
+        if sentence:
+            raise _error(self.position(event.start_mark), sentence)
+        self.depth += 1
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+    def data(self, node: yaml.Node, path: KeyPath, key: Position | None = None) -> Data:
+        """The data of a node; `key` is the position of its key, if it has one."""
+        here = self.position(node.start_mark)
+        if key and isinstance(node, yaml.CollectionNode) and not node.flow_style:
+            here = key  # of a block of lines, its key on the line above is found more easily
+        self.found[path] = Mark(key or here, here)
+        if isinstance(node, yaml.SequenceNode):
+            return [self.data(item, (*path, k)) for k, item in enumerate(node.value)]
+        if isinstance(node, yaml.MappingNode):
+            return dict(self._items(node, path))
+        try:
+            return _value(node.tag, node.value)
+        except ValueError as error:
+            self.problems.append(Problem(path, str(error), position=here))
+            return None
+
+    def _items(self, mapping: yaml.MappingNode, path: KeyPath) -> Iterator[tuple[str, Data]]:
+        """The keys and values of a mapping. Its keys must be unique and plain words."""
+        for key, value in mapping.value:
+            position, here, sentence = self.position(key.start_mark), (*path, key.value), ""
+            if not isinstance(key, yaml.ScalarNode):
+                here, sentence = path, "this cannot be a key; a key is a word followed by a colon"
+            elif key.value == "<<":
+                sentence = "merge keys (<<) are not supported; write the keys out"
+            elif here in self.found:
+                first = self.found[here].key
+                sentence = f"the key is given twice, here and at {first}; keep one of them"
+            if sentence:
+                self.problems.append(Problem(here, sentence, position=position))
+            else:
+                yield key.value, self.data(value, here, position)
+
+
+def _value(tag: str, text: str) -> bool | int | float | str | None:
+    """The value of a scalar that has a tag of the core schema, or another tag if it is text.
+
+    Raises ValueError, with a sentence, for a number that is too large for a double.
+    """
+    match tag:
+        case "null":
+            return None
+        case "bool":
+            return text.lower() == "true"
+        case "special":
+            return float(text.replace(".", ""))
+        case "int" | "float":
+            base = {"0o": 8, "0x": 16}.get(text[:2], 10)
+            with suppress(OverflowError, ValueError):  # no double, or over 4300 digits
+                number = int(text, base) if tag == "int" else float(text)
+                if math.isfinite(number):
+                    return number
+            raise ValueError(
+                f"the number {shown(text)} is too large; give one below 1.8e308, or .inf where "
+                "infinity is allowed"
+            )
+    return text
+
+
+def _error(position: Position, sentence: str) -> ConfigError:
+    """The error of a single problem that has no key."""
+    return ConfigError([Problem((), sentence, position=position)])
 
 
 def _syntax_sentence(problem: str) -> str:

@@ -139,7 +139,7 @@ def test_values_of_a_zip_are_checked_together() -> None:
         ("title=no", BASE + "title: 'no'\n"),
         ("container={radius: 5}", BASE.replace("{radius: 10.0, mass: 1.0e7}", "{radius: 5}")),
         ("sweep={cor: [0.1, 0.2]}", BASE + "sweep: {cor: [0.1, 0.2]}\n"),
-        (f"sweep.zip={OTHERS}", BASE + f"sweep: {{zip: {OTHERS}}}\n"),
+        (f"sweep={{zip: {OTHERS}}}", BASE + f"sweep: {{zip: {OTHERS}}}\n"),
         ("cor=0.1, 0.2", BASE + "sweep: {cor: [0.1, 0.2]}\n"),
         ("balls.rings=range(1,6)", BASE + "sweep: {balls.rings: [1, 2, 3, 4, 5]}\n"),
         ("balls.rings=range(7, 0, -3)", BASE + "sweep: {balls.rings: [7, 4, 1]}\n"),
@@ -177,8 +177,6 @@ ZIPS = f"{{zip: [{PAIRS}, {OTHERS}]}}"
         (KEYS, ["cor=0.1,0.2", "seed=2"], KEYS.replace("0.8, 0.9", "0.1, 0.2")),
         (ZIPS, ["cor=1:0:3"], ZIPS.replace("0.8, 0.9, 0.9", "1, 0.5, 0")),
         (ZIPS, ["cor=0.5", "balls.radius=0.1"], f"{{zip: {OTHERS}}}"),
-        (ZIPS, [f"sweep.zip={OTHERS}"], f"{{zip: {OTHERS}}}"),
-        (ZIPS, ["sweep.zip=null"], "{}"),
     ],
 )
 def test_override_replaces_a_sweep_at_its_place_or_ends_it(
