@@ -21,6 +21,9 @@ from snooker_cli.formatting import Column, counted, table_lines
 Record = dict[str, Any]
 """A measurement, or a part of it, as JSON stores it."""
 
+Cells = Mapping[str, Callable[[Record], str]]
+"""The columns of a table: headings, and how a row of the record gives their text."""
+
 PROCESSORS = Path("/proc/cpuinfo")
 
 
@@ -58,9 +61,8 @@ class Study(ABC):
         return True
 
     def measure(self, report: Callable[[str], None] = lambda _: None) -> Record:
-        """Carry out the plan; the results with machine, date and versions."""
+        """The results of the plan with machine, date and versions."""
         began, clock = datetime.now(UTC), time.perf_counter()
-        load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
         results = self.results(report)
         record: Record = plain(
             {
@@ -74,7 +76,6 @@ class Study(ABC):
                     "platform": platform.platform(),
                     "processor": _processor(),
                     "processors": os.cpu_count(),
-                    "load": load,
                 },
                 "versions": {"python": platform.python_version()}
                 | {library: version(library) for library in self.libraries},
@@ -110,20 +111,14 @@ def machine(record: Mapping[str, Any]) -> str:
 
 def header_lines(record: Record) -> Iterator[str]:
     """Machine, date and versions of a measurement."""
-    found, date = record["machine"], record["date"][:10]
-    load = "" if found["load"] is None else f", load {found['load']:.1f} before"
-    yield (
-        f"{found['processor']}, {counted(found['processors'], 'processor')}{load}; "
-        f"{found['platform']}"
-    )
+    yield f"{machine(record)}, {counted(record['machine']['processors'], 'processor')}"
     versions = {"snooker": record["snooker"], "engine": record["engine_version"]}
     yield ", ".join(f"{name} {number}" for name, number in (versions | record["versions"]).items())
-    yield f"{date}, {record['seconds']:.0f} s" + ", quick: do not quote" * record["quick"]
+    quick = ", quick: do not quote" * record["quick"]
+    yield f"{record['date'][:10]}, {record['seconds']:.0f} s{quick}"
 
 
-def table(
-    rows: Sequence[Record], cells: Mapping[str, Callable[[Record], str]], left: Container[str]
-) -> list[str]:
+def table(rows: Sequence[Record], cells: Cells, left: Container[str]) -> list[str]:
     """Rows under headings; ``left`` has the headings of columns of text."""
     columns = [Column(heading, heading not in left) for heading in cells]
     return table_lines(columns, [[cell(row) for cell in cells.values()] for row in rows])
