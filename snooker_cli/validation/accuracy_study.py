@@ -5,22 +5,16 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from snooker_cli.analysis.observables import (
-    losses,
-    mean_and_error,
-    total_angular_momentum,
-    total_energy,
-    total_momentum,
-)
-from snooker_cli.engine import replay, simulate
+from snooker_cli.analysis.observables import losses, mean_and_error, total_energy
+from snooker_cli.engine import simulate
 from snooker_cli.figures import NEUTRAL, FigureData, Layer, Line, Points, Reference
-from snooker_cli.formatting import Column, counted, short, table_lines, with_error
+from snooker_cli.formatting import counted, short, with_error
 from snooker_cli.scene import EPSILON
 from snooker_cli.validation.exact_twin import trajectory
 from snooker_cli.validation.methods import (
@@ -28,10 +22,19 @@ from snooker_cli.validation.methods import (
     Trajectory,
     all_methods,
     first_different,
+    imbalance,
     rms_distance,
 )
 from snooker_cli.validation.reference_scenes import SCENES, ReferenceScene, rings
-from snooker_cli.validation.study import Record, Study, header_lines, machine, small
+from snooker_cli.validation.study import (
+    Cells,
+    Record,
+    Study,
+    header_lines,
+    machine,
+    small,
+    table,
+)
 
 CHECKPOINTS = (1, 2, 5, 10, 20, 50, 100, 150, 200, 300, 500)
 """Numbers of events after which errors of position are measured."""
@@ -45,9 +48,6 @@ MOST_RUNS, ENOUGH = 5, 1.0
 
 ROUNDING = 1e-9
 """An overlap that is deeper, m, is not made by rounding: a collision came late or not at all."""
-
-SMALL, LARGE = 1e-13, 1e-3
-"""The Lyapunov exponent is fitted where errors of position, m, are between these."""
 
 
 @dataclass(frozen=True)
@@ -80,16 +80,8 @@ class AccuracyStudy(Study):
             found["scenes"].append(against_truth(scene, all_methods(self.steps)))
         for scene in self.ensembles:
             report(f"averages over {self.repeats} repeats, {scene.description}")
-            methods = averages(scene, all_methods(self.averaged_steps), self.time, self.repeats)
-            found["ensembles"].append(
-                {
-                    "name": scene.name,
-                    "what": scene.description,
-                    "time": self.time,
-                    "repeats": self.repeats,
-                    "methods": methods,
-                }
-            )
+            methods = all_methods(self.averaged_steps)
+            found["ensembles"].append(averages(scene, methods, self.time, self.repeats))
         for scene, repeats in self.horizons:
             report(f"how far ahead, {scene.description}")
             found["horizons"].append(horizon(scene, repeats))
@@ -108,7 +100,11 @@ class AccuracyStudy(Study):
             yield ""
             yield from _ensemble_lines(ensemble)
         yield ""
-        yield from _horizon_lines(record["horizons"])
+        yield (
+            "horizon: events before the first with other bodies than the exact one, beside "
+            "ln(1/ε)/λ, where one rounding has grown to 1"
+        )
+        yield from table(record["horizons"], HORIZON_CELLS, left=("scene", "event, each repeat"))
 
     @staticmethod
     def figures(record: Record) -> dict[str, FigureData]:
@@ -153,33 +149,21 @@ def quick_study() -> AccuracyStudy:
 # What is measured
 
 
-@dataclass(frozen=True)
-class ConservationErrors:
-    """How far a trajectory in a circle violates the conservation laws, over values of the start.
+def conservation_errors(course: Trajectory) -> Record:
+    """Violations of the conservation laws in a circle, relative to the start.
 
-    energy : change of the kinetic energy plus the losses in collisions, over the energy
-    momentum : of balls and container, over the sum of the balls' |p|; ``None`` if it is fixed
-    angular_momentum : about the origin, over the sum of the balls' |x||p|
+    The scales are the energy, and the sums of the balls' |p| and |x||p|. The momentum is ``None``
+    in a fixed container.
     """
-
-    energy: float
-    momentum: float | None
-    angular_momentum: float
-
-
-def conservation_errors(course: Trajectory) -> ConservationErrors:
-    """The errors of a trajectory in a circle."""
-    start, finish = course.start, course.finish
-    speeds = np.sqrt(np.sum(start.velocities**2, axis=1))
+    start = course.start
+    momenta = start.masses * np.sqrt(np.sum(start.velocities**2, axis=1))
     arms = np.sqrt(np.sum(start.positions**2, axis=1))
-    energy = total_energy(finish) - total_energy(start) + losses(start, course.events)
-    momentum = np.sqrt(np.sum((total_momentum(finish) - total_momentum(start)) ** 2))
-    turned = abs(total_angular_momentum(finish) - total_angular_momentum(start))
-    return ConservationErrors(
-        energy=abs(energy) / total_energy(start),
-        momentum=float(momentum / np.sum(start.masses * speeds)) if start.free else None,
-        angular_momentum=turned / float(np.sum(start.masses * arms * speeds)),
-    )
+    found = imbalance(start, course.finish, losses(start, course.events))
+    return {
+        "energy": found["energy"] / total_energy(start),
+        "momentum": found["momentum"] / np.sum(momenta) if start.free else None,
+        "angular_momentum": found["angular momentum"] / np.sum(momenta * arms),
+    }
 
 
 def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Record:
@@ -189,8 +173,8 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
     until the end of the scene, events before the ``first_different`` one, and ``place_errors``: m,
     root mean square over the balls, at the exact times of the checkpoints.
     """
-    scene, collisions = reference.start(), reference.collisions
-    truth = trajectory(scene, collisions + 1)
+    scene = reference.start()
+    truth = trajectory(scene, reference.collisions + 1)
     times = truth.events.time
     # The end is between two events, so that no rounding decides which events are before it.
     end = float(times[-2] + times[-1]) / 2
@@ -217,7 +201,7 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
                 "first_different": min(first_different(course.events, truth.events), collisions),
                 "place_errors": rms_distance(course.positions[:-1], positions),
                 "overlap": course.overlap,
-                "ledger": asdict(conservation_errors(course)),
+                "ledger": conservation_errors(course),
             }
         )
     return {
@@ -236,7 +220,7 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
 
 def averages(
     reference: ReferenceScene, methods: Sequence[Method], time: float, repeats: int
-) -> list[Record]:
+) -> Record:
     """Averages of each method over repeats, and their differences from the first method's.
 
     The difference is taken repeat by repeat: both start alike, so its error is smaller than that of
@@ -246,35 +230,39 @@ def averages(
     found: list[Record] = []
     first: dict[str, np.ndarray] = {}
     for method in methods:
-        courses = [
-            method.run(reference.start(repeat), np.array([time])) for repeat in range(repeats)
-        ]
+        courses = [method.run(reference.start(each), np.array([time])) for each in range(repeats)]
         rows = [quantities(course, time) for course in courses]
         columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
         first = first or columns
+        biases = []
+        for name, values in columns.items():
+            mean, error = mean_and_error(values)
+            difference, difference_error = mean_and_error(values - first[name])
+            biases.append(
+                {
+                    "quantity": name,
+                    "mean": mean,
+                    "error": error,
+                    "difference": difference,
+                    "difference_error": difference_error,
+                }
+            )
         overlaps = [course.overlap for course in courses]
         found.append(
             {
                 "method": method.name,
                 "step": method.step,
-                "biases": [_bias(name, values, first[name]) for name, values in columns.items()],
+                "biases": biases,
                 "overlap": max(overlaps),
                 "overlapping": sum(overlap > ROUNDING for overlap in overlaps),
             }
         )
-    return found
-
-
-def _bias(quantity: str, values: np.ndarray, first: np.ndarray) -> Record:
-    """Mean over repeats and its difference from the first method's, with standard errors."""
-    mean, error = mean_and_error(values)
-    difference, difference_error = mean_and_error(values - first)
     return {
-        "quantity": quantity,
-        "mean": mean,
-        "error": error,
-        "difference": difference,
-        "difference_error": difference_error,
+        "name": reference.name,
+        "what": reference.description,
+        "time": time,
+        "repeats": repeats,
+        "methods": found,
     }
 
 
@@ -296,44 +284,26 @@ def quantities(course: Trajectory, time: float) -> dict[str, float]:
 
 
 def horizon(reference: ReferenceScene, repeats: int) -> Record:
-    """How far ahead a scene can be predicted: where the engine and the exact twin diverge."""
-    found = [_horizon(reference, repeat) for repeat in range(repeats)]
+    """How far ahead a scene can be predicted.
+
+    parted : in each repeat, the number of events before the engine has other bodies collide than
+        the exact twin
+    estimate : from the Lyapunov exponent; the engine is followed for a quarter more events
+    """
+    collisions = math.ceil(1.25 * reference.horizon)
+    parted = []
+    for repeat in range(repeats):
+        scene = reference.start(repeat)
+        events = simulate(scene, collisions=collisions).events
+        assert events is not None
+        parted.append(first_different(events, trajectory(scene, collisions).events))
     return {
         "name": reference.name,
         "what": reference.description,
         "exponent": reference.exponent,
         "estimate": reference.horizon,
-        "median": statistics.median(one["parted"] for one in found),
-        "mean_exponent": statistics.fmean(one["exponent"] for one in found),
-        "repeats": found,
-    }
-
-
-def _horizon(reference: ReferenceScene, repeat: int) -> Record:
-    """Events before other bodies collide, and the growth rate of errors, 1/event, in a repeat."""
-    scene, collisions = reference.start(repeat), math.ceil(reference.horizon)
-    while True:
-        truth = trajectory(scene, collisions)
-        trace = simulate(scene, collisions=collisions)
-        assert trace.events is not None
-        parted = first_different(trace.events, truth.events)
-        if parted < truth.certain or truth.certain < collisions:
-            break
-        collisions = math.ceil(1.25 * collisions)
-    times = truth.events.time[:parted]
-    times = times[times <= trace.stop.time]
-    positions = replay(trace, times).positions
-    errors = rms_distance(positions, truth.states[1 : len(times) + 1, :-1, :2])
-    kept = np.flatnonzero((errors > SMALL) & (errors < LARGE))
-    exponent = math.nan
-    if len(kept) > 1:
-        exponent = float(np.polyfit(kept, np.log(errors[kept]), 1)[0])
-    return {
-        "repeat": repeat,
+        "median": statistics.median(parted),
         "parted": parted,
-        "exponent": exponent,
-        "certain": truth.certain,
-        "digits": truth.digits,
     }
 
 
@@ -346,6 +316,13 @@ true: events before the first with other bodies; events: how many until the same
 overlap: the deepest of two bodies, or of a ball and the wall
 energy, momentum, angular: violation of the conservation law, relative"""
 
+HORIZON_CELLS: Cells = {
+    "scene": lambda one: str(one["name"]),
+    "event, each repeat": lambda one: ", ".join(map(str, one["parted"])),
+    "ln(1/ε)/λ": lambda one: f"{one['estimate']:.0f}",
+    "λ known, 1/event": lambda one: f"{one['exponent']:g}",
+}
+
 
 def _scene_lines(scene: Record) -> Iterator[str]:
     """Cost and errors of each method on one scene."""
@@ -354,25 +331,23 @@ def _scene_lines(scene: Record) -> Iterator[str]:
         f"{scene['name']}: {scene['what']}; {counted(collisions, 'event')}, "
         f"{scene['certain']} of them certain in {scene['digits']} digits"
     )
-    shown = [k for k, events in enumerate(checkpoints) if events in (10, 100, collisions)]
-    headings = (
-        "events/s",
-        *(f"m at {checkpoints[k]}" for k in shown),
-        *("true", "events", "overlap, m", "energy", "momentum", "angular"),
-    )
-    rows = [
-        [
-            one["method"],
-            f"{one['events_per_second']:,.0f}",
-            *(small(one["place_errors"][k]) for k in shown),
-            str(one["first_different"]),
-            str(one["collisions"]),
-            small(one["overlap"]),
-            *(small(one["ledger"][name]) for name in ("energy", "momentum", "angular_momentum")),
-        ]
-        for one in scene["results"]
-    ]
-    yield from table_lines([Column("method"), *(Column(each, True) for each in headings)], rows)
+    places: Cells = {
+        f"m at {events}": lambda one, k=k: small(one["place_errors"][k])  # type: ignore[misc]
+        for k, events in enumerate(checkpoints)
+        if events in (10, 100, collisions)
+    }
+    cells: Cells = {
+        "method": lambda one: str(one["method"]),
+        "events/s": lambda one: f"{one['events_per_second']:,.0f}",
+        **places,
+        "true": lambda one: str(one["first_different"]),
+        "events": lambda one: str(one["collisions"]),
+        "overlap, m": lambda one: small(one["overlap"]),
+        "energy": lambda one: small(one["ledger"]["energy"]),
+        "momentum": lambda one: small(one["ledger"]["momentum"]),
+        "angular": lambda one: small(one["ledger"]["angular_momentum"]),
+    }
+    yield from table(scene["results"], cells, left=("method",))
 
 
 def _ensemble_lines(ensemble: Record) -> Iterator[str]:
@@ -381,43 +356,16 @@ def _ensemble_lines(ensemble: Record) -> Iterator[str]:
         f"averages of {ensemble['what']}: {ensemble['repeats']} repeats of {ensemble['time']:g} s, "
         "and differences from snooker's, ± standard error"
     )
-    first, *_ = ensemble["methods"]
-    headings = [each for bias in first["biases"] for each in (bias["quantity"], "difference")]
-    rows = [[one["method"]] for one in ensemble["methods"]]
-    for row, one in zip(rows, ensemble["methods"], strict=True):
-        for bias in one["biases"]:
-            difference = with_error(bias["difference"], bias["difference_error"])
-            row += [with_error(bias["mean"], bias["error"]), "–" if one is first else difference]
-        row += [small(one["overlap"]), str(one["overlapping"])]
-    headings += ["overlap, m", "in repeats"]
-    yield from table_lines([Column("method"), *(Column(each, True) for each in headings)], rows)
-
-
-def _horizon_lines(horizons: Sequence[Record]) -> Iterator[str]:
-    """How far ahead scenes can be predicted."""
-    yield (
-        "horizon: events before the first with other bodies than the exact one, beside ln(1/ε)/λ, "
-        "where one rounding has grown to 1"
-    )
-    yield from table_lines(
-        [
-            Column("scene"),
-            Column("event, each repeat"),
-            Column("ln(1/ε)/λ", True),
-            Column("λ measured, 1/event", True),
-            Column("λ known", True),
-        ],
-        [
-            [
-                one["name"],
-                ", ".join(str(each["parted"]) for each in one["repeats"]),
-                f"{one['estimate']:.0f}",
-                short(one["mean_exponent"]),
-                f"{one['exponent']:g}",
-            ]
-            for one in horizons
-        ],
-    )
+    cells: Cells = {
+        "method": lambda row: str(row["method"]),
+        "quantity": lambda row: str(row["quantity"]),
+        "mean": lambda row: with_error(row["mean"], row["error"]),
+        "difference": lambda row: with_error(row["difference"], row["difference_error"]),
+        "overlap, m": lambda row: small(row["overlap"]),
+        "in repeats": lambda row: str(row["overlapping"]),
+    }
+    rows = [one | bias for one in ensemble["methods"] for bias in one["biases"]]
+    yield from table(rows, cells, left=("method", "quantity"))
 
 
 # The record as figures

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from snooker_cli.analysis.observables import total_angular_momentum, total_energy, total_momentum
 from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay, simulate
 from snooker_cli.engine.jit import kernel
@@ -30,7 +31,7 @@ SKIN = 0.2
 """Time stepping lists pairs that are nearer than this to contact, in mean distances of balls."""
 
 ROOM = 8192
-"""Events after which the kernel of time stepping returns."""
+"""Events of time stepping that memory is made for at first."""
 
 PAIRS_AT_ONCE = 1_000_000
 """Pairs of balls, times states, whose distances are held in memory at once."""
@@ -75,7 +76,7 @@ def all_methods(steps: Sequence[float]) -> tuple[Method, ...]:
     )
 
 
-# Comparison of trajectories
+# Errors of trajectories
 
 
 def events_from_rows(rows: ArrayLike) -> Events:
@@ -95,6 +96,18 @@ def rms_distance(positions: Floats, others: Floats) -> Floats:
     """Root mean square over the balls of their distance in two trajectories, (*k*,), m."""
     squares = np.sum((positions - others) ** 2, axis=2)
     return np.asarray(np.sqrt(np.mean(squares, axis=1)))
+
+
+def imbalance(start: Scene, finish: Scene, lost: float) -> dict[str, float]:
+    """Violations of the conservation laws, in J, kg m/s and kg m^2/s (about the origin).
+
+    lost : energy that the collisions take, J
+    """
+    return {
+        "energy": abs(total_energy(finish) - total_energy(start) + lost),
+        "momentum": math.hypot(*(total_momentum(finish) - total_momentum(start))),
+        "angular momentum": abs(total_angular_momentum(finish) - total_angular_momentum(start)),
+    }
 
 
 def deepest_overlap(scene: Scene, states: States, flights: Floats | None = None) -> float:
@@ -136,8 +149,7 @@ def by_engine(scene: Scene, moments: Floats) -> Trajectory:
     seconds = time.process_time() - clock
     assert trace.events is not None
     positions = replay(trace, moments).positions
-    at_events = replay(trace, trace.events.time)
-    overlap = _overlap(scene, at_events)
+    overlap = _overlap(scene, replay(trace, trace.events.time))
     return Trajectory(scene, trace.events, positions, trace.finish, overlap, seconds)
 
 
@@ -180,9 +192,13 @@ def by_source_report(scene: Scene, moments: Floats) -> Trajectory:
         now += float(delay[k])
         x = x + v * delay[k]
         i, j = int(first[k]), int(second[k])
+        normal = (x[i] - x[j]) / np.sqrt(np.sum((x[i] - x[j]) ** 2))
         restitution = scene.wall_restitution if walls[k] else scene.restitution
-        impulse = _collide(x, v, masses, i, j, restitution)
-        rows.append((now, i, CONTAINER if walls[k] else j, impulse))
+        reduced_mass = 1 / (1 / masses[i] + 1 / masses[j])
+        impulse = (1 + restitution) * reduced_mass * np.dot(v[j] - v[i], normal)
+        v[i] += impulse / masses[i] * normal
+        v[j] -= impulse / masses[j] * normal
+        rows.append((now, i, CONTAINER if walls[k] else j, abs(impulse)))
         history.append(x)
     x = x + v * (float(moments[-1]) - now)
     seconds = time.process_time() - clock
@@ -191,37 +207,42 @@ def by_source_report(scene: Scene, moments: Floats) -> Trajectory:
     at_events = States(
         np.zeros(len(places)), places[:, :-1], still[:, :-1], places[:, -1], still[:, -1]
     )
-    return Trajectory(
-        start=scene,
-        events=events_from_rows(rows),
-        positions=positions,
-        finish=_moved(scene, x, v),
-        overlap=_overlap(scene, at_events),
-        seconds=seconds,
-    )
-
-
-def _collide(x: Floats, v: Floats, masses: Floats, i: int, j: int, restitution: float) -> float:
-    """The source report's equations (3) to (5); the size of the impulse."""
-    normal = (x[i] - x[j]) / np.sqrt(np.sum((x[i] - x[j]) ** 2))
-    v1, v2 = np.dot(v[i], normal), np.dot(v[j], normal)
-    tangential1, tangential2 = v[i] - v1 * normal, v[j] - v2 * normal
-    # m2/(m1 + m2) and m1/(m1 + m2), also for an infinite m2
-    share1, share2 = 1 / (1 + masses[i] / masses[j]), 1 / (1 + masses[j] / masses[i])
-    change = share1 * (1 + restitution) * (v2 - v1)
-    v[i] = (v1 + change) * normal + tangential1
-    v[j] = (v2 + share2 * (1 + restitution) * (v1 - v2)) * normal + tangential2
-    return abs(float(masses[i] * change))
+    overlap = _overlap(scene, at_events)
+    finish = _moved(scene, x, v)
+    return Trajectory(scene, events_from_rows(rows), positions, finish, overlap, seconds)
 
 
 def by_steps(scene: Scene, moments: Floats, step: float) -> Trajectory:
-    """Simulate with time steps (s): bodies that overlap and approach exchange an impulse."""
-    clock = time.process_time()
-    events, states, overlap = stepped(scene, step, moments)
-    seconds = time.process_time() - clock
+    """Simulate with time steps (s): bodies that overlap and approach exchange an impulse.
+
+    So do games and codes for granular matter. Pairs far apart are skipped until they can touch.
+    """
+    states = np.empty((len(moments), 6, scene.number + 1))
+    pairs = np.empty((scene.number * (scene.number + 1) // 2, 2), dtype=np.int32)
+    skin = SKIN * math.sqrt(scene.container.area / scene.number)
+    restitutions = scene.restitution, scene.wall_restitution
+    happened, rows = ROOM, np.empty((0, 4))
+    while happened > len(rows):
+        rows, bodies = np.empty((happened, 4)), _bodies(scene)
+        clock = time.process_time()
+        happened, overlap = _step(bodies, *restitutions, step, skin, moments, states, pairs, rows)
+        seconds = time.process_time() - clock
     positions = np.ascontiguousarray(np.moveaxis(states[:, 0:2, :-1], 1, 2))
     finish = _moved(scene, states[-1, 0:2].T, states[-1, 2:4].T)
+    events = events_from_rows(rows[:happened])
     return Trajectory(scene, events, positions, finish, overlap, seconds)
+
+
+# Rows of the table of bodies; the container is its last column.
+X, Y, U, V, R, M = range(6)
+
+
+def _bodies(scene: Scene) -> Floats:
+    """The table of bodies."""
+    assert isinstance(scene.container, Circle)
+    balls = np.vstack([scene.positions.T, scene.velocities.T, scene.radii, scene.masses])
+    centre = *scene.container_position, *scene.container_velocity
+    return np.column_stack([balls, (*centre, scene.container.radius, scene.container_mass)])
 
 
 def _moved(scene: Scene, x: Floats, v: Floats) -> Scene:
@@ -235,57 +256,8 @@ def _moved(scene: Scene, x: Floats, v: Floats) -> Scene:
     )
 
 
-# Time stepping with impulses, as in games and in codes for granular matter, compiled
-
-# Rows of the table of bodies; the container is its last column.
-X, Y, U, V, R, M = range(6)
-
-# Elements of the kernel's memory: steps made, moments recorded, deepest overlap (m), the fastest
-# body's speed (m/s).
-STEPS, MOMENTS, OVERLAP, FASTEST = range(4)
-
-
-def stepped(scene: Scene, step: float, moments: Floats) -> tuple[Events, Floats, float]:
-    """Events until the last moment, states at the moments, and the deepest overlap of all steps.
-
-    step : s
-    moments : (*k*,) s, ascending
-    Returns, for states, (*k*, 6, *N* + 1): x, y (m), u, v (m/s), and radius and mass, of each ball
-    and of the container; m for the overlap.
-    """
-    bodies = _bodies(scene)
-    states = np.empty((len(moments), *bodies.shape))
-    memory = np.zeros(4)
-    # A pair, or a ball at the wall, collides at most once in a step.
-    most_pairs = scene.number * (scene.number + 1) // 2
-    pairs = np.empty((most_pairs, 2), dtype=np.int32)
-    skin = SKIN * math.sqrt(scene.container.area / scene.number)
-    restitutions = scene.restitution, scene.wall_restitution
-    chunks = []
-    while memory[MOMENTS] < len(moments):
-        events = np.empty((ROOM + most_pairs, 4))
-        used = _advance(
-            bodies, *restitutions, step, skin, moments, states, pairs, events, ROOM, memory
-        )
-        chunks.append(events[:used])
-    return events_from_rows(np.concatenate(chunks)), states, float(memory[OVERLAP])
-
-
-def _bodies(scene: Scene) -> Floats:
-    """The table of bodies."""
-    assert isinstance(scene.container, Circle)
-    balls = np.vstack([scene.positions.T, scene.velocities.T, scene.radii, scene.masses])
-    container = (
-        *scene.container_position,
-        *scene.container_velocity,
-        scene.container.radius,
-        scene.container_mass,
-    )
-    return np.column_stack([balls, container])
-
-
 @kernel
-def _advance(
+def _step(
     bodies: Floats,
     restitution: float,
     wall_restitution: float,
@@ -295,90 +267,85 @@ def _advance(
     states: Floats,
     pairs: Indices,
     events: Floats,
-    room: int,
-    memory: Floats,
-) -> int:
-    """Simulate until the last moment or for ``room`` events; the number of events."""
-    number = bodies.shape[1] - 1
-    listed, slack, used = 0, -1.0, 0
-    while used < room:
-        now = memory[STEPS] * step
-        while moments[int(memory[MOMENTS])] < now + step:
-            moment = int(memory[MOMENTS])
+) -> tuple[int, float]:
+    """Step until the last moment; the number of events, and the deepest overlap of all steps, m.
+
+    states : (*k*, 6, *N* + 1), filled with the bodies at the moments
+    events : rows of time, i, j and impulse, filled as far as there are rows
+    """
+    number, happened = bodies.shape[1] - 1, 0
+    listed, slack, fastest, deepest = 0, -1.0, 0.0, 0.0
+    steps, recorded = 0, 0
+    while True:
+        now = steps * step
+        while moments[recorded] < now + step:
             # Element by element: numba takes seconds to compile whole rows.
             for k in range(number + 1):
                 for row in range(len(bodies)):
-                    states[moment, row, k] = bodies[row, k]
-                states[moment, X, k] += bodies[U, k] * (moments[moment] - now)
-                states[moment, Y, k] += bodies[V, k] * (moments[moment] - now)
-            memory[MOMENTS] += 1
-            if memory[MOMENTS] == len(moments):
-                return used
-        memory[STEPS] += 1
-        now = memory[STEPS] * step
+                    states[recorded, row, k] = bodies[row, k]
+                states[recorded, X, k] += bodies[U, k] * (moments[recorded] - now)
+                states[recorded, Y, k] += bodies[V, k] * (moments[recorded] - now)
+            recorded += 1
+            if recorded == len(moments):
+                return happened, deepest
+        steps += 1
+        now = steps * step
         for k in range(number + 1):
             bodies[X, k] += bodies[U, k] * step
             bodies[Y, k] += bodies[V, k] * step
-        slack -= 2.0 * memory[FASTEST] * step
+        slack -= 2.0 * fastest * step
         if slack < 0.0:
-            listed = _list_neighbours(bodies, skin, pairs, memory)
+            listed, fastest = _list_neighbours(bodies, skin, pairs)
             slack = skin
         for k in range(listed):
             i, j = pairs[k, 0], pairs[k, 1]
             wall = j == number
-            impulse = _collide_overlapping(
-                bodies, i, j, wall, wall_restitution if wall else restitution, memory
-            )
+            impulse, overlap = _collide(bodies, i, j, wall_restitution if wall else restitution)
+            deepest = max(deepest, overlap)
             if impulse > 0.0:
-                event = events[used]
-                event[0], event[1], event[2] = now, i, CONTAINER if wall else j
-                event[3] = impulse
-                used += 1
-    return used
+                fastest = max(fastest, math.hypot(bodies[U, i], bodies[V, i]))
+                fastest = max(fastest, math.hypot(bodies[U, j], bodies[V, j]))
+                if happened < len(events):
+                    event = events[happened]
+                    event[0], event[1], event[2] = now, i, CONTAINER if wall else j
+                    event[3] = impulse
+                happened += 1
 
 
 @kernel
-def _list_neighbours(bodies: Floats, skin: float, pairs: Indices, memory: Floats) -> int:
-    """List the pairs that are nearer than the skin to contact, and find the fastest body."""
+def _list_neighbours(bodies: Floats, skin: float, pairs: Indices) -> tuple[int, float]:
+    """List the pairs that are nearer than the skin to contact; their number, the largest speed."""
     number = bodies.shape[1] - 1
-    listed = 0
-    memory[FASTEST] = 0.0
+    listed, fastest = 0, 0.0
     for i in range(number + 1):
-        memory[FASTEST] = max(memory[FASTEST], math.hypot(bodies[U, i], bodies[V, i]))
+        fastest = max(fastest, math.hypot(bodies[U, i], bodies[V, i]))
         for j in range(i + 1, number + 1):
             distance = math.hypot(bodies[X, j] - bodies[X, i], bodies[Y, j] - bodies[Y, i])
-            if j == number:
-                near = bodies[R, j] - bodies[R, i] - distance < skin
-            else:
-                near = distance - bodies[R, i] - bodies[R, j] < skin
-            if near:
+            side = -1.0 if j == number else 1.0
+            if side * distance - side * bodies[R, j] - bodies[R, i] < skin:
                 pairs[listed, 0], pairs[listed, 1] = i, j
                 listed += 1
-    return listed
+    return listed, fastest
 
 
 @kernel
-def _collide_overlapping(
-    bodies: Floats, i: int, j: int, wall: bool, restitution: float, memory: Floats
-) -> float:
-    """Collide a pair, or a ball and the wall, if they overlap and approach; the impulse or 0."""
+def _collide(bodies: Floats, i: int, j: int, restitution: float) -> tuple[float, float]:
+    """Collide two bodies if they overlap and approach; impulse (or 0) and overlap, m."""
     x, y = bodies[X, j] - bodies[X, i], bodies[Y, j] - bodies[Y, i]
     square = x * x + y * y
-    side = -1.0 if wall else 1.0  # a ball is inside the container, and outside other balls
+    side = -1.0 if j == bodies.shape[1] - 1 else 1.0  # balls are inside the container
     contact = bodies[R, j] + side * bodies[R, i]
     if side * (square - contact * contact) >= 0.0:
-        return 0.0
+        return 0.0, 0.0
     distance = math.sqrt(square)
-    memory[OVERLAP] = max(memory[OVERLAP], side * (contact - distance))
+    overlap = side * (contact - distance)
     x, y = x / distance, y / distance
     normal = (bodies[U, i] - bodies[U, j]) * x + (bodies[V, i] - bodies[V, j]) * y
     if side * normal <= 0.0:
-        return 0.0
+        return 0.0, overlap
     impulse = (1.0 + restitution) * normal / (1.0 / bodies[M, i] + 1.0 / bodies[M, j])
     bodies[U, i] -= impulse / bodies[M, i] * x
     bodies[V, i] -= impulse / bodies[M, i] * y
     bodies[U, j] += impulse / bodies[M, j] * x
     bodies[V, j] += impulse / bodies[M, j] * y
-    for k in (i, j):
-        memory[FASTEST] = max(memory[FASTEST], math.hypot(bodies[U, k], bodies[V, k]))
-    return float(abs(impulse))
+    return abs(impulse), overlap

