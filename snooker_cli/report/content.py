@@ -41,7 +41,7 @@ from snooker_cli.report.supplements import (
     sliding_figure,
     sliding_values,
 )
-from snooker_cli.validation.physics_study import sentence
+from snooker_cli.validation.physics_study import values as physics_values
 from snooker_cli.validation.study import machine
 
 if TYPE_CHECKING:
@@ -219,7 +219,7 @@ def values(results: Results) -> dict[str, Any]:
         "sliding": sliding_values(results.pictures),
         "measured": {name: measurement(name) for name in MEASUREMENTS},
         "machine": machine,
-        "sentence": sentence,
+        "physics": physics_values(measurement("physics")),
         "at_each": _at_each,
         "ours": results.ours,
         "value": _text,
