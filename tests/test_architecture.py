@@ -53,7 +53,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "rich": ("cli",),
     "pydantic": ("config",),
     "pydantic_core": ("config",),
-    "yaml": ("config", "report"),
+    "yaml": ("config", "figures", "report"),
     "numba": ("engine.jit",),
     "llvmlite": ("engine.jit",),
     "h5py": ("export", "store"),

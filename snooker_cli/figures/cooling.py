@@ -10,14 +10,8 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
-from snooker_cli.analysis.decay import QUANTITIES, curve, decays, fit_curve, reported_constant
-from snooker_cli.analysis.fitting import (
-    LAWS,
-    FitResult,
-    RepeatMean,
-    fitted_curve,
-    mean_over_repeats,
-)
+from snooker_cli.analysis.decay import QUANTITIES, curve, decays, reported_constant
+from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.observables import (
     before_collapse,
     energy_ratio,
@@ -28,7 +22,7 @@ from snooker_cli.analysis.observables import (
     standard_errors,
 )
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import SPREAD, FigureBuilder, early, setting
+from snooker_cli.figures.captions import SPREAD, FigureBuilder, require_motion
 from snooker_cli.figures.figure_data import (
     Array,
     FigureData,
@@ -38,40 +32,21 @@ from snooker_cli.figures.figure_data import (
     Note,
     Points,
     Reference,
-    at_common_times,
     bands,
     error_bars,
     legend_line,
     thinned,
 )
-from snooker_cli.figures.selection import (
-    Selection,
-    along,
-    described,
-    elastic,
-    evenly,
-    facts,
-    inelastic_points,
-    one_repeat,
-    present,
-    repeats,
-    require_motion,
-    single_point,
-    varying,
-)
+from snooker_cli.figures.selection import Selection, described, present, varying
 from snooker_cli.formatting import listed, short, with_error
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
-    from snooker_cli.runs import Run
     from snooker_cli.scene import Scene
     from snooker_cli.trace import Series, Trace
 
 
 RATE = "s⁻¹"
-
-MOST_COOLING = 4
-"""Series of markers and laws each; more cannot be told apart."""
 
 WINDOWS = 14
 """Windows of time for the local decay rate."""
@@ -94,144 +69,88 @@ _FLOORS = {
 }
 """The floor of the energy in a circle, and in a periodic box."""
 
-_HAFF: dict[str, tuple[str, str, LineStyle]] = {
-    "fitted": ("with α fitted", "Haff's law 2α/(1 + αt), α fitted", "solid"),
-    "theory": ("with α of theory", "the same, α of kinetic theory", "dashed"),
-    "floor": ("above the floor", "the same above the floor of {}", "dashdot"),
+_HAFF: dict[str, tuple[str, LineStyle]] = {
+    "fitted": ("Haff's law 2α/(1 + αt), α fitted", "solid"),
+    "theory": ("the same, α of kinetic theory", "dashed"),
+    "floor": ("the same above the floor of {}", "dashdot"),
 }
-"""The forms of Haff's law: in a caption, in the legend, and how they are drawn."""
-
-_ENDS = {"first": 0, "last": -1}
+"""The forms of Haff's law: in the legend, and how they are drawn."""
 
 
 # One repeat's decay with its fits, and the means over the repeats.
 
 
-def fit_figure(quantity: str, run: Run, selection: Selection) -> FigureData:
+def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     """The decay of a quantity in one repeat, with its fits and the band of all repeats."""
-    point = single_point(run, selection)
-    if elastic(point):
-        raise FigureError("nothing decays where all collisions are elastic; take cor below 1")
-    trace, number = one_repeat(run, point, selection), present(run, point, selection)[0]
-    require_motion(trace.start)
-    shown, known = curve(trace, quantity), QUANTITIES[quantity]
-    fits = {law: fit_curve(shown, law) for law in LAWS}
-    if not any(result.converged for result in fits.values()):
-        raise FigureError(f"this repeat cannot be fitted: {fits['exponential'].message}")
-    whole = Selection(selection.where)
-    curves = [curve(trace, quantity) for trace in repeats(run, point, whole)]
-    means = {law: mean_over_repeats(fit_curve(each, law) for each in curves) for law in LAWS}
-    symbols = {
-        law: each.mean_symbol if known.is_mean else each.symbol for law, each in LAWS.items()
-    }
-    steps = not known.is_mean
-    started = [(each.time, each.value) for each in curves if len(each.time) > 1]
+    (point,), known = build.points, QUANTITIES[quantity]
+    number = present(build.run, point, build.selection)[0]
+    build.selection = Selection(build.selection.where)  # the means are over all repeats
+    row = present(build.run, point, build.selection).index(number)
+    traces = list(build.traces(point))
+    require_motion(traces[row].start)
+    found = decays(traces, (quantity,))
+    if not any(decay.fits[row].converged for decay in found):
+        raise FigureError(f"this repeat cannot be fitted: {found[0].fits[row].message}")
+    curves = [(each.time, each.value) for each in (curve(trace, quantity) for trace in traces)]
+    started = [each for each in curves if len(each[0]) > 1]
     label = f"all {len(started)} repeats, {SPREAD}"
-    spread = bands(*at_common_times(started, steps=steps), 0, label)
-    kept, fine = thinned(shown.time), np.linspace(shown.time[0], shown.time[-1], 300)
-    x, y = shown.time[kept], shown.value[kept]
-    layers: list[Layer] = [
-        *spread,
-        Line(x, y, f"simulation, repeat {number}", 0, steps=steps, broad=True),
-    ]
-    for index, (law, model) in enumerate(LAWS.items(), start=1):
-        if fits[law].converged:
-            text = f"{symbols[law]} = {with_error(fits[law].value, fits[law].error, RATE)}"
+    build.bands += bands(started, 0, label, steps=not known.is_mean)
+    (time, value), kept = curves[row], thinned(curves[row][0])
+    fine = np.linspace(time[0], time[-1], 300)
+    label = f"simulation, repeat {number}"
+    build.lines.append(Line(time[kept], value[kept], label, steps=not known.is_mean, broad=True))
+    numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": number}
+    notes: list[Layer] = []
+    for index, decay in enumerate(found, start=1):
+        model, fit, mean = LAWS[decay.law], decay.fits[row], decay.over_repeats
+        symbol = model.mean_symbol if known.is_mean else model.symbol
+        if fit.converged:
+            text = f"{symbol} = {with_error(fit.value, fit.error, RATE)}"
             name = f"{model.label} of repeat {number}: {text}"
-            layers.append(Line(fine, fitted_curve(fits[law], fine), name, index))
-    layers += [
-        Note(
-            f"mean of {mean.count} repeats: {symbols[law]} = "
-            + with_error(mean.mean, mean.standard_error, RATE)
-        )
-        for law, mean in means.items()
-        if mean.count > 1
-    ]
-    if known.is_mean:
-        layers.append(Note("κ is what the source report calls k/2"))
-    title = quantity.replace("_", " ").capitalize() if not known.is_mean else "Cumulative pressure"
-    where = ", ".join(described(point, key) for key in varying(run.points))
-    ended = early(facts(run, point, whole, single=False))
-    return FigureData(
-        kind=f"{quantity.removeprefix('kinetic_')}-fit",
-        title=f"{title} and its fits" + (f": {where}" if where else ""),
-        x_label="time (s)",
-        y_label=known.label,
-        layers=tuple(layers),
-        caption=_fit_caption(fits, means, symbols, ended)
-        + (f" Band: {SPREAD}. " if spread else " ")
-        + setting(run, [point], selection, single=True),
-        numbers=_fit_numbers(point, fits, means, number),
-        x_limits=(0.0, None),
-        y_limits=(0.0, None),
-    )
-
-
-def _fit_caption(
-    fits: dict[str, FitResult],
-    means: dict[str, RepeatMean],
-    symbols: dict[str, str],
-    ended: str,
-) -> str:
-    """The fits in sentences."""
-    this = [
-        f"{symbols[law]} = {with_error(fit.value, fit.error, RATE)} "
-        f"({LAWS[law].label}, R² = {fit.r_squared:.4f})"
-        for law, fit in fits.items()
-        if fit.converged
-    ]
-    text = f"Fits of this repeat: {listed(this)}."
-    over = [
-        f"{symbols[law]} = {with_error(mean.mean, mean.standard_error, RATE)} "
-        f"(half range {short(mean.max_min_half_range, 2)})"
-        for law, mean in means.items()
-        if mean.count > 1
-    ]
-    if over:
-        text += f" Means over the repeats: {listed(over)}{f'; {ended}' if ended else ''}."
-    return text
-
-
-def _fit_numbers(
-    point: Point, fits: dict[str, FitResult], means: dict[str, RepeatMean], repeat: int
-) -> dict[str, Any]:
-    """The fits as JSON: ``k`` of the exponential (κ of a pressure), ``alpha`` of Haff's law."""
-    numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": repeat}
-    for law, model in LAWS.items():
+            build.lines.append(Line(fine, fitted_curve(fit, fine), name, index))
+            build.result(f"{model.label}, R² = {fit.r_squared:.4f}", text)
+        if mean.count > 1:
+            text = f"{symbol} = {with_error(mean.mean, mean.standard_error, RATE)}"
+            notes.append(Note(f"mean of {mean.count} repeats: {text}"))
         numbers |= {
-            model.key: fits[law].value,
-            f"{model.key}_error": fits[law].error,
-            f"{model.key}_r_squared": fits[law].r_squared,
-            f"{model.key}_mean": means[law].mean,
-            f"{model.key}_standard_error": means[law].standard_error,
-            f"{model.key}_half_range": means[law].max_min_half_range,
-            f"{model.key}_repeats": means[law].count,
+            model.key: fit.value,
+            f"{model.key}_error": fit.error,
+            f"{model.key}_r_squared": fit.r_squared,
+            f"{model.key}_mean": mean.mean,
+            f"{model.key}_standard_error": mean.standard_error,
+            f"{model.key}_half_range": mean.max_min_half_range,
+            f"{model.key}_repeats": mean.count,
         }
-    return numbers
+    if known.is_mean:
+        notes.append(Note("κ is what the source report calls k/2"))
+    build.lines += notes
+    where = ", ".join(described(point, key) for key in varying(build.run.points))
+    return build.figure(
+        f"Fits of repeat {number}: {build.results_text}.",
+        numbers=numbers,
+        title=f"{build.fields['title']}: {where}" if where else build.fields["title"],
+    )
 
 
 # The decay constants of the energy over many CoR, beside the source report's formula and theory.
 
 
-def decay_against_cor(run: Run, selection: Selection) -> FigureData:
+def decay_against_cor(build: FigureBuilder) -> FigureData:
     """The decay constants of the energy against the CoR."""
-    (points,) = along(inelastic_points(run, selection), "cor")
-    require_motion(one_repeat(run, points[0], selection).start)
-    build = FigureBuilder(run, selection, points)
+    points = build.points
+    require_motion(build.start(points[0]))
     for point in points:
         build.record(point, **_decay_constants(list(build.traces(point))))
     cors = np.array([point.experiment.cor for point in points])
     column = {name: np.array([each[name] for each in build.records]) for name in build.records[0]}
-    curves = _curves_of_theory(build)
     reported = column["report_k"]
     known = np.isfinite(reported)
-    draw = np.count_nonzero(known) > 1
-    if draw:
+    if np.count_nonzero(known) > 1:
         build.lines.append(
             Line(cors[known], reported[known], "k by the source report", 0, "dashed")
         )
+    curves = _curves_of_theory(build)
     build.lines += curves
-    ends = []
     for index, model in enumerate(LAWS.values()):
         values, errors = column[model.key], column[f"{model.key}_error"]
         good = np.isfinite(values)
@@ -239,24 +158,14 @@ def decay_against_cor(run: Run, selection: Selection) -> FigureData:
         bars = error_bars(errors[good])
         build.lines.append(Points(cors[good], values[good], None, bars, name, index))
         first, last = (with_error(values[end], errors[end]) for end in (0, -1))
-        ends.append(f"{model.symbol} from {first} to {last}")
-    caption = f"Fits between CoR {cors[0]:g} and {cors[-1]:g}: {listed(ends)} s⁻¹. "
+        build.results.append(f"{model.symbol} from {first} to {last}")
+    caption = f"Fits between CoR {cors[0]:g} and {cors[-1]:g}: {listed(build.results)} s⁻¹."
     if known.any():
-        span = [short(each) for each in reported[known][[0, -1]]]
-        caption += (
-            "The source report's k = −2 ln(CoR)⟨v⟩/λ, λ = 1/(√2 n 2πr), "
-            f"{f'goes from {span[0]} to {span[1]}' if draw else f'is {span[0]}'} s⁻¹. "
-        )
+        caption += " The source report's k = −2 ln(CoR)⟨v⟩/λ, λ = 1/(√2 n 2πr)."
     if curves:
-        caption += "Dotted: that k with Enskog's λ and ⟨v⟩ at the start."
+        caption += " Dotted: that k with Enskog's λ and ⟨v⟩ at the start."
     return build.figure(
-        kind="decay-against-cor",
-        title="Decay constants of the energy",
-        x_label="coefficient of restitution",
-        y_label="decay constant (s⁻¹)",
-        caption=caption.rstrip(),
-        numbers={"ended_early": sum(each["ended_early"] for each in build.records)},
-        y_log=True,
+        caption, numbers={"ended_early": sum(each["ended_early"] for each in build.records)}
     )
 
 
@@ -274,7 +183,7 @@ def _decay_constants(traces: Sequence[Trace]) -> dict[str, Any]:
 def _curves_of_theory(build: FigureBuilder) -> list[Layer]:
     """Kinetic theory's α, and the source report's k with its rate; none without a theory."""
     points = build.points
-    scene = one_repeat(build.run, points[0], build.selection).start
+    scene = build.start(points[0])
     rates = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
     if rates is None:
         return []
@@ -295,60 +204,35 @@ def _curves_of_theory(build: FigureBuilder) -> list[Layer]:
 # How the rate falls with time.
 
 
-def haff_time(run: Run, selection: Selection) -> FigureData:
+def haff_time(build: FigureBuilder) -> FigureData:
     """The local decay rate −d ln E/dt against time, with Haff's law and one constant."""
-    points = evenly(inelastic_points(run, selection), MOST_COOLING)
-    build = FigureBuilder(run, selection, points)
-    for index, point in enumerate(points):
-        record = _add_rates(build, index, point)
-        ends = [with_error(record[f"{k}_rate"], record[f"{k}_rate_error"]) for k in _ENDS]
-        laws = [
-            f"{short(record[f'{law}_last_rate'])} {text}"
-            for law, (text, _, _) in _HAFF.items()
-            if f"{law}_last_rate" in record
-        ]
-        build.result(point, f"{ends[0]} to {ends[1]} s⁻¹, Haff's law {listed(laws)}")
-    kept, drawn_laws = _kept(points), {law for each in build.records for law in _laws_in(each)}
+    drawn: dict[str, None] = {}
+    for index, point in enumerate(build.points):
+        drawn |= dict.fromkeys(_add_rates(build, index, point))
+    kept = _kept(build.points)
     build.lines += [
         legend_line(text.format(kept), style)
-        for law, (_, text, style) in _HAFF.items()
-        if law in drawn_laws
+        for law, (text, style) in _HAFF.items()
+        if law in drawn
     ]
     build.lines.append(legend_line("one constant k, fitted", "dotted"))
     caption = f"Rates in the first and the last window: {build.results_text}. "
     caption += f"Markers: mean energy of the repeats in {WINDOWS} windows of time."
     if any(record["windows"] < WINDOWS for record in build.records):
         caption += f" Windows with fewer than {LEAST_COLLISIONS} collisions are left out."
-    return build.figure(
-        kind="haff-time",
-        title="The decay rate falls with time",
-        x_label="time (s)",
-        y_label="−d ln E / dt (s⁻¹)",
-        caption=caption + (_FLOORS[kept] if "floor" in drawn_laws else ""),
-        x_limits=(0.0, None),
-        y_log=True,
-    )
+    return build.figure(caption + (_FLOORS[kept] if "floor" in drawn else ""))
 
 
-def _laws_in(record: dict[str, Any]) -> list[str]:
-    """The forms of Haff's law that a record of ``haff_time`` has."""
-    return [law for law in _HAFF if f"{law}_last_rate" in record]
-
-
-def _add_rates(build: FigureBuilder, index: int, point: Point) -> dict[str, Any]:
-    """Add a point's local rates and the laws; its numbers as JSON."""
+def _add_rates(build: FigureBuilder, index: int, point: Point) -> list[str]:
+    """Add a point's local rates and the forms of Haff's law that it has."""
     traces = list(build.traces(point))
-    require_motion(traces[0].start)
+    scene = traces[0].start
+    require_motion(scene)
     edges, rates, errors, left = _local_rates(traces)
-    curves = [curve(trace, "kinetic_energy") for trace in traces]
-    k, alpha = (
-        mean_over_repeats(fit_curve(each, law) for each in curves).mean
-        for law in ("exponential", "haff")
-    )
+    k, alpha = (each.over_repeats.mean for each in decays(traces, ("kinetic_energy",)))
     if not (math.isfinite(k) and math.isfinite(alpha)):
         raise FigureError("a point's repeats are too short to be fitted; run longer")
     floor = float(np.mean([predictions.floor(trace.start) for trace in traces]))
-    scene = traces[0].start
     start = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
     laws: dict[str, tuple[float, float]] = {"fitted": (alpha, 0.0)}
     record: dict[str, Any] = {"k": k, "alpha": alpha, "floor": floor, "repeats": len(traces)}
@@ -360,22 +244,23 @@ def _add_rates(build: FigureBuilder, index: int, point: Point) -> dict[str, Any]
         if floor >= FLOOR_MATTERS * left:
             laws["floor"] = (expected, floor)
     fine = np.linspace(0.0, edges[-1, 1], 200)
-    bars, name = errors if len(traces) > 1 else None, build.label(point) or "simulation"
+    for law, parameters in laws.items():
+        curve_of_law = _haff_rate(fine, *parameters)
+        build.lines.append(Line(fine, curve_of_law, None, index, _HAFF[law][1]))
+        before, after = np.log(_haff_energy(edges[-1], *parameters))
+        record[f"{law}_last_rate"] = float(before - after) / float(np.ptp(edges[-1]))
+    bars, name = errors if len(traces) > 1 else None, build.label(point)
     build.lines += [
-        *(
-            Line(fine, _haff_rate(fine, *law), None, index, _HAFF[form][2])
-            for form, law in laws.items()
-        ),
         Line(fine[[0, -1]], np.array([k, k]), None, index, "dotted"),
-        Points(edges.mean(axis=1), rates, None, bars, name, index),
+        Points(edges.mean(axis=1), rates, None, bars, name or "simulation", index),
     ]
-    for end, row in _ENDS.items():
-        record |= {f"{end}_rate": float(rates[row]), f"{end}_rate_error": float(errors[row])}
-    for form, law in laws.items():
-        before, after = np.log(_haff_energy(edges[-1], *law))
-        record[f"{form}_last_rate"] = float(before - after) / float(np.ptp(edges[-1]))
+    texts = []
+    for end, row in (("first", 0), ("last", -1)):
+        record |= {f"{end}_rate": rates[row], f"{end}_rate_error": errors[row]}
+        texts.append(with_error(rates[row], errors[row]))
     build.record(point, **record)
-    return record
+    build.result(name, f"{texts[0]} to {texts[1]} s⁻¹")
+    return list(laws)
 
 
 def _haff_energy(time: Array, alpha: float, floor: float) -> Array:
@@ -424,18 +309,11 @@ def _local_rates(traces: Sequence[Trace]) -> tuple[Array, Array, Array, float]:
 # The energy with the number of collisions.
 
 
-def event_decay(run: Run, selection: Selection) -> FigureData:
+def event_decay(build: FigureBuilder) -> FigureData:
     """The energy against collisions, where kinetic theory has an exponential at any density."""
-    points = evenly(inelastic_points(run, selection))
-    build = FigureBuilder(run, selection, points)
-    for index, point in enumerate(points):
-        record = _add_energies(build, index, point)
-        text = with_error(record["final_ratio"], record["final_ratio_error"])
-        text += f", by the collisions {short(record['theory'])}"
-        if "theory_above_floor" in record:
-            text += f", above the floor {short(record['theory_above_floor'])}"
-        build.result(point, text)
-    kept = _kept(points)
+    for index, point in enumerate(build.points):
+        _add_energies(build, index, point)
+    kept = _kept(build.points)
     build.lines.append(legend_line("expected from the counted collisions", "solid"))
     floors = [record["floor"] for record in build.records if "theory_above_floor" in record]
     if floors:
@@ -444,22 +322,15 @@ def event_decay(run: Run, selection: Selection) -> FigureData:
             mean = float(np.mean(floors))
             text = f"floor of {kept}, {short(mean, 2)} E(0)"
             build.lines.append(Reference("y", mean, text))
-    walls = any(point.experiment.container.shape_class.has_wall for point in points)
-    at_wall = ", one at the wall (1 − e_w²)E/N" if walls else ""
+    at_wall = ", one at the wall (1 − e_w²)E/N" if kept == "L" else ""
     return build.figure(
-        kind="event-decay",
-        title="Energy against collisions",
-        x_label="collisions / number of balls",
-        y_label="E / E(0)",
-        caption=f"E/E(0) in the end: {build.results_text}. Lines: a collision between balls takes "
-        f"(1 − e²)E/N{at_wall}." + (_FLOORS[kept] if floors else ""),
-        x_limits=(0.0, None),
-        y_log=True,
+        f"E/E(0) in the end: {build.results_text}. Lines: a collision between balls takes "
+        f"(1 − e²)E/N{at_wall}." + (_FLOORS[kept] if floors else "")
     )
 
 
-def _add_energies(build: FigureBuilder, index: int, point: Point) -> dict[str, Any]:
-    """Add a point's energies by collision count; its numbers as JSON."""
+def _add_energies(build: FigureBuilder, index: int, point: Point) -> None:
+    """Add a point's energies by collision count."""
     traces = list(build.traces(point))
     scene = traces[0].start
     require_motion(scene)
@@ -489,10 +360,11 @@ def _add_energies(build: FigureBuilder, index: int, point: Point) -> dict[str, A
         above = (floors + (1 - floors) * expected).mean(axis=0)
         build.lines.append(Line(x, above, None, index, "dashed"))
         record["theory_above_floor"] = float(above[-1])
-    bars, name = error_bars(standard_errors(energies)), build.label(point) or "simulation"
-    build.lines.append(Points(x, energies.mean(axis=0), None, bars, name, index))
+    bars, name = error_bars(standard_errors(energies)), build.label(point)
+    means = energies.mean(axis=0)
+    build.lines.append(Points(x, means, None, bars, name or "simulation", index))
     build.record(point, **record)
-    return record
+    build.result(name, f"{with_error(final, error)}, expected {short(record['theory'])}")
 
 
 def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, Array]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,29 +21,14 @@ from snooker_cli.analysis.observables import (
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
-from snooker_cli.figures.figure_data import (
-    NEUTRAL,
-    Array,
-    FigureData,
-    Histogram,
-    Layer,
-    Line,
-    Reference,
-)
-from snooker_cli.figures.selection import (
-    Selection,
-    elastic,
-    one_repeat,
-    present,
-    series_of_points,
-)
+from snooker_cli.figures.figure_data import NEUTRAL, Array, FigureData, Histogram, Line, Reference
+from snooker_cli.figures.selection import elastic, present
 from snooker_cli.formatting import exact, listed, short
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
     from snooker_cli.engine import States
-    from snooker_cli.runs import Run
     from snooker_cli.scene import Scene
 
 
@@ -54,28 +39,17 @@ MOST_DISTANCES = 5_000_000
 
 @dataclass(frozen=True)
 class Distance:
-    """A distance, and the limit that no ball may pass.
+    """A distance from the container's centre or, if not ``central``, between two balls.
 
-    limit, limit_of_unequal : the limit in symbols, for equal and unequal balls
-    sign : 1 for an upper limit, -1 for a lower one
-    extreme, excess, kept, passed : words and JSON keys for how the limit is met
+    limit, limit_of_unequal : the limit that no ball may pass, for equal and unequal balls
+    extreme, excess : words for the value nearest to the limit, and for the distance beyond it
     """
 
-    kind: str
-    title: str
-    x_label: str
+    central: bool
     limit: str
     limit_of_unequal: str
-    sign: int
     extreme: str
     excess: str
-    kept: str
-    passed: str
-
-    @property
-    def central(self) -> bool:
-        """Whether it is from the container's centre, not between two balls."""
-        return self.sign > 0
 
     def outermost(self, values: Array) -> float:
         """The value nearest to the limit or farthest beyond it."""
@@ -102,30 +76,8 @@ class Distance:
         return scene.container.distance_density(distances, float(scene.radii.min()))
 
 
-CENTRAL = Distance(
-    kind="central-distances",
-    title="Distances from the container's centre",
-    x_label="distance of a ball from the centre (m)",
-    limit="R − r",
-    limit_of_unequal="R − smallest r",
-    sign=1,
-    extreme="largest",
-    excess="largest_excess",
-    kept="no ball is outside",
-    passed="it is beyond",
-)
-PAIRS = Distance(
-    kind="pair-distances",
-    title="Distances between the balls",
-    x_label="distance between two centres (m)",
-    limit="2r",
-    limit_of_unequal="smallest r₁ + r₂",
-    sign=-1,
-    extreme="smallest",
-    excess="largest_overlap",
-    kept="no balls overlap",
-    passed="it is short of it",
-)
+CENTRAL = Distance(True, "R − r", "R − smallest r", "largest", "largest_excess")
+PAIRS = Distance(False, "2r", "smallest r₁ + r₂", "smallest", "largest_overlap")
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +86,6 @@ class _Sample:
 
     scene : the start of its last repeat
     limit, extreme, excess : the limit, the outermost distance, and how far one is beyond; m
-    thinned : whether states are left out; once : whether states of one instant are
     """
 
     scene: Scene
@@ -143,13 +94,10 @@ class _Sample:
     limit: float
     extreme: float
     excess: float
-    thinned: bool
-    once: bool
 
 
-def distances(distance: Distance, run: Run, selection: Selection) -> FigureData:
+def distances(distance: Distance, build: FigureBuilder) -> FigureData:
     """The distribution of a distance, with its limit and random places."""
-    build = FigureBuilder(run, selection, _points_with_states(distance, run, selection))
     found = [_sample(distance, build, point) for point in build.points]
     extremes: dict[float, float] = {}
     for index, (point, each) in enumerate(zip(build.points, found, strict=True)):
@@ -170,24 +118,13 @@ def distances(distance: Distance, run: Run, selection: Selection) -> FigureData:
         *(Reference("x", each, f"{name} = {each:g} m") for each in extremes),
     ]
     texts = [f"{exact(at)} m where {name} = {exact(edge)} m" for edge, at in extremes.items()]
-    verdict = distance.kept
+    verdict = "no ball is beyond it"
     if excess > 0:
         roundings = short(excess / np.spacing(limit), 2)
-        verdict = (
-            f"{distance.passed} by {short(excess, 2)} m, {roundings} × the rounding of a double"
-        )
-    every = "every few collisions" if any(each.thinned for each in found) else "each collision"
-    caption = f"The {distance.extreme} distance is {listed(texts)}: {verdict}. "
-    caption += f"Positions at the start and after {every}"
-    caption += ", one per instant." if any(each.once for each in found) else "."
-    if any(each.scene.container.period is not None for each in found):
-        caption += " Distances are those of nearest images."
+        verdict = f"beyond it by {short(excess, 2)} m, {roundings} × the rounding of a double"
     return build.figure(
-        kind=distance.kind,
-        title=distance.title,
-        x_label=distance.x_label,
-        y_label="probability density (m⁻¹)",
-        caption=caption,
+        f"The {distance.extreme} distance is {listed(texts)}: {verdict}. Positions at the start "
+        "and after collisions, one per instant.",
         numbers={
             f"{distance.extreme}_distance": distance.outermost(
                 np.array([each.extreme for each in found])
@@ -196,54 +133,39 @@ def distances(distance: Distance, run: Run, selection: Selection) -> FigureData:
             distance.excess: excess,
         },
         x_limits=(0.0, 1.04 * limit if distance.central else None),
-        y_limits=(0.0, None),
     )
 
 
 def _sample(distance: Distance, build: FigureBuilder, point: Point) -> _Sample:
-    """The distances of a point, gathered repeat by repeat."""
+    """The distances of a point, repeat by repeat. Raises ``FigureError``."""
     number = len(present(build.run, point, build.selection))
-    counts, excess, extremes, thinned, once = np.zeros(BINS), -math.inf, [], False, False
+    counts, excess, extremes = np.zeros(BINS), -math.inf, []
     for trace in build.traces(point):
-        limits, low, high = distance.limits(trace.start)
-        most = max(2, MOST_DISTANCES // (len(limits) * number))
+        scene = trace.start
+        if distance.central and not isinstance(scene.container, Circle):
+            raise FigureError("only the wall of a circle is at one distance from the centre")
+        if not distance.central and scene.number < 2:
+            raise FigureError("one ball has no distance to another; it needs two or more")
+        limits, low, high = distance.limits(scene)
+        most = MOST_DISTANCES // (len(limits) * number)
+        if most < 2:  # the start and the finish at least
+            raise FigureError(f"{scene.number:,} balls have too many distances to show")
         states = at_collisions(trace, most)
-        table = distance.of_states(states, trace.start).reshape(-1, len(limits))
-        excess = max(excess, float((distance.sign * (table - limits)).max()))
+        table = distance.of_states(states, scene).reshape(-1, len(limits))
+        beyond = table - limits if distance.central else limits - table
+        excess = max(excess, float(beyond.max()))
         extremes.append(distance.outermost(table))
-        rows = instants(states.time)
-        thinned, once = thinned or trace.collisions >= most, once or len(rows) < len(table)
         # A distance that is beyond by rounding belongs to the bin at the limit.
         edges = np.linspace(low, high, BINS + 1)
-        counts += np.histogram(np.clip(table[rows], low, high), edges)[0]
+        counts += np.histogram(np.clip(table[instants(states.time)], low, high), edges)[0]
     return _Sample(
-        scene=trace.start,
+        scene=scene,
         edges=edges,
         density=counts / (counts.sum() * np.diff(edges)),
         limit=high if distance.central else low,
         extreme=distance.outermost(np.array(extremes)),
         excess=excess,
-        thinned=thinned,
-        once=once,
     )
-
-
-def _points_with_states(distance: Distance, run: Run, selection: Selection) -> list[Point]:
-    """The points to show. Raises ``FigureError`` without states, or for too many distances."""
-    if run.experiment.record == "summary":
-        raise FigureError("it needs positions; run the config with `record: events`")
-    points = series_of_points(run, selection)
-    for point in points:
-        scene = one_repeat(run, point, selection).start
-        number = scene.number
-        if distance.central and not isinstance(scene.container, Circle):
-            raise FigureError("only the wall of a circle is at one distance from the centre")
-        if not distance.central and number < 2:
-            raise FigureError("one ball has no distance to another; it needs two or more")
-        # The start and the finish at least.
-        if 2 * (number if distance.central else number * (number - 1) // 2) > MOST_DISTANCES:
-            raise FigureError(f"{number:,} balls have too many distances to show")
-    return points
 
 
 # The distribution of speeds beside Maxwell and Boltzmann's and the one at fixed energy.
@@ -255,14 +177,13 @@ REDUCED_TEMPERATURE = 0.5
 """The reduced speed v sqrt(m/2T) is the speed of a ball of mass 1 at this temperature."""
 
 
-def speeds(run: Run, selection: Selection) -> FigureData:
+def speeds(build: FigureBuilder) -> FigureData:
     """Speeds at times that are several collisions apart, of all repeats.
 
     In m/s if no energy is lost and all balls have one mass; else in reduced units, v sqrt(m/2T)
     with the temperature of the moment.
     """
-    build = FigureBuilder(run, selection, series_of_points(run, selection))
-    starts = [one_repeat(run, point, selection).start for point in build.points]
+    starts = [build.start(point) for point in build.points]
     in_metres = all(map(elastic, build.points)) and all(map(equal_balls, starts))
     edges = np.arange(SPEED_BINS + 1, dtype=np.float64) * SPEED_BIN
     laws: dict[tuple[int | None, float], None] = {}
@@ -286,50 +207,37 @@ def speeds(run: Run, selection: Selection) -> FigureData:
         build.lines.append(Histogram(edges[: used + 1] * unit, heights, build.label(point), index))
         free = predictions.free_velocities(scene)
         laws[free, unit] = None
-        distance = _distance(counts, edges, free)
+        # The largest difference of cumulative shares, at the bins' edges.
+        law = theory.maxwell_speed_cdf(edges[1:], REDUCED_TEMPERATURE)
+        if free is not None:
+            law = theory.fixed_energy_speed_cdf(edges[1:], free, REDUCED_TEMPERATURE)
+        difference = float(np.max(np.abs(np.cumsum(counts) / total - law)[:-1]))
         build.record(
             point,
             speeds=int(total),
-            distance_from_fixed_energy=math.nan if free is None else distance,
+            distance_from_fixed_energy=math.nan if free is None else difference,
             one_over_root=float(total**-0.5),
         )
-        build.result(point, f"{distance:.4f}, 1/√n = {total**-0.5:.4f}")
+        build.result(build.label(point), f"{difference:.4f}, 1/√n = {total**-0.5:.4f}")
     for index, (free, unit) in enumerate(laws):
-        build.lines += _laws(free, unit, named=index == 0)
+        _add_laws(build, free, unit, named=index == 0)
     fixed = all(free is not None for free, _ in laws)
-    law = "the law at fixed energy" if fixed else "Maxwell and Boltzmann's law"
+    law_name = "the law at fixed energy" if fixed else "Maxwell and Boltzmann's law"
+    words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
     return build.figure(
-        kind="speeds",
-        title="Distribution of speeds",
-        x_label="speed (m/s)" if in_metres else "reduced speed v √(m/2T)",
-        y_label="probability density (s/m)" if in_metres else "probability density",
-        caption=f"Largest difference of the cumulative shares of n speeds from {law}: "
+        f"Largest difference of the cumulative shares of n speeds from {law_name}: "
         f"{build.results_text}. Sampled about five collisions of a ball apart.",
-        x_limits=(0.0, None),
-        y_limits=(0.0, None),
+        **(words if in_metres else {}),
     )
 
 
-def _laws(free: int | None, unit: float, *, named: bool) -> list[Layer]:
-    """Maxwell-Boltzmann and the law of ``free`` balls at fixed energy, speeds in ``unit``."""
+def _add_laws(build: FigureBuilder, free: int | None, unit: float, *, named: bool) -> None:
+    """Add Maxwell-Boltzmann and the law of ``free`` balls at fixed energy, speeds in ``unit``."""
     reduced = np.linspace(0.0, 3.0, 120)
-    maxwell = theory.maxwell_speed_density(reduced, REDUCED_TEMPERATURE) / unit
+    density = theory.maxwell_speed_density(reduced, REDUCED_TEMPERATURE) / unit
     text = "Maxwell–Boltzmann" if named else None
-    layers: list[Layer] = [Line(reduced * unit, np.asarray(maxwell), text, NEUTRAL, "dashed")]
+    build.lines.append(Line(reduced * unit, np.asarray(density), text, NEUTRAL, "dashed"))
     if free is not None:
-        fixed = theory.fixed_energy_speed_density(reduced, free, REDUCED_TEMPERATURE) / unit
+        density = theory.fixed_energy_speed_density(reduced, free, REDUCED_TEMPERATURE) / unit
         text = f"fixed energy, {free} free balls" if named else None
-        layers.append(Line(reduced * unit, np.asarray(fixed), text, NEUTRAL, "dotted"))
-    return layers
-
-
-def _distance(counts: Array, edges: Array, free: int | None) -> float:
-    """Largest difference of cumulative shares, at the bins' edges, from the law at fixed energy.
-
-    From Maxwell and Boltzmann's where that law does not hold.
-    """
-    shares = np.cumsum(counts) / counts.sum()
-    law = theory.maxwell_speed_cdf(edges[1:], REDUCED_TEMPERATURE)
-    if free is not None:
-        law = theory.fixed_energy_speed_cdf(edges[1:], free, REDUCED_TEMPERATURE)
-    return float(np.max(np.abs(shares - law)[:-1]))
+        build.lines.append(Line(reduced * unit, np.asarray(density), text, NEUTRAL, "dotted"))

@@ -6,6 +6,7 @@ import json
 import textwrap
 from contextlib import AbstractContextManager
 from dataclasses import fields
+from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
     from snooker_cli.figures.figure_data import FigureData, Layer
 
 
-# How every figure looks: size, fonts, colours, markers, dashes.
-
 WIDTH = 3.4
 """Width of a figure, inches: a column of a two-column page."""
 
@@ -46,6 +45,21 @@ HEIGHT = 2.4
 
 LINE_HEIGHT = 0.14
 """Height of a further line of text, inches."""
+
+# How many characters fit: of the bold title, of a note, of the y label, of the legend.
+TITLE_WIDTH, NOTE_WIDTH, LABEL_WIDTH, LEGEND_WIDTH = 42, 54, 31, 65
+
+SAMPLE_WIDTH = 9
+"""Width of a column of the legend without its text, in characters."""
+
+FEW_DECADES = 10**2.5
+"""A logarithmic axis from low to less than this many times low has its ticks at 1, 2, 5, 10, ..."""
+
+MANY_MARKERS = 20
+"""More markers of a series are drawn smaller."""
+
+MANY_VERTICES = 400
+"""Lines of more vertices are mostly noise, and drawn thinner."""
 
 _COLOURS = matplotlib.color_sequences["petroff10"]
 _MARKERS = ("o", "s", "^", "D", "v", "P")
@@ -63,47 +77,17 @@ _SHARED_DASHES: dict[str, Any] = {
     "dashdot": (0, (4, 1.4, 1, 1.4)),
     "dotted": (0, (1, 1.2)),
 }
-_NEUTRAL_COLOUR = "0.3"
-
-_SETTINGS: dict[str, Any] = {
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same everywhere
-    "font.size": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.titleweight": "bold",
-    "axes.labelsize": 8.0,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.axisbelow": True,
-    "axes.grid": True,
-    "grid.color": "0.9",
-    "grid.linewidth": 0.5,
-    "xtick.labelsize": 7.0,
-    "ytick.labelsize": 7.0,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "legend.fontsize": 7.0,
-    "legend.frameon": False,
-    "lines.linewidth": 1.2,
-    "lines.markersize": 4.0,
-    "errorbar.capsize": 1.5,
-    # Letters as outlines look the same where the font is missing.
-    "svg.fonttype": "path",
-    "svg.hashsalt": "snooker",
-    # The layout is that of the PNG.
-    "figure.dpi": 200,
-    "savefig.dpi": 200,
-}
 
 
 def styled() -> AbstractContextManager[None]:
     """While inside, matplotlib has our style and nothing of the user's own settings."""
-    return matplotlib.style.context(["default", _SETTINGS])
+    style = files("snooker_cli.figures") / "snooker.mplstyle"
+    return matplotlib.style.context(["default", str(style)])
 
 
 def colour(series: int) -> str:
     """The colour of a series, from a palette that the colour-blind can tell apart."""
-    return _NEUTRAL_COLOUR if series == NEUTRAL else to_hex(_COLOURS[series % len(_COLOURS)])
+    return "0.3" if series == NEUTRAL else to_hex(_COLOURS[series % len(_COLOURS)])
 
 
 def marker(series: int) -> str:
@@ -113,28 +97,7 @@ def marker(series: int) -> str:
 
 def dashes(style: str, series: int) -> Any:
     """The dash pattern of a line: its series' own, or one that all series share."""
-    if style == "series":
-        return _DASHES[series % len(_DASHES)]
-    return _SHARED_DASHES[style]
-
-
-# How many characters fit: of the bold title, of a note, of the y label beside the axes.
-TITLE_WIDTH, NOTE_WIDTH, LABEL_WIDTH = 42, 54, 31
-
-LEGEND_WIDTH = 65
-"""Characters that fit the legend's width."""
-
-SAMPLE_WIDTH = 9
-"""Width of a column of the legend without its text, in characters."""
-
-FEW_DECADES = 10**2.5
-"""A logarithmic axis from low to less than this many times low has its ticks at 1, 2, 5, 10, ..."""
-
-MANY_MARKERS = 20
-"""More markers of a series are drawn smaller."""
-
-MANY_VERTICES = 400
-"""Lines of more vertices are mostly noise, and drawn thinner."""
+    return _DASHES[series % len(_DASHES)] if style == "series" else _SHARED_DASHES[style]
 
 
 def draw(data: FigureData) -> Figure:
@@ -188,72 +151,48 @@ def draw(data: FigureData) -> Figure:
 
 def _added(axes: Axes, layer: Layer, order: float) -> Any:
     """Draw a layer at a depth: its artist for the legend, ``None`` for a note."""
+    common: dict[str, Any] = {"color": colour(getattr(layer, "series", NEUTRAL)), "zorder": order}
     match layer:
-        case Line():
+        case Line(x, y):
             return axes.plot(
-                layer.x,
-                layer.y,
-                color=colour(layer.series),
+                x,
+                y,
                 linestyle=dashes(layer.style, layer.series),
                 drawstyle="steps-post" if layer.steps else "default",
-                linewidth=_width(layer),
+                linewidth=2.6 if layer.broad else 0.8 if len(x) > MANY_VERTICES else 1.2,
                 alpha=0.45 if layer.broad else None,
-                zorder=order,
+                **common,
             )[0]
-        case Band():
-            return axes.fill_between(
-                layer.x,
-                layer.low,
-                layer.high,
-                color=colour(layer.series),
-                alpha=0.22,
-                linewidth=0,
-                zorder=order,
-            )
-        case Points():
+        case Band(x, low, high):
+            return axes.fill_between(x, low, high, alpha=0.22, linewidth=0, **common)
+        case Points(x, y):
             return axes.errorbar(
-                layer.x,
-                layer.y,
+                x,
+                y,
                 yerr=layer.y_error,
                 xerr=layer.x_error,
-                color=colour(layer.series),
                 linestyle="none",
                 elinewidth=0.8,
                 marker=marker(layer.series),
-                markersize=2.8 if len(layer.x) > MANY_MARKERS else 4.0,
-                markerfacecolor=colour(layer.series) if layer.filled else "none",
+                markersize=2.8 if len(x) > MANY_MARKERS else 4.0,
+                markerfacecolor=common["color"] if layer.filled else "none",
                 markeredgewidth=0.7,
-                zorder=order,
+                **common,
             )
-        case Histogram():
-            return axes.stairs(
-                layer.heights,
-                layer.edges,
-                color=colour(layer.series),
-                linestyle=dashes("series", layer.series),
-                linewidth=1.2,
-                zorder=order,
-            )
-        case Reference():
-            across = axes.axvline if layer.axis == "x" else axes.axhline
-            return across(layer.value, color=colour(NEUTRAL), linewidth=0.8, zorder=order)
+        case Histogram(edges, heights):
+            style = dashes("series", layer.series)
+            return axes.stairs(heights, edges, linestyle=style, linewidth=1.2, **common)
+        case Reference(axis, value):
+            across = axes.axvline if axis == "x" else axes.axhline
+            return across(value, linewidth=0.8, **common)
         case Note():
             return None  # above the axes, see `draw`
 
 
-def _width(layer: Line) -> float:
-    """How wide a line is, points."""
-    if layer.broad:
-        return 2.6
-    return 0.8 if len(layer.x) > MANY_VERTICES else 1.2
-
-
 def _scale(axes: Axes, data: FigureData) -> None:
     """Set the axes' scales and limits."""
-    if data.x_log:
-        axes.set_xscale("log")
-    if data.y_log:
-        axes.set_yscale("log")
+    axes.set_xscale("log" if data.x_log else "linear")
+    axes.set_yscale("log" if data.y_log else "linear")
     axes.set_xlim(*data.x_limits)
     axes.set_ylim(*data.y_limits)
     for axis in (axes.xaxis, axes.yaxis):

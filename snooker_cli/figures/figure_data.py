@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -24,20 +24,7 @@ NEUTRAL = -1
 
 
 @dataclass(frozen=True, eq=False)
-class _Layer:
-    """Something on the axes; its arrays become read-only copies."""
-
-    def __post_init__(self) -> None:
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if isinstance(value, np.ndarray):
-                value = np.array(value, dtype=np.float64)
-                value.setflags(write=False)
-                object.__setattr__(self, each.name, value)
-
-
-@dataclass(frozen=True, eq=False)
-class Line(_Layer):
+class Line:
     """A curve through (x, y).
 
     label : its entry in the legend, if any
@@ -56,7 +43,7 @@ class Line(_Layer):
 
 
 @dataclass(frozen=True, eq=False)
-class Band(_Layer):
+class Band:
     """The area between two curves, ``low`` and ``high``, over x."""
 
     x: Array
@@ -67,7 +54,7 @@ class Band(_Layer):
 
 
 @dataclass(frozen=True, eq=False)
-class Points(_Layer):
+class Points:
     """Markers at (x, y), with error bars where errors are given."""
 
     x: Array
@@ -80,7 +67,7 @@ class Points(_Layer):
 
 
 @dataclass(frozen=True, eq=False)
-class Histogram(_Layer):
+class Histogram:
     """An outline of bins: ``edges`` has one element more than ``heights``."""
 
     edges: Array
@@ -90,7 +77,7 @@ class Histogram(_Layer):
 
 
 @dataclass(frozen=True, eq=False)
-class Reference(_Layer):
+class Reference:
     """A straight line across the axes at one value of x or y."""
 
     axis: Literal["x", "y"]
@@ -99,7 +86,7 @@ class Reference(_Layer):
 
 
 @dataclass(frozen=True, eq=False)
-class Note(_Layer):
+class Note:
     """A line of text above the axes."""
 
     text: str
@@ -115,7 +102,7 @@ class FigureData:
     kind : its name in the registry
     title, x_label, y_label : with units
     layers : from the back to the front
-    caption : at most five lines, made from ``numbers``
+    caption : at most five lines
     numbers : the key numbers, as JSON has them: what is not finite is ``None``
     x_limits, y_limits : (low, high); ``None`` fits the data
     """
@@ -129,8 +116,8 @@ class FigureData:
     numbers: dict[str, Any] = field(default_factory=dict)
     x_log: bool = False
     y_log: bool = False
-    x_limits: tuple[float | None, float | None] = (None, None)
-    y_limits: tuple[float | None, float | None] = (None, None)
+    x_limits: Sequence[float | None] = (None, None)
+    y_limits: Sequence[float | None] = (None, None)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", plain(self.numbers))
@@ -172,15 +159,19 @@ def at_common_times(curves: Sequence[Curve], *, steps: bool = False) -> Curve:
     return times, np.array(rows)
 
 
-def bands(times: Array, rows: Array, series: int, label: str | None = None) -> list[Band]:
-    """The band mean ± standard deviation of rows; none of one row, or without a span of time."""
+def bands(
+    curves: Sequence[Curve], series: int, label: str | None = None, *, steps: bool
+) -> list[Band]:
+    """The band mean ± standard deviation of curves; none of one, or without a span of time."""
+    times, rows = at_common_times(curves, steps=steps)
     if len(rows) < 2 or not times[-1] > times[0]:
         return []
     mean, deviation = rows.mean(axis=0), rows.std(axis=0, ddof=1)
     return [Band(times, mean - deviation, mean + deviation, label, series)]
 
 
-def thinned(time: Array, most: int = MOST_VERTICES) -> NDArray[np.intp]:
-    """An even choice of at most ``most`` rows, one per instant, with the last and the first."""
+def thinned(time: Array) -> NDArray[np.intp]:
+    """An even choice of at most ``MOST_VERTICES`` rows, one per instant, the first and the last."""
     rows = instants(time)
-    return np.asarray(rows[np.linspace(0, len(rows) - 1, min(len(rows), most)).astype(np.intp)])
+    chosen = np.linspace(0, len(rows) - 1, min(len(rows), MOST_VERTICES)).astype(np.intp)
+    return np.asarray(rows[chosen])

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
 
+import yaml
+
+from snooker_cli.errors import FigureError
 from snooker_cli.figures import cooling, distributions, gas_law, time_courses
+from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.selection import MOST_SERIES, along, elastic, evenly, selected, varying
+from snooker_cli.formatting import listed
 
 if TYPE_CHECKING:
+    from snooker_cli.config import Point
     from snooker_cli.figures.figure_data import FigureData
     from snooker_cli.figures.selection import Selection
     from snooker_cli.runs import Run
@@ -17,155 +25,86 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FigureSpec:
-    """A figure that runs can give.
+    """A figure that runs can give; registry.yaml explains its fields.
 
-    needs : what a run must have, as a sentence
-    make : a run and a selection of its points -> the figure; raises ``FigureError`` if the run
-        cannot give it, ``StoreError`` if a repeat cannot be read
-    report_figures : the source report's figures of this type
-    each_point : whether a figure shows one point, so that several points make several figures
+    draw : the points to show -> the figure; raises ``FigureError``
+    axes : fields of ``FigureData``
     """
 
     name: str
     title: str
     needs: str
-    make: Callable[[Run, Selection], FigureData]
-    report_figures: tuple[int, ...] = ()
+    draw: Callable[[FigureBuilder], FigureData]
+    axes: Mapping[str, Any]
+    report_figures: Sequence[int] = ()
+    states: bool = False
+    lossy: bool | None = None
+    along: Sequence[str] = ()
+    by: str | None = None
+    most: int = MOST_SERIES
     each_point: bool = False
 
+    def make(self, run: Run, selection: Selection) -> FigureData:
+        """The figure of the selected points.
 
-_MOMENTUM = "A run with `record: events` and a finite container.mass, or a periodic box."
-_LOSSES = "A point with cor or wall_cor below 1"
-_RADII = "and over balls.radius if wanted."
+        Raises ``FigureError`` if the run cannot give it, and ``StoreError`` if a repeat cannot be
+        read.
+        """
+        if self.states and run.experiment.record == "summary":
+            raise FigureError("it needs the balls' states; run the config with `record: events`")
+        groups = self._groups(selected(run, selection))
+        fields = {"kind": self.name, "title": self.title, **self.axes}
+        return self.draw(FigureBuilder(run, selection, groups, fields))
 
-_ALL = (
-    FigureSpec(
-        "central-distances",
-        "distances of the balls from the container's centre",
-        "A circle, with `record: events`.",
-        partial(distributions.distances, distributions.CENTRAL),
-        (1,),
-    ),
-    FigureSpec(
-        "pair-distances",
-        "distances between the balls",
-        "Any run with `record: events`.",
-        partial(distributions.distances, distributions.PAIRS),
-        (2,),
-    ),
-    FigureSpec(
-        "energy",
-        "kinetic energy of balls and container over time",
-        "Any run.",
-        time_courses.energy,
-        (3,),
-    ),
-    FigureSpec(
-        "momentum-x",
-        "total momentum in x over that at the start",
-        _MOMENTUM,
-        partial(time_courses.momentum_component, 0, "x"),
-        (4,),
-    ),
-    FigureSpec(
-        "momentum-y",
-        "total momentum in y over that at the start",
-        _MOMENTUM,
-        partial(time_courses.momentum_component, 1, "y"),
-        (5,),
-    ),
-    FigureSpec(
-        "energy-fit",
-        "decay of the energy with its fits",
-        f"{_LOSSES}.",
-        partial(cooling.fit_figure, "kinetic_energy"),
-        (6, 7),
-        each_point=True,
-    ),
-    FigureSpec(
-        "temperature-fit",
-        "decay of the temperature with its fits",
-        f"{_LOSSES}.",
-        partial(cooling.fit_figure, "temperature"),
-        (8, 9),
-        each_point=True,
-    ),
-    FigureSpec(
-        "pressure",
-        "mean pressure since the start over time",
-        "Any run with collisions.",
-        time_courses.pressure,
-        (10,),
-    ),
-    FigureSpec(
-        "pressure-fit",
-        "decay of the mean pressure with its fits",
-        f"{_LOSSES} and more than 50 collisions.",
-        partial(cooling.fit_figure, "pressure"),
-        (11, 12),
-        each_point=True,
-    ),
-    FigureSpec(
-        "pressure-temperature",
-        "pressure against temperature",
-        f"Points at cor 1 with a sweep over balls.speed, {_RADII}",
-        partial(gas_law.pressures, gas_law.TEMPERATURE),
-        (13,),
-    ),
-    FigureSpec(
-        "pressure-area",
-        "pressure against the container's area",
-        f"Points at cor 1 with a sweep over container.radius or width, {_RADII}",
-        partial(gas_law.pressures, gas_law.AREA),
-        (14,),
-    ),
-    FigureSpec(
-        "pressure-number",
-        "pressure against the number of balls",
-        f"Points at cor 1 with a sweep over balls.rings or count, {_RADII}",
-        partial(gas_law.pressures, gas_law.NUMBER),
-        (15,),
-    ),
-    FigureSpec(
-        "temperature-ratio",
-        "temperature by equipartition over that of the ideal gas law",
-        "Points at cor 1 with a sweep over balls.radius.",
-        gas_law.temperature_ratio,
-        (16,),
-    ),
-    FigureSpec(
-        "ideal-ratio",
-        "simulated over ideal pressure, a marker for each repeat",
-        "Any run with collisions; small balls show the effect of the cor alone.",
-        gas_law.ideal_ratio,
-        (17,),
-    ),
-    FigureSpec(
-        "speeds",
-        "distribution of speeds beside Maxwell-Boltzmann",
-        "A run with five or more collisions of a ball with others.",
-        distributions.speeds,
-        (18,),
-    ),
-    FigureSpec(
-        "decay-against-cor",
-        "decay constants of the energy against the cor",
-        "A sweep over cor, two or more below 1.",
-        cooling.decay_against_cor,
-    ),
-    FigureSpec(
-        "haff-time",
-        "how the decay rate falls with time",
-        "Points with cor or wall_cor below 1, and ten collisions in each window of time.",
-        cooling.haff_time,
-    ),
-    FigureSpec(
-        "event-decay",
-        "energy against collisions",
-        "Points with cor or wall_cor below 1, and two or more balls.",
-        cooling.event_decay,
-    ),
-)
+    def _groups(self, points: Sequence[Point]) -> list[list[Point]]:
+        """The points to show, see ``FigureBuilder``. Raises ``FigureError``."""
+        if self.lossy is not None:
+            points = [point for point in points if elastic(point) is not self.lossy]
+        if not points and self.lossy:
+            raise FigureError("nothing decays where all collisions are elastic; take cor below 1")
+        if not points:
+            raise FigureError("it is about the equilibrium of elastic balls; run it at cor 1")
+        if self.each_point and len(points) > 1:
+            keys = listed(varying(points))
+            raise FigureError(
+                f"it shows one point and {len(points)} are there; choose one by {keys} with --where"
+            )
+        return along(points, self.along, self.by) if self.along else [evenly(points, self.most)]
 
-FIGURES: dict[str, FigureSpec] = {spec.name: spec for spec in _ALL}
+
+_FUNCTIONS: dict[str, Callable[[FigureBuilder], FigureData]] = {
+    "central-distances": partial(distributions.distances, distributions.CENTRAL),
+    "pair-distances": partial(distributions.distances, distributions.PAIRS),
+    "energy": time_courses.energy,
+    "momentum-x": partial(time_courses.momentum_component, "x"),
+    "momentum-y": partial(time_courses.momentum_component, "y"),
+    "energy-fit": partial(cooling.fit_figure, "kinetic_energy"),
+    "temperature-fit": partial(cooling.fit_figure, "temperature"),
+    "pressure": time_courses.pressure,
+    "pressure-fit": partial(cooling.fit_figure, "pressure"),
+    "pressure-temperature": partial(gas_law.pressures, "temperature"),
+    "pressure-area": partial(gas_law.pressures, "area"),
+    "pressure-number": partial(gas_law.pressures, "number"),
+    "temperature-ratio": gas_law.temperature_ratio,
+    "ideal-ratio": gas_law.ideal_ratio,
+    "speeds": distributions.speeds,
+    "decay-against-cor": cooling.decay_against_cor,
+    "haff-time": cooling.haff_time,
+    "event-decay": cooling.event_decay,
+}
+
+_AXES = ("x_label", "y_label", "x_log", "y_log", "x_limits", "y_limits")
+
+
+def _read() -> dict[str, FigureSpec]:
+    """The figures of registry.yaml, each with its function."""
+    text = (files("snooker_cli.figures") / "registry.yaml").read_text(encoding="utf-8")
+    specs = {}
+    for name, entry in yaml.safe_load(text).items():
+        axes = {key: entry.pop(key) for key in _AXES if key in entry}
+        specs[name] = FigureSpec(name=name, draw=_FUNCTIONS[name], axes=axes, **entry)
+    return specs
+
+
+FIGURES = _read()
 """Every figure by its name: the source report's in the order of its figures, then ours."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -20,110 +21,14 @@ if TYPE_CHECKING:
 
     from snooker_cli.config import Point
     from snooker_cli.runs import Run
-    from snooker_cli.scene import Scene
-    from snooker_cli.store import RepeatHeader
     from snooker_cli.trace import StopReason, Trace
-
-
-# A run's files -> the selected repeats, and what a caption needs of each.
-
-REMEMBERED_SIZE = 100_000
-"""Repeats whose file is at most this long (bytes) stay in memory for the next figure."""
-
-
-@dataclass(frozen=True)
-class Facts:
-    """What a caption needs of a repeat.
-
-    motion : start, finish and number of collisions in units of the fastest ball's speed at the
-        start; equal if two repeats are one motion at two paces, to the bit
-    """
-
-    reason: StopReason
-    collisions: int
-    motion: bytes
-
-
-def repeats(run: Run, point: Point, selection: Selection) -> Iterator[Trace]:
-    """The selected repeats of a point that are there. Raises ``StoreError``."""
-    for number in present(run, point, selection):
-        yield _read(run, point, number)
-
-
-def one_repeat(run: Run, point: Point, selection: Selection) -> Trace:
-    """The selected repeat of a point, the first if none is chosen. Raises ``StoreError``."""
-    return _read(run, point, present(run, point, selection)[0])
-
-
-def facts(run: Run, point: Point, selection: Selection, *, single: bool) -> list[Facts]:
-    """What a caption needs of the repeats; of the first alone if ``single``."""
-    numbers = present(run, point, selection)[: 1 if single else None]
-    paths = [run.path(point.index, number) for number in numbers]
-    infos = [store.file_info(path) for path in paths]
-    return [
-        _facts(path, info.modified if info else 0) for path, info in zip(paths, infos, strict=True)
-    ]
-
-
-def _read(run: Run, point: Point, number: int) -> Trace:
-    """A repeat of this run from its file, or from memory, see ``_stored``."""
-    trace, header = _stored(run.path(point.index, number))
-    run.accept(point, number, header)
-    return trace
-
-
-def _stored(path: Path) -> tuple[Trace, RepeatHeader]:
-    """A file's content, from memory if the file is small and unchanged."""
-    info = store.file_info(path)
-    if info is None or info.size > REMEMBERED_SIZE:
-        return store.read(path)
-    return _remembered(path, info.modified)
-
-
-@lru_cache(maxsize=8192)
-def _remembered(path: Path, modified: int) -> tuple[Trace, RepeatHeader]:
-    """A file's content at one time."""
-    return store.read(path)
-
-
-@lru_cache(maxsize=65536)
-def _facts(path: Path, modified: int) -> Facts:
-    """The facts of a repeat, from its file at one time."""
-    trace = _stored(path)[0]
-    start, finish = trace.start, trace.finish
-    # Doubling all speeds changes no rounding, so that the quotients stay the same to the bit.
-    speed = float(np.sqrt(np.max(np.sum(start.velocities**2, axis=1)))) or 1.0
-    numbers = np.array([trace.stop.time * speed, trace.wall_events, trace.pair_events])
-    parts = (start.positions, start.velocities / speed, finish.positions, finish.velocities / speed)
-    motion = b"".join(np.ascontiguousarray(part).tobytes() for part in (*parts, numbers))
-    return Facts(trace.stop.reason, trace.collisions, motion)
 
 
 MOST_SERIES = 6
 """More than this many series cannot be told apart in one figure."""
 
-_WORDS = {
-    "balls.rings": "N = {}",
-    "balls.count": "N = {}",
-    "balls.packing": "packing {}",
-    "balls.radius": "r = {} m",
-    "balls.mass": "m = {} kg",
-    "balls.speed": "v₀ = {} m/s",
-    "balls.ring_extent": "ring extent {}",
-    "container.radius": "R = {} m",
-    "container.width": "width {} m",
-    "container.height": "height {} m",
-    "container.packing": "packing {}",
-    "container.mass": "M = {} kg",
-    "cor": "CoR {}",
-    "wall_cor": "wall CoR {}",
-    "collapse": "collapse: {}",
-    "collisions": "{} collisions",
-    "time": "{} s",
-}
-
-_ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
-"""The meaning of a key that is null or infinite."""
+REMEMBERED_SIZE = 100_000
+"""Repeats whose file is at most this long (bytes) stay in memory for the next figure."""
 
 
 @dataclass(frozen=True)
@@ -136,6 +41,9 @@ class Selection:
 
     where: Mapping[str, Any] = field(default_factory=dict)
     repeat: int | None = None
+
+
+# Points.
 
 
 def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
@@ -166,12 +74,6 @@ def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
     return points
 
 
-def present(run: Run, point: Point, selection: Selection) -> list[int]:
-    """The selected repeats of a point that have a file; all of them if none is chosen."""
-    numbers = range(run.experiment.repeats) if selection.repeat is None else [selection.repeat]
-    return [number for number in numbers if run.holds(point, number)]
-
-
 def value_at(point: Point, key: str) -> Any:
     """A point's value of a key such as ``balls.radius``. Raises ``FigureError``."""
     parameters = dict(point.parameters)
@@ -195,40 +97,23 @@ def varying(points: Sequence[Point]) -> list[str]:
     return [key for key, _ in points[0].parameters if len(distinct(points, key)) > 1]
 
 
-def series_of_points(run: Run, selection: Selection) -> list[Point]:
-    """The selected points as series of one figure, see ``evenly``."""
-    return evenly(selected(run, selection))
-
-
 def evenly(points: Sequence[Point], most: int = MOST_SERIES) -> list[Point]:
     """Points as series of one figure; of too many along one key, an even choice.
 
     Raises ``FigureError`` for too many points over several keys.
     """
-    if len(points) <= most:
-        return list(points)
     keys = varying(points)
-    if len(keys) > 1:
+    if len(points) > most and len(keys) > 1:
         raise FigureError(
             f"{len(points)} points over {listed(keys)} are too many for one figure; choose at "
             f"most {most} with --where"
         )
-    return [points[k] for k in np.linspace(0, len(points) - 1, most).round().astype(int)]
+    rows = np.linspace(0, len(points) - 1, min(len(points), most)).round().astype(int)
+    return [points[row] for row in rows]
 
 
-def single_point(run: Run, selection: Selection) -> Point:
-    """The one selected point. Raises ``FigureError`` if there are several."""
-    points = selected(run, selection)
-    if len(points) > 1:
-        keys = listed(varying(points))
-        raise FigureError(
-            f"it shows one point and {len(points)} are there; choose one by {keys} with --where"
-        )
-    return points[0]
-
-
-def along(points: Sequence[Point], *xs: str, series: str | None = None) -> list[list[Point]]:
-    """Points in order of one of the keys ``xs``, a list for each value of the key ``series``.
+def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[list[Point]]:
+    """Points in order of one of the keys ``xs``, a list for each value of the key ``by``.
 
     Raises ``FigureError`` if each of ``xs`` has one value only, or if other keys have several.
     """
@@ -238,20 +123,18 @@ def along(points: Sequence[Point], *xs: str, series: str | None = None) -> list[
         raise FigureError(
             f"it needs points at two or more values of {' or '.join(xs)}; sweep that key"
         )
-    others = [key for key in keys if key not in (x, series)]
+    others = [key for key in keys if key not in (x, by)]
     if others:
         raise FigureError(f"it needs one value of {listed(others)}; choose it with --where")
-    values = [None] if series is None or series not in keys else distinct(points, series)
-    if len(values) > MOST_SERIES:
+    groups: dict[Any, list[Point]] = {}
+    for point in sorted(points, key=lambda point: float(value_at(point, x))):
+        groups.setdefault(value_at(point, by) if by in keys else None, []).append(point)
+    if len(groups) > MOST_SERIES:
         raise FigureError(
-            f"{len(values)} values of {series} are too many for one figure; choose at most "
+            f"{len(groups)} values of {by} are too many for one figure; choose at most "
             f"{MOST_SERIES} with --where"
         )
-    groups = [
-        [point for point in points if value is None or value_at(point, str(series)) == value]
-        for value in values
-    ]
-    return [sorted(group, key=lambda point: float(value_at(point, x))) for group in groups]
+    return [groups[value] for value in (distinct(points, by) if by in keys else groups)]
 
 
 def elastic(point: Point) -> bool:
@@ -261,26 +144,64 @@ def elastic(point: Point) -> bool:
     return experiment.cor == 1.0 and walls
 
 
-def elastic_points(run: Run, selection: Selection) -> list[Point]:
-    """The selected points without any loss. Raises ``FigureError`` if there are none."""
-    points = [point for point in selected(run, selection) if elastic(point)]
-    if not points:
-        raise FigureError("it is about the equilibrium of elastic balls; run it at cor 1")
-    return points
+# Their repeats.
 
 
-def inelastic_points(run: Run, selection: Selection) -> list[Point]:
-    """The selected points that lose energy. Raises ``FigureError`` if there are none."""
-    points = [point for point in selected(run, selection) if not elastic(point)]
-    if not points:
-        raise FigureError("nothing decays where all collisions are elastic; run it at cor below 1")
-    return points
+def present(run: Run, point: Point, selection: Selection) -> list[int]:
+    """The selected repeats of a point that have a file; all of them if none is chosen."""
+    return [n for n in run.present(point) if selection.repeat in (None, n)]
 
 
-def require_motion(scene: Scene) -> None:
-    """Raise ``FigureError`` where nothing moves at the start, so that no ratio to it exists."""
-    if scene.kinetic_energy == 0:
-        raise FigureError("nothing moves at the start, so there is no ratio to it")
+def repeats(run: Run, point: Point, selection: Selection) -> Iterator[Trace]:
+    """The selected repeats of a point that are there. Raises ``StoreError``."""
+    for number in present(run, point, selection):
+        path = run.path(point.index, number)
+        info = store.file_info(path)
+        small = info is not None and info.size <= REMEMBERED_SIZE
+        trace, header = _remembered(store.read, path, info) if small else store.read(path)
+        run.accept(point, number, header)
+        yield trace
+
+
+def stop_reasons(run: Run, points: Sequence[Point], selection: Selection) -> Counter[StopReason]:
+    """How many of the selected repeats ended for each reason. Raises ``StoreError``."""
+    paths = [run.path(p.index, number) for p in points for number in present(run, p, selection)]
+    headers = [_remembered(store.read_header, path, store.file_info(path)) for path in paths]
+    return Counter(header.stop.reason for header in headers)
+
+
+@lru_cache(maxsize=8192)
+def _remembered(read: Callable[[Path], Any], path: Path, info: tuple[int, int] | None) -> Any:
+    """What is read from a file, as long as its size and age stay."""
+    return read(path)
+
+
+# Their words.
+
+_WORDS = {
+    "balls.rings": "N = {}",
+    "balls.count": "N = {}",
+    "balls.radius": "r = {} m",
+    "balls.packing": "packing {}",
+    "balls.speed": "v₀ = {} m/s",
+    "container.shape": "{}",
+    "container.radius": "R = {} m",
+    "container.width": "width {} m",
+    "container.height": "height {} m",
+    "container.packing": "packing {}",
+    "cor": "CoR {}",
+    "wall_cor": "wall CoR {}",
+    "balls.mass": "m = {} kg",
+    "balls.ring_extent": "ring extent {}",
+    "container.mass": "M = {} kg",
+    "collisions": "{} collisions",
+    "time": "{} s",
+}
+SCENE_KEYS = tuple(_WORDS)[:12]
+"""The keys whose common values a caption prints."""
+
+_ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
+"""The meaning of a key that is null or infinite."""
 
 
 def label(point: Point, points: Sequence[Point]) -> str | None:
@@ -291,11 +212,11 @@ def label(point: Point, points: Sequence[Point]) -> str | None:
 def described(point: Point, key: str) -> str:
     """A key and its value in words: ``CoR 0.8``, ``r = 0.1 m``."""
     value = value_at(point, key)
+    if key in _ABSENT and value in (None, math.inf):
+        return _ABSENT[key]
     if key == "balls.rings":
         value = 1 + 3 * value * (value + 1)
     if key == "container.shape":
-        return SHAPES[value].title
-    if key in _ABSENT and value in (None, math.inf):
-        return _ABSENT[key]
+        value = SHAPES[value].title
     shown = short(value, 6) if isinstance(value, float) else str(value)
     return _WORDS.get(key, f"{key} = {{}}").format(shown)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,15 +17,13 @@ from snooker_cli.analysis.observables import (
     series,
 )
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures.captions import FigureBuilder, require_motion
 from snooker_cli.figures.figure_data import Curve, FigureData, Reference, at_common_times
-from snooker_cli.figures.selection import Selection, elastic, require_motion, series_of_points
+from snooker_cli.figures.selection import elastic
 from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import EPSILON
 
 if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.runs import Run
     from snooker_cli.scene import Scene
     from snooker_cli.trace import Trace
 
@@ -34,11 +31,14 @@ MOMENTUM_UNIT = 1e-15
 """The unit of the momentum's deviation: about four roundings of a number near one."""
 
 
-def energy(run: Run, selection: Selection) -> FigureData:
+def energy(build: FigureBuilder) -> FigureData:
     """Kinetic energy of balls and container over that at the start."""
-    build = FigureBuilder(run, selection, series_of_points(run, selection))
     for index, point in enumerate(build.points):
-        curves = [_energy(trace) for trace in build.traces(point)]
+        curves = []
+        for trace in build.traces(point):
+            require_motion(trace.start)
+            found = series(trace)
+            curves.append((found.time, energy_ratio(found)))
         build.add_course(index, point, curves)
         build.record(
             point,
@@ -49,35 +49,19 @@ def energy(run: Run, selection: Selection) -> FigureData:
             repeats=len(curves),
         )
     sentences = []
-    elastics = [each for each in build.records if each["elastic"]]
-    if elastics:
-        worst = max(each["largest_deviation"] for each in elastics)
-        sentences.append(f"Elastic collisions keep the energy to {short(worst, 2)} of it.")
-    if len(elastics) < len(build.records):
-        rise = max(each["largest_rise"] for each in build.records if not each["elastic"])
+    if kept := [each["largest_deviation"] for each in build.records if each["elastic"]]:
+        sentences.append(f"Elastic collisions keep the energy to {short(max(kept), 2)} of it.")
+    if rises := [each["largest_rise"] for each in build.records if not each["elastic"]]:
         sentences.append(
-            "Inelastic collisions never raise the energy."
-            if rise == 0
-            else f"The largest rise by an inelastic collision is {short(rise, 2)} of the start."
+            f"The largest rise by an inelastic collision is {short(max(rises), 2)} of the start."
         )
-    return build.figure(
-        kind="energy",
-        title=f"Kinetic energy of {_bodies(build.points)}",
-        x_label="time (s)",
-        y_label="kinetic energy, E(t)/E(0)",
-        caption=" ".join(sentences),
-        x_limits=(0.0, None),
-        y_limits=(0.0, 1.05),
-    )
+    return build.figure(" ".join(sentences))
 
 
-def momentum_component(component: int, name: str, run: Run, selection: Selection) -> FigureData:
+def momentum_component(name: str, build: FigureBuilder) -> FigureData:
     """A component of the total momentum: how far its ratio to the start is from 1."""
-    if run.experiment.record == "summary":
-        raise FigureError("it needs velocities; run the config with `record: events`")
-    build = FigureBuilder(run, selection, series_of_points(run, selection))
     for index, point in enumerate(build.points):
-        totals = [_momentum(trace, component, name) for trace in build.traces(point)]
+        totals = [_momentum(trace, name) for trace in build.traces(point)]
         deviations = [(time, total / total[0] - 1) for time, total in totals]
         curves = [(time, each / MOMENTUM_UNIT) for time, each in deviations]
         build.add_course(index, point, curves, style="solid")  # dashes would be lost in the noise
@@ -89,28 +73,20 @@ def momentum_component(component: int, name: str, run: Run, selection: Selection
             repeats=len(totals),
         )
     worst = max(each["largest_deviation"] for each in build.records)
-    bodies = _bodies(build.points)
     return build.figure(
-        kind=f"momentum-{name}",
-        title=f"Total momentum in {name}, {bodies}",
-        x_label="time (s)",
-        y_label=f"(p{name}/p{name}(0) − 1) · 10¹⁵",
-        references=[Reference("y", 0.0)],
-        caption=f"The total momentum of {bodies} stays p{name}(0) to within {short(worst, 2)} of "
-        f"it, {short(worst / EPSILON, 2)} roundings, at "
+        f"The total momentum stays p{name}(0) to within {short(worst, 2)} of it, "
+        f"{short(worst / EPSILON, 2)} roundings, at "
         f"{max(each['states'] for each in build.records)} times.",
+        references=[Reference("y", 0.0)],
         numbers={"largest_deviation": worst},
-        x_limits=(0.0, None),
     )
 
 
-def pressure(run: Run, selection: Selection) -> FigureData:
+def pressure(build: FigureBuilder) -> FigureData:
     """The mean pressure since the start."""
-    build = FigureBuilder(run, selection, series_of_points(run, selection))
     expected: dict[float, None] = {}
     for index, point in enumerate(build.points):
-        traces = list(build.traces(point))
-        curves = [_pressure(trace) for trace in traces]
+        curves = [_pressure(trace) for trace in build.traces(point)]
         build.add_course(index, point, curves, steps=False)
         times, rows = at_common_times(curves)
         final, error = mean_and_error(rows[:, -1])
@@ -121,36 +97,21 @@ def pressure(run: Run, selection: Selection) -> FigureData:
             pressure_error=error,
             repeats=len(rows),
         )
-        build.result(point, with_error(final, error, "Pa·m"))
+        build.result(build.label(point), with_error(final, error, "Pa·m"))
         if elastic(point):
-            expected |= dict.fromkeys(_equilibrium(traces[0].start))
+            expected |= dict.fromkeys(_equilibrium(build.start(point)))
     if not any(record["pressure"] for record in build.records):
         raise FigureError("nothing hits the wall, so there is no pressure; run longer")
-    walls = any(point.experiment.container.shape_class.has_wall for point in build.points)
-    on = "on the wall since the start" if walls else "since the start, by the virial"
     return build.figure(
-        kind="pressure",
-        title=f"Mean pressure {on}",
-        x_label="time (s)",
-        y_label="pressure since the start (Pa·m)",
+        f"Mean at the end of the shortest repeat: {build.results_text}.",
         references=[Reference("y", value, "hard-disk theory, CoR 1") for value in expected],
-        caption=f"Mean at the end of the shortest repeat: {build.results_text}.",
         numbers={"theory": list(expected)},
-        x_limits=(0.0, None),
-        y_limits=(0.0, None),
     )
 
 
-def _energy(trace: Trace) -> Curve:
-    """Times (s) and the energy over that at the start. Raises ``FigureError``."""
-    require_motion(trace.start)
-    found = series(trace)
-    return found.time, energy_ratio(found)
-
-
-def _momentum(trace: Trace, component: int, name: str) -> Curve:
+def _momentum(trace: Trace, name: str) -> Curve:
     """Times (s) and one component of the total momentum, kg m/s. Raises ``FigureError``."""
-    scene = trace.start
+    scene, component = trace.start, "xy".index(name)
     if not scene.container.can_move and scene.container.has_wall:
         raise FigureError("the walls of a box are fixed and take momentum")
     if scene.container.has_wall and not scene.free:
@@ -184,9 +145,3 @@ def _equilibrium(scene: Scene) -> list[float]:
     if state is None:
         return []
     return [state.pressure + scene.number * (warm - met) / scene.container.area]
-
-
-def _bodies(points: Sequence[Point]) -> str:
-    """Whose energy and momentum are counted: a circle can move, boxes do not."""
-    movable = any(point.experiment.container.shape_class.can_move for point in points)
-    return "balls and container" if movable else "the balls"

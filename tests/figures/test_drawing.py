@@ -17,11 +17,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 import pytest
-from figure_runs import (
-    ELASTIC,
-    WARM,
-    made,
-)
+from figure_runs import ELASTIC, WARM, made
 from matplotlib.axis import Axis
 from matplotlib.text import Text
 

@@ -1,23 +1,11 @@
-"""Layers, and bands over repeats at common times."""
+"""Bands over repeats at common times."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from snooker_cli.figures import (
-    Line,
-)
 from snooker_cli.figures.figure_data import at_common_times, bands
-
-
-def test_layers_keep_read_only_copies() -> None:
-    x = np.arange(3.0)
-    line = Line(x, x)
-    x[0] = 7.0
-    assert line.x.tolist() == [0.0, 1.0, 2.0]
-    with pytest.raises(ValueError, match="read-only"):
-        line.y[0] = 1.0
 
 
 def test_curves_that_are_straight_or_change_in_steps() -> None:
@@ -30,15 +18,14 @@ def test_curves_that_are_straight_or_change_in_steps() -> None:
     times, stepped = at_common_times([one, other], steps=True)
     assert stepped[0].tolist() == np.select([times < 2, times < 4], [1.0, 3.0], 5.0).tolist()
     assert stepped[1].tolist() == np.where(times < 4, 10.0, 40.0).tolist()
-    (band,) = bands(times, stepped, 2)
+    (band,) = bands([one, other], 2, steps=True)
     assert band.series == 2
-    assert (band.low[-1], band.high[-1]) == pytest.approx(
-        (22.5 - 17.5 * 2**0.5, 22.5 + 17.5 * 2**0.5)
-    )
+    edges = 22.5 - 17.5 * 2**0.5, 22.5 + 17.5 * 2**0.5  # of 5 and 40, with the sample deviation
+    assert (band.low[-1], band.high[-1]) == pytest.approx(edges)
 
 
 def test_no_band_of_one_repeat_or_of_repeats_without_common_times() -> None:
     early = np.array([0.0, 1.0]), np.array([1.0, 0.5])
     late = np.array([2.0, 3.0]), np.array([1.0, 0.5])
-    assert bands(*at_common_times([early]), 0) == []
-    assert bands(*at_common_times([early, late]), 0) == []
+    assert bands([early], 0, steps=True) == []
+    assert bands([early, late], 0, steps=True) == []

@@ -3,111 +3,60 @@
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 
-import numpy as np
 import pytest
-from figure_runs import (
-    layers,
-    made,
-    shown,
-    why_not,
-)
+from figure_runs import layers, made, shown, why_not
 
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import (
-    FIGURES,
-    FigureData,
-    Reference,
-    Selection,
-    plain,
-)
+from snooker_cli.figures import FIGURES, FigureData, Reference, Selection
 from snooker_cli.runs import Run
 
 
-def all_of(run: Run) -> tuple[dict[str, FigureData], dict[str, str]]:
-    """Every picture that a run can give, and why it cannot give the others."""
-    pictures, lacking = {}, {}
-    for name, kind in FIGURES.items():
-        selection = Selection({"cor": 0.9} if kind.each_point else {})
-        try:
-            pictures[name] = kind.make(run, selection)
-        except FigureError as error:
-            lacking[name] = str(error)
-    return pictures, lacking
-
-
-def test_every_kind_is_described() -> None:
-    assert [figure for kind in FIGURES.values() for figure in kind.report_figures] == list(
-        range(1, 19)
-    )
-    for name, kind in FIGURES.items():
-        assert kind.name == name
-        assert kind.needs.endswith(".")
-
-
-def test_numbers_of_a_picture_are_json(decaying: Run, warm: Run) -> None:
-    for run in (decaying, warm):
-        for kind in FIGURES.values():
-            where = {"cor": 0.8} if run is decaying else {"balls.speed": 10.0}
-            try:
-                picture = kind.make(run, Selection(where))
-            except FigureError:
-                continue
-            assert picture.kind == kind.name
-            assert json.loads(json.dumps(picture.numbers, allow_nan=False)) == picture.numbers
-    assert plain({"a": (math.nan, np.float64(1.5)), "b": np.array([1, 2])}) == {
-        "a": [None, 1.5],
-        "b": [1, 2],
-    }
+def test_the_source_reports_figures_come_first_and_in_order() -> None:
+    found = [number for spec in FIGURES.values() for number in spec.report_figures]
+    assert found == list(range(1, 19))
 
 
 @pytest.mark.parametrize("shape", ["box", "periodic"])
-def test_pictures_speak_of_the_shape_that_is_there(
+def test_figures_describe_the_shape_that_is_there(
     shape: str, request: pytest.FixtureRequest
 ) -> None:
-    pictures, lacking = all_of(request.getfixturevalue(shape))
+    run: Run = request.getfixturevalue(shape)
+    figures: dict[str, FigureData] = {}
+    missing = {}
+    for name, spec in FIGURES.items():
+        try:
+            figures[name] = spec.make(run, Selection({"cor": 0.9} if spec.each_point else {}))
+        except FigureError as error:
+            missing[name] = str(error)
     sweeps = {"pressure-temperature", "pressure-area", "pressure-number", "temperature-ratio"}
-    assert set(lacking) == {"central-distances", "momentum-x", "momentum-y"} | sweeps
-    for name, picture in pictures.items():
-        words = " ".join(
-            [
-                picture.title,
-                picture.caption,
-                *(str(vars(layer).get("label")) for layer in picture.layers),
-            ]
-        )
+    assert set(missing) == {"central-distances", "momentum-x", "momentum-y"} | sweeps
+    assert "only the wall of a circle is at one distance" in missing["central-distances"]
+    for name, figure in figures.items():
+        labels = [str(getattr(layer, "label", "")) for layer in figure.layers]
+        words = " ".join([figure.title, figure.caption, *labels])
         for wrong in ("circle", "container", "R − r", "R = ", "floor of L"):
             assert wrong not in words, name
-        if shape == "periodic":
-            assert "wall" not in words, name
         assert ("periodic box, width 30 m, height 20 m" in words) is (shape == "periodic")
-    assert "only the wall of a circle is at one distance" in lacking["central-distances"]
+        assert shape == "box" or "wall" not in words, name
+        assert figure.kind == name
+        assert json.loads(json.dumps(figure.numbers, allow_nan=False)) == figure.numbers
 
 
-def test_summaries_have_no_states(warm: Run) -> None:
+def test_reasons_for_missing_figures(warm: Run, decaying: Run) -> None:
     for kind in ("central-distances", "pair-distances", "momentum-x", "momentum-y"):
         assert "run the config with `record: events`" in why_not(warm, kind)
-
-
-@pytest.mark.parametrize(
-    ("kind", "key"),
-    [
+    for kind in ("decay-against-cor", "haff-time", "event-decay", "energy-fit"):
+        assert "nothing decays" in why_not(warm, kind)
+    for kind, keys in (
         ("pressure-temperature", "balls.speed"),
         ("pressure-area", "container.radius or container.width"),
-        ("pressure-number", "balls.rings or balls.count"),
-        ("temperature-ratio", "balls.radius"),
-    ],
-)
-def test_a_sweep_is_needed(decaying: Run, kind: str, key: str) -> None:
-    assert f"values of {key}; sweep that key" in why_not(decaying, kind)
-    assert "elastic" in why_not(decaying, kind, cor=0.8)
-
-
-def test_nothing_decays_where_all_is_elastic(warm: Run) -> None:
-    for kind in ("decay-against-cor", "haff-time", "event-decay"):
-        assert "nothing decays" in why_not(warm, kind)
+    ):
+        assert f"values of {keys}; sweep that key" in why_not(decaying, kind)
+        assert "elastic" in why_not(decaying, kind, cor=0.8)
+    assert "one value of balls.speed" in why_not(warm, "temperature-ratio")
+    assert "choose one by cor" in why_not(decaying, "energy-fit")
 
 
 def test_odd_scenes_get_a_sentence(tmp_path: Path) -> None:

@@ -7,25 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import (
-    ADRIFT,
-    around,
-    in_circle,
-    layers,
-    made,
-    shown,
-    traces,
-    why_not,
-)
+from figure_runs import ADRIFT, around, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
 from snooker_cli.analysis import observables
 from snooker_cli.engine import replay, series
-from snooker_cli.figures import (
-    Band,
-    Line,
-    Reference,
-)
+from snooker_cli.figures import Band, Line, Reference
 from snooker_cli.figures.captions import SPREAD
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON
@@ -92,7 +79,6 @@ def test_a_box_takes_momentum_and_a_periodic_one_starts_with_none(box: Run, peri
 def test_momentum_is_kept_without_walls(tmp_path: Path) -> None:
     run = made(tmp_path / "adrift", text=ADRIFT)
     found = shown(run, "momentum-x")
-    assert found.title == "Total momentum in x, the balls"
     assert found.numbers["points"][0]["momentum_at_start"] == 20.0
     assert found.numbers["largest_deviation"] < 1e-14
     # Of a total momentum of 20 and 9 kg m/s; half of the square over the mass is left in the end.
