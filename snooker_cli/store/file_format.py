@@ -7,24 +7,32 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import dataclass, fields
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli.containers import Box, Circle
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
 
 SCHEMA_VERSION = 2
 """Goes up when the files change; 2 hashes each column of events by itself."""
 
-BALLS, CONTAINER = b"particles/balls/", b"particles/container/"
-COLLISIONS = b"connectivity/collisions/"
-IMPULSE, RESIDUAL = b"observables/impulse/", b"observables/residual/"
-SUMMARY = b"observables/summary/"
-PARAMETERS = b"parameters/snooker"
+BALLS, CONTAINER = "particles/balls", "particles/container"
+COLLISIONS = "connectivity/collisions"
+IMPULSE, RESIDUAL = "observables/impulse", "observables/residual"
+SUMMARY = "observables/summary"
+SUMMARY_TIME = f"{SUMMARY}/kinetic_energy"
+"""The quantity whose steps and times all others of a summary share."""
+
+PARAMETERS = "parameters/snooker"
+
+RULES = ("restitution", "wall_restitution", "contact_duration", "elastic_below", "slides")
+"""The fields of a scene that are stored in the JSON of the ending."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +80,9 @@ class RepeatHeader:
 HASHED_IF_SET = ("contact_duration", "elastic_below", "slides")
 """Fields of a scene that older files lack: they are hashed only if not zero or false."""
 
+HASHED_LENGTHS = (*Circle.keys, *Box.keys)
+"""Lengths of containers that are always hashed, as nan if a shape lacks them."""
+
 
 class Fingerprint:
     """SHA-256 of all that a repeat's file holds; events may be added in pieces."""
@@ -92,11 +103,7 @@ class Fingerprint:
         """The hash of the events added, the rest of a trace, and the provenance's JSON."""
         digest = hashlib.sha256(provenance.encode())
         for scene in (trace.start, trace.finish):
-            for name, value in _hashed_values(scene).items():
-                if name in HASHED_IF_SET:
-                    if not value:
-                        continue
-                    digest.update(name.encode())
+            for value in _hashed_values(scene):
                 text = isinstance(value, str)
                 digest.update(
                     value.encode() if text else _bytes(np.asarray(value, dtype=np.float64))
@@ -120,16 +127,16 @@ def content_hash(trace: Trace) -> str:
     return fingerprint.content(trace)
 
 
-def _hashed_values(scene: Scene) -> dict[str, Any]:
-    """All values of a scene in the order of the fingerprint; nan for lengths that it lacks."""
-    container = scene.container
-    radius, width, height = (
-        getattr(container, key, math.nan) for key in ("radius", "width", "height")
-    )
-    values = {field.name: getattr(scene, field.name) for field in fields(scene)}
-    later = {name: values.pop(name) for name in HASHED_IF_SET}
-    values["container"] = radius
-    return values | {"shape": container.name, "width": width, "height": height} | later
+def _hashed_values(scene: Scene) -> Iterator[Any]:
+    """All values of a scene in the order of the fingerprint."""
+    lengths = dict(vars(scene.container))
+    first, *others = (lengths.pop(key, math.nan) for key in HASHED_LENGTHS)
+    values = {**vars(scene), "container": first}
+    later = {name: values.pop(name) for name in HASHED_IF_SET} | lengths
+    yield from (*values.values(), scene.container.name, *others)
+    for name, value in later.items():
+        if value:
+            yield from (name, value)
 
 
 def _bytes(values: NDArray[Any]) -> memoryview:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import h5py
 import numpy as np
-from h5py import h5g
-from numpy.typing import NDArray
 
 from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.errors import AbsentError, StoreError
@@ -24,8 +23,10 @@ from snooker_cli.store.file_format import (
     IMPULSE,
     PARAMETERS,
     RESIDUAL,
+    RULES,
     SCHEMA_VERSION,
     SUMMARY,
+    SUMMARY_TIME,
     Fingerprint,
     Provenance,
     RepeatHeader,
@@ -54,8 +55,8 @@ def file_info(path: Path) -> FileInfo | None:
 
 def read(path: Path) -> tuple[Trace, RepeatHeader]:
     """Read a repeat's file and check its content. Raises ``StoreError``."""
-    with _opened(path) as (root, parameters):
-        return _checked(root, parameters, path, keep_events=True)
+    with _opened(path) as file:
+        return _checked(file, path, keep_events=True)
 
 
 def check(path: Path) -> RepeatHeader:
@@ -64,38 +65,34 @@ def check(path: Path) -> RepeatHeader:
     Checks the hash of the content, that HDF5 can open every object, and the numbers and times
     that only other readers use.
     """
-    with _opened(path) as (root, parameters):
-        trace, header = _checked(root, parameters, path, keep_events=False)
-        hdf5.open_all(root)
-        if not _is_numbered(root, trace):
+    with _opened(path) as file:
+        trace, header = _checked(file, path, keep_events=False)
+        hdf5.open_all(file.id)
+        if not _is_numbered(file, trace):
             raise _changed(path)
     return header
 
 
 def read_header(path: Path) -> RepeatHeader:
     """Read a file's header without checking its content. Raises ``StoreError``."""
-    with _opened(path) as (_, parameters):
-        ending = json.loads(hdf5.read_text(parameters, b"ending"))
-        provenance = Provenance(**json.loads(hdf5.read_text(parameters, b"provenance")))
-        return RepeatHeader(
-            _stop(ending), ending["wall_events"] + ending["pair_events"], provenance
-        )
+    with _opened(path) as file:
+        ending, provenance = _parameter(file, "ending"), _parameter(file, "provenance")
+        collisions = ending["wall_events"] + ending["pair_events"]
+        return RepeatHeader(_stop(ending), collisions, Provenance(**provenance))
 
 
 def read_events(path: Path) -> Iterator[Events]:
     """A repeat's events in pieces, in bounded memory and unchecked. Raises ``StoreError``."""
-    with _opened(path) as (root, _):
-        yield from _events(root, EVENTS_AT_A_TIME)
+    with _opened(path) as file:
+        yield from _events(file, EVENTS_AT_A_TIME)
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[tuple[Any, Any]]:
-    """A file's root and the group of snooker's own attributes. Raises ``StoreError``."""
+def _opened(path: Path) -> Iterator[h5py.File]:
+    """A repeat's file. Raises ``StoreError``."""
     try:
-        file = hdf5.open_file(path)
-        try:
-            parameters = h5g.open(file, PARAMETERS)
-            version = hdf5.read_number(parameters, b"schema_version")
+        with hdf5.open_file(path) as file:
+            version = file[PARAMETERS].attrs["schema_version"]
             if version != SCHEMA_VERSION:
                 raise StoreError(
                     path,
@@ -103,9 +100,7 @@ def _opened(path: Path) -> Iterator[tuple[Any, Any]]:
                     f"version {SCHEMA_VERSION}",
                     "run it again",
                 )
-            yield h5g.open(file, b"/"), parameters
-        finally:
-            file.close()
+            yield file
     except FileNotFoundError:
         raise AbsentError(
             path, "there is no such result", "run the config, which simulates what is missing"
@@ -117,21 +112,24 @@ def _opened(path: Path) -> Iterator[tuple[Any, Any]]:
         raise StoreError(path, reason, "delete it and run again") from None
 
 
-def _checked(
-    root: Any, parameters: Any, path: Path, *, keep_events: bool
-) -> tuple[Trace, RepeatHeader]:
+def _parameter(file: h5py.File, name: str) -> dict[str, Any]:
+    """An attribute that is JSON."""
+    return dict(json.loads(file[PARAMETERS].attrs[name]))
+
+
+def _checked(file: h5py.File, path: Path, *, keep_events: bool) -> tuple[Trace, RepeatHeader]:
     """A repeat whose content has the hash that was written, with or without its events."""
     fingerprint = Fingerprint()
-    trace = _trace(root, parameters)
+    trace = _trace(file)
     if trace.summary is None:
-        for events in _events(root, None if keep_events else EVENTS_AT_A_TIME):
+        for events in _events(file, None if keep_events else EVENTS_AT_A_TIME):
             fingerprint.add(events)
             if keep_events:
                 trace = replace(trace, events=events)
-    source = hdf5.read_text(parameters, b"provenance")
-    provenance = Provenance(**json.loads(source))
-    if fingerprint.content(trace, source) != hdf5.read_text(parameters, b"content"):
+    parameters = file[PARAMETERS].attrs
+    if fingerprint.content(trace, parameters["provenance"]) != parameters["content"]:
         raise _changed(path)
+    provenance = Provenance(**_parameter(file, "provenance"))
     content = fingerprint.content(trace)
     return trace, RepeatHeader(trace.stop, trace.collisions, provenance, trace.start, content)
 
@@ -140,21 +138,17 @@ def _changed(path: Path) -> StoreError:
     return StoreError(path, "its content has changed since it was written", "run it again")
 
 
-def _is_numbered(root: Any, trace: Trace) -> bool:
+def _is_numbered(file: h5py.File, trace: Trace) -> bool:
     """Whether collisions or rows are counted from the first on, and both scenes have their step."""
     for group in (BALLS, CONTAINER):
-        steps = hdf5.get(root, group + b"position/step", np.int64)
-        times = hdf5.get(root, group + b"position/time")
+        steps, times = file[f"{group}/position/step"][:], file[f"{group}/position/time"][:]
         if [*steps, *times] != [0, trace.collisions, 0.0, trace.stop.time]:
             return False
-    path, first = COLLISIONS + b"step", 1
-    if trace.summary is not None:
-        path, first = SUMMARY + b"kinetic_energy/step", 0
+    element, first = (COLLISIONS, 1) if trace.summary is None else (SUMMARY_TIME, 0)
+    steps = file[f"{element}/step"]
     return all(
-        np.array_equal(
-            hdf5.get(root, path, np.int64, rows), np.arange(first + rows.start, first + rows.stop)
-        )
-        for rows in _pieces(hdf5.length(root, path), EVENTS_AT_A_TIME)
+        np.array_equal(steps[rows], np.arange(first + rows.start, first + rows.stop))
+        for rows in _pieces(len(steps), EVENTS_AT_A_TIME)
     )
 
 
@@ -164,30 +158,27 @@ def _pieces(number: int, at_a_time: int) -> Iterator[slice]:
         yield slice(start, min(start + at_a_time, number))
 
 
-def _trace(root: Any, parameters: Any) -> Trace:
+def _trace(file: h5py.File) -> Trace:
     """A trace without its events."""
-    ending = json.loads(hdf5.read_text(parameters, b"ending"))
-    positions, velocities, masses, radii = _particles(root, BALLS)
-    places, motions, container_mass, container_radius = _particles(root, CONTAINER)
-    shape, lengths = SHAPES[ending["shape"]], container_radius
+    ending = _parameter(file, "ending")
+    balls, container = file[BALLS], file[CONTAINER]
+    shape, lengths = SHAPES[ending["shape"]], container["radius"]
     if not issubclass(shape, Circle):
-        lengths = hdf5.get(root, BALLS + b"box/edges")
-    container = shape(*lengths.tolist())
+        lengths = balls["box/edges"]
+    common = {
+        "radii": balls["radius"][:],
+        "masses": balls["mass"][:],
+        "container": shape(*lengths[:].tolist()),
+        "container_mass": float(container["mass"][0]),
+        **{name: ending[name] for name in RULES if name in ending},
+    }
     start, finish = (
         Scene(
-            positions=positions[k],
-            velocities=velocities[k],
-            radii=radii,
-            masses=masses,
-            container=container,
-            container_mass=float(container_mass[0]),
-            container_position=places[k, 0],
-            container_velocity=motions[k, 0],
-            restitution=ending["restitution"],
-            wall_restitution=ending["wall_restitution"],
-            contact_duration=ending.get("contact_duration", 0.0),
-            elastic_below=ending.get("elastic_below", 0.0),
-            slides=ending.get("slides", False),
+            positions=balls["position/value"][k],
+            velocities=balls["velocity/value"][k],
+            container_position=container["position/value"][k, 0],
+            container_velocity=container["velocity/value"][k, 0],
+            **common,
         )
         for k in (0, 1)
     )
@@ -198,45 +189,29 @@ def _trace(root: Any, parameters: Any) -> Trace:
         wall_events=ending["wall_events"],
         pair_events=ending["pair_events"],
         events=None,
-        summary=None if hdf5.exists(root, b"connectivity") else _summary(root),
+        summary=None if "connectivity" in file else _summary(file[SUMMARY]),
     )
 
 
 def _stop(ending: dict[str, Any]) -> Stop:
-    return Stop(
-        reason=StopReason(ending["reason"]),
-        time=ending["time"],
-        balls=tuple(ending["balls"]),
-        message=ending["message"],
-    )
+    names = (field.name for field in fields(Stop))
+    stop = Stop(**{name: ending[name] for name in names})
+    return replace(stop, reason=StopReason(stop.reason), balls=tuple(stop.balls))
 
 
-def _particles(root: Any, group: bytes) -> list[NDArray[np.float64]]:
-    """Positions, velocities, masses and radii."""
-    names = (b"position/value", b"velocity/value", b"mass", b"radius")
-    return [hdf5.get(root, group + name) for name in names]
-
-
-def _events(root: Any, at_a_time: int | None) -> Iterator[Events]:
+def _events(file: h5py.File, at_a_time: int | None) -> Iterator[Events]:
     """The events in pieces, or all at once."""
-    number = hdf5.length(root, COLLISIONS + b"time")
-    has_residual = hdf5.exists(root, RESIDUAL)
-    for rows in _pieces(number, at_a_time or max(number, 1)):
-        pairs = hdf5.get(root, COLLISIONS + b"value", np.int32, rows)
-        yield Events(
-            time=hdf5.get(root, COLLISIONS + b"time", rows=rows),
-            i=np.ascontiguousarray(pairs[:, 0, 0]),
-            j=np.ascontiguousarray(pairs[:, 0, 1]),
-            impulse=hdf5.get(root, IMPULSE + b"value", rows=rows),
-            residual=hdf5.get(root, RESIDUAL + b"value", rows=rows) if has_residual else None,
-        )
+    times, pairs = file[f"{COLLISIONS}/time"], file[f"{COLLISIONS}/value"]
+    impulses = file[f"{IMPULSE}/value"]
+    residuals = file.get(f"{RESIDUAL}/value")
+    for rows in _pieces(len(times), at_a_time or max(len(times), 1)):
+        i, j = np.ascontiguousarray(pairs[rows, 0].T)
+        residual = None if residuals is None else residuals[rows]
+        yield Events(times[rows], i, j, impulses[rows], residual)
 
 
-def _summary(root: Any) -> Summary:
+def _summary(group: h5py.Group) -> Summary:
     """A summary's columns."""
-    names = [name for name in SERIES_UNITS if name != "time"]
-    columns = {name: hdf5.get(root, SUMMARY + name.encode() + b"/value") for name in names}
-    return Summary(
-        series=Series(time=hdf5.get(root, SUMMARY + b"kinetic_energy/time"), **columns),
-        speed_histogram=hdf5.get(root, SUMMARY + b"speed_histogram/value", np.int64),
-    )
+    columns = {name: group[f"{name}/value"][:] for name in SERIES_UNITS if name != "time"}
+    time = group.file[f"{SUMMARY_TIME}/time"][:]
+    return Summary(Series(time=time, **columns), group["speed_histogram/value"][:])

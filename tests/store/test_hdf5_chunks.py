@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from snooker_cli.store.hdf5 import deflated, is_noise, packed, stored
+from snooker_cli.store.hdf5 import packed
 
 ROWS = 65536
 GENERATOR = np.random.default_rng(1)
@@ -57,20 +55,3 @@ def test_what_can_be_made_smaller_is(name: str, most: float) -> None:
 
 def test_steps_take_next_to_nothing() -> None:
     assert len(packed(COLUMNS["steps"], ROWS)) < 0.1 * ROWS
-
-
-@given(st.binary(max_size=300), st.integers(1, 1000), st.booleans())
-def test_blocks_can_be_joined_in_any_order(data: bytes, times: int, counting: bool) -> None:
-    values = np.frombuffer(data * times, np.uint8)
-    blocks = deflated(values, counting=counting) + stored(values)
-    blocks += deflated(values, counting=not counting) + b"\x03\x00"
-    assert zlib.decompress(blocks, wbits=-zlib.MAX_WBITS) == 3 * values.tobytes()
-
-
-def test_noise_is_told_from_what_has_a_pattern() -> None:
-    noise = GENERATOR.integers(0, 256, ROWS, dtype=np.uint8)
-    assert is_noise(noise)
-    assert not is_noise(np.sort(noise))
-    assert not is_noise(np.repeat(noise[: ROWS // 4], 4))
-    assert not is_noise(noise // 2)
-    assert not is_noise(np.zeros(ROWS, np.uint8))

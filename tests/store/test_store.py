@@ -153,13 +153,6 @@ def test_a_simulated_trace_comes_back_bit_for_bit_and_replaces_what_was_there(
         assert [entry.name for entry in path.parent.iterdir()] == ["new.h5"]
 
 
-def test_the_same_trace_gives_the_same_file(
-    traces: dict[str, Trace], image: bytes, tmp_path: Path, provenance: Provenance
-) -> None:
-    store.write(tmp_path / "again.h5", traces["events"], provenance)
-    assert (tmp_path / "again.h5").read_bytes() == image
-
-
 def test_a_config_of_many_balls_fits(
     traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
 ) -> None:

@@ -78,13 +78,6 @@ def test_collisions_are_connectivity_of_the_balls(opened: tuple[h5py.File, Trace
     assert file["observables/impulse/time"] == collisions["time"]
 
 
-def test_the_time_of_day_is_in_no_dataset(opened: tuple[h5py.File, Trace]) -> None:
-    """So that the same trace gives the same bytes tomorrow."""
-    found = items(opened[0], h5py.Dataset)
-    assert len(found) > 10
-    assert not any(data.id.get_create_plist().get_obj_track_times() for data in found)
-
-
 def test_large_columns_are_compressed_by_what_every_reader_has(
     small_config: str, tmp_path: Path, provenance: Provenance
 ) -> None:

@@ -64,8 +64,6 @@ def test_a_streamed_repeat_is_read_as_the_same_bits(
     assert header.provenance == provenance
     assert events_of(found).time.tobytes() == events_of(trace).time.tobytes()
     assert [entry.name for entry in path.parent.iterdir()] == ["streamed.h5"]
-    store.write(tmp_path / "at once.h5", trace, provenance)
-    assert (tmp_path / "at once.h5").read_bytes() == path.read_bytes()
 
 
 @pytest.mark.parametrize("number", [0, 1, ROWS - 1, ROWS, ROWS + 1, 2 * ROWS, LONG])
