@@ -1,14 +1,21 @@
 """The engine's slow twin: hard disks in a container as a textbook has them, in plain Python.
 
-Nothing of the engine is used. At each event every ball is moved to it, all pairs and all balls
-with the wall are asked when they will touch, and the earliest answer is next. Ties go by ball,
-and the wall comes before other balls.
+Nothing of the engine is used. At each event the twin moves every ball to it. It computes when each
+pair, and each ball and the wall, will touch, and the earliest contact is the next event. Ties go by
+ball, and the wall comes before other balls.
 """
+
+from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+from snooker_cli.containers import Circle
+
+if TYPE_CHECKING:
+    from snooker_cli.scene import Scene
 
 WALL = -1
 NEVER = math.inf
@@ -25,7 +32,7 @@ class Event(NamedTuple):
 
 @dataclass
 class Body:
-    """A ball, or the container: the inside of a circle, of infinite mass if it is fixed."""
+    """A ball, or the container, which has an infinite mass if it is fixed; SI units."""
 
     x: float
     y: float
@@ -39,21 +46,8 @@ class Body:
         self.y += self.v * time
 
 
-@dataclass
-class Box(Body):
-    """A container of four walls around its place; or of none, and everything repeats for ever."""
-
-    width: float
-    height: float
-    periodic: bool
-
-
-def shifts(container: Body) -> list[tuple[float, float]]:
-    """From a ball to itself, and to those of its images that can be the nearest to another."""
-    if isinstance(container, Box) and container.periodic:
-        sides = -1, 0, 1
-        return [(p * container.width, q * container.height) for p in sides for q in sides]
-    return [(0.0, 0.0)]
+Disturb = Callable[[list[Body], float], None]
+"""Displaces bodies before an event at a time (s), to see what small errors grow to."""
 
 
 def pair_time(a: Body, b: Body, x: float, y: float) -> float:
@@ -71,43 +65,6 @@ def pair_time(a: Body, b: Body, x: float, y: float) -> float:
     return max((-approach - math.sqrt(discriminant)) / speed_squared, 0.0)
 
 
-def wall_time(ball: Body, container: Body) -> float:
-    """When |offset + velocity t| grows to the difference of the radii: the larger root."""
-    if isinstance(container, Box):
-        return min(side_times(ball, container), default=(NEVER,))[0]
-    x, y = ball.x - container.x, ball.y - container.y
-    u, v = ball.u - container.u, ball.v - container.v
-    approach = x * u + y * v
-    speed_squared = u * u + v * v
-    if speed_squared == 0:
-        return NEVER
-    room = (container.radius - ball.radius) ** 2 - x * x - y * y
-    discriminant = max(approach**2 + speed_squared * room, 0.0)
-    return max((-approach + math.sqrt(discriminant)) / speed_squared, 0.0)
-
-
-def side_times(ball: Body, box: Box) -> list[tuple[float, int, int]]:
-    """When a ball reaches each side of a box that it moves to, and the normal out of it."""
-    found = []
-    for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-        half = (box.width if x else box.height) / 2
-        room = half - ball.radius - (ball.x - box.x) * x - (ball.y - box.y) * y
-        speed = ball.u * x + ball.v * y
-        if speed > 0 and not box.periodic:
-            found.append((max(room / speed, 0.0), x, y))
-    return found
-
-
-def line_of_centres(ball: Body, other: Body, container: Body) -> tuple[float, float]:
-    """From a ball to what it touches: the nearest image of another, or the wall."""
-    if other is not container:
-        x, y = other.x - ball.x, other.y - ball.y
-        return min(((x + p, y + q) for p, q in shifts(container)), key=lambda way: math.hypot(*way))
-    if isinstance(container, Box):
-        return min(side_times(ball, container))[1:]
-    return ball.x - container.x, ball.y - container.y
-
-
 def collide(a: Body, b: Body, x: float, y: float, restitution: float) -> float:
     """Turn the normal relative velocity g into -e g; (x, y) points from a to b. The impulse."""
     distance = math.sqrt(x * x + y * y)
@@ -122,87 +79,140 @@ def collide(a: Body, b: Body, x: float, y: float, restitution: float) -> float:
     return impulse
 
 
-def next_contact(balls: list[Body], container: Body) -> tuple[float, int, int]:
-    """Time until the next collision, and whose it is."""
-    best, whom = NEVER, (WALL, WALL)
-    images = shifts(container)
-    for i, ball in enumerate(balls):
-        time = wall_time(ball, container)
-        if time < best:
-            best, whom = time, (i, WALL)
-        for j in range(i + 1, len(balls)):
-            other = balls[j]
-            x, y = other.x - ball.x, other.y - ball.y
-            for p, q in images:
-                time = pair_time(ball, other, x + p, y + q)
-                if time < best:
-                    best, whom = time, (i, j)
-    return best, *whom
+class Twin:
+    """A scene whose collisions are being computed; ``now`` is the time of its bodies, s."""
 
+    def __init__(self, scene: Scene) -> None:
+        self.scene, self.now = scene, 0.0
+        columns = scene.positions, scene.velocities, scene.radii, scene.masses
+        self.balls = [
+            Body(*place, *velocity, radius, mass)
+            for place, velocity, radius, mass in zip(*(c.tolist() for c in columns), strict=True)
+        ]
+        self.width, self.height = scene.container.size
+        at, velocity = scene.container_position.tolist(), scene.container_velocity.tolist()
+        self.container = Body(*at, *velocity, self.width / 2, scene.container_mass)
+        # From a ball to itself, and to those of its images that can be the nearest to another.
+        sides = (0,) if scene.container.has_wall else (-1, 0, 1)
+        self.shifts = [(p * self.width, q * self.height) for p in sides for q in sides]
+        self.last = [-math.inf] * scene.number
+        self.contact_lasts = 0.0
+        self.done = 0
 
-def foresight(balls: list[Body], container: Body) -> float:
-    """How long nothing meets an image that is not among ``shifts``.
+    def collisions(self, until: float = NEVER, disturb: Disturb | None = None) -> Iterator[Event]:
+        """The collisions in order, while there are any before a time (s)."""
+        while True:
+            if disturb is not None:
+                disturb([*self.balls, self.container], self.now)
+            delay, i, j = self.next_contact()
+            step = min(delay, self.foresight())
+            if step == NEVER or self.now + step > until:
+                return
+            self.now += step
+            self.move(step)
+            if step == delay:
+                yield self.event(i, j)
 
-    Those include all within a box's side. Two balls that each move by a quarter of it, and are no
-    wider than that, meet none from farther away.
-    """
-    if not (isinstance(container, Box) and container.periodic):
-        return NEVER
-    fastest = max(math.hypot(ball.u, ball.v) for ball in balls)
-    return min(container.width, container.height) / 4 / fastest if fastest > 0 else NEVER
+    def next_contact(self) -> tuple[float, int, int]:
+        """Time until the next collision, and its partners."""
+        best, partners = NEVER, (WALL, WALL)
+        for i, ball in enumerate(self.balls):
+            time = self.wall_time(ball)
+            if time < best:
+                best, partners = time, (i, WALL)
+            for j in range(i + 1, len(self.balls)):
+                other = self.balls[j]
+                x, y = other.x - ball.x, other.y - ball.y
+                for p, q in self.shifts:
+                    time = pair_time(ball, other, x + p, y + q)
+                    if time < best:
+                        best, partners = time, (i, j)
+        return best, *partners
 
+    def wall_time(self, ball: Body) -> float:
+        """When |offset + velocity t| grows to the difference of the radii: the larger root."""
+        container = self.container
+        if not isinstance(self.scene.container, Circle):
+            return min(self.side_times(ball), default=(NEVER,))[0]
+        x, y = ball.x - container.x, ball.y - container.y
+        u, v = ball.u - container.u, ball.v - container.v
+        approach = x * u + y * v
+        speed_squared = u * u + v * v
+        if speed_squared == 0:
+            return NEVER
+        room = (container.radius - ball.radius) ** 2 - x * x - y * y
+        discriminant = max(approach**2 + speed_squared * room, 0.0)
+        return max((-approach + math.sqrt(discriminant)) / speed_squared, 0.0)
 
-def move(balls: list[Body], container: Body, time: float) -> None:
-    """Move everything; who leaves a periodic box comes in on the other side."""
-    for body in (*balls, container):
-        body.move(time)
-    if isinstance(container, Box) and container.periodic:
-        for ball in balls:
-            ball.x -= container.width * round((ball.x - container.x) / container.width)
-            ball.y -= container.height * round((ball.y - container.y) / container.height)
+    def side_times(self, ball: Body) -> list[tuple[float, int, int]]:
+        """When a ball reaches each side of a box that it moves to, and the normal out of it."""
+        found = []
+        for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            half = (self.width if x else self.height) / 2
+            offset = (ball.x - self.container.x) * x + (ball.y - self.container.y) * y
+            speed = ball.u * x + ball.v * y
+            if speed > 0 and self.scene.container.has_wall:
+                found.append((max((half - ball.radius - offset) / speed, 0.0), x, y))
+        return found
 
+    def foresight(self) -> float:
+        """How long no ball meets an image that is not among ``shifts``.
 
-def undisturbed(bodies: list[Body], now: float) -> None:
-    """Leave the bodies as they are."""
+        Those include all within a box's side. Two balls that each move by a quarter of it, and are
+        no wider than that, meet none from farther away.
+        """
+        fastest = max(math.hypot(ball.u, ball.v) for ball in self.balls)
+        if self.scene.container.has_wall or fastest == 0:
+            return NEVER
+        return min(self.width, self.height) / 4 / fastest
 
+    def move(self, time: float) -> None:
+        """Move everything; a ball that leaves a periodic box comes in on the other side."""
+        for body in (*self.balls, self.container):
+            body.move(time)
+        if not self.scene.container.has_wall:
+            for ball in self.balls:
+                ball.x -= self.width * round((ball.x - self.container.x) / self.width)
+                ball.y -= self.height * round((ball.y - self.container.y) / self.height)
 
-Rule = Callable[[float, int, int, float], bool]
-"""Whether a collision is elastic, of its time (s), i and j as in ``Event``, and normal speed."""
-
-
-def never(now: float, i: int, j: int, speed: float) -> bool:
-    """No collision is elastic but by its coefficient of restitution."""
-    return False
-
-
-def collisions(
-    balls: list[Body],
-    container: Body,
-    restitution: float,
-    wall_restitution: float,
-    disturb: Callable[[list[Body], float], None] = undisturbed,
-    until: float = NEVER,
-    elastic: Rule = never,
-) -> Iterator[Event]:
-    """The collisions in their order, as long as there are any; the bodies are changed.
-
-    disturb : may displace the bodies before each event, to see what small errors grow to
-    until : s
-    """
-    now = 0.0
-    while True:
-        disturb([*balls, container], now)
-        delay, i, j = next_contact(balls, container)
-        step = min(delay, foresight(balls, container))
-        if step == NEVER or now + step > until:
-            return
-        now += step
-        move(balls, container, step)
-        if step < delay:
-            continue
-        ball, other = balls[i], container if j == WALL else balls[j]
-        x, y = line_of_centres(ball, other, container)
+    def event(self, i: int, j: int) -> Event:
+        """Collide two balls, or a ball and the wall, that touch now."""
+        ball, other = self.balls[i], self.container if j == WALL else self.balls[j]
+        x, y = self.line_of_centres(ball, other)
         speed = ((ball.u - other.u) * x + (ball.v - other.v) * y) / math.hypot(x, y)
-        usual = wall_restitution if j == WALL else restitution
-        impulse = collide(ball, other, x, y, 1.0 if elastic(now, i, j, speed) else usual)
-        yield Event(now, i, j, impulse)
+        usual = self.scene.wall_restitution if j == WALL else self.scene.restitution
+        restitution = 1.0 if self.is_elastic(i, j, speed) else usual
+        return Event(self.now, i, j, collide(ball, other, x, y, restitution))
+
+    def line_of_centres(self, ball: Body, other: Body) -> tuple[float, float]:
+        """From a ball to what it touches: the nearest image of another, or the wall."""
+        if other is not self.container:
+            x, y = other.x - ball.x, other.y - ball.y
+            return min(((x + p, y + q) for p, q in self.shifts), key=lambda way: math.hypot(*way))
+        if not isinstance(self.scene.container, Circle):
+            return min(self.side_times(ball))[1:]
+        return ball.x - other.x, ball.y - other.y
+
+    def is_elastic(self, i: int, j: int, speed: float) -> bool:
+        """Whether a collision is slow (m/s), or one of its balls still has its last contact.
+
+        A contact lasts a part of the mean free time, which is that of every N-th collision.
+        """
+        if self.done % self.scene.number == 0:
+            self.contact_lasts = self.scene.contact_duration * self.mean_free_time()
+        self.done += 1
+        both = [i] if j == WALL else [i, j]
+        touching = any(self.now - self.last[ball] < self.contact_lasts for ball in both)
+        for ball in both:
+            self.last[ball] = self.now
+        return touching or speed < self.scene.elastic_below
+
+    def mean_free_time(self) -> float:
+        """Boltzmann's mean free path, with hits of the wall, over the root mean square speed; s."""
+        scene, home = self.scene, self.container
+        contacts = scene.container.wall_length / (math.pi * scene.container.area)  # in a metre
+        if scene.number > 1:
+            diameter = 2 * math.fsum(scene.radii) / scene.number
+            contacts += math.sqrt(8) * scene.number / scene.container.area * diameter
+        squares = [(ball.u - home.u) ** 2 + (ball.v - home.v) ** 2 for ball in self.balls]
+        return 1 / (contacts * math.sqrt(math.fsum(squares) / scene.number))

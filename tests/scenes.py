@@ -3,20 +3,22 @@
 import hashlib
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import naive
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES, Circle, Container
+from snooker_cli.engine import simulation
 from snooker_cli.placement.random_numbers import PLACES, random_normals, shuffled, stream
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
-from snooker_cli.trace import CONTAINER, Events, Trace
+from snooker_cli.trace import Events, Trace
 from snooker_cli.validation.reference_scenes import geometric
 
 EPSILON = 2.0**-52
@@ -50,11 +52,14 @@ def scene_of(
     )
 
 
-def lone_bouncer() -> Scene:
-    """A ball of 1 m that is in a wall trap from its first hit, at 0.5 s, until 14.78 s."""
+def lone_bouncer(*others: Ball) -> Scene:
+    """A ball of 1 m that is in a wall trap from its first hit, at 0.5 s, until 14.78 s.
+
+    Its speeds after that hit are 6 m/s off the wall and 8 m/s along it.
+    """
     inwards = 6.0 / 0.9
     ball = (9.0 - 0.5 * inwards, -4.0, inwards, 8.0, 1.0, 1.0)
-    return scene_of([ball], wall_restitution=0.9)
+    return scene_of([ball, *others], wall_restitution=0.9)
 
 
 def gas(
@@ -103,15 +108,17 @@ def gas(
     )
 
 
-def displaced(scene: Scene) -> Scene:
-    """The container elsewhere, by multiples of a power of two; a free one is on its way too."""
-    velocity = np.array([32.0, -8.0]) if scene.free else np.zeros(2)
+def displaced(
+    scene: Scene, by: Sequence[float] = (1024.0, -512.0), drift: Sequence[float] = (32.0, -8.0)
+) -> Scene:
+    """The container elsewhere (m); a free one drifts with its balls (m/s)."""
+    shift, velocity = np.array(by), np.array(drift if scene.free else (0.0, 0.0))
     return replace(
         scene,
-        positions=scene.positions + np.array([1024.0, -512.0]),
+        positions=scene.positions + shift,
         velocities=scene.velocities + velocity,
-        container_position=np.array([1024.0, -512.0]),
-        container_velocity=velocity,
+        container_position=scene.container_position + shift,
+        container_velocity=scene.container_velocity + velocity,
     )
 
 
@@ -170,30 +177,11 @@ def mixed_scene(container_mass: float = math.inf, restitution: float = 1.0) -> S
     )
 
 
-def bodies(scene: Scene) -> tuple[list[naive.Body], naive.Body]:
-    """The balls and the container for the slow twin."""
-    balls = [
-        naive.Body(*position, *velocity, radius, mass)
-        for position, velocity, radius, mass in zip(
-            scene.positions.tolist(),
-            scene.velocities.tolist(),
-            scene.radii.tolist(),
-            scene.masses.tolist(),
-            strict=True,
-        )
-    ]
-    container = naive.Body(
-        *scene.container_position.tolist(),
-        *scene.container_velocity.tolist(),
-        scene.container.radius if isinstance(scene.container, Circle) else math.nan,
-        scene.container_mass,
-    )
-    if not isinstance(scene.container, Circle):
-        width, height = scene.container.size
-        container = naive.Box(
-            **vars(container), width=width, height=height, periodic=not scene.container.has_wall
-        )
-    return balls, container
+def sort_often(monkeypatch: pytest.MonkeyPatch, chunk: int) -> None:
+    """Put balls in cells into the order of their cells after every chunk of events."""
+    monkeypatch.setattr(simulation, "REORDERED", 2)
+    monkeypatch.setattr(simulation, "REORDER_AFTER", 1)
+    monkeypatch.setattr(simulation, "SMALL_CHUNK", chunk)
 
 
 class TrapSums(NamedTuple):
@@ -224,50 +212,10 @@ def trap_sums(normal: float, tangential: float, restitution: float, reach: float
 
 
 def twin_collisions(
-    scene: Scene,
-    count: int,
-    disturb: Callable[[list[naive.Body], float], None] = naive.undisturbed,
-    until: float = math.inf,
+    scene: Scene, count: int, disturb: naive.Disturb | None = None, until: float = math.inf
 ) -> list[naive.Event]:
     """The slow twin's first collisions, fewer if no more happen, or none until a time (s)."""
-    restitutions = scene.restitution, scene.wall_restitution
-    balls, container = bodies(scene)
-    elastic = Softness(scene, balls, container)
-    found = naive.collisions(balls, container, *restitutions, disturb, until, elastic)
-    return list(itertools.islice(found, count))
-
-
-class Softness:
-    """Which collisions are elastic: slow ones, and those of a ball whose last contact lasts.
-
-    A contact lasts a part of the mean free time, which is that of every N-th collision.
-    """
-
-    def __init__(
-        self, scene: Scene, balls: list[naive.Body], container: naive.Body | naive.Box
-    ) -> None:
-        self.scene, self.balls, self.container = scene, balls, container
-        self.lasts, self.collided = 0.0, 0
-        self.last = [-math.inf] * scene.number
-
-    def __call__(self, now: float, i: int, j: int, speed: float) -> bool:
-        if self.collided % self.scene.number == 0:
-            self.lasts = self.scene.contact_duration * self.mean_free_time()
-        self.collided += 1
-        both = [i] if j == CONTAINER else [i, j]
-        touching = any(now - self.last[ball] < self.lasts for ball in both)
-        for ball in both:
-            self.last[ball] = now
-        return touching or speed < self.scene.elastic_below
-
-    def mean_free_time(self) -> float:
-        scene, home = self.scene, self.container
-        contacts = scene.container.wall_length / (math.pi * scene.container.area)  # in a metre
-        if scene.number > 1:
-            diameter = 2 * math.fsum(scene.radii) / scene.number
-            contacts += math.sqrt(8) * scene.number / scene.container.area * diameter
-        squares = [(ball.u - home.u) ** 2 + (ball.v - home.v) ** 2 for ball in self.balls]
-        return 1 / (contacts * math.sqrt(math.fsum(squares) / scene.number))
+    return list(itertools.islice(naive.Twin(scene).collisions(until, disturb), count))
 
 
 def digest(events: Events) -> str:
@@ -281,11 +229,6 @@ def same_events(a: Events, b: Events) -> bool:
     return len(a) == len(b) and digest(a) == digest(b)
 
 
-def is_wall(events: Events) -> NDArray[np.bool_]:
-    """Which events are with the container."""
-    return events.j == CONTAINER
-
-
 def reduced_masses(trace: Trace) -> NDArray[np.float64]:
     """Reduced mass of the two bodies in each event, kg."""
     masses = np.append(trace.start.masses, trace.start.container_mass)
@@ -295,5 +238,5 @@ def reduced_masses(trace: Trace) -> NDArray[np.float64]:
 def energy_losses(trace: Trace) -> NDArray[np.float64]:
     """What each event takes by the ledger, (1 - e)/(1 + e) J^2/(2 mu), J."""
     start, events = trace.start, trace.events
-    e = np.where(is_wall(events), start.wall_restitution, start.restitution)
+    e = np.where(events.at_wall, start.wall_restitution, start.restitution)
     return (1 - e) / (1 + e) * events.impulse**2 / (2 * reduced_masses(trace))

@@ -1,40 +1,167 @@
-"""The same scene gives the same bits on another CPU, and without a compiler."""
+"""Each type of scene gives the same bits on every processor, and without a compiler.
+
+``python tests/engine/test_bits.py > tests/golden/engine.json`` writes the hashes anew. Other bits
+need another ENGINE_VERSION: old results must not be mixed with new ones.
+"""
+
+from __future__ import annotations
 
 import hashlib
 import json
-import os
-import subprocess
-import sys
-from dataclasses import replace
+from collections.abc import Callable, Iterable
+from dataclasses import astuple, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from scenes import digest, mixed_scene, report_scene, same_events, twin_collisions
+from command_line import output_of
+from numpy.typing import ArrayLike
+from scenes import digest, gas, mixed_scene, report_scene
 
 from snooker_cli.containers import Box, Container, PeriodicBox
 from snooker_cli.engine import ENGINE_VERSION, replay, series, simulate
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Trace
+from snooker_cli.trace import StopReason, Trace
 
-TESTS = Path(__file__).parents[1]
-
-
-def numpy_found() -> list[str]:
-    """Instructions of this processor that NumPy has code of its own for, beside its baseline's."""
-    return np.show_config("dicts")["SIMD Extensions"].get("found", [])  # left out if empty
+GOLDEN = json.loads(Path(__file__).parents[1].joinpath("golden/engine.json").read_text("utf-8"))
 
 
-FOUND = numpy_found()
+def hash_of(columns: Iterable[ArrayLike], start: str = "") -> str:
+    """SHA-256 of a text and of numbers, as little-endian 64 bits."""
+    found = hashlib.sha256(start.encode())
+    for column in map(np.asarray, columns):
+        found.update(column.astype("<f8" if column.dtype.kind == "f" else "<i8").tobytes())
+    return found.hexdigest()
 
-DISABLED = {
-    "AVX-512": [name for name in FOUND if name == "X86_V4" or name.startswith("AVX512")],
-    "all": FOUND,
+
+def bits(trace: Trace) -> str:
+    """A hash of a trace's records, ending and final state."""
+    if trace.summary is not None:
+        columns = [*astuple(trace.summary.series), trace.summary.speed_histogram]
+    else:
+        events = trace.events
+        columns = [events.time, events.i, events.j, events.impulse]
+    finish = trace.finish
+    columns += [finish.positions, finish.velocities]
+    columns += [finish.container_position, finish.container_velocity, trace.stop.time]
+    return hash_of([*columns, trace.wall_events, trace.pair_events], trace.stop.reason)
+
+
+# --- one hash for each type of scene ----------------------------------------------------------
+
+
+class Case(NamedTuple):
+    """A scene, how to simulate it, and how it ends."""
+
+    scene: Callable[[], Scene]
+    collisions: int = 2000
+    engine: str | None = None
+    summary: bool = False
+    long: bool = False
+    stop: StopReason = StopReason.COLLISIONS
+
+
+def soft(**changes: Any) -> Scene:
+    """The report's balls in a fixed circle with a rule that makes some collisions elastic."""
+    return replace(report_scene(cor=0.8), **changes)
+
+
+def sliding(**changes: Any) -> Scene:
+    """A dilute gas of the report that slides along the wall after a wall trap."""
+    return replace(report_scene(radius=0.1, **{"cor": 0.8, **changes}), slides=True)
+
+
+circle = partial(gas, "circle", 60, 0.3)
+box = partial(gas, "box", 60, 0.3, cor=0.9, aspect=1.5)
+periodic = partial(gas, "periodic", 60, 0.3, cor=0.9)
+light = partial(circle, mixed=True, cor=0.9, container_mass=20.0)
+trapped = partial(report_scene, radius=0.1, cor=0.8)
+
+TRAP, COLLAPSE = StopReason.WALL_TRAP, StopReason.COLLAPSE
+
+# The scenes share the kernels that other tests compile, but for those that take long.
+CASES = {
+    "all pairs, fixed": Case(partial(circle, cor=0.95), engine="allpairs"),
+    "all pairs, fixed, mixture": Case(partial(circle, cor=0.95, mixed=True), engine="allpairs"),
+    "all pairs, free": Case(partial(circle, cor=0.95, container_mass=20.0), engine="allpairs"),
+    "all pairs, free, mixture": Case(light, engine="allpairs"),
+    "all pairs, elastic": Case(circle, engine="allpairs"),
+    "all pairs, summary": Case(partial(circle, cor=0.95), engine="allpairs", summary=True),
+    "all pairs, tc": Case(partial(soft, contact_duration=0.1), engine="allpairs"),
+    "all pairs, elastic below": Case(partial(soft, elastic_below=1.0), engine="allpairs"),
+    "all pairs, wall trap": Case(trapped, engine="allpairs", stop=TRAP),
+    "all pairs, sliding": Case(sliding),
+    "all pairs, sliding, summary": Case(sliding, summary=True),
+    "cells, fixed": Case(partial(circle, cor=0.95), engine="cells"),
+    "cells, fixed, summary": Case(partial(circle, cor=0.95), engine="cells", summary=True),
+    "cells, free, mixture": Case(light, engine="cells"),
+    "cells, free, mixture, summary": Case(light, engine="cells", summary=True),
+    "cells, tc": Case(partial(soft, contact_duration=0.1), engine="cells"),
+    "cells, elastic below": Case(partial(soft, elastic_below=1.0), engine="cells"),
+    "cells, wall trap": Case(trapped, engine="cells", stop=TRAP),
+    "box": Case(box),
+    "box, mixture": Case(partial(box, mixed=True)),
+    "box, summary": Case(box, summary=True),
+    "periodic box": Case(periodic),
+    "periodic box, elastic": Case(partial(periodic, cor=1.0)),
+    "periodic box, summary": Case(periodic, summary=True),
+    "periodic box, tc": Case(lambda: replace(periodic(cor=0.6), contact_duration=0.1)),
+    "periodic box, collapse": Case(partial(periodic, cor=0.1), 100_000, stop=COLLAPSE),
+    "cells, fixed, mixture": Case(partial(circle, cor=0.95, mixed=True), engine="cells", long=True),
+    "cells, free": Case(partial(circle, cor=0.95, container_mass=20.0), engine="cells", long=True),
+    "periodic box, mixture": Case(partial(periodic, mixed=True), long=True),
+    # Balls are put into the order of their cells after 20 collisions of each.
+    "5,000 balls, re-ordered": Case(partial(gas, "periodic", 5000, 0.3, cor=0.98), 110_000),
+    "20,000 balls, prefetched": Case(partial(gas, "periodic", 20_000, 0.3, cor=0.98), 5000),
 }
-"""Those that NumPy is kept from, so that this processor stands for others."""
+SHORT = [name for name, case in CASES.items() if not case.long]
 
-SCENES = {
+
+def simulated(name: str) -> Trace:
+    """The trace of a case."""
+    case = CASES[name]
+    return simulate(
+        case.scene(), collisions=case.collisions, engine=case.engine, summary=case.summary
+    )
+
+
+def hashes(names: Iterable[str]) -> dict[str, str]:
+    """The present engine's hashes of some cases."""
+    return {name: bits(simulated(name)) for name in names}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.long) if case.long else name
+        for name, case in CASES.items()
+    ],
+)
+def test_other_bits_are_another_engine_version(name):
+    assert GOLDEN["engine_version"] == ENGINE_VERSION
+    trace = simulated(name)
+    assert trace.stop.reason is CASES[name].stop
+    assert bits(trace) == GOLDEN["hashes"][name]
+
+
+def test_every_hash_has_its_case_and_all_differ():
+    assert GOLDEN["hashes"].keys() == CASES.keys()
+    assert len(set(GOLDEN["hashes"].values())) == len(CASES)
+
+
+# --- other processors, and no compiler --------------------------------------------------------
+
+
+def boxed(scene: Scene, shape: type[Container]) -> Scene:
+    """The same balls in a box as wide as the circle, the first of them at rest."""
+    moving = np.arange(scene.number) > 0
+    velocities = scene.velocities * moving[:, np.newaxis]
+    return replace(scene, velocities=velocities, container=shape(20.0, 20.0))
+
+
+FEW_EVENTS = {
     "fixed": lambda: report_scene(cor=0.9),
     "free": lambda: report_scene(cor=0.9, container_mass=1e7),
     "mixed": lambda: mixed_scene(restitution=0.9),
@@ -44,142 +171,93 @@ SCENES = {
     "cells, mixed, free": lambda: mixed_scene(50.0, 0.9),
     "cells, mixed, box": lambda: boxed(mixed_scene(restitution=0.9), Box),
     "cells, periodic": lambda: boxed(report_scene(cor=0.9), PeriodicBox),
+    "sliding": lambda: sliding(cor=0.5),
 }
+"""Scenes of which plain Python simulates some events too."""
+
+OF_FEW_EVENTS = "fa8b9b46c379b61dd4027283959810d0c9c3bb8ce24e37d8ab6932a1fd604c0f"
+"""A hash of all but the last, of engine version 6."""
 
 
-def boxed(scene: Scene, shape: type[Container]) -> Scene:
-    """The same balls in a box as wide as the circle, the first of them at rest."""
-    moving = np.arange(scene.number) > 0
-    return replace(
-        scene,
-        velocities=scene.velocities * moving[:, np.newaxis],
-        container=shape(20.0, 20.0),
-    )
-
-
-def run(name: str, collisions: int, *, summary: bool = False) -> Trace:
-    """A run of one of the scenes, in cells if its name says so."""
+def short(name: str, collisions: int, *, summary: bool = False) -> Trace:
+    """A short run, in cells if its name says so."""
     engine = "cells" if name.startswith("cells") else None
-    return simulate(SCENES[name](), collisions=collisions, summary=summary, engine=engine)
+    return simulate(FEW_EVENTS[name](), collisions=collisions, summary=summary, engine=engine)
 
 
-def bits(name: str) -> list[str]:
-    """All bits of a short run and of what is derived from it."""
-    trace = run(name, 250)
-    states = replay(trace, [trace.stop.time / 2, trace.stop.time])
-    columns = series(trace)
-    summary = run(name, 60, summary=True).summary
-    return [
-        digest(trace.events),
-        str(trace.stop),
-        states.positions.tobytes().hex(),
-        states.container_velocities.tobytes().hex(),
-        columns.energy_moment.tobytes().hex(),
-        summary.series.mean_speed.tobytes().hex(),
-        summary.speed_histogram.tobytes().hex(),
-    ]
-
-
-def partly_mixed(name: str) -> Scene:
-    """Different radii and equal masses, or the other way round."""
-    return replace(mixed_scene(restitution=0.9), **{name: np.full(37, 0.9)})
-
-
-def first_events(name: str) -> list[list[float]]:
-    events = simulate(partly_mixed(name), collisions=30).events
-    return [column.tolist() for column in (events.time, events.i, events.j, events.impulse)]
-
-
-def output_of(program: str, **environment: str) -> str:
-    """What a Python process of its own prints; there, every warning is an error."""
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program],
-        env=os.environ
-        | {"PYTHONPATH": os.pathsep.join(map(str, (TESTS, TESTS / "engine", TESTS.parent)))}
-        | environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
-def long_runs() -> list[str]:
-    """The digests of 20,000 events with either engine."""
-    scenes = {
-        "allpairs": report_scene(cor=0.9, wall_cor=1.0),
-        "cells": replace(mixed_scene(50.0, 0.9), wall_restitution=1.0),
-    }
-    return [
-        digest(simulate(scene, collisions=20_000, engine=engine).events)
-        for engine, scene in scenes.items()
-    ]
-
-
-def test_the_same_bits_twice():
-    assert long_runs() == long_runs()
-
-
-@pytest.mark.long
-def test_the_same_bits_on_the_most_generic_processor(tmp_path):
-    """Compiled anew for a CPU without wide vectors and without fused multiplication."""
-    program = "import test_bits; print(*test_bits.long_runs())"
-    generic = output_of(program, NUMBA_CPU_NAME="generic", NUMBA_CACHE_DIR=str(tmp_path))
-    assert generic.split() == long_runs()
-
-
-@pytest.fixture(scope="module")
-def plain_python() -> dict[str, Any]:
-    """``bits`` and ``first_events`` where nothing is compiled."""
-    program = """
-import json, test_bits
-found = {name: test_bits.bits(name) for name in test_bits.SCENES}
-found |= {name: test_bits.first_events(name) for name in ("radii", "masses")}
-print(json.dumps(found))
-"""
-    return json.loads(output_of(program, NUMBA_DISABLE_JIT="1"))
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_the_same_bits_in_plain_python(plain_python, name):
-    assert plain_python[name] == bits(name)
-
-
-@pytest.mark.parametrize("name", ["radii", "masses"])
-def test_plain_python_of_partly_mixed_scenes_is_the_twins(plain_python, name):
-    """30 events let rounding grow little."""
-    time, i, j, impulse = plain_python[name]
-    twin = twin_collisions(partly_mixed(name), 30)
-    assert [(event.i, event.j) for event in twin] == list(zip(i, j, strict=True))
-    assert [event.time for event in twin] == pytest.approx(time, abs=1e-11)
-    assert [event.impulse for event in twin] == pytest.approx(impulse, rel=1e-9)
-
-
-def test_different_scenes_differ():
-    """The comparison can fail."""
-    a, b = (simulate(report_scene(repeat), collisions=10).events for repeat in (0, 1))
-    assert not same_events(a, b)
-
-
-# By engine version: the events and the ending of the scenes below, which take no random numbers
-# but PCG64's raw ones. Other bits are a new version, for old results must not be mixed with new.
-# ``python tests/test_bits.py`` prints the hash.
-GOLDEN = {6: "fa8b9b46c379b61dd4027283959810d0c9c3bb8ce24e37d8ab6932a1fd604c0f"}
-
-
-def golden() -> str:
-    """A hash of what this engine gives."""
+def hash_of_few_events() -> str:
     found = hashlib.sha256()
-    for name in SCENES:
-        trace = run(name, 400)
+    for name in list(FEW_EVENTS)[:-1]:
+        trace = short(name, 400)
         found.update(f"{digest(trace.events)} {trace.stop.reason} {trace.stop.time!r}".encode())
     return found.hexdigest()
 
 
-def test_other_bits_are_another_engine_version():
-    assert golden() == GOLDEN[ENGINE_VERSION]
+def all_bits(name: str) -> list[str]:
+    """Hashes of a short run, of its replay and series, and of a summary."""
+    trace = short(name, 250)
+    states = replay(trace, [trace.stop.time / 2, trace.stop.time])
+    derived = [states.positions, states.container_velocities, *astuple(series(trace))]
+    return [bits(trace), hash_of(derived), bits(short(name, 60, summary=True))]
+
+
+def test_few_events():
+    assert hash_of_few_events() == OF_FEW_EVENTS
+
+
+@pytest.fixture(scope="module")
+def plain_python() -> dict[str, list[str]]:
+    """``all_bits`` where nothing is compiled."""
+    program = """
+import json, test_bits
+print(json.dumps({name: test_bits.all_bits(name) for name in test_bits.FEW_EVENTS}))
+"""
+    return json.loads(output_of(program, NUMBA_DISABLE_JIT="1"))
+
+
+@pytest.mark.parametrize("name", FEW_EVENTS)
+def test_plain_python(plain_python, name):
+    assert plain_python[name] == all_bits(name)
+
+
+def numpy_found() -> list[str]:
+    """Instructions of this processor that NumPy has code of its own for, beside its baseline's."""
+    return np.show_config("dicts")["SIMD Extensions"].get("found", [])  # left out if empty
+
+
+DISABLED = {
+    "AVX-512": [name for name in numpy_found() if name == "X86_V4" or name.startswith("AVX512")],
+    "all": numpy_found(),
+}
+"""Those that NumPy is kept from, so that this processor stands for others."""
+
+
+@pytest.mark.parametrize("which", DISABLED)
+def test_other_instructions_of_numpy(which):
+    """NumPy rounds exp, log and pow as its code for a processor does; no scene may need them."""
+    if not DISABLED[which]:
+        pytest.skip(f"NumPy's code for this processor does not use {which}")
+    program = """
+import json, test_bits as t
+print(json.dumps([t.numpy_found(), t.hash_of_few_events(), t.hashes(t.SHORT)]))
+"""
+    disabled = " ".join(DISABLED[which])
+    found, few, of_types = json.loads(output_of(program, NPY_DISABLE_CPU_FEATURES=disabled))
+    assert found == [name for name in numpy_found() if name not in DISABLED[which]]
+    assert few == OF_FEW_EVENTS
+    assert of_types.items() <= GOLDEN["hashes"].items()
+
+
+@pytest.mark.long
+def test_the_most_generic_processor(tmp_path):
+    """Compiled anew for a CPU without wide vectors and without fused multiplication."""
+    program = """
+import json, test_bits
+print(json.dumps(test_bits.hashes(["all pairs, fixed", "cells, free, mixture"])))
+"""
+    output = output_of(program, NUMBA_CPU_NAME="generic", NUMBA_CACHE_DIR=str(tmp_path))
+    assert json.loads(output).items() <= GOLDEN["hashes"].items()
 
 
 if __name__ == "__main__":
-    print(golden())
+    print(json.dumps({"engine_version": ENGINE_VERSION, "hashes": hashes(CASES)}, indent=1))

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import EPSILON, Ball, energy_losses, is_wall, scene_of
+from scenes import EPSILON, energy_losses, lone_bouncer, scene_of
 
 from snooker_cli.analysis.observables import (
     total_angular_momentum,
@@ -15,7 +15,6 @@ from snooker_cli.analysis.observables import (
 from snooker_cli.containers import Box, PeriodicBox
 from snooker_cli.engine import replay, simulate
 from snooker_cli.placement.places import unit_polygon
-from snooker_cli.placement.random_numbers import random_directions
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, StopReason
 
@@ -96,41 +95,6 @@ def test_head_on_pair(cor):
     assert np.all(trace.finish.velocities[:, 1] == 0)
 
 
-def test_balls_that_stay_together_do_not_collide_again():
-    """At e = 0 a pair goes on side by side, at speeds that rounding makes differ by 1e-16 m/s.
-
-    Another ball is ahead of them and is knocked out of their way: its contact, now void, has them
-    looked at again. In whichever direction they go, that must not find a collision of the two.
-    """
-    for x, y in random_directions(100, 1, 0).tolist():
-
-        def turned(along: float, across: float, x: float = x, y: float = y) -> tuple[float, float]:
-            return along * x - across * y, along * y + across * x
-
-        balls = [
-            (*turned(-4.0, 0.0), *turned(2.0, 0.0), 0.5, 1.0),
-            (*turned(-2.0, 0.0), 0.0, 0.0, 0.5, 0.7),
-            (*turned(2.0, 0.0), 0.0, 0.0, 0.5, 1.0),
-            (*turned(2.0, 3.0), *turned(0.0, -2.0), 0.5, 1.0),
-        ]
-        events = simulate(scene_of(balls, restitution=0.0), time=5.0).events
-        assert list(zip(events.i.tolist(), events.j.tolist(), strict=True)) == [(0, 1), (2, 3)]
-
-
-@pytest.mark.parametrize("number", [2, 5, 9])
-def test_row_of_balls(number):
-    """With gaps between them, the last of N gets v((1 + e)/2)^(N - 1)."""
-    balls = [(1.5 * k - 6.5, 0, 0.0, 0, 0.5, 1) for k in range(number)]
-    balls[0] = (-6.5, 0, SPEED, 0, 0.5, 1)
-    trace = simulate(scene_of(balls, restitution=0.9), collisions=number - 1)
-    assert trace.events.i.tolist() == list(range(number - 1))
-    assert trace.events.j.tolist() == list(range(1, number))
-    front = trace.finish.velocities[-1, 0]
-    assert front == pytest.approx(SPEED * 0.95 ** (number - 1), rel=4 * EPSILON * number)
-    if number == 5:
-        assert front == pytest.approx(0.81450625 * SPEED, rel=20 * EPSILON)
-
-
 @pytest.mark.parametrize("power", range(6))
 def test_galperins_billiard_counts_the_digits_of_pi(power):
     """A ball between the wall and one 100^k times as heavy: 3, 31, 314, ... collisions in all.
@@ -144,35 +108,6 @@ def test_galperins_billiard_counts_the_digits_of_pi(power):
     assert not np.any((events.i[:-1] == 1) & (events.j[:-1] == CONTAINER))
     assert (events.i[-1], events.j[-1]) == (1, CONTAINER)
     assert np.all(trace.finish.positions[:, 1] == 0)
-
-
-def line_of_three(cor: float) -> Scene:
-    """Two balls closing in on one between them."""
-    balls = [(-3.0, 0, 1.0, 0, 1, 1), (0.1, 0, 0, 0, 1, 1), (3.0, 0, -1.0, 0, 1, 1)]
-    return scene_of(balls, restitution=cor)
-
-
-@pytest.mark.parametrize("cor", [0.03, 0.06, 0.0717])
-def test_three_balls_in_a_line_collapse_below_the_critical_restitution(cor):
-    """Below 7 - 4 sqrt(3) = 0.0718."""
-    assert cor < 7 - 4 * math.sqrt(3)
-    trace = simulate(line_of_three(cor), collisions=10_000)
-    assert trace.stop.reason is StopReason.COLLAPSE
-    assert not trace.stop.reason.complete
-    # 0.9 m are between the middle one and its nearer neighbour, 1.1 m to the other.
-    assert 0.9 < trace.stop.time < 1.1
-    assert trace.events.time[-1] == trace.events.time[-100] == trace.stop.time
-    assert len(trace.stop.balls) == 2
-    assert "collapse" in trace.stop.message
-
-
-@pytest.mark.parametrize("cor", [0.0720, 0.08, 0.2])
-def test_three_balls_in_a_line_part_above_the_critical_restitution(cor):
-    assert cor > 7 - 4 * math.sqrt(3)
-    trace = simulate(line_of_three(cor), time=6.0, collisions=10_000)
-    assert trace.stop.reason is StopReason.TIME
-    assert not is_wall(trace.events).any()
-    assert np.all(np.diff(trace.finish.velocities[:, 0]) > 0)
 
 
 # --- all at once ----------------------------------------------------------------------------
@@ -189,7 +124,7 @@ def test_ring_that_closes_in(number, cor):
     trace = simulate(scene_of(ring, restitution=cor), collisions=3 * number, time=3.0)
     contact = (start - radius / math.sin(math.pi / number)) / speed
     events = trace.events
-    assert not is_wall(events).any()
+    assert not events.at_wall.any()
     assert len(events) >= number // 2
     rounding = 8 * EPSILON * start * speed * number
     assert np.all(abs(events.time[: number // 2] - contact) < rounding)
@@ -257,64 +192,35 @@ def test_balls_that_meet_through_the_sides_of_a_periodic_box(along):
 
 # --- wall trap ------------------------------------------------------------------------------
 
-NORMAL, TANGENTIAL, WALL_COR = 6.0, 8.0, 0.9
-FIRST_HIT = 0.5
-
-
-def trapped_ball(*others: Ball) -> Scene:
-    """A ball that, at FIRST_HIT, leaves the wall at NORMAL and TANGENTIAL speed."""
-    inwards = NORMAL / WALL_COR
-    ball = (A - inwards * FIRST_HIT, -TANGENTIAL * FIRST_HIT, inwards, TANGENTIAL, 1.0, 1.0)
-    return scene_of([ball, *others], restitution=0.9, wall_restitution=WALL_COR)
-
-
-def bounce_durations(count: int) -> np.ndarray:
-    """Δt_k = 2a v_n,k / (v_n,k^2 + v_t^2) with v_n,k = e^k v_n."""
-    normal = NORMAL * WALL_COR ** np.arange(count)
-    return 2 * A * normal / (normal**2 + TANGENTIAL**2)
-
-
-DURATION = 14.284783441  # of all bounces, s
-
-
-def test_duration_of_all_bounces():
-    assert bounce_durations(1000).sum() == pytest.approx(DURATION, abs=5e-10)
-
-
-def test_wall_trap_of_one_ball():
-    """Nothing else can happen: certain once the ball has hit the wall twice in a row."""
-    trace = simulate(trapped_ball(), collisions=1000)
-    assert trace.stop.reason is StopReason.WALL_TRAP
-    assert trace.stop.balls == (0,)
-    assert trace.stop.time == trace.events.time[-1]
-    assert trace.stop.time < FIRST_HIT + DURATION
-    assert trace.wall_events == len(trace.events) == 2
-    assert "wall trap" in trace.stop.message
-
 
 @pytest.mark.parametrize(("radius", "least"), [(0.1, 25), (6.1, 40)])
 def test_bounces_of_a_trapped_ball(radius, least):
-    """With a ball at rest in the middle, it bounces on until it cannot get there in time."""
-    trace = simulate(trapped_ball((0.0, 0.0, 0.0, 0.0, radius, 1.0)), collisions=1000)
+    """With a ball at rest in the middle, it bounces on until it cannot get there in time.
+
+    A bounce lasts 2a v_n,k / (v_n,k^2 + v_t^2) with v_n,k = e^k v_n, all together 14.28 s.
+    """
+    tangential, wall_cor, first_hit = 8.0, 0.9, 0.5
+    trace = simulate(lone_bouncer((0.0, 0.0, 0.0, 0.0, radius, 1.0)), collisions=1000)
     events = trace.events
     assert trace.stop.reason is StopReason.WALL_TRAP
     assert trace.stop.balls == (0,)
-    assert trace.stop.time < FIRST_HIT + DURATION
+    assert trace.stop.time < first_hit + 14.284783441
     count = len(events)
     assert count >= least
     assert np.all(events.i == 0)
     assert np.all(events.j == CONTAINER)
 
-    expected = FIRST_HIT + np.concatenate([[0.0], np.cumsum(bounce_durations(count - 1))])
-    assert np.allclose(events.time, expected, rtol=0, atol=2 * count * np.spacing(DURATION))
+    normal = 6.0 * wall_cor ** (np.arange(count) - 1.0)  # before each hit
+    bounces = 2 * A * normal[1:] / (normal[1:] ** 2 + tangential**2)
+    expected = first_hit + np.cumsum(np.append(0.0, bounces))
+    assert np.allclose(events.time, expected, rtol=0, atol=2 * count * np.spacing(14.0))
 
-    normal = NORMAL * WALL_COR ** (np.arange(count) - 1.0)  # before each hit, NORMAL before k = 1
     # Each bounce rounds the whole velocity, of which the normal one is a part.
-    rounding = 4 * EPSILON * count * math.hypot(NORMAL, TANGENTIAL) * (1 + WALL_COR)
-    assert np.allclose(events.impulse, (1 + WALL_COR) * normal, rtol=0, atol=rounding)
-    # From NORMAL on, all bounces together give v_n (1 + e)/(1 - e) = 114 kg m/s.
-    to_come = WALL_COR * normal[-1] * (1 + WALL_COR) / (1 - WALL_COR)
+    rounding = 4 * EPSILON * count * 10.0 * (1 + wall_cor)
+    assert np.allclose(events.impulse, (1 + wall_cor) * normal, rtol=0, atol=rounding)
+    # From 6 m/s on, all bounces together give v_n (1 + e)/(1 - e) = 114 kg m/s.
+    to_come = wall_cor * normal[-1] * (1 + wall_cor) / (1 - wall_cor)
     assert events.impulse[1:].sum() + to_come == pytest.approx(114.0, abs=count * 10 * rounding)
 
     (x, y), (u, v) = trace.finish.positions[0], trace.finish.velocities[0]
-    assert (x * v - y * u) / A == pytest.approx(TANGENTIAL, abs=rounding)  # it will slide so
+    assert (x * v - y * u) / A == pytest.approx(tangential, abs=rounding)  # it will slide so

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import os
 import shutil
-import subprocess
 import sys
 import threading
 from collections import namedtuple
@@ -15,11 +14,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command_line import output_of
 
 import snooker_cli
 from snooker_cli.engine import jit
-
-TESTS = Path(__file__).parents[1]
 
 if os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}:
     pytest.skip("nothing is compiled here", allow_module_level=True)
@@ -41,19 +39,6 @@ def sum_of(floats, pair, nothing, flag, start):
 def arguments(order: str = "C") -> tuple[Any, ...]:
     floats = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], order=order)
     return floats, Pair(np.array([1.0, 10.0, 100.0]), 7), None, True, 0.5
-
-
-def output_of(program: str, **environment: str) -> str:
-    """What a Python of its own prints, in the tests' folder."""
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        cwd=TESTS,
-        env=os.environ | environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return done.stdout
 
 
 @pytest.fixture
@@ -84,17 +69,14 @@ def test_a_kernel_gives_what_its_function_does(cache: Path) -> None:
 
 
 def test_a_kernel_is_loaded_from_the_cache(cache: Path) -> None:
+    """And other functions of the user keep the cache folder that they had."""
+    import numba
+
     expected = jit.kernel(sum_of)(*arguments())
     again = jit.kernel(sum_of)
     assert again(*arguments()) == expected
     stats = again.compiled.stats
     assert (sum(stats.cache_hits.values()), sum(stats.cache_misses.values())) == (1, 0)
-
-
-def test_other_functions_of_the_user_keep_their_cache(cache: Path) -> None:
-    import numba
-
-    jit.kernel(sum_of)(*arguments())
     assert str(cache) == numba.config.CACHE_DIR
 
 
@@ -105,33 +87,6 @@ def test_a_kernel_leaves_reference_counts_as_they_were() -> None:
     for _ in range(100):
         kernel(*given)
     assert [sys.getrefcount(each) for each in (given[0], given[1].floats)] == before
-
-
-def test_events_and_summaries_have_one_kernel() -> None:
-    """Though the one has no rows in its grid and the other none in its columns of events."""
-    program = """
-from scenes import report_scene
-from snooker_cli.engine import all_pairs
-from snooker_cli.engine import simulate
-for summary in (False, True):
-    simulate(report_scene(), collisions=5, summary=summary)
-print(len(all_pairs.advance.compiled.signatures))
-"""
-    assert output_of(program) == "1\n"
-
-
-@pytest.mark.long
-def test_the_same_bits_with_and_without_a_cache(tmp_path: Path) -> None:
-    program = """
-from scenes import digest, report_scene
-from snooker_cli.engine import all_pairs
-from snooker_cli.engine import simulate
-print(digest(simulate(report_scene(), collisions=200).events))
-print(sum(all_pairs.advance.compiled.stats.cache_hits.values()))
-"""
-    empty, full = (output_of(program, NUMBA_CACHE_DIR=str(tmp_path)).split() for _ in range(2))
-    assert empty[0] == full[0]
-    assert (empty[1], full[1]) == ("0", "1")
 
 
 def test_numba_is_imported_with_the_first_kernel_that_is_called() -> None:
@@ -216,25 +171,20 @@ def test_no_two_processes_save_at_the_same_moment(cache: Path) -> None:
 # The notice
 
 
-def test_only_compiling_gives_notice(
-    cache: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+@pytest.mark.parametrize(("after", "notices"), [(0.0, 1), (60.0, 0)])
+def test_only_a_long_compilation_gives_notice(
+    after: float,
+    notices: int,
+    cache: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     """Once, and not for kernels from the cache."""
-    monkeypatch.setattr(jit, "NOTICE_AFTER", 0.0)
-    for notices in (1, 0):
+    monkeypatch.setattr(jit, "NOTICE_AFTER", after)
+    for expected in (notices, 0):
         jit.give_notice.cache_clear()
         caplog.clear()
         with caplog.at_level(logging.INFO, "snooker_cli"):
             for order in "CF":
                 jit.kernel(sum_of)(*arguments(order))
-        assert [record.getMessage() for record in caplog.records] == [jit.NOTICE] * notices
-
-
-def test_a_short_compilation_gives_no_notice(
-    cache: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr(jit, "NOTICE_AFTER", 60.0)
-    jit.give_notice.cache_clear()
-    with caplog.at_level(logging.INFO, "snooker_cli"):
-        jit.kernel(sum_of)(*arguments())
-    assert not caplog.records
+        assert [record.getMessage() for record in caplog.records] == [jit.NOTICE] * expected

@@ -7,21 +7,15 @@ import numpy as np
 import pytest
 from scenes import (
     EPSILON,
-    digest,
     lone_bouncer,
     report_scene,
-    same_events,
     scene_of,
     trap_sums,
 )
-from test_bits import output_of
 
-from snooker_cli import store
 from snooker_cli.analysis.observables import cumulative_pressure, so_far, total_angular_momentum
-from snooker_cli.engine import replay, series, simulate, specialisation
-from snooker_cli.engine.sliding import cosine_and_sine
+from snooker_cli.engine import replay, series, simulate
 from snooker_cli.scene import Scene
-from snooker_cli.store import Provenance
 from snooker_cli.trace import CONTAINER, SLIDE, Events, StopReason, Trace
 
 TRAP = trap_sums(6.0, 8.0, 0.9, 9.0)
@@ -45,14 +39,6 @@ def lone() -> Trace:
 
 
 # --- one ball, in closed form ---------------------------------------------------------------
-
-
-def test_cosine_and_sine():
-    angles = np.concatenate([np.linspace(-20, 20, 4001), np.geomspace(1e-12, 1e5, 4001)])
-    for angle in angles.tolist():
-        cosine, sine = cosine_and_sine(angle)
-        assert abs(cosine - math.cos(angle)) <= EPSILON
-        assert abs(sine - math.sin(angle)) <= EPSILON
 
 
 def test_the_last_row_of_a_trap_stands_for_all_bounces(lone):
@@ -98,12 +84,6 @@ def test_how_it_ends(lone):
     drift = total_angular_momentum(lone.finish) - total_angular_momentum(lone.start)
     assert abs(drift) < 1e-14 * 9.0 * 8.0 * 4
     assert np.array_equal(replay(lone, [30.0]).positions[0], lone.finish.positions)
-
-
-def test_a_trap_that_is_not_over_when_the_run_ends_bounces_on():
-    trace = simulate(slider(), time=14.0)
-    assert SLIDE not in trace.events.j
-    assert len(trace.events) > 20
 
 
 @pytest.fixture(scope="module")
@@ -204,19 +184,6 @@ def test_a_gas_meets_as_if_it_hopped_along_the_wall(seed, cor, time, sliding):
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("radius", [0.01, 0.1])
-def test_figure_17_goes_on(radius, seed):
-    """500 collisions, where without it every repeat ends in a wall trap."""
-    scene = gas_that_slides(seed, radius=radius)
-    assert simulate(replace(scene, slides=False), collisions=500).stop.reason is (
-        StopReason.WALL_TRAP
-    )
-    trace = simulate(scene, collisions=500)
-    assert trace.stop.reason is StopReason.COLLISIONS
-    assert trace.collisions == len(trace.events) == 500
-
-
-@pytest.mark.parametrize("seed", range(3))
 def test_nothing_overlaps_and_nothing_is_gained(seed):
     scene = gas_that_slides(seed, radius=0.5)
     trace = simulate(scene, collisions=5000)
@@ -249,35 +216,9 @@ def test_the_wall_gives_what_the_balls_lack():
     assert lost < 0.05 * kept.sum()
 
 
-def bits() -> str:
-    """A hash of a short run with slides."""
-    return digest(simulate(gas_that_slides(cor=0.5), collisions=200).events)
-
-
-def test_the_same_bits_in_plain_python():
-    """Cosine and sine are made of what rounds alike everywhere."""
-    program = "import test_slide; print(test_slide.bits())"
-    assert output_of(program, NUMBA_DISABLE_JIT="1").strip() == bits()
-
-
-# --- engines and files ----------------------------------------------------------------------
-
-
 def test_it_is_for_all_pairs_in_a_fixed_circle():
     scene = gas_that_slides()
-    assert specialisation(scene)["sliding along the wall"]
-    assert not specialisation(scene)["cells"]
     with pytest.raises(ValueError, match="cells lets no ball slide"):
         simulate(scene, collisions=1, engine="cells")
     with pytest.raises(ValueError, match="fixed wall of a circle"):
         simulate(replace(scene, container_mass=10.0), collisions=1)
-
-
-def test_a_file_keeps_it(tmp_path, provenance: Provenance):
-    trace = replace(simulate(gas_that_slides(), collisions=400), work=None)
-    assert SLIDE in trace.events.j
-    store.write(tmp_path / "a.h5", trace, provenance)
-    found = store.read(tmp_path / "a.h5")[0]
-    assert found.start.slides
-    assert same_events(found.events, trace.events)
-    assert np.array_equal(series(found).wall_impulse, series(trace).wall_impulse)
