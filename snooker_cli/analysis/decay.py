@@ -15,19 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from snooker_cli import theory
+from snooker_cli.analysis import observables
 from snooker_cli.analysis.fitting import LAWS, FitResult, RepeatMean, fit, mean_over_repeats
-from snooker_cli.analysis.observables import (
-    after_collisions,
-    cumulative_pressure,
-    energy_ratio,
-    equal_balls,
-    over_first,
-    pressures,
-    series,
-    temperature,
-    time_means,
-    windows,
-)
+from snooker_cli.analysis.observables import after_collisions, over_first
 from snooker_cli.formatting import listed, plain
 from snooker_cli.trace import StopReason
 
@@ -36,8 +26,7 @@ if TYPE_CHECKING:
 
     from snooker_cli.trace import Trace
 
-    TimeCourse = tuple[NDArray[np.float64], NDArray[np.float64]]
-
+    Array = NDArray[np.float64]
 
 SKIPPED_COLLISIONS = 50
 """Collisions before the cumulative pressure is fitted, as in the source report: it starts at 0."""
@@ -46,38 +35,40 @@ WINDOWS = 20
 """Windows of time for the local pressure and energy."""
 
 COLLISION_ROUNDING = 8 * float(np.finfo(np.float64).eps)
-"""Relative error of the energy of elastic balls per collision.
-
-A speed after it is some four roundings off, its square twice as many.
-"""
+"""Relative error of the energy of elastic balls per collision: twice some four roundings."""
 
 
-def _energy(trace: Trace) -> TimeCourse:
+def _energy(trace: Trace) -> tuple[Array, Array]:
     found = after_collisions(trace)
-    return found.time, energy_ratio(found)
+    return found.time, observables.energy_ratio(found)
 
 
-def _temperature(trace: Trace) -> TimeCourse:
+def _temperature(trace: Trace) -> tuple[Array, Array]:
     found = after_collisions(trace)
-    return found.time, over_first(temperature(found, trace.start.number))
+    return found.time, over_first(found.kinetic_energy)
 
 
-def _pressure(trace: Trace) -> TimeCourse:
+def _pressure(trace: Trace) -> tuple[Array, Array]:
     found = after_collisions(trace)
     settled = (found.wall_events + found.pair_events >= SKIPPED_COLLISIONS)[found.time > 0]
-    time, values = cumulative_pressure(trace, found)
+    time, values = observables.cumulative_pressure(trace, found)
     return time[settled], over_first(values[settled])
 
 
-def _local_pressure(trace: Trace) -> TimeCourse:
-    edges = windows(trace, WINDOWS)
-    return (edges[:-1] + edges[1:]) / 2, over_first(pressures(trace, edges))
+def _local_pressure(trace: Trace) -> tuple[Array, Array]:
+    edges = _windows(trace)
+    return (edges[:-1] + edges[1:]) / 2, over_first(observables.pressures(trace, edges))
 
 
-def _local_energy(trace: Trace) -> TimeCourse:
-    edges = windows(trace, WINDOWS)
-    means = time_means(trace, energy_ratio(series(trace)), edges)
-    return (edges[:-1] + edges[1:]) / 2, means
+def _local_energy(trace: Trace) -> tuple[Array, Array]:
+    edges, ratio = _windows(trace), observables.energy_ratio(observables.series(trace))
+    return (edges[:-1] + edges[1:]) / 2, observables.time_means(trace, ratio, edges)
+
+
+def _windows(trace: Trace) -> Array:
+    """The edges of equal windows of time, s; none for a repeat without length."""
+    end = trace.stop.time
+    return np.linspace(0.0, end, WINDOWS + 1) if end > 0 else np.empty(0)
 
 
 @dataclass(frozen=True)
@@ -91,7 +82,7 @@ class Quantity:
     """
 
     label: str
-    course: Callable[[Trace], TimeCourse]
+    course: Callable[[Trace], tuple[Array, Array]]
     starts_at_one: bool = False
     is_mean: bool = False
 
@@ -114,10 +105,7 @@ SAMPLING = (
 )
 """What a reader of fits has to know."""
 
-WITHOUT_WALLS = (
-    "no walls: the pressure is the virial's, (N T + ΣJd/2t)/V; Haff's law is for a gas without "
-    "clusters"
-)
+WITHOUT_WALLS = f"{observables.NO_WALLS}; Haff's law is for a gas without clusters"
 
 
 @dataclass(frozen=True)
@@ -128,8 +116,8 @@ class Curve:
     """
 
     quantity: Quantity
-    time: NDArray[np.float64]
-    value: NDArray[np.float64]
+    time: Array
+    value: Array
     rounding: float = 0.0
 
 
@@ -138,16 +126,14 @@ class Decay:
     """A decay constant of a point: over its repeats, and how well the law fits.
 
     quantity, law : names in ``QUANTITIES`` and ``LAWS``
-    r_squared, rms_residual : mean over the repeats
     ended : number of repeats by their stop reason
     walls : whether the container has walls; without them, pressures are the virial's
+    fits : of each repeat
     """
 
     quantity: str
     law: str
     over_repeats: RepeatMean
-    r_squared: float
-    rms_residual: float
     ended: Mapping[StopReason, int]
     walls: bool
     fits: tuple[FitResult, ...]
@@ -158,10 +144,44 @@ class Decay:
         return sum(number for reason, number in self.ended.items() if not reason.complete)
 
     @property
+    def r_squared(self) -> float:
+        """Mean over the repeats."""
+        return _mean(result.r_squared for result in self.fits)
+
+    @property
+    def rms_residual(self) -> float:
+        """Mean over the repeats."""
+        return _mean(result.rms_residual for result in self.fits)
+
+    @property
     def reason(self) -> str | None:
         """Why fits failed, the most frequent reason first; ``None`` if none has."""
         reasons = Counter(result.message for result in self.fits if not result.converged)
         return " ".join(message for message, _ in reasons.most_common()) or None
+
+    def as_json(self) -> dict[str, Any]:
+        """A row of ``fit.json``: ``value`` ± ``error`` are the mean and its standard error."""
+        found = self.over_repeats
+        content: dict[str, Any] = plain(
+            {
+                "quantity": self.quantity,
+                "model": self.law,
+                "value": found.mean,
+                "error": found.standard_error,
+                "repeats": found.count,
+                "failed": found.failed,
+                "short": self.short,
+                "reason": self.reason,
+                "unit": "s-1",
+                "standard_deviation": found.standard_deviation,
+                "bootstrap_error": found.bootstrap_error,
+                "bootstrap_interval": [found.bootstrap_low, found.bootstrap_high],
+                "max_min_half_range": found.max_min_half_range,
+                "r_squared": self.r_squared,
+                "rms_residual": self.rms_residual,
+            }
+        )
+        return content
 
 
 def reported_constant(trace: Trace) -> float:
@@ -172,7 +192,7 @@ def reported_constant(trace: Trace) -> float:
     balls, and for a repeat without collisions.
     """
     scene, found = trace.start, after_collisions(trace)
-    if scene.restitution == 0 or not equal_balls(scene) or len(found.time) < 2:
+    if scene.restitution == 0 or not observables.equal_balls(scene) or len(found.time) < 2:
         return math.nan
     density = theory.number_density(scene.number, scene.container.area)
     path = theory.source_mean_free_path(density, float(scene.radii[0]))
@@ -214,62 +234,29 @@ def decays(traces: Iterable[Trace], quantities: Sequence[str] = tuple(QUANTITIES
             for law in LAWS:
                 fits[quantity, law].append(fit_curve(decay, law))
     return [
-        Decay(
-            quantity=quantity,
-            law=law,
-            over_repeats=mean_over_repeats(results),
-            r_squared=_mean([result.r_squared for result in results]),
-            rms_residual=_mean([result.rms_residual for result in results]),
-            ended=ended,
-            walls=walls,
-            fits=tuple(results),
-        )
+        Decay(quantity, law, mean_over_repeats(results), ended, walls, tuple(results))
         for (quantity, law), results in fits.items()
     ]
 
 
-def record(decay: Decay, parameters: dict[str, Any]) -> dict[str, Any]:
-    """A decay constant as JSON: ``value`` ± ``error``, the mean and its standard error."""
-    found = decay.over_repeats
-    content = {
-        "parameters": parameters,
-        "quantity": decay.quantity,
-        "model": decay.law,
-        "value": found.mean,
-        "error": found.standard_error,
-        "repeats": found.count,
-        "failed": found.failed,
-        "short": decay.short,
-        "reason": decay.reason,
-        "unit": "s-1",
-        "standard_deviation": found.standard_deviation,
-        "bootstrap_error": found.bootstrap_error,
-        "bootstrap_interval": [found.bootstrap_low, found.bootstrap_high],
-        "max_min_half_range": found.max_min_half_range,
-        "r_squared": decay.r_squared,
-        "rms_residual": decay.rms_residual,
-    }
-    return {key: plain(value) for key, value in content.items()}
-
-
-def notes(found: Sequence[Decay]) -> list[str]:
-    """Sentences for a reader of a point's decay constants: early ends and failed fits."""
-    if not found:
-        return []
+def analyse(traces: Iterable[Trace]) -> tuple[list[Decay], list[str]]:
+    """All decay constants of a point, and notes for a reader: early ends and failed fits."""
+    found = decays(traces)
+    repeats = len(found[0].fits)
     failures: dict[tuple[str, int], dict[str, list[str]]] = {}
     for each in found:
         if each.reason is not None:
-            of_reason = failures.setdefault((each.reason, each.over_repeats.failed), {})
-            of_reason.setdefault(each.quantity, []).append(each.law)
-    sentences = ["" if found[0].walls else WITHOUT_WALLS, early_note(found[0].ended)]
+            laws = failures.setdefault((each.reason, each.over_repeats.failed), {})
+            laws.setdefault(each.quantity.replace("_", " "), []).append(each.law)
+    notes = ["" if found[0].walls else WITHOUT_WALLS, early_note(found[0].ended)]
     for (reason, failed), laws in failures.items():
         names = [
-            quantity.replace("_", " ") + ("" if len(which) == len(LAWS) else f" ({listed(which)})")
+            quantity if len(which) == len(LAWS) else f"{quantity} ({listed(which)})"
             for quantity, which in laws.items()
         ]
-        of = "" if len(found[0].fits) == 1 else f" in {failed} of {len(found[0].fits)} repeats"
-        sentences.append(f"no fit of {listed(names)}{of}: {reason}")
-    return list(filter(None, sentences))
+        of = "" if repeats == 1 else f" in {failed} of {repeats} repeats"
+        notes.append(f"no fit of {listed(names)}{of}: {reason}")
+    return found, list(filter(None, notes))
 
 
 _EARLY = {
@@ -282,10 +269,10 @@ _EARLY = {
 
 
 def early_endings(
-    ended: Mapping[StopReason, int], reasons: Mapping[StopReason, str] = _EARLY
+    ended: Mapping[StopReason, int], reasons: Iterable[StopReason] = tuple(_EARLY)
 ) -> str:
     """How many repeats ended early, for which of these reasons; empty if none did."""
-    counts = {words: ended[reason] for reason, words in reasons.items() if ended.get(reason)}
+    counts = {_EARLY[reason]: ended[reason] for reason in reasons if ended.get(reason)}
     if not counts:
         return ""
     short, total = sum(counts.values()), sum(ended.values())
@@ -296,12 +283,11 @@ def early_endings(
 
 def early_note(ended: Mapping[StopReason, int]) -> str:
     """How many repeats miss collisions that could have happened; empty if none do."""
-    missing = {reason: words for reason, words in _EARLY.items() if not reason.complete}
-    endings = early_endings(ended, missing)
+    endings = early_endings(ended, [reason for reason in _EARLY if not reason.complete])
     return f"{endings}; their data are used" if endings else ""
 
 
-def _mean(values: Sequence[float]) -> float:
+def _mean(values: Iterable[float]) -> float:
     """Mean of the finite values, nan if there are none."""
     finite = [value for value in values if math.isfinite(value)]
     return sum(finite) / len(finite) if finite else math.nan

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -24,39 +24,16 @@ _MOST_STEPS = 200
 
 
 @dataclass(frozen=True)
-class _Search:
-    """The free number p that a search uses in place of a rate q.
-
-    rate, slope : q and dq/dp at p
-    parameter : p at q
-    """
-
-    rate: Callable[[float], float]
-    slope: Callable[[float], float]
-    parameter: Callable[[float], float]
-
-
-_ANY_RATE = _Search(lambda p: p, lambda p: 1.0, lambda q: q)
-_ABOVE_POLE = _Search(
-    lambda p: float(np.expm1(p)),
-    lambda p: float(np.exp(p)),
-    lambda q: math.log1p(max(q, -0.99)),
-)
-"""q > −1 for every p, so that the pole of 1/(1 + q s) stays outside 0 ≤ s ≤ 1."""
-
-
-@dataclass(frozen=True)
 class FitModel:
     """A decay y = A g(q s) with one rate q, where g(0) = 1; s is the time since t0.
 
     name, label, formula : in files and tables; in legends; of y, with t the time since t0
     key, symbol, mean_symbol : the rate in JSON; its letter; its letter in a mean since the start
     curve, derivative : g and dg/dx at x = q s
-    line, weight, rate_of_line : for the first guess: y as a straight line in s, 1/(its
-        derivative)², and the rate for the slope and intercept of that line
-    search : the variable of the search
-    mean_model : the model that the mean since the start follows; empty if it is this one
+    inverse : the x at which g has a positive value
+    has_pole : whether g has a pole at x = −1, so that a fit needs q s > −1
     from_start : whether the rate depends on t0, so that t0 is always the start of the run
+    mean_model : the model that the mean since the start follows; empty if it is this one
     """
 
     name: str
@@ -67,33 +44,35 @@ class FitModel:
     mean_symbol: str
     curve: Callable[[Array], Array]
     derivative: Callable[[Array], Array]
-    line: Callable[[Array], Array]
-    weight: Callable[[Array], Array]
-    rate_of_line: Callable[[float, float], float]
-    search: _Search = _ANY_RATE
-    mean_model: str = ""
+    inverse: Callable[[Array], Array]
+    has_pole: bool = False
     from_start: bool = False
+    mean_model: str = ""
+
+    def rate(self, p: float) -> float:
+        """The rate q at the variable p of a search; e^p − 1 is above −1 for every p."""
+        return float(np.expm1(p)) if self.has_pole else p
+
+    def rate_slope(self, p: float) -> float:
+        """dq/dp."""
+        return float(np.exp(p)) if self.has_pole else 1.0
 
 
-def _power_law(power: int, name: str, formula: str, mean_model: str = "") -> FitModel:
-    """The model g = 1/(1 + x)^power of Haff's law."""
-    return FitModel(
-        name=name,
-        label="Haff's law",
-        formula=formula,
-        key="alpha",
-        symbol="α",
-        mean_symbol="α",
-        curve=lambda x: 1 / (1 + x) ** power,
-        derivative=lambda x: -power / (1 + x) ** (power + 1),
-        line=lambda y: y ** (-1 / power),
-        weight=lambda y: y ** (2 + 2 / power),
-        rate_of_line=lambda slope, intercept: slope / intercept if intercept > 0 else math.nan,
-        search=_ABOVE_POLE,
-        mean_model=mean_model,
-        from_start=True,
-    )
-
+# The energy by Haff, J. Fluid Mech. 134, 401 (1983).
+_HAFF = FitModel(
+    name="haff",
+    label="Haff's law",
+    formula="A/(1 + αt)²",
+    key="alpha",
+    symbol="α",
+    mean_symbol="α",
+    curve=lambda x: 1 / (1 + x) ** 2,
+    derivative=lambda x: -2 / (1 + x) ** 3,
+    inverse=lambda y: y**-0.5 - 1,
+    has_pole=True,
+    from_start=True,
+    mean_model="haff_root",
+)
 
 _ALL = (
     FitModel(
@@ -105,24 +84,27 @@ _ALL = (
         mean_symbol="κ",
         curve=lambda x: np.asarray(np.exp(-x)),
         derivative=lambda x: np.asarray(-np.exp(-x)),
-        line=lambda y: np.asarray(np.log(y)),
-        weight=lambda y: y * y,
-        rate_of_line=lambda slope, intercept: -slope,
+        inverse=lambda y: np.asarray(-np.log(y)),
     ),
-    # Haff's law for the energy (Haff, J. Fluid Mech. 134, 401 (1983)), and the mean pressure under
-    # that law.
-    _power_law(2, "haff", "A/(1 + αt)²", "haff_root"),
-    _power_law(1, "haff_root", "A/(1 + αt)"),
+    _HAFF,
+    # The mean pressure under Haff's law.
+    replace(
+        _HAFF,
+        name="haff_root",
+        formula="A/(1 + αt)",
+        curve=lambda x: 1 / (1 + x),
+        derivative=lambda x: -1 / (1 + x) ** 2,
+        inverse=lambda y: 1 / y - 1,
+        mean_model="",
+    ),
 )
 
-MODELS: dict[str, FitModel] = {model.name: model for model in _ALL}
+MODELS = {model.name: model for model in _ALL}
 """Every decay model by its name."""
 
-LAWS: dict[str, FitModel] = {
-    name: model
-    for name, model in MODELS.items()
-    if name not in {other.mean_model for other in _ALL}
-}
+_MEANS = {model.mean_model for model in _ALL}
+
+LAWS = {name: model for name, model in MODELS.items() if name not in _MEANS}
 """The laws of cooling: the models that are not the mean of another one."""
 
 
@@ -170,46 +152,39 @@ def fit(
     rounding : relative size of changes that are only rounding; no decay is sought in them
 
     Data that cannot be fitted give a result with converged=False and a message with the reason.
-    Raises ValueError for an unknown model, arrays of different shape, or an amplitude that is 0 or
-    not finite.
+    Raises KeyError for an unknown model, ValueError for arrays of different shape.
     """
-    if model not in MODELS:
-        raise ValueError(f"{model!r} is not a decay model; choose from {', '.join(MODELS)}.")
-    if amplitude is not None and (amplitude == 0 or not math.isfinite(amplitude)):
-        raise ValueError(
-            f"The amplitude cannot be held at {amplitude!r}; give a finite one, not 0."
-        )
+    form, free = MODELS[model], amplitude is None
     times, values = np.asarray(t, dtype=np.float64), np.asarray(y, dtype=np.float64)
-    if times.ndim != 1 or times.shape != values.shape:
-        raise ValueError(
-            f"t and y must be flat and of one length, not {times.shape}, {values.shape}."
-        )
     if start is None:
         start = float(times[0]) if times.size else math.nan
 
     def failure(message: str) -> FitResult:
         return FitResult(model, False, message, times.size, start)
 
-    problem = _problem(times, values, start, amplitude, rounding)
-    if problem:
-        return failure(problem)
+    least = 2 + free
+    if times.size < least:
+        return failure(f"too few points for this fit: {times.size}; it needs {least} or more.")
 
-    form, free = MODELS[model], amplitude is None
-    span = float(times.max()) - start
-    scale = float(values[np.argmax(np.abs(values))]) if amplitude is None else amplitude
-    s, scaled = (times - start) / span, values / scale
-
-    def residuals(x: Array) -> Array:
-        height = form.curve(s * form.search.rate(x[0]))
-        return np.asarray((x[1] * height if free else height) - scaled)
-
-    def jacobian(x: Array) -> Array:
-        at = s * form.search.rate(x[0])
-        slope = s * form.derivative(at) * form.search.slope(x[0])
-        return np.array([x[1] * slope, form.curve(at)] if free else [slope])
-
-    # Overflow and underflow on the way give numbers that the checks below refuse.
+    # Overflow, underflow and numbers that are not finite end in the check of the result.
     with np.errstate(all="ignore"):
+        level = values[0] if amplitude is None else amplitude
+        if np.max(np.abs(values - level)) <= rounding * abs(level):
+            return failure(NOTHING_DECAYS if level else "All values are zero.")
+        scale = float(values[np.argmax(np.abs(values))]) if amplitude is None else amplitude
+        span = times.max() - start
+        s, scaled = (times - start) / span, values / scale
+
+        def residuals(x: Array) -> Array:
+            p, height = np.append(x, 1.0)[:2]  # a held amplitude is 1
+            return np.asarray(height * form.curve(s * form.rate(p)) - scaled)
+
+        def jacobian(x: Array) -> Array:
+            p, height = np.append(x, 1.0)[:2]
+            at = s * form.rate(p)
+            slope = height * s * form.derivative(at) * form.rate_slope(p)
+            return np.array([slope, form.curve(at)])[: len(x)]
+
         best, _, _, _, code = optimize.leastsq(
             residuals,
             _first_guess(form, s, scaled, free),
@@ -234,29 +209,28 @@ def fit(
 
         rest, slopes = residuals(best), jacobian(best)
         squares = float(rest @ rest)
-        slopes[0] /= form.search.slope(float(best[0]))
+        slopes[0] /= form.rate_slope(best[0])
         covariance = _inverse(slopes @ slopes.T) * (squares / (times.size - best.size))
         deviation = scaled - scaled.mean()
         total = float(deviation @ deviation)
-        rate = form.search.rate(float(best[0]))
-        error = float(np.sqrt(covariance[0, 0]))
+        rate, error = form.rate(best[0]), np.sqrt(covariance[0, 0])
         found = FitResult(
             model=model,
             converged=True,
             message="The fit converged.",
             points=times.size,
             start=start,
-            value=rate / span + 0.0,  # never −0.0
-            error=error / span,
+            value=float(rate / span) + 0.0,  # never −0.0
+            error=float(error / span),
             amplitude=float(best[1] * scale) if free else scale,
             rms_residual=abs(scale) * math.sqrt(squares / times.size),
             r_squared=1 - squares / total if total > 0 else math.nan,
         )
-    known = np.array([found.value, found.error, found.amplitude, *covariance.flat])
-    # The last clause refuses decays that are over before the second point: no value is too large.
-    if not np.all(np.isfinite(known)) or error > 10 * abs(rate) > 10:
-        return failure("The points do not determine the decay constant.")
-    return found
+        known = [found.value, found.error, found.amplitude, *covariance.flat]
+        # The last clause refuses decays that are over before the second point.
+        if not np.all(np.isfinite(known)) or error > 10 * abs(rate) > 10:
+            return failure("The points do not determine the decay constant.")
+        return found
 
 
 def fitted_curve(result: FitResult, t: ArrayLike) -> Array:
@@ -266,55 +240,30 @@ def fitted_curve(result: FitResult, t: ArrayLike) -> Array:
         return np.asarray(result.amplitude * MODELS[result.model].curve(result.value * elapsed))
 
 
-def _problem(
-    times: Array, values: Array, start: float, amplitude: float | None, rounding: float
-) -> str:
-    """Why these data cannot be fitted, as a sentence; empty if they can."""
-    held = amplitude is not None
-    least = 2 if held else 3
-    if times.size < least:
-        return f"too few points for this fit: {times.size}; it needs {least} or more."
-    for name, array in (("times", times), ("values", values)):
-        bad = np.flatnonzero(~np.isfinite(array))
-        if bad.size:
-            return f"{bad.size} of the {name} are not finite, the first at index {bad[0]}."
-    lowest, highest = float(times.min()), float(times.max())
-    if lowest < 0:
-        return f"The time {lowest:g} s is negative; times count from the start of the run."
-    if not lowest >= start:
-        return f"The time {lowest:g} s lies before the start of the decay at {start:g} s."
-    if highest == (start if held else lowest):
-        return f"All times are {highest:g} s, so nothing decays between them."
-    if not np.any(values):
-        return "All values are zero, so there is no decay to fit."
-    level = float(values[0]) if amplitude is None else amplitude
-    with np.errstate(over="ignore"):
-        if np.max(np.abs(values - level)) <= rounding * abs(level):
-            return NOTHING_DECAYS
-    return ""
-
-
 def _first_guess(form: FitModel, s: Array, scaled: Array, free: bool) -> Array:
-    """Start of the search: a weighted straight line through the transformed positive points."""
-    positive = scaled > 0
-    s, height = s[positive], scaled[positive]
-    line, weight = form.line(height), form.weight(height)
+    """Start of the search: a straight line b + q s through the positive points' x, weighted.
+
+    Where g(b + q s) is nearly A g(r s), r is the logarithmic slope there over that at zero.
+    """
+    s, height = s[scaled > 0], scaled[scaled > 0]
+    x = form.inverse(height)
+    weight = form.derivative(x) ** 2
+    base = np.zeros(1)
     if free:
-        total = weight.sum()
-        middle, level = (weight @ s) / total, (weight @ line) / total
-        slope = (weight @ ((s - middle) * (line - level))) / (weight @ (s - middle) ** 2)
-        intercept = float(level - slope * middle)
+        middle, level = weight @ s / weight.sum(), weight @ x / weight.sum()
+        slope = (weight @ ((s - middle) * (x - level))) / (weight @ (s - middle) ** 2)
+        base += level - slope * middle
     else:
-        # Held at one: the line starts at the transform of one.
-        intercept = float(form.line(np.ones(1))[0])
-        slope = (weight @ (s * (line - intercept))) / (weight @ (s * s))
-    rate = form.rate_of_line(float(slope), intercept)
-    p = form.search.parameter(rate if math.isfinite(rate) else 1.0)
+        slope = (weight @ (s * x)) / (weight @ (s * s))
+    rate = slope * form.derivative(base) / form.curve(base) / form.derivative(np.zeros(1))
+    if not math.isfinite(rate[0]) or (form.has_pole and base[0] <= -1):
+        rate = np.ones(1)
+    p = np.log1p(np.maximum(rate, -0.99)) if form.has_pole else rate
     if not free:
-        return np.array([p])
-    shape = form.curve(s * form.search.rate(p))
+        return np.asarray(p)
+    shape = form.curve(s * form.rate(p[0]))
     factor = (shape @ height) / (shape @ shape)
-    return np.array([p, factor if np.isfinite(factor) else 1.0])
+    return np.array([p[0], factor if np.isfinite(factor) else 1.0])
 
 
 def _inverse(matrix: Array) -> Array:

@@ -63,30 +63,24 @@ def instants(time: Array) -> NDArray[np.intp]:
 def before_collapse(trace: Trace) -> Trace:
     """The repeat without the collisions of a collapse, which are all at one instant.
 
-    Of a summary the part up to the last row of its grid before that is left.
+    Of a summary, the rows of its grid before that instant.
     """
     if trace.stop.reason is not StopReason.COLLAPSE:
         return trace
-    events, summary, end = trace.events, trace.summary, trace.stop.time
-    if summary is not None:
-        found = summary.series
-        rows = max(1, int(np.count_nonzero(found.time < (1 - INSTANT) * end)))
-        calm = Series(*(column[:rows] for column in vars(found).values()))
-        summary, end = Summary(calm, summary.speed_histogram[:rows]), float(calm.time[-1])
-        counts = int(calm.wall_events[-1]), int(calm.pair_events[-1])
-    elif events is not None:
-        events = events[: int(np.count_nonzero(events.time < (1 - INSTANT) * end))]
+    summary, end = trace.summary, (1 - INSTANT) * trace.stop.time
+    if summary is None:
+        assert trace.events is not None
+        events = trace.events[: int(np.count_nonzero(trace.events.time < end))]
         at_wall = int(np.count_nonzero(events.at_wall))
-        counts = at_wall, len(events) - at_wall
-    else:
-        raise ValueError("this repeat has neither events nor a summary")
+        return replace(trace, events=events, wall_events=at_wall, pair_events=len(events) - at_wall)
+    rows = max(1, int(np.count_nonzero(summary.series.time < end)))
+    calm = Series(*(column[:rows] for column in vars(summary.series).values()))
     return replace(
         trace,
-        stop=replace(trace.stop, time=end),
-        wall_events=counts[0],
-        pair_events=counts[1],
-        events=events,
-        summary=summary,
+        stop=replace(trace.stop, time=float(calm.time[-1])),
+        wall_events=int(calm.wall_events[-1]),
+        pair_events=int(calm.pair_events[-1]),
+        summary=Summary(calm, summary.speed_histogram[:rows]),
     )
 
 
@@ -167,24 +161,18 @@ def gained(trace: Trace, column: Array, since: float) -> float:
 
 
 def integrals(trace: Trace, values: Array, times: Array) -> Array:
-    """Integrals over time of rows of the series, from the start to each time (s).
-
-    Values stay as they are after a collision. Between the rows of a summary, or of a series without
-    all collisions, they are straight.
-    """
-    time, first = series(trace).time, values[0]
-    held = values if _has_all(trace) else np.append((values[:-1] + values[1:]) / 2, values[-1])
-    steps = np.diff(np.append(time, max(trace.stop.time, time[-1])))
-    # Less the first value, so that a constant has its integral without rounding.
-    changes = np.concatenate([[0.0], np.cumsum((held - first) * steps)])
-    ends = np.append(time, max(trace.stop.time, time[-1]))
-    return np.asarray(first * times + np.interp(times, ends, changes))
+    """Integrals over time of rows of the series, from the start to each time (s)."""
+    edges, rows = np.unique(np.append(0.0, times), return_inverse=True)
+    parts = time_means(trace, values, edges) * np.diff(edges)
+    return np.append(0.0, np.cumsum(parts))[rows[1:]]
 
 
 def time_means(trace: Trace, values: Array, edges: Array) -> Array:
-    """Means over time between edges (s) of rows of the series, see `integrals`.
+    """Means over time between edges (s), which increase, of rows of the series.
 
-    Each window is computed by itself, because values before it may be larger by any factor.
+    Values stay as they are after a collision. Between the rows of a summary, or of a series without
+    all collisions, they are straight. Each window is computed by itself, because values before it
+    may be larger by any factor.
     """
     if len(edges) < 2:
         return np.empty(0)
@@ -218,6 +206,9 @@ def _has_all(trace: Trace) -> bool:
 # A trace -> energy, temperature and pressure, over time and as means.
 
 Real = TypeVar("Real", float, "NDArray[np.float64]")
+
+NO_WALLS = "no walls: the pressure is the virial's, (N T + ΣJd/2t)/V"
+"""How a pressure is measured in a periodic box, for its reader."""
 
 ROUNDING = 1e-12
 """Relative spread below which repeats differ by nothing but rounding."""
@@ -311,23 +302,21 @@ def elastic(scene: Scene) -> bool:
     return scene.restitution == 1.0 and walls
 
 
+def standard_errors(rows: Array) -> Array:
+    """Standard errors of the means over the first axis of (*n*, ...); nan for one row."""
+    if len(rows) < 2:
+        return np.full(rows.shape[1:], math.nan)
+    return np.asarray(rows.std(axis=0, ddof=1) / math.sqrt(len(rows)))
+
+
 def mean_and_error(values: Array) -> tuple[float, float]:
     """Mean over repeats and its standard error.
 
     The error is nan for one repeat, and for repeats that differ by rounding alone.
     """
-    mean = float(values.mean())
-    deviation = float(values.std(ddof=1)) if len(values) > 1 else 0.0
-    if deviation <= ROUNDING * abs(mean):
-        return mean, math.nan
-    return mean, deviation / math.sqrt(len(values))
-
-
-def standard_errors(rows: Array) -> Array:
-    """Standard errors of the means over the rows of (*n*, *t*); nan for one row."""
-    if len(rows) < 2:
-        return np.full(rows.shape[1], math.nan)
-    return np.asarray(rows.std(axis=0, ddof=1) / math.sqrt(len(rows)))
+    mean, error = float(values.mean()), float(standard_errors(values))
+    spread = error * math.sqrt(len(values))
+    return mean, math.nan if spread <= ROUNDING * abs(mean) else error
 
 
 def cumulative_pressure(trace: Trace, found: Series) -> tuple[Array, Array]:
@@ -351,12 +340,6 @@ def pressures(trace: Trace, edges: Array) -> Array:
         return gains(trace, found.wall_impulse, edges) / (scene.container.wall_length * widths)
     moving = time_means(trace, found.kinetic_energy, edges)
     return (moving + gains(trace, found.pair_virial, edges) / (2 * widths)) / scene.container.area
-
-
-def windows(trace: Trace, number: int) -> Array:
-    """The edges of equal windows of time over the repeat, s; none for a repeat without length."""
-    end = trace.stop.time
-    return np.linspace(0.0, end, number + 1) if end > 0 else np.empty(0)
 
 
 def mean_pressure(trace: Trace, since: float = 0.0) -> float:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -23,10 +23,9 @@ if TYPE_CHECKING:
     from snooker_cli.runs import Run
     from snooker_cli.trace import Trace
 
-Records: TypeAlias = list[dict[str, Any]]
+    Found = Sequence[decay.Decay] | Sequence[comparison.Comparison]
 
-KEYS = {"made_from", "rows", "notes"}
-"""Of the JSON file."""
+Records: TypeAlias = list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -60,13 +59,13 @@ class RunAnalysis:
 
 
 def fits(run: Run) -> RunAnalysis:
-    """Decay constants, see ``decay.record``; raises ``RunError`` if the run has no repeat."""
-    return _read_or_made(run, "fit.json", _fitted)
+    """Rows of ``Decay.as_json``; raises ``RunError`` if the run has no repeat."""
+    return _read_or_made(run, "fit.json", decay.analyse)
 
 
 def comparisons(run: Run) -> RunAnalysis:
-    """Rows of ``comparison.record``; raises ``RunError`` if the run has no repeat."""
-    return _read_or_made(run, "compare.json", _compared)
+    """Rows of ``Comparison.as_json``; raises ``RunError`` if the run has no repeat."""
+    return _read_or_made(run, "compare.json", comparison.compare)
 
 
 def shorter_note(shorter: int, present: int) -> str:
@@ -81,21 +80,8 @@ def shorter_note(shorter: int, present: int) -> str:
     )
 
 
-_Analysed: TypeAlias = tuple[Records, list[str]]
-
-
-def _fitted(traces: Iterator[Trace], parameters: dict[str, Any]) -> _Analysed:
-    found = decay.decays(traces)
-    return [decay.record(one, parameters) for one in found], decay.notes(found)
-
-
-def _compared(traces: Iterator[Trace], parameters: dict[str, Any]) -> _Analysed:
-    found = comparison.compare(traces)
-    return [comparison.record(row, parameters) for row in found.rows], list(found.notes)
-
-
 def _read_or_made(
-    run: Run, name: str, analyse: Callable[[Iterator[Trace], dict[str, Any]], _Analysed]
+    run: Run, name: str, analyse: Callable[[Iterator[Trace]], tuple[Found, list[str]]]
 ) -> RunAnalysis:
     """An analysis from its file if that is of these repeats, else made now.
 
@@ -104,20 +90,23 @@ def _read_or_made(
     path = run.directory / name
     present = {point.index: run.present(point) for point in run.points}
     made_from = _made_from(run, present)
-    content = _content(path)
-    if content.get("made_from") == made_from:
-        return RunAnalysis(content["rows"], content["notes"], path, made_from, saved=True)
+    try:
+        saved = json.loads(path.read_text(encoding="utf-8"))
+        if saved["made_from"] == made_from:
+            return RunAnalysis(saved["rows"], saved["notes"], path, made_from, saved=True)
+    except (OSError, ValueError, TypeError, KeyError):
+        pass  # there is no file, or it is not an analysis: make one
     rows: Records = []
     notes: Records = []
     for point in run.points:
-        parameters, numbers = point.as_json(), present[point.index]
-        said = _missing_notes(run, point, len(numbers))
+        parameters, numbers = {"parameters": point.as_json()}, present[point.index]
+        sentences = _missing_notes(run, point, len(numbers))
         # If no point has a repeat, reading the first one raises the error.
         if numbers or not any(present.values()):
-            found, sentences = analyse(run.traces(point, numbers), parameters)
-            rows += found
-            said += sentences
-        notes += [{"parameters": parameters, "note": sentence} for sentence in said]
+            found, others = analyse(run.traces(point, numbers))
+            rows += [parameters | one.as_json() for one in found]
+            sentences += others
+        notes += [parameters | {"note": sentence} for sentence in sentences]
     return RunAnalysis(rows, notes, path, made_from, saved=False)
 
 
@@ -127,15 +116,6 @@ def _missing_notes(run: Run, point: Point, present: int) -> list[str]:
     are = "the repeat is not" if wanted == 1 else f"{present} of {wanted} repeats are"
     rest = f"{are} there; run the config again for the rest" if present < wanted else ""
     return list(filter(None, [rest, shorter_note(run.shorter(point), present)]))
-
-
-def _content(path: Path) -> dict[str, Any]:
-    """The saved analysis; empty if there is none that can be read."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return content if isinstance(content, dict) and content.keys() >= KEYS else {}
 
 
 def _made_from(run: Run, present: Mapping[int, list[int]]) -> str:

@@ -6,7 +6,7 @@ the length of the wall, "Pa·m"), number density in m⁻², rates in s⁻¹.
 ========  ==========================================================================
 symbol    meaning
 ========  ==========================================================================
-N, m, r   number of balls, mass of a ball, radius of a ball; d = 2r
+N, m, r   number of balls, mass and radius of a ball; d = 2r
 R, a      radius of a circular container, accessible radius a = R − r
 w, h      width and height of a box
 V         area of the container: πR², or w h
@@ -35,7 +35,6 @@ from snooker_cli.theory.cooling_laws import (
     haff_ratio,
     sonine_coefficient,
     source_decay_constant,
-    source_pressure_decay_constant,
 )
 from snooker_cli.theory.equation_of_state import (
     FluidState,
@@ -60,37 +59,13 @@ from snooker_cli.theory.speed_distributions import (
     sonine_speed_cdf,
 )
 
-__all__ = [
-    "CollisionRates",
-    "FluidState",
-    "accessible_wall_pressure",
-    "angular_momentum_floor",
-    "ball_ball_rate",
-    "collision_rates",
-    "compressibility",
-    "contact_value",
-    "cooling_rate",
-    "energy_ratio_by_events",
-    "fixed_energy_factor",
-    "fixed_energy_kurtosis",
-    "fixed_energy_mean_speed",
-    "fixed_energy_speed_cdf",
-    "fixed_energy_speed_density",
-    "fluid_state",
-    "haff_rate",
-    "haff_ratio",
-    "ideal_gas_pressure",
-    "maxwell_mean_speed",
-    "maxwell_speed_cdf",
-    "maxwell_speed_density",
-    "mean_free_path",
-    "number_density",
-    "published_ratio",
-    "sonine_coefficient",
-    "sonine_speed_cdf",
-    "source_decay_constant",
-    "source_mean_free_path",
-    "source_pressure_decay_constant",
-    "van_der_waals_pressure",
-    "wall_rate",
-]
+__all__ = ["CollisionRates", "ball_ball_rate", "collision_rates", "mean_free_path"]
+__all__ += ["source_mean_free_path", "wall_rate"]
+__all__ += ["angular_momentum_floor", "cooling_rate", "energy_ratio_by_events", "haff_rate"]
+__all__ += ["haff_ratio", "sonine_coefficient", "source_decay_constant"]
+__all__ += ["FluidState", "accessible_wall_pressure", "compressibility", "contact_value"]
+__all__ += ["fluid_state", "ideal_gas_pressure", "number_density", "published_ratio"]
+__all__ += ["van_der_waals_pressure"]
+__all__ += ["fixed_energy_factor", "fixed_energy_kurtosis", "fixed_energy_mean_speed"]
+__all__ += ["fixed_energy_speed_cdf", "fixed_energy_speed_density", "maxwell_mean_speed"]
+__all__ += ["maxwell_speed_cdf", "maxwell_speed_density", "sonine_speed_cdf"]

@@ -11,8 +11,8 @@ from snooker_cli.theory.speed_distributions import fixed_energy_factor, fixed_en
 def mean_free_path(number_density: float, ball_radius: float, contact_value: float = 1.0) -> float:
     """Mean free path of disks (m): λ = 1/(2√2 n d χ) = ⟨v⟩/ω.
 
-    The cross-section of disks is the length 2d, and √2 is the mean relative speed over ⟨v⟩. It is
-    Boltzmann's for a dilute gas, χ = 1, and Enskog's with the contact value χ of a dense one.
+    The cross-section of disks is the length 2d, and √2 is the mean relative speed over ⟨v⟩. χ = 1
+    gives Boltzmann's path in a dilute gas, the contact value χ Enskog's in a dense one.
     """
     return 1 / (2 * math.sqrt(2) * number_density * 2 * ball_radius) / contact_value
 
@@ -47,10 +47,10 @@ def wall_rate_from_pressure(
 ) -> float:
     """Wall collisions of one ball per second that a pressure implies, for e_w = 1.
 
-    ν_w = c_N W P/(N √(2π m T)). The force W·P on a wall of length W is the rate N ν_w times the
-    mean impulse 2m⟨v_n²⟩/⟨v_n⟩ = √(2π m T)/c_N at fixed energy. The relation is exact at any
-    density, in a circle on average over the angular momentum: in equilibrium, positions and
-    velocities are independent.
+    ν_w = c_N W P/(N √(2π m T)): the force W·P on a wall of length W is the rate N ν_w times the
+    mean impulse 2m⟨v_n²⟩/⟨v_n⟩ = √(2π m T)/c_N at fixed energy. It is exact at any density (in a
+    circle on average over the angular momentum), because in equilibrium positions and velocities
+    are independent.
     """
     force = wall_length * pressure
     impulse = math.sqrt(2 * math.pi * mass * temperature) / fixed_energy_factor(number)

@@ -15,17 +15,10 @@ def source_decay_constant(restitution: float, mean_free_path: float, mean_speed:
     """Decay constant of the energy by the source report (s⁻¹): k = −2 ln(e) ⟨v⟩/λ (eqs 6, 7).
 
     It assumes that a collision leaves e² of all energy; only the relative normal part of the motion
-    loses that much. `restitution` is in (0, 1].
+    loses that much. The pressure's is k/2 (eq. 9), the first slope of its mean since the start.
+    `restitution` is in (0, 1].
     """
     return (0.0 - 2.0 * math.log(restitution)) * mean_speed / mean_free_path
-
-
-def source_pressure_decay_constant(energy_decay_constant: float) -> float:
-    """Decay constant of the pressure by the source report (s⁻¹): k/2 (eq. 9).
-
-    The pressure itself follows the temperature; k/2 is the initial slope of its cumulative average.
-    """
-    return energy_decay_constant / 2
 
 
 def haff_ratio(time: Real, haff_rate: float) -> Real:
@@ -36,23 +29,17 @@ def haff_ratio(time: Real, haff_rate: float) -> Real:
 def sonine_coefficient(restitution: float) -> float:
     """Second Sonine coefficient a2 of the homogeneous cooling state of inelastic disks.
 
-    a2 = 16(1 − e)(1 − 2e²)/[73 − 41e − 2(1 − e)e²], where ⟨v⁴⟩/⟨v²⟩² = 2(1 + a2): the condition
-    of van Noije & Ernst 1998, μ4 = 4(1 + a2)μ2 between the collisional moments, linearised as
-    μ4/(1 + a2) = 4μ2 (after Montanero & Santos 2000; as it stands it gives the denominator
-    57 − 25e + 30(1 − e)e²). Integrated over the collision, μ2 is proportional to
-    (1 − e²)(1 + 3a2/16), and μ4 to (1 + e)[(1 − e)(7 + 2e²)/2 + a2 (209 − 177e + 30e² − 30e³)/32].
-    Both forms neglect a3 and beyond. At e ≥ 0.5 this one is within 0.005 of direct simulation,
-    which is below 0.001 of the cooling rate.
+    a2 = 16(1 − e)(1 − 2e²)/[73 − 41e − 2(1 − e)e²], where ⟨v⁴⟩/⟨v²⟩² = 2(1 + a2). The collisional
+    moments obey μ4 = 4(1 + a2)μ2 (van Noije & Ernst 1998), here linearised as μ4/(1 + a2) = 4μ2
+    (Montanero & Santos 2000). a3 and beyond are neglected: at e ≥ 0.5 the result is within 0.005 of
+    direct simulation, which is below 0.001 of the cooling rate.
     """
     e = restitution
     return 16 * (1 - e) * (1 - 2 * e**2) / (73 - 41 * e - 2 * (1 - e) * e**2)
 
 
 def cooling_rate(
-    restitution: float,
-    ball_ball_rate: float,
-    wall_restitution: float = 1.0,
-    wall_rate: float = 0.0,
+    restitution: float, ball_ball_rate: float, wall_restitution: float = 1.0, wall_rate: float = 0.0
 ) -> float:
     """Relative loss of temperature per second: ζ = (1 − e²)(ω/2)(1 + 3a2/16) + (1 − e_w²)ν_w.
 

@@ -2,9 +2,10 @@
 
 import math
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Container
@@ -50,29 +51,13 @@ def accessible_wall_pressure(
 
 
 VIRIAL_RATIOS = (
-    1.0,
-    1.0,
-    0.7820044,
-    0.5322318,
-    0.33355604,
-    0.1988425,
-    0.1148728,
-    0.0649930,
-    0.0362193,
-    0.0199537,
+    *(1.0, 1.0, 0.7820044, 0.5322318, 0.33355604),
+    *(0.1988425, 0.1148728, 0.0649930, 0.0362193, 0.0199537),
 )
 """B_k/B_2^(k−1) of hard disks for k = 1 … 10 (Clisby & McCoy 2006), so Z = Σ ratio_k (2η)^(k−1)."""
 
 
-def _polynomial(coefficients: tuple[float, ...], x: Real) -> Real:
-    """Σ coefficients[i] x^i, by Horner's rule."""
-    value = coefficients[-1] + 0.0 * x
-    for coefficient in coefficients[-2::-1]:
-        value = value * x + coefficient
-    return value
-
-
-def _pade_coefficients() -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _pade_coefficients() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Numerator of χ (degree 4) and denominator of χ and Z (degree 5) of the Padé [4/5] of Z."""
     series = np.array(VIRIAL_RATIOS)
     rows = np.arange(5, 10)
@@ -82,8 +67,7 @@ def _pade_coefficients() -> tuple[tuple[float, ...], tuple[float, ...]]:
     numerator[:5] = np.convolve(series, denominator)[:5]
     # Z − 1 = x χ: the constant terms are both exactly one, so x divides out and χ keeps every digit
     # in the dilute limit, where (Z − 1)/x would lose them.
-    contact = (numerator - denominator)[1:]
-    return tuple(contact.tolist()), tuple(denominator.tolist())
+    return (numerator - denominator)[1:], denominator
 
 
 _PADE_CONTACT, _PADE_DENOMINATOR = _pade_coefficients()
@@ -97,7 +81,8 @@ def contact_value(packing: Real) -> Real:
     order: at η = 0.70 it is a tenth too high.
     """
     x = 2.0 * packing
-    return _polynomial(_PADE_CONTACT, x) / _polynomial(_PADE_DENOMINATOR, x)
+    ratio: Real = polyval(x, _PADE_CONTACT) / polyval(x, _PADE_DENOMINATOR)
+    return ratio
 
 
 def compressibility(packing: Real) -> Real:
@@ -110,7 +95,6 @@ class FluidState:
     """Equilibrium of hard disks in a container.
 
     pressure : force on the wall over its length, N/m; without walls that of the bulk
-    accessible_pressure : the same force over the edge of the accessible area, N/m
     bulk_packing : packing fraction far from the walls; below N πr² over the accessible area,
         because walls attract balls
     virial_ratio : 1 + ΣJd/(2 N T t), with the impulses J of ball-ball collisions at their
@@ -118,7 +102,6 @@ class FluidState:
     """
 
     pressure: float
-    accessible_pressure: float
     bulk_packing: float
     virial_ratio: float
 
@@ -159,14 +142,12 @@ def fluid_state(
     force = bulk * edge - tension * spreading
     return FluidState(
         pressure=force / container.wall_length if container.has_wall else bulk,
-        accessible_pressure=force / edge if edge else bulk,
         bulk_packing=packing,
         virial_ratio=(bulk * area - tension * edge / 2) / (number * temperature),
     )
 
 
-@dataclass(frozen=True)
-class PublishedRatio:
+class PublishedRatio(NamedTuple):
     """A published Z = P V/(N T), simulated in a periodic box at a packing fraction."""
 
     packing: float
@@ -176,22 +157,13 @@ class PublishedRatio:
 
 _CLOSE_PACKING = math.pi / (2 * math.sqrt(3))
 
+# Areas over that of close packing, and Z; packing fractions, and P d²/T = 4ηZ/π of 1024² disks.
+_ERPENBECK = ((2.0, 3.4243), (1.8, 4.1715), (1.6, 5.4963), (1.5, 6.6074))
+_ENGEL = ((0.698, 9.169342), (0.7, 9.185405), (0.716, 9.18327), (0.72, 9.2308))
+
 PUBLISHED_RATIOS = (
-    # At areas relative to close packing.
-    *(
-        PublishedRatio(_CLOSE_PACKING / volume, ratio, "Erpenbeck & Luban 1985")
-        for volume, ratio in ((2.0, 3.4243), (1.8, 4.1715), (1.6, 5.4963), (1.5, 6.6074))
-    ),
-    # The source gives P d²/T of 1024² disks, which is 4ηZ/π.
-    *(
-        PublishedRatio(packing, math.pi * reduced / (4 * packing), "Engel et al. 2013")
-        for packing, reduced in (
-            (0.698, 9.169342),
-            (0.700, 9.185405),
-            (0.716, 9.18327),
-            (0.720, 9.2308),
-        )
-    ),
+    *(PublishedRatio(_CLOSE_PACKING / v, z, "Erpenbeck & Luban 1985") for v, z in _ERPENBECK),
+    *(PublishedRatio(x, math.pi * p / (4 * x), "Engel et al. 2013") for x, p in _ENGEL),
 )
 
 

@@ -68,10 +68,8 @@ def fixed_energy_speed_density(
     _require_two(number)
     scale = mass / (2 * number * temperature)
     rest = 1.0 - scale * speed * speed
-    # Clipped first: a fractional power of a negative number is not real.
-    density: Real = (
-        2 * (number - 1) * scale * speed * np.maximum(rest, 0.0) ** (number - 2) * (rest >= 0)
-    )
+    power = np.maximum(rest, 0.0) ** (number - 2)
+    density: Real = 2 * (number - 1) * scale * speed * power * (rest >= 0)
     return density
 
 

@@ -22,7 +22,6 @@ from snooker_cli.analysis.decay import Decay, decays, reported_constant
 from snooker_cli.analysis.fitting import (
     NOTHING_DECAYS,
     FitResult,
-    RepeatMean,
     fit,
     fitted_curve,
     mean_over_repeats,
@@ -54,8 +53,8 @@ def noisy_curve(model: str, rate: float, noise: np.ndarray, span: float = 6.0):
 @pytest.mark.parametrize("held", [False, True])
 @STEADY
 @given(
-    rate=st.floats(0.01, 30),
-    amplitude=st.floats(1e-3, 1e3),
+    rate=st.one_of(st.floats(0.01, 30), st.floats(-0.9, -0.01)),
+    amplitude=st.one_of(st.floats(1e-3, 1e3), st.floats(-1e3, -1e-3)),
     first=st.sampled_from([0.0, 0.5]),
 )
 def test_exact_curves_are_recovered(model, held, rate, amplitude, first):
@@ -66,40 +65,25 @@ def test_exact_curves_are_recovered(model, held, rate, amplitude, first):
     # The search ends at a relative step of 1e-12; a first time of ½ costs one more digit of s.
     assert result.value == pytest.approx(rate, rel=1e-11, abs=1e-13)
     assert result.amplitude == pytest.approx(amplitude, rel=1e-11)
-    assert result.rms_residual <= 1e-14 * amplitude * (1 + rate)
+    assert result.rms_residual <= 1e-14 * abs(amplitude) * (1 + abs(rate)) * np.max(y / amplitude)
     assert result.r_squared == pytest.approx(1, abs=1e-10)
     assert (result.start, result.points) == (first, 60)
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_rising_curves_have_negative_rates(model):
-    t = np.linspace(0, 1, 50)
-    result = fit(t, CURVES[model](t, -0.7), model)
-    assert result.value == pytest.approx(-0.7, rel=1e-11)
 
 
 def test_start_moves_the_amplitude_and_haffs_rate_to_its_time():
     t = np.linspace(2, 9, 80)
     y = 5 * CURVES["haff"](t, 0.6)
     from_zero = fit(t, y, "haff", start=0.0)
-    assert from_zero.value == pytest.approx(0.6, rel=1e-11)
-    assert from_zero.amplitude == pytest.approx(5, rel=1e-11)
+    assert (from_zero.value, from_zero.amplitude) == pytest.approx((0.6, 5), rel=1e-11)
     # Restarted at t0 = 2: α' = α/(1 + 2α), A' = A/(1 + 2α)².
     from_two = fit(t, y, "haff")
-    assert from_two.value == pytest.approx(0.6 / 2.2, rel=1e-11)
-    assert from_two.amplitude == pytest.approx(5 / 2.2**2, rel=1e-11)
+    expected = (0.6 / 2.2, 5 / 2.2**2)
+    assert (from_two.value, from_two.amplitude) == pytest.approx(expected, rel=1e-11)
 
 
 def test_one_time_suffices_for_a_held_amplitude():
     result = fit([2.0, 2.0, 2.0], [0.5, 0.4, 0.6], amplitude=1.0, start=0.0)
     assert result.value == pytest.approx(math.log(2) / 2, rel=1e-11)
-
-
-def test_negative_amplitudes_are_amplitudes():
-    t = np.linspace(0, 3, 40)
-    result = fit(t, -4 * np.exp(-t))
-    assert (result.value, result.amplitude) == pytest.approx((1, -4), rel=1e-11)
-    assert result.rms_residual >= 0
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -115,39 +99,24 @@ def test_fitted_curve_is_the_model(model):
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_against_curve_fit(model):
+@pytest.mark.parametrize("held", [False, True])
+def test_against_curve_fit(model, held):
     rng = np.random.default_rng(3)
-    t = np.sort(rng.uniform(0, 7, 200))
-    y = 2.5 * CURVES[model](t - t[0], 1.3) + 0.03 * rng.normal(size=t.size)
+    t = np.append(0.0, np.sort(rng.uniform(0, 7, 200)))
+    y = 2.5 * CURVES[model](t, 1.3) + 0.03 * rng.normal(size=t.size)
+    guess = [1.0] if held else [1.0, 2.0]
     expected, covariance = optimize.curve_fit(
-        lambda t, rate, a: a * CURVES[model](t, rate),
-        t - t[0],
-        y,
-        p0=[1, 2],
-        ftol=1e-14,
-        xtol=1e-14,
+        lambda t, rate, a=2.5: a * CURVES[model](t, rate), t, y, p0=guess, ftol=1e-14, xtol=1e-14
     )
-    result = fit(t, y, model)
+    result = fit(t, y, model, amplitude=2.5 if held else None)
     # curve_fit differentiates numerically: steps of √ε leave 1e-8 to 1e-6 in the derivatives.
-    assert result.value == pytest.approx(expected[0], rel=1e-6)
-    assert result.amplitude == pytest.approx(expected[1], rel=1e-6)
+    found = [result.value] if held else [result.value, result.amplitude]
+    assert found == pytest.approx(expected, rel=1e-6)
     assert result.error == pytest.approx(math.sqrt(covariance[0, 0]), rel=1e-5)
-    residual = y - result.amplitude * CURVES[model](t - t[0], result.value)
+    residual = y - result.amplitude * CURVES[model](t, result.value)
     assert result.rms_residual == pytest.approx(math.sqrt(np.mean(residual**2)), rel=1e-9)
-    assert result.r_squared == pytest.approx(
-        1 - np.sum(residual**2) / np.sum((y - y.mean()) ** 2), rel=1e-9
-    )
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_held_amplitude_against_curve_fit(model):
-    rng = np.random.default_rng(4)
-    t, y = noisy_curve(model, 0.9, 0.02 * rng.normal(size=150))
-    expected, covariance = optimize.curve_fit(CURVES[model], t, y, p0=[1], ftol=1e-14, xtol=1e-14)
-    result = fit(t, y, model, amplitude=1.0)
-    assert result.value == pytest.approx(expected[0], rel=1e-6)
-    assert result.error == pytest.approx(math.sqrt(covariance[0, 0]), rel=1e-5)
-    assert result.amplitude == 1.0
+    share = np.sum(residual**2) / np.sum((y - y.mean()) ** 2)
+    assert result.r_squared == pytest.approx(1 - share, rel=1e-9)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -166,8 +135,9 @@ def test_error_is_right_for_independent_noise(model):
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("time_scale", [1e-150, 1e-9, 1e12, 1e120])
-@pytest.mark.parametrize("value_scale", [1e-150, 1.0, 1e150])
+@pytest.mark.parametrize(
+    ("time_scale", "value_scale"), [(1e-150, 1e150), (1e-9, 1e-150), (1e12, 1.0), (1e120, 1e150)]
+)
 def test_any_scale(model, time_scale, value_scale):
     t, y = noisy_curve(model, 0.8, 0.01 * np.random.default_rng(8).normal(size=80))
     plain = fit(t, y, model)
@@ -180,15 +150,6 @@ def test_any_scale(model, time_scale, value_scale):
     assert scaled.amplitude / value_scale == pytest.approx(plain.amplitude, rel=1e-6)
     assert scaled.rms_residual / value_scale == pytest.approx(plain.rms_residual, rel=1e-6)
     assert scaled.r_squared == pytest.approx(plain.r_squared, rel=1e-6)
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_powers_of_two_change_no_bit(model):
-    t, y = noisy_curve(model, 0.8, 0.01 * np.random.default_rng(9).normal(size=80))
-    plain, scaled = fit(t, y, model), fit(t * 2.0**40, y * 2.0**-30, model)
-    assert scaled.value == plain.value * 2.0**-40
-    assert scaled.error == plain.error * 2.0**-40
-    assert scaled.amplitude == plain.amplitude * 2.0**-30
 
 
 # -- flat curves ----------------------------------------------------------------------------------
@@ -244,61 +205,33 @@ def test_a_curve_that_stays_off_its_held_amplitude_is_fitted(model):
 GOOD = (np.linspace(0, 2, 30), np.exp(-np.linspace(0, 2, 30)))
 
 
-def changed(index: int, value: float, which: int) -> tuple[np.ndarray, np.ndarray]:
-    pair = [array.copy() for array in GOOD]
-    pair[which][index] = value
-    return pair[0], pair[1]
-
-
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize(
-    ("t", "y", "options", "says"),
+    ("t", "y", "options"),
     [
-        ([], [], {}, "too few points for this fit: 0"),
-        ([0.0, 1.0], [1.0, 0.5], {}, "too few points for this fit: 2; it needs 3"),
-        ([0.0], [1.0], {"amplitude": 1.0}, "it needs 2"),
-        (*changed(4, math.nan, 1), {}, "1 of the values are not finite, the first at index 4"),
-        (*changed(5, math.inf, 1), {}, "index 5"),
-        (*changed(0, math.nan, 0), {}, "1 of the times are not finite"),
-        (*changed(0, -1.0, 0), {}, "time -1 s is negative"),
-        (*changed(9, -1.0, 0), {}, "time -1 s is negative"),
-        (*GOOD, {"start": 0.5}, "time 0 s lies before the start of the decay at 0.5 s"),
-        (GOOD[0][::-1], GOOD[1], {}, "lies before the start of the decay at 2 s"),
-        (*GOOD, {"start": math.nan}, "lies before the start"),
-        ([3.0] * 5, [1.0] * 5, {}, "All times are 3 s"),
-        ([3.0] * 5, [1.0] * 5, {"start": 0.0}, "All times are 3 s"),
-        ([3.0] * 5, [1.0] * 5, {"amplitude": 1.0}, "All times are 3 s"),
-        (GOOD[0], np.zeros(30), {}, "All values are zero"),
-        (GOOD[0], np.zeros(30), {"amplitude": 1.0}, "All values are zero"),
-        (GOOD[0], np.eye(30)[0], {}, ""),
-        (GOOD[0], np.eye(30)[0], {"amplitude": 1.0}, ""),
-        (GOOD[0], -GOOD[1], {"amplitude": 1.0}, ""),
+        ([], [], {}),
+        ([0.0, 1.0], [1.0, 0.5], {}),
+        ([0.0], [1.0], {"amplitude": 1.0}),
+        (GOOD[0], np.where(GOOD[0] == 0, math.nan, GOOD[1]), {}),
+        (np.where(GOOD[0] == 0, math.inf, GOOD[0]), GOOD[1], {}),
+        (*GOOD, {"start": math.nan}),
+        (*GOOD, {"amplitude": 0.0}),
+        ([3.0] * 5, [1.0, 0.9, 0.8, 0.7, 0.6], {}),
+        ([3.0] * 5, [1.0, 0.9, 0.8, 0.7, 0.6], {"amplitude": 1.0}),
+        (GOOD[0], np.zeros(30), {}),
+        (GOOD[0], np.zeros(30), {"amplitude": 1.0}),
+        (GOOD[0], np.eye(30)[0], {}),
+        (GOOD[0], np.eye(30)[0], {"amplitude": 1.0}),
+        (GOOD[0], -GOOD[1], {"amplitude": 1.0}),
     ],
 )
-def test_data_that_cannot_be_fitted(t, y, options, says, model):
+def test_data_that_cannot_be_fitted(t, y, options, model):
     result = fit(t, y, model, **options)
     assert not result.converged
-    assert says in result.message
     assert result.message.endswith(".")
-    assert "\n" not in result.message
     numbers = (result.value, result.error, result.amplitude, result.rms_residual, result.r_squared)
     assert all(math.isnan(number) for number in numbers)
     assert (result.model, result.points) == (model, len(t))
-
-
-@pytest.mark.parametrize(
-    ("arguments", "options", "says"),
-    [
-        (GOOD, {"model": "linear"}, "'linear' is not a decay model; choose from exponential"),
-        (GOOD, {"amplitude": 0.0}, "amplitude"),
-        (GOOD, {"amplitude": math.inf}, "amplitude"),
-        ((GOOD[0], GOOD[1][1:]), {}, "one length"),
-        ((np.ones((2, 3)), np.ones((2, 3))), {}, "must be flat"),
-    ],
-)
-def test_misuse_is_refused(arguments, options, says):
-    with pytest.raises(ValueError, match=says):
-        fit(*arguments, **options)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -337,47 +270,27 @@ def test_a_fit_of_noise_ends_at_the_minimum(seed):
 # -- errors over repeats ---------------------------------------------------------------------------
 
 
-def autoregressive(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
-    """Noise with unit variance that remembers 0.9 of itself from point to point."""
-    noise = rng.normal(size=shape)
-    for k in range(1, shape[-1]):
-        noise[..., k] = 0.9 * noise[..., k - 1] + math.sqrt(1 - 0.81) * noise[..., k]
-    return noise
-
-
-def random_walk(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
-    """Noise that starts at zero and adds up, with unit variance at its end."""
-    steps = rng.normal(size=shape) / math.sqrt(shape[-1] - 1)
-    steps[..., 0] = 0
-    return np.cumsum(steps, axis=-1)
-
-
-@pytest.mark.parametrize(
-    ("noise_of", "model", "amplitude"),
-    [
-        pytest.param(autoregressive, "exponential", None, marks=pytest.mark.long),
-        (random_walk, "haff", 1.0),
-    ],
-)
-def test_coverage_with_correlated_noise(noise_of, model, amplitude):
+def test_coverage_with_correlated_noise():
+    """Noise that starts at zero and adds up: the error over repeats covers, single ones do not."""
     ensembles, repeats, truth = 200, 20, 0.8
-    noise = 0.02 * noise_of(np.random.default_rng(7), (ensembles, repeats, 40))
+    steps = np.random.default_rng(7).normal(size=(ensembles, repeats, 40)) / math.sqrt(39)
+    steps[..., 0] = 0
     by_error = by_bootstrap = by_interval = by_single = by_average = 0
-    for curves in noise:
-        results = [fit(*noisy_curve(model, truth, x), model, amplitude=amplitude) for x in curves]
+    for curves in 0.02 * np.cumsum(steps, axis=-1):
+        results = [
+            fit(*noisy_curve("haff", truth, noise), "haff", amplitude=1.0) for noise in curves
+        ]
         found = mean_over_repeats(results, resamples=500)
         by_error += abs(found.mean - truth) < found.standard_error
         by_bootstrap += abs(found.mean - truth) < found.bootstrap_error
         by_interval += found.bootstrap_low < truth < found.bootstrap_high
         by_single += sum(abs(result.value - truth) < result.error for result in results)
-        # One fit of the averaged curve.
-        average = fit(*noisy_curve(model, truth, curves.mean(axis=0)), model, amplitude=amplitude)
+        average = fit(*noisy_curve("haff", truth, curves.mean(axis=0)), "haff", amplitude=1.0)
         by_average += abs(average.value - truth) < average.error
     # Mean ± s/√n of 20 covers by Student's t with 19 degrees of freedom: 67 %, and the bootstrap,
     # whose error is √(19/20) of that, 66 %. Bounds: 99 % of binomial luck in 200 ensembles.
     student = stats.t(repeats - 1)
-    expected = 1 - 2 * student.sf(1)
-    low, high = stats.binom.interval(0.99, ensembles, expected)
+    low, high = stats.binom.interval(0.99, ensembles, 1 - 2 * student.sf(1))
     assert low <= by_error <= high
     resampled = 1 - 2 * student.sf(math.sqrt(1 - 1 / repeats))
     low, high = stats.binom.interval(0.99, ensembles, resampled)
@@ -390,21 +303,17 @@ def test_coverage_with_correlated_noise(noise_of, model, amplitude):
 
 
 def results_with(values: list[float], failed: int = 0) -> list[FitResult]:
-    """Results of exact exponential curves with these rates, and of `failed` empty ones."""
-    t = np.linspace(0, 1, 20)
-    good = [fit(t, np.exp(-value * t)) for value in values]
+    """Results of fits with these rates, and of `failed` ones."""
+    good = [FitResult("exponential", True, "", 20, 0.0, value) for value in values]
     return good + [fit([], [])] * failed
 
 
 def test_ensemble_by_hand():
-    values = [1.0, 1.5, 2.0, 2.5, 8.0]
-    found = mean_over_repeats(results_with(values, failed=2))
-    assert (found.count, found.failed) == (5, 2)
-    assert found.mean == pytest.approx(3.0, rel=1e-11)
+    found = mean_over_repeats(results_with([1.0, 1.5, 2.0, 2.5, 8.0], failed=2))
+    assert (found.count, found.failed, found.mean, found.max_min_half_range) == (5, 2, 3.0, 3.5)
     # Squared deviations 4 + 2.25 + 1 + 0.25 + 25 = 32.5, over n − 1 = 4.
-    assert found.standard_deviation == pytest.approx(math.sqrt(32.5 / 4), rel=1e-11)
-    assert found.standard_error == pytest.approx(math.sqrt(32.5 / 20), rel=1e-11)
-    assert found.max_min_half_range == pytest.approx(3.5, rel=1e-11)
+    assert found.standard_deviation == pytest.approx(math.sqrt(32.5 / 4), rel=1e-14)
+    assert found.standard_error == pytest.approx(math.sqrt(32.5 / 20), rel=1e-14)
     # The bootstrap's own variance is Σ(x − x̄)²/n², found to 1/√(2·2000) = 1.6 %: four of those.
     assert found.bootstrap_error == pytest.approx(math.sqrt(32.5) / 5, rel=0.064)
     assert 1.0 < found.bootstrap_low < found.mean < found.bootstrap_high < 8.0
@@ -412,35 +321,23 @@ def test_ensemble_by_hand():
 
 def test_bootstrap_interval_of_a_symmetric_ensemble_is_plus_minus_its_error():
     rng = np.random.default_rng(11)
-    values = (2 + 0.1 * rng.normal(size=300)).tolist()
-    found = mean_over_repeats(results_with(values), resamples=20_000)
+    results = results_with((2 + 0.1 * rng.normal(size=300)).tolist())
+    found = mean_over_repeats(results, resamples=20_000)
     # A quantile one σ out of 20,000 draws has the error √(0.159·0.841/20,000)/φ(1) = 0.011 σ.
     tolerance = 4 * 0.011 * found.bootstrap_error
     low, high = found.mean - found.bootstrap_error, found.mean + found.bootstrap_error
     assert found.bootstrap_low == pytest.approx(low, abs=tolerance)
     assert found.bootstrap_high == pytest.approx(high, abs=tolerance)
-
-
-def test_bootstrap_repeats_itself_and_follows_its_seed():
-    results = results_with([1.0, 1.3, 0.8, 2.0])
-    assert mean_over_repeats(results) == mean_over_repeats(iter(results))
-    assert (
-        mean_over_repeats(results).bootstrap_error
-        != mean_over_repeats(results, seed=1).bootstrap_error
-    )
-    assert mean_over_repeats(results).mean == mean_over_repeats(results, seed=1).mean
+    assert mean_over_repeats(iter(results), resamples=20_000) == found
 
 
 @pytest.mark.parametrize(("values", "mean"), [([], math.nan), ([1.7], 1.7)])
 def test_fewer_than_two_repeats_have_no_spread(values, mean):
-    found = mean_over_repeats(results_with(values, failed=1))
-    assert (found.count, found.failed) == (len(values), 1)
-    assert found.mean == pytest.approx(mean, rel=1e-11, nan_ok=True)
-    spreads = [
-        getattr(found, item.name)
-        for item in dataclasses.fields(RepeatMean)
-        if item.name not in ("count", "failed", "mean")
-    ]
+    count, failed, found, *spreads = dataclasses.astuple(
+        mean_over_repeats(results_with(values, failed=1))
+    )
+    assert (count, failed) == (len(values), 1)
+    assert found == pytest.approx(mean, nan_ok=True)
     assert len(spreads) == 6
     assert all(math.isnan(spread) for spread in spreads)
 
