@@ -226,7 +226,8 @@ def speed_laws(scene: Scene) -> list[SpeedLaw]:
     if scene.number < 2 or not (equal_balls(scene) or elastic(scene)):
         return []
     # The reduced speed v √(m/2T) is the speed of a ball with m = 1 at T = 1/2.
-    edges, heat, free = np.arange(SPEED_BINS) * SPEED_BIN, 0.5, free_velocities(scene)
+    edges = np.linspace(0.0, (SPEED_BINS - 1) * SPEED_BIN, SPEED_BINS)
+    heat, free = 0.5, free_velocities(scene)
     laws = [SpeedLaw("Maxwell-Boltzmann", 2.0, theory.maxwell_speed_cdf(edges, heat))]
     if free is not None:
         kurtosis, shares = theory.fixed_energy_kurtosis, theory.fixed_energy_speed_cdf

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
@@ -81,8 +81,9 @@ def contact_value(packing: Real) -> Real:
     order: at η = 0.70 it is a tenth too high.
     """
     x = 2.0 * packing
-    ratio: Real = polyval(x, _PADE_CONTACT) / polyval(x, _PADE_DENOMINATOR)
-    return ratio
+    ratio: Any = polyval(x, _PADE_CONTACT) / polyval(x, _PADE_DENOMINATOR)
+    value: Real = ratio
+    return value
 
 
 def compressibility(packing: Real) -> Real:
