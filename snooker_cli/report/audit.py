@@ -3,33 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from snooker_cli import theory
-from snooker_cli.report.reproduction import (
-    CheckedClaim,
-    StatedResults,
-    checked_claims,
-    stated_results,
-)
-from snooker_cli.report.setting_search import (
-    LIKELY,
-    Candidate,
-    Search,
-    elastic_pressures,
-    free_factor,
-    profile,
-    search,
-    simplest,
-)
-from snooker_cli.report.source_values import (
-    COEFFICIENTS,
-    SOURCE_VALUES,
-    OurValue,
-    SourceValue,
-    source_value,
-)
+from snooker_cli.report.reproduction import StatedResults, checked_claims, stated_results
+from snooker_cli.report.setting_search import TARGETS, Candidate, Search, search, simplest
+from snooker_cli.report.source_values import COEFFICIENTS, SOURCE_VALUES, OurValue, SourceValue
 from snooker_cli.runs import open_run
 
 RUNS = ("decay", "temperature", "radius", "dilute", "speeds", "restitution", "audit")
@@ -55,38 +36,70 @@ class AuditRow:
     number: SourceValue
     ours: OurValue
     common: OurValue | None
-    explanation: str
-    explained: OurValue | None
     verdict: str
+    explanation: str = ""
+    explained: OurValue | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """The row as JSON."""
+        number, found = self.number, asdict(self)
+        names = ("value", "error", "half_digit", "standard_error")
+        printed = {name: getattr(number, name) for name in names}
+        return {
+            **{name: getattr(number, name) for name in ("name", "where", "what", "unit")},
+            "printed": {"text": number.printed, **printed},
+            **{name: found[name] for name in ("ours", "common", "explanation", "explained")},
+            "verdict": self.verdict,
+        }
 
 
 @dataclass(frozen=True)
 class Audit:
     """The whole audit.
 
-    profile : the best setting of all, then the best for each value of each part of a setting
-    near : number of ranked candidates with a score below ``LIKELY``
-    free : the best factor of the slip in time
+    claims : see ``checked_claims``
     repeats : at each CoR behind our values; early : how many of them ended early
     """
 
     rows: tuple[AuditRow, ...]
-    claims: tuple[CheckedClaim, ...]
-    profile: tuple[Candidate, ...]
+    claims: list[dict[str, Any]]
     search: Search
-    near: int
-    free: OurValue
     repeats: int
     early: int
 
     @property
     def best(self) -> Candidate:
         """The setting that explains the measured numbers best."""
-        return self.profile[0]
+        return self.search.ranked[0]
 
     def row(self, name: str) -> AuditRow:
         """The row of a printed number."""
         return next(row for row in self.rows if row.number.name == name)
+
+    def as_json(self) -> dict[str, Any]:
+        """All numbers of the audit."""
+        found = self.search
+        return {
+            "settings": len(found.candidates),
+            "ranked": len(found.ranked),
+            "near": found.near,
+            "slip": found.factor,
+            "free_slip": asdict(found.free),
+            "profile": [
+                {
+                    "setting": one.description,
+                    "score": one.score,
+                    "values": {each.name: _json(one.our_value(each)) for each in TARGETS},
+                }
+                for one in found.profile
+            ],
+            "numbers": [row.as_json() for row in self.rows],
+            "claims": self.claims,
+        }
+
+
+def _json(ours: OurValue | None) -> dict[str, float] | None:
+    return None if ours is None else asdict(ours)
 
 
 def audit(folder: Path) -> Audit:
@@ -96,90 +109,78 @@ def audit(folder: Path) -> Audit:
     """
     runs = {name: open_run(folder / name) for name in RUNS}
     stated = stated_results(runs)
-    run = runs["audit"]
-    speed = float(getattr(run.experiment.balls, "speed", math.nan))
-    found = search(run, elastic_pressures(runs["temperature"], speed))
-    formulas = {**arithmetic(), **_path_and_section(stated, found.factor)}
+    found = search(runs["audit"], runs["temperature"])
+    formulas = {**_path_and_section(stated, found.factor), **arithmetic()}
     return Audit(
-        rows=tuple(_row(number, stated, found, formulas) for number in SOURCE_VALUES),
+        rows=tuple(_row(number, stated, found, formulas) for number in SOURCE_VALUES.values()),
         claims=checked_claims(runs, stated),
-        profile=tuple(profile(found.ranked)),
         search=found,
-        near=sum(one.score < LIKELY for one in found.ranked),
-        free=free_factor(found.ranked[0], found.factor),
         repeats=runs["restitution"].experiment.repeats,
         early=sum(laws["kinetic_energy", "exponential"].short for laws in stated.laws.values()),
     )
 
 
-Formulas = dict[str, tuple[str, OurValue]]
-"""By the name of a printed number: a formula for it in words, and its value."""
+Formulas = dict[str, tuple[str, str, OurValue]]
+"""By the name of a printed number: the verdict, a formula for it in words, and its value."""
 
 
 def _row(number: SourceValue, stated: StatedResults, found: Search, formulas: Formulas) -> AuditRow:
     """The verdict: from the stated scene if that agrees, else from a formula, else a setting."""
     ours, common = stated.numbers[number.name], found.ranked[0].our_value(number)
     if ours.agrees(number):
-        return AuditRow(number, ours, common, "", None, REPRODUCED)
+        return AuditRow(number, ours, common, REPRODUCED)
     if number.name in formulas:
-        text, value = formulas[number.name]
-        verdict = FOLLOWS if number.name in arithmetic() else EXPLAINED
-        if not value.rounds_to(number):
-            verdict = UNEXPLAINED
-        return AuditRow(number, ours, common, text, value, verdict)
+        verdict, text, value = formulas[number.name]
+        verdict = verdict if value.rounds_to(number) else UNEXPLAINED
+        return AuditRow(number, ours, common, verdict, text, value)
     # The stated scene with our own rings has been compared already, with more repeats.
-    others = [
-        one for one in found.candidates if one.setting.changes or one.setting.extent != found.extent
-    ]
+    others = [one for one in found.candidates if one.changes or one.extent != found.extent]
     offer = simplest(others, number)
     if offer is None:
-        return AuditRow(number, ours, common, "", None, UNEXPLAINED)
-    setting, value = offer[0].setting, offer[1]
+        return AuditRow(number, ours, common, UNEXPLAINED)
+    setting, value = offer
     if not value.agrees(number):
         verdict = UNEXPLAINED
     elif not setting.changes:
         verdict = REPRODUCED  # the source report does not state where the balls start
     else:
         verdict = EXPLAINED if common is not None and common.agrees(number) else ALONE
-    return AuditRow(number, ours, common, setting.description, value, verdict)
+    return AuditRow(number, ours, common, verdict, setting.description, value)
 
 
 def arithmetic() -> Formulas:
     """Printed numbers that follow from other printed numbers."""
-    path = source_value("mean_free_path")
-    mean = source_value("energy_mean_0.8")
-    found = {
-        "energy_abstract_0.8": (f"{mean.digits} of {mean.where}, rounded", OurValue(mean.value))
-    }
+    path, mean = SOURCE_VALUES["mean_free_path"], SOURCE_VALUES["energy_mean_0.8"]
+    found = {"energy_abstract_0.8": (f"{mean.digits} of {mean.where}, rounded", mean.value)}
     for cor in COEFFICIENTS:
-        speed, pressure = source_value(f"speed_{cor}"), source_value(f"pressure_mean_{cor}")
+        speed, pressure = SOURCE_VALUES[f"speed_{cor}"], SOURCE_VALUES[f"pressure_mean_{cor}"]
         tau = path.value / speed.value
         constant = -2 * math.log(cor) / tau
+        doubled = 2 * pressure.value
         found |= {
-            f"tau_{cor}": (f"{path.digits}/{speed.digits} = {tau:.3f}", OurValue(tau)),
+            f"tau_{cor}": (f"{path.digits}/{speed.digits} = {tau:.3f}", tau),
             f"theory_{cor}": (
                 f"−2 ln {cor:g} × {speed.digits}/{path.digits} = {constant:.4f}",
-                OurValue(constant),
+                constant,
             ),
-            f"doubled_{cor}": (
-                f"2 × {pressure.digits} = {2 * pressure.value:g}",
-                OurValue(2 * pressure.value),
-            ),
+            f"doubled_{cor}": (f"2 × {pressure.digits} = {doubled:g}", doubled),
         }
-    return found
+    return {name: (FOLLOWS, text, OurValue(value)) for name, (text, value) in found.items()}
 
 
 def _path_and_section(stated: StatedResults, factor: float) -> Formulas:
     """Explanations of the mean free path and the cross-section."""
     density, radius = stated.numbers["density"].value, float(stated.scene.radii[0])
     path = theory.mean_free_path(density, radius)
-    implied = 1 / (math.sqrt(2) * density * source_value("mean_free_path").value)
+    implied = 1 / (math.sqrt(2) * density * SOURCE_VALUES["mean_free_path"].value)
     return {
         "mean_free_path": (
+            EXPLAINED,
             f"{factor:g} × 1/(√2 n 4r) at r = {radius:g} m, or that of r = {radius / factor:g} m",
             OurValue(factor * path),
         ),
         "cross_section": (
+            EXPLAINED,
             f"what its λ needs, which is 4r at r = {implied / 4:.4f} m",
             OurValue(implied),
         ),

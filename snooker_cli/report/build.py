@@ -6,7 +6,6 @@ import signal
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
-from dataclasses import asdict
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,11 +15,9 @@ from snooker_cli.animation import embedded, film, page
 from snooker_cli.errors import RunError
 from snooker_cli.figures.drawing import save
 from snooker_cli.files import write_json
-from snooker_cli.report.audit import AuditRow, audit
-from snooker_cli.report.content import REPORT_FIGURES, RUNS, Results, values
+from snooker_cli.report.audit import audit
+from snooker_cli.report.content import REPORT_FIGURES, RUNS, figure_data, values
 from snooker_cli.report.document import document, require_libraries, write_html, write_pdf
-from snooker_cli.report.setting_search import TARGETS
-from snooker_cli.report.source_values import OurValue, source_value
 from snooker_cli.runs import Run, open_run
 
 if TYPE_CHECKING:
@@ -45,10 +42,12 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
     ) as other:
         judging = other.submit(audit, runs)
         pictures: dict[str, FigureData] = {}
+        captions: dict[str, tuple[str, str]] = {}
         drawing = []
-        for file, figure in REPORT_FIGURES.items():
-            report_progress(figure.label)
-            pictures[file] = figure.make(opened)
+        for file, entry in REPORT_FIGURES.items():
+            report_progress(entry["label"])
+            pictures[file] = figure_data(opened, **entry)
+            captions[file] = entry["label"], pictures[file].caption
             drawing.append(other.submit(save, pictures[file], out / "figures" / file))
         fits = run_analysis.fits(opened["decay"])
         with suppress(RunError):  # a run's folder may be read-only
@@ -57,12 +56,13 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
         judged = judging.result()
         for each in drawing:
             each.result()
-    results = Results(opened, pictures, judged, fits.rows)
-    write_json(out / "numbers.json", rounded(_numbers(results)))
-    captions = {
-        file: (figure.label, pictures[file].caption) for file, figure in REPORT_FIGURES.items()
+    numbers = {
+        "figures": {name: picture.numbers for name, picture in pictures.items()},
+        "audit": judged.as_json(),
+        "fits": fits.rows,
     }
-    content = document(values(results), captions)
+    write_json(out / "numbers.json", rounded(numbers))
+    content = document(values(opened, pictures, judged, fits.rows), captions)
     report_progress("pages")
     return [
         write_html(content, _players(opened["decay"]), out),
@@ -81,32 +81,6 @@ def _players(run: Run) -> list[str]:
     return found
 
 
-def _numbers(results: Results) -> dict[str, Any]:
-    """Every number in this report."""
-    judged = results.audit
-    return {
-        "figures": {name: picture.numbers for name, picture in results.pictures.items()},
-        "audit": {
-            "settings": len(judged.search.candidates),
-            "ranked": len(judged.search.ranked),
-            "near": judged.near,
-            "slip": judged.search.factor,
-            "free_slip": asdict(judged.free),
-            "profile": [
-                {
-                    "setting": one.setting.description,
-                    "score": one.score,
-                    "values": {name: _value(one.our_value(source_value(name))) for name in TARGETS},
-                }
-                for one in judged.profile
-            ],
-            "numbers": [_row(row) for row in judged.rows],
-            "claims": [asdict(claim) for claim in judged.claims],
-        },
-        "fits": results.fits,
-    }
-
-
 def rounded(content: Any) -> Any:
     """JSON content with six significant digits.
 
@@ -117,30 +91,3 @@ def rounded(content: Any) -> Any:
     if isinstance(content, list | tuple):
         return [rounded(value) for value in content]
     return float(f"{content:.6g}") if isinstance(content, float) else content
-
-
-def _row(row: AuditRow) -> dict[str, Any]:
-    """A row of the audit as JSON."""
-    number = row.number
-    return {
-        "name": number.name,
-        "where": number.where,
-        "what": number.what,
-        "unit": number.unit,
-        "printed": {
-            "text": number.printed,
-            "value": number.value,
-            "error": number.error,
-            "half_digit": number.half_digit,
-            "standard_error": number.standard_error,
-        },
-        "ours": asdict(row.ours),
-        "common": _value(row.common),
-        "explanation": row.explanation,
-        "explained": _value(row.explained),
-        "verdict": row.verdict,
-    }
-
-
-def _value(ours: OurValue | None) -> dict[str, float] | None:
-    return None if ours is None else asdict(ours)

@@ -10,30 +10,23 @@ import json
 import re
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from snooker_cli.errors import UserError
-from snooker_cli.formatting import listed, rough, short, with_error
+from snooker_cli.formatting import counted, listed, rough, short, with_error
 
 EPOCH = 0
 """Date of the PDF, s since 1970: the same bytes each time."""
 
+Document: TypeAlias = dict[str, Any]
+"""``title``, ``summary`` (paragraphs) and ``blocks``.
 
-@dataclass
-class ReportDocument:
-    """A title, a summary, and blocks.
-
-    A block is a dict with ``kind``: heading and paragraph have ``text``; barrier has nothing;
-    figure has ``label``, ``file`` and ``caption``; table has ``label``, ``caption``, ``columns``
-    (each with ``heading``, ``width`` and ``right``) and ``rows`` of cells.
-    """
-
-    title: str = ""
-    summary: list[str] = field(default_factory=list)
-    blocks: list[dict[str, Any]] = field(default_factory=list)
+A block is a dict with ``kind``: heading and paragraph have ``text``; barrier has nothing;
+figure has ``label``, ``file`` and ``caption``; table has ``label``, ``caption``, ``columns``
+(each with ``heading``, ``width`` and ``right``) and ``rows`` of cells.
+"""
 
 
 def require_libraries() -> None:
@@ -49,36 +42,33 @@ def require_libraries() -> None:
             ) from None
 
 
-def document(values: Mapping[str, Any], figures: Mapping[str, tuple[str, str]]) -> ReportDocument:
+def document(values: Mapping[str, Any], figures: Mapping[str, tuple[str, str]]) -> Document:
     """The document from the template.
 
     values : what the template refers to
     figures : label and caption by file
     """
-    found = ReportDocument()
-    for chunk in re.split(r"\n\s*\n", _rendered("report.md.j2", values).strip()):
+    title, summary, blocks = "", [], list[dict[str, Any]]()
+    for chunk in re.split(r"\n\s*\n", rendered("report.md.j2", values).strip()):
         first, *lines = chunk.strip().splitlines()
         mark, _, rest = first.partition(" ")
-        text = " ".join(chunk.split())
         if mark == "#":
-            found.title = rest
+            title = rest
         elif mark == "##":
-            found.blocks.append({"kind": "heading", "text": rest})
+            blocks.append({"kind": "heading", "text": rest})
         elif mark == "@barrier":
-            found.blocks.append({"kind": "barrier"})
+            blocks.append({"kind": "barrier"})
         elif mark == "@figures":
             for file in rest.split():
-                label, caption = figures[file]
-                found.blocks.append(
-                    {"kind": "figure", "label": label, "file": file, "caption": caption}
-                )
+                found = dict(zip(("label", "caption"), figures[file], strict=True))
+                blocks.append({"kind": "figure", "file": file, **found})
         elif mark == "@table":
-            found.blocks.append({"kind": "table", "label": f"Table {rest}", **_table(lines)})
-        elif found.blocks:
-            found.blocks.append({"kind": "paragraph", "text": text})
+            blocks.append({"kind": "table", "label": f"Table {rest}", **_table(lines)})
+        elif blocks:
+            blocks.append({"kind": "paragraph", "text": " ".join(chunk.split())})
         else:
-            found.summary.append(text)
-    return found
+            summary.append(" ".join(chunk.split()))
+    return {"title": title, "summary": summary, "blocks": blocks}
 
 
 def _table(lines: Sequence[str]) -> dict[str, Any]:
@@ -94,42 +84,40 @@ def _table(lines: Sequence[str]) -> dict[str, Any]:
     return {"caption": caption, "columns": columns, "rows": rows}
 
 
-def write_html(document: ReportDocument, players: Sequence[str], folder: Path) -> Path:
+def write_html(document: Document, players: Sequence[str], folder: Path) -> Path:
     """Write ``report.html``, which contains every figure and the players, given as HTML."""
     images = {
         block["file"]: "data:image/svg+xml;base64,"
         + base64.b64encode((folder / "figures" / f"{block['file']}.svg").read_bytes()).decode()
-        for block in document.blocks
+        for block in document["blocks"]
         if block["kind"] == "figure"
     }
     path = folder / "report.html"
-    values = {**asdict(document), "images": images, "players": players}
-    path.write_text(_rendered("report.html.j2", values, escape=True), encoding="utf-8")
+    values = {**document, "images": images, "players": players}
+    path.write_text(rendered("report.html.j2", values, escape=True), encoding="utf-8")
     return path
 
 
-def write_pdf(document: ReportDocument, folder: Path) -> Path:
+def write_pdf(document: Document, folder: Path) -> Path:
     """Write ``report.pdf``. Raises ``UserError``."""
     import typst
 
     path = folder / "report.pdf"
-    with tempfile.TemporaryDirectory(dir=folder) as scratch:
+    with tempfile.TemporaryDirectory(dir=folder) as name:
         # Typst reads only files below its root, so template and data are put next to the figures.
-        source = Path(scratch) / "report.typ"
-        source.write_text(_template("report.typ"), encoding="utf-8")
-        data = Path(scratch) / "document.json"
-        data.write_text(json.dumps(asdict(document)), encoding="utf-8")
-        (Path(scratch) / "figures").symlink_to((folder / "figures").resolve())
+        scratch = Path(name)
+        (scratch / "report.typ").write_text(_template("report.typ"), encoding="utf-8")
+        (scratch / "document.json").write_text(json.dumps(document), encoding="utf-8")
+        (scratch / "figures").symlink_to((folder / "figures").resolve())
+        source, root = str(scratch / "report.typ"), str(folder.resolve())
         try:
-            typst.compile(
-                str(source), output=str(path), root=str(folder.resolve()), timestamp=EPOCH
-            )
+            typst.compile(source, output=str(path), root=root, timestamp=EPOCH)
         except RuntimeError as error:
             raise UserError(f"{path}: typst cannot make the PDF ({error})") from None
     return path
 
 
-def _rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> str:
+def rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> str:
     """A template with its values filled in; an unknown value is an error."""
     import jinja2
 
@@ -139,7 +127,9 @@ def _rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> 
     environment.filters |= {
         "short": short,
         "rough": rough,
+        "counted": counted,
         "listed": lambda words: listed(list(words)),
+        "general": lambda value: f"{value:g}",
     }
     environment.globals |= {
         "with_error": with_error,

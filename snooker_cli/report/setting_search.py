@@ -7,6 +7,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from snooker_cli.analysis.decay import curve
 from snooker_cli.analysis.fitting import fit
 from snooker_cli.analysis.observables import mean_pressure, series
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report.source_values import OurValue, SourceValue, source_value
+from snooker_cli.report.source_values import SOURCE_VALUES, OurValue, SourceValue
 
 if TYPE_CHECKING:
     from snooker_cli.runs import Run
@@ -27,15 +28,13 @@ WINDOWS = (0.2, 0.4, 1.0)
 
 FITTED: tuple[str, ...] = ("kinetic_energy", "pressure")
 
-TARGETS = (
-    "energy_mean_0.8",
-    "energy_mean_0.9",
-    "pressure_mean_0.8",
-    "pressure_mean_0.9",
-    "speed_0.8",
-    "speed_0.9",
-    "pressure",
-)
+TARGETS = [
+    SOURCE_VALUES[name]
+    for name in (
+        *("energy_mean_0.8", "energy_mean_0.9", "pressure_mean_0.8", "pressure_mean_0.9"),
+        *("speed_0.8", "speed_0.9", "pressure"),
+    )
+]
 """The measured numbers that one setting has to explain together."""
 
 LIKELY = 14.07
@@ -63,32 +62,6 @@ SLIPS = (
 
 
 @dataclass(frozen=True)
-class CandidateSetting:
-    """One way in which the source report may have been made.
-
-    radius : of a ball, m
-    elastic_wall : whether the wall's CoR is 1 instead of the balls'
-    extent : radius of the outermost ring over the container's; the source report does not state it
-    window : fitted collisions
-    fixed_amplitude : whether the fitted curve starts at the first data point
-    changes : everything that contradicts the source report, in words
-    """
-
-    radius: float
-    elastic_wall: bool
-    extent: float
-    window: int
-    fixed_amplitude: bool
-    slip: Slip
-    changes: tuple[str, ...]
-
-    @property
-    def description(self) -> str:
-        """The changes and the rings, in words."""
-        return ", ".join([*self.changes, f"rings to {self.extent:g} R"])
-
-
-@dataclass(frozen=True)
 class Sample:
     """A quantity over repeats: mean, standard deviation of one repeat, number of repeats."""
 
@@ -97,9 +70,10 @@ class Sample:
     count: int
 
     @classmethod
-    def over(cls, values: Sequence[float]) -> Sample:
+    def over(cls, values: Iterable[float]) -> Sample:
         """Sample of the values of at least two repeats."""
-        return cls(float(np.mean(values)), float(np.std(values, ddof=1)), len(values))
+        each = list(values)
+        return cls(float(np.mean(each)), float(np.std(each, ddof=1)), len(each))
 
     @property
     def error(self) -> float:
@@ -115,46 +89,51 @@ class Sample:
         return Sample(self.mean * factor, self.deviation * factor, self.count)
 
 
-Samples = Mapping[tuple[str, float | None], Sample]
-
-
 @dataclass(frozen=True)
 class Candidate:
-    """A setting and its results: a sample for each property and CoR."""
+    """A setting with which the source report may have been made, and its results.
 
-    setting: CandidateSetting
-    samples: Samples
+    radius : of a ball, m
+    elastic_wall : whether the wall's CoR is 1 instead of the balls'
+    extent : radius of the outermost ring over the container's; the source report does not state it
+    window : fitted collisions
+    fixed_amplitude : whether the fitted curve starts at the first data point
+    changes : everything that contradicts the source report, in words
+    samples : results by quantity and CoR
+    """
+
+    radius: float
+    elastic_wall: bool
+    extent: float
+    window: int
+    fixed_amplitude: bool
+    slip: Slip
+    changes: tuple[str, ...]
+    samples: Mapping[tuple[str, float | None], Sample]
+
+    @property
+    def description(self) -> str:
+        """The changes and the rings, in words."""
+        return ", ".join([*self.changes, f"rings to {self.extent:g} R"])
 
     def our_value(self, number: SourceValue) -> OurValue | None:
         """The setting's value for a printed number; ``None`` if it does not give one."""
-        sample = self._sample(number)
+        sample = self.samples.get((number.quantity, number.cor))
         return None if sample is None else sample.our_value(number)
 
-    def _sample(self, number: SourceValue) -> Sample | None:
-        """The sample for a printed number; the temperature decays as the energy does."""
-        if number.quantity == "pressure decay, doubled":
-            sample = self.samples.get(("pressure decay", number.cor))
-            return None if sample is None else sample.times(2)
-        temperature = number.quantity == "temperature decay"
-        wanted: str = "energy decay" if temperature else number.quantity
-        return self.samples.get((wanted, number.cor))
-
-    def predicts(self, name: str) -> bool:
+    def predicts(self, number: SourceValue) -> bool:
         """Whether single runs scatter by less than half of the mean of a printed number.
 
         A setting with more scatter agrees with any number, so its agreement means nothing.
         """
-        sample = self._sample(source_value(name))
+        sample = self.samples.get((number.quantity, number.cor))
         return sample is not None and sample.mean > 2 * sample.deviation
 
     @property
     def score(self) -> float:
         """Sum of the squared distances from the targets (chi-square)."""
-        ours = {name: self.our_value(source_value(name)) for name in TARGETS}
-        return sum(
-            math.inf if one is None else one.distance(source_value(name)) ** 2
-            for name, one in ours.items()
-        )
+        ours = [(number, self.our_value(number)) for number in TARGETS]
+        return sum(math.inf if one is None else one.distance(number) ** 2 for number, one in ours)
 
 
 @dataclass(frozen=True)
@@ -162,28 +141,59 @@ class Search:
     """The result of a search.
 
     candidates : all of them, best first
-    ranked : those that predict all targets
     factor : of the slips
     extent : ring extent of our own configs
     early : number of repeats that ended early; they are fitted up to their end
     """
 
     candidates: tuple[Candidate, ...]
-    ranked: tuple[Candidate, ...]
     factor: float
     extent: float
     early: int
 
+    @cached_property
+    def ranked(self) -> list[Candidate]:
+        """The candidates that predict all targets."""
+        return [one for one in self.candidates if all(map(one.predicts, TARGETS))]
 
-def search(run: Run, pressures: Mapping[float, Sample]) -> Search:
-    """All candidates from the audit's run, and ``pressures`` from ``elastic_pressures``."""
+    @property
+    def near(self) -> int:
+        """Number of ranked candidates with a score below ``LIKELY``."""
+        return sum(one.score < LIKELY for one in self.ranked)
+
+    @cached_property
+    def profile(self) -> list[Candidate]:
+        """The best of the ranked candidates for each value of each part of a setting."""
+        chosen: set[int] = set()
+        for part in ("radius", "elastic_wall", "extent", "window", "fixed_amplitude", "slip"):
+            values = [getattr(one, part) for one in self.ranked]
+            chosen |= {values.index(value) for value in values}
+        return [self.ranked[index] for index in sorted(chosen)]
+
+    @property
+    def free(self) -> OurValue:
+        """The factor of a slip in time that fits the best decay constants best."""
+        numerator = denominator = 0.0
+        for number in TARGETS:
+            ours = self.ranked[0].our_value(number)
+            if ours is not None and number.quantity in ("energy decay", "pressure decay"):
+                weight = math.hypot(number.standard_error, ours.error) ** -2
+                numerator += weight * ours.value * number.value
+                denominator += weight * ours.value**2
+        ratio, error = numerator / denominator, denominator**-0.5
+        return OurValue(self.factor / ratio, self.factor * error / ratio**2)
+
+
+def search(run: Run, elastic: Run) -> Search:
+    """All candidates from the audit's run, and from a run of elastic balls of other radii."""
     measured, early = _measured(run)
     stated: Any = run.experiment
     windows, factor = _windows(run), slip_factor(run)
+    pressures = _elastic_pressures(elastic, stated.balls.speed)
     scenes = sorted({scene for scene, _ in measured})
     candidates = []
     for scene, window, fixed, slip in itertools.product(scenes, windows, (True, False), SLIPS):
-        radius, elastic_wall, extent = scene
+        radius, elastic_wall, _ = scene
         changes = {
             f"r = {radius:g} m": radius != stated.balls.radius,
             "elastic wall": elastic_wall,
@@ -195,30 +205,31 @@ def search(run: Run, pressures: Mapping[float, Sample]) -> Search:
         samples: dict[tuple[str, float | None], Sample] = {}
         if radius in pressures:
             samples["pressure", None] = pressures[radius].times(factor**slip.pressure)
-        sources: tuple[tuple[str, Any, int], ...] = (
-            ("mean speed", "mean speed", slip.speed),
-            ("energy decay", ("kinetic_energy", window, fixed), slip.decay),
-            ("pressure decay", ("pressure", window, fixed), slip.decay),
+        energy, pressure = (("kinetic_energy", window, fixed), ("pressure", window, fixed))
+        sources: tuple[tuple[str, Any, float], ...] = (
+            ("mean speed", "mean speed", factor**slip.speed),
+            ("energy decay", energy, factor**slip.decay),
+            ("temperature decay", energy, factor**slip.decay),  # the same, but for the container
+            ("pressure decay", pressure, factor**slip.decay),
+            ("pressure decay, doubled", pressure, 2 * factor**slip.decay),
         )
         for (place, cor), values in measured.items():
-            for wanted, key, power in sources:
+            for wanted, key, times in sources:
                 if place == scene and len(values[key]) > 1:
-                    samples[wanted, cor] = Sample.over(values[key]).times(factor**power)
-        setting = CandidateSetting(radius, elastic_wall, extent, window, fixed, slip, made)
-        candidates.append(Candidate(setting, samples))
-    candidates.sort(key=lambda one: (one.score, len(one.setting.changes)))
-    ranked = tuple(one for one in candidates if all(map(one.predicts, TARGETS)))
-    return Search(tuple(candidates), ranked, factor, stated.balls.ring_extent, early)
+                    samples[wanted, cor] = Sample.over(values[key]).times(times)
+        candidates.append(Candidate(*scene, window, fixed, slip, made, samples))
+    candidates.sort(key=lambda one: (one.score, len(one.changes)))
+    return Search(tuple(candidates), factor, stated.balls.ring_extent, early)
 
 
-def elastic_pressures(run: Run, speed: float) -> dict[float, Sample]:
+def _elastic_pressures(run: Run, speed: float) -> dict[float, Sample]:
     """Pressure (Pa m) by ball radius (m) at CoR 1 and a start speed (m/s)."""
-    found = {}
-    for point in run.points:
-        balls: Any = point.experiment.balls
-        if balls.speed == speed:
-            found[balls.radius] = Sample.over([mean_pressure(each) for each in run.traces(point)])
-    return found
+    balls: list[Any] = [point.experiment.balls for point in run.points]
+    return {
+        one.radius: Sample.over(map(mean_pressure, run.traces(point)))
+        for one, point in zip(balls, run.points, strict=True)
+        if one.speed == speed
+    }
 
 
 def mean_speed(trace: Trace) -> float:
@@ -231,7 +242,7 @@ def slip_factor(run: Run) -> float:
     scene = starting_scene(run.experiment, 0)
     density = theory.number_density(scene.number, scene.container.area)
     path = theory.mean_free_path(density, float(scene.radii[0]))
-    return float(round(source_value("mean_free_path").value / path))
+    return float(round(SOURCE_VALUES["mean_free_path"].value / path))
 
 
 def simplest(
@@ -241,42 +252,16 @@ def simplest(
     offers = [
         (one, ours)
         for one in candidates
-        if one.predicts(number.name) and (ours := one.our_value(number)) is not None
+        if one.predicts(number) and (ours := one.our_value(number)) is not None
     ]
 
     def rank(offer: tuple[Candidate, OurValue]) -> tuple[float, ...]:
         one, ours = offer
         distance = ours.distance(number)
         log_likelihood = -(distance**2) / 2 - math.log(ours.uncertainty(number))
-        return (0, len(one.setting.changes), -log_likelihood) if distance <= 2 else (1, distance)
+        return (0, len(one.changes), -log_likelihood) if distance <= 2 else (1, distance)
 
     return min(offers, key=rank, default=None)
-
-
-def profile(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """From candidates, best first: the best for each value of each part of the setting."""
-    chosen: dict[int, Candidate] = {}
-    for part in ("radius", "elastic_wall", "extent", "window", "fixed_amplitude", "slip"):
-        seen = set()
-        for index, one in enumerate(candidates):
-            value = getattr(one.setting, part)
-            if value not in seen:
-                seen.add(value)
-                chosen[index] = one
-    return [chosen[index] for index in sorted(chosen)]
-
-
-def free_factor(one: Candidate, factor: float) -> OurValue:
-    """The factor of the slip in time that fits the decay constants best."""
-    numerator = denominator = 0.0
-    for number in map(source_value, TARGETS):
-        ours = one.our_value(number)
-        if ours is not None and number.quantity in ("energy decay", "pressure decay"):
-            weight = math.hypot(number.standard_error, ours.error) ** -2
-            numerator += weight * ours.value * number.value
-            denominator += weight * ours.value**2
-    ratio, error = numerator / denominator, denominator**-0.5
-    return OurValue(factor / ratio, factor * error / ratio**2)
 
 
 Measured = dict[tuple[tuple[float, bool, float], float], dict[Any, list[float]]]
@@ -310,6 +295,6 @@ def _measured(run: Run) -> tuple[Measured, int]:
     return found, early
 
 
-def _windows(run: Run) -> list[int]:
+def _windows(run: Run) -> Sequence[int]:
     """Numbers of collisions, from the start, that curves are fitted to."""
     return [round(share * (run.experiment.collisions or 0)) for share in WINDOWS]

@@ -77,19 +77,6 @@ class SourceValue:
 
 
 @dataclass(frozen=True)
-class SourceClaim:
-    """A sentence that can be checked.
-
-    near : names of two printed numbers that the sentence calls equal within ``CLOSE``
-    """
-
-    name: str
-    where: str
-    text: str
-    near: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class OurValue:
     """Our value of a printed number, in its unit.
 
@@ -123,10 +110,6 @@ _DATA: dict[str, Any] = yaml.safe_load(
     (files("snooker_cli.report") / "source_values.yaml").read_text(encoding="utf-8")
 )
 TITLE: str = _DATA["title"]
-SOURCE_VALUES = tuple(SourceValue(name, **fields) for name, fields in _DATA["values"].items())
-SOURCE_CLAIMS = tuple(SourceClaim(name, **fields) for name, fields in _DATA["claims"].items())
-
-
-def source_value(name: str) -> SourceValue:
-    """A printed number by its name."""
-    return next(one for one in SOURCE_VALUES if one.name == name)
+SOURCE_VALUES = {name: SourceValue(name, **fields) for name, fields in _DATA["values"].items()}
+CLAIMS: dict[str, dict[str, Any]] = _DATA["claims"]
+"""The sentences that can be checked, by name; source_values.yaml explains their keys."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,20 +25,12 @@ from snooker_cli.report.setting_search import (
     SLIPS,
     TARGETS,
     Candidate,
-    CandidateSetting,
     Sample,
-    free_factor,
+    Search,
     mean_speed,
-    profile,
     simplest,
 )
-from snooker_cli.report.source_values import (
-    COEFFICIENTS,
-    LORD,
-    OurValue,
-    SourceValue,
-    source_value,
-)
+from snooker_cli.report.source_values import LORD, SOURCE_VALUES, OurValue, SourceValue
 from snooker_cli.runs import Run
 
 ROOT = Path(__file__).parents[2]
@@ -69,7 +62,7 @@ def test_value_error_and_half_of_the_last_digit(
 
 
 def test_an_exact_number_allows_only_rounding() -> None:
-    largest = source_value("largest_distance")
+    largest = SOURCE_VALUES["largest_distance"]
     assert largest.half_digit == 9 * ROUNDING
     assert OurValue(9.000000000000004).agrees(largest)
     assert not OurValue(9.0000001).agrees(largest)
@@ -100,12 +93,11 @@ def test_interval_of_a_mean_of_five_from_its_range() -> None:
 
 def test_what_follows_from_other_printed_numbers_has_the_printed_digits() -> None:
     own = audit.arithmetic()
-    for cor in COEFFICIENTS:
-        assert {f"tau_{cor}", f"theory_{cor}", f"doubled_{cor}"} <= own.keys()
-    for name, (_, value) in own.items():
-        assert value.rounds_to(source_value(name)), name
-    assert own["theory_0.8"][1].value == pytest.approx(-2 * math.log(0.8) * 4.23 / 15.01, rel=1e-12)
-    assert own["tau_0.9"][1].value == pytest.approx(15.01 / 5.43, rel=1e-12)
+    assert len(own) == 7
+    for name, (_, _, value) in own.items():
+        assert value.rounds_to(SOURCE_VALUES[name]), name
+    assert own["theory_0.8"][2].value == pytest.approx(-2 * math.log(0.8) * 4.23 / 15.01, rel=1e-12)
+    assert own["tau_0.9"][2].value == pytest.approx(15.01 / 5.43, rel=1e-12)
 
 
 def test_likely_is_the_95_percent_point_of_chi_square() -> None:
@@ -126,9 +118,9 @@ def test_speeds_that_are_powers_of_two_apart_are_copies() -> None:
 # The search
 
 
-def sample(name: str, factor: float = 1.0, share: float = 0.1) -> Sample:
+def sample(number: SourceValue, factor: float = 1.0, share: float = 0.1) -> Sample:
     """Repeats with the printed mean times a factor, and a deviation of a share of it."""
-    mean = source_value(name).value * factor
+    mean = number.value * factor
     return Sample(mean, share * mean, 20)
 
 
@@ -144,12 +136,14 @@ def candidate(factor: float = 1.0, share: float = 0.1, **changes: Any) -> Candid
         **changes,
     }
     samples = {}
-    for name in TARGETS:
-        one = source_value(name)
+    for one in TARGETS:
         decays = one.quantity.endswith("decay")
-        given = (factor, share) if decays else (1.0, 0.01)
-        samples[one.quantity, one.cor] = sample(name, *given)
-    return Candidate(CandidateSetting(**parts, changes=tuple(changes)), samples)
+        samples[one.quantity, one.cor] = sample(one, *((factor, share) if decays else (1.0, 0.01)))
+    return Candidate(**parts, changes=tuple(changes), samples=samples)
+
+
+def searched(*candidates: Candidate) -> Search:
+    return Search(candidates, factor=10.0, extent=0.8, early=0)
 
 
 def test_the_score_is_zero_for_the_printed_numbers_and_counts_all_targets() -> None:
@@ -157,25 +151,25 @@ def test_the_score_is_zero_for_the_printed_numbers_and_counts_all_targets() -> N
     assert right.score == 0.0
     assert all(map(right.predicts, TARGETS))
     assert candidate(1.5).score > LIKELY
-    for name in ("speed_0.8", "speed_0.9", "pressure"):
-        one = source_value(name)
-        samples = {**right.samples, (one.quantity, one.cor): sample(name, 0.1)}
-        assert Candidate(right.setting, samples).score > LIKELY, name
+    for one in TARGETS[-3:]:
+        samples = {**right.samples, (one.quantity, one.cor): sample(one, 0.1)}
+        assert replace(right, samples=samples).score > LIKELY, one.name
 
 
 def test_a_setting_with_much_scatter_predicts_nothing() -> None:
-    wide = candidate(share=0.6)
-    assert not wide.predicts("energy_mean_0.8")
-    assert wide.predicts("speed_0.8")
-    assert simplest([wide], source_value("energy_mean_0.8")) is None
+    energy, wide = SOURCE_VALUES["energy_mean_0.8"], candidate(share=0.6)
+    assert not wide.predicts(energy)
+    assert wide.predicts(SOURCE_VALUES["speed_0.8"])
+    assert simplest([wide], energy) is None
+    assert searched(wide).ranked == []
 
 
 def test_simplest_is_the_one_with_fewest_changes_or_the_nearest() -> None:
-    one = source_value("energy_mean_0.8")
+    one = SOURCE_VALUES["energy_mean_0.8"]
     exact, near, far = candidate(fixed_amplitude=False), candidate(1.02), candidate(2.0, window=100)
     assert simplest([exact, near, far], one) == (near, near.our_value(one))
     assert simplest([far, candidate(3.0)], one) == (far, far.our_value(one))
-    assert simplest([exact], source_value("density")) is None
+    assert simplest([exact], SOURCE_VALUES["density"]) is None
 
 
 def test_profile_has_the_best_of_every_choice() -> None:
@@ -185,28 +179,15 @@ def test_profile_has_the_best_of_every_choice() -> None:
         candidate(1.2, elastic_wall=True, radius=0.1),
         candidate(1.3, elastic_wall=True, window=100),
     ]
-    assert profile(ranked) == ranked
-    assert profile([*ranked, candidate(1.4, radius=0.1)]) == ranked
+    assert searched(*ranked).profile == ranked
+    assert searched(*ranked, candidate(1.4, radius=0.1)).profile == ranked
 
 
 def test_the_free_slip_is_found() -> None:
-    found = free_factor(candidate(1.05), 10.0)
+    found = searched(candidate(1.05)).free
     assert found.value == pytest.approx(10.5, rel=1e-12)
     assert 0 < found.error < 0.5
-    assert free_factor(candidate(), 10.0).value == pytest.approx(10.0, rel=1e-12)
-
-
-def test_doubled_pressure_and_temperature_follow_pressure_and_energy() -> None:
-    one = candidate()
-    assert one.our_value(source_value("density")) is None
-    ours = {
-        name: one.our_value(source_value(name)) for name in ("pressure_mean_0.8", "doubled_0.8")
-    }
-    single, double = ours.values()
-    assert single is not None
-    assert double == OurValue(2 * single.value, 2 * single.error)
-    twins = [one.our_value(source_value(f"{name}_one_0.9")) for name in ("energy", "temperature")]
-    assert twins[0] == twins[1]
+    assert searched(candidate()).free.value == pytest.approx(10.0, rel=1e-12)
 
 
 def test_slips_are_what_slower_balls_do() -> None:

@@ -20,7 +20,7 @@ from snooker_cli.report.audit import ALONE, EXPLAINED, FOLLOWS, REPRODUCED, UNEX
 from snooker_cli.report.build import build
 from snooker_cli.report.content import REPORT_FIGURES, RUNS
 from snooker_cli.report.setting_search import TARGETS
-from snooker_cli.report.source_values import SOURCE_CLAIMS, SOURCE_VALUES, TITLE, source_value
+from snooker_cli.report.source_values import CLAIMS, SOURCE_VALUES, TITLE
 from snooker_cli.runs import open_run
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.plan import scene_classes
@@ -124,7 +124,7 @@ def test_numbers_have_six_digits(report: Path) -> None:
 
 def test_every_printed_number_has_a_verdict(numbers: dict[str, Any]) -> None:
     rows = {row["name"]: row for row in numbers["audit"]["numbers"]}
-    assert list(rows) == [one.name for one in SOURCE_VALUES]
+    assert list(rows) == list(SOURCE_VALUES)
     verdicts = {REPRODUCED, FOLLOWS, EXPLAINED, ALONE, UNEXPLAINED}
     assert {row["verdict"] for row in rows.values()} <= verdicts
     # These need no statistics, so short runs give the same verdicts.
@@ -146,14 +146,14 @@ def test_settings_are_ranked_by_all_targets_together(numbers: dict[str, Any]) ->
     audit = numbers["audit"]
     scores = [one["score"] for one in audit["profile"]]
     assert scores == sorted(scores)
-    assert all(set(one["values"]) == set(TARGETS) for one in audit["profile"])
+    assert all(set(one["values"]) == {each.name for each in TARGETS} for one in audit["profile"])
     assert audit["settings"] >= audit["ranked"] >= len(scores)
     assert audit["slip"] == 10.0
 
 
 def test_every_claim_is_checked(numbers: dict[str, Any]) -> None:
     holds = {one["name"]: one["holds"] for one in numbers["audit"]["claims"]}
-    assert list(holds) == [one.name for one in SOURCE_CLAIMS]
+    assert list(holds) == list(CLAIMS)
     assert holds["energy_conserved"]
     # The source report contradicts these itself.
     for name in ("radius_of_figure_17", "pressure_constant", "errors_of_theory", "divergence"):
@@ -180,7 +180,7 @@ def test_figure_17_past_its_wall_traps(runs: Path, numbers: dict[str, Any], text
                 for collapse in ("stop", "slide")
                 for point in run.points
                 if point.experiment.cor == pair["cor"]
-                and point.experiment.balls.radius == source_value(radius_of).radius
+                and point.experiment.balls.radius == SOURCE_VALUES[radius_of].radius
                 and point.experiment.collapse == collapse
             )
             traps = [each for each in stopped if each.stop.reason is StopReason.WALL_TRAP]
@@ -212,7 +212,7 @@ def test_page_is_self_contained_and_cites_the_source_report(report: Path, text: 
     assert len(players) == page.count("<iframe") == 3
     assert all("default-src 'none'" in html.unescape(player) for player in players)
     assert TITLE in text[: text.index("Theory and algorithm")]
-    for number in SOURCE_VALUES:
+    for number in SOURCE_VALUES.values():
         assert number.what in text, number.name
         assert number.printed in text, number.name
     assert "nan" not in re.findall(r"\b[a-z]+\b", text)
