@@ -19,12 +19,9 @@ if TYPE_CHECKING:
 CONTAINER = -1
 """The number of the partner in a collision of a ball with the container."""
 
-
 SLIDE = -2
-"""The same in an event that sums up a motion at the wall.
-
-The event stands for all bounces of a ball before it slides, or for its pressing on the wall since
-its event before."""
+"""The same in an event that sums up a motion along the wall: all bounces of a ball before it
+slides, or its pressing on the wall since its last event."""
 
 
 class StopReason(StrEnum):
@@ -81,13 +78,8 @@ class Events:
 
     def __getitem__(self, rows: slice) -> Events:
         """The events of some rows, without a copy."""
-        return Events(
-            self.time[rows],
-            self.i[rows],
-            self.j[rows],
-            self.impulse[rows],
-            None if self.residual is None else self.residual[rows],
-        )
+        residual = None if self.residual is None else self.residual[rows]
+        return Events(self.time[rows], self.i[rows], self.j[rows], self.impulse[rows], residual)
 
     @property
     def at_wall(self) -> NDArray[np.bool_]:
@@ -99,18 +91,14 @@ def joined(parts: Sequence[Events]) -> Events:
     """The parts one after the other; a single part is not copied."""
     if len(parts) == 1:
         return parts[0]
+    columns = zip(*((part.time, part.i, part.j, part.impulse) for part in parts), strict=True)
     residual = None
     if any(part.residual is not None for part in parts):
         residual = np.concatenate(
             [np.zeros_like(part.time) if part.residual is None else part.residual for part in parts]
         )
-    return Events(
-        np.concatenate([part.time for part in parts]),
-        np.concatenate([part.i for part in parts]),
-        np.concatenate([part.j for part in parts]),
-        np.concatenate([part.impulse for part in parts]),
-        residual,
-    )
+    time, i, j, impulse = (np.concatenate(column) for column in columns)
+    return Events(time, i, j, impulse, residual)
 
 
 @dataclass(frozen=True)
@@ -168,10 +156,8 @@ class Summary:
     speed_histogram: NDArray[np.int64]
 
 
-SPEED_BIN = 0.125
-"""Width of a bin of reduced speed."""
-
-SPEED_BINS = 32
+SPEED_BIN, SPEED_BINS = 0.125, 32
+"""Width of a bin of reduced speed, and number of bins."""
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,9 @@ from snooker_cli.engine.jit import cache_folder
 FREE, FIXED = 20.0, None
 ALIKE, MIXED, SLIDING = "alike", "mixed", "sliding"
 
-# Container, its mass, engine, balls. Of cells there is one kind for each container and one more
-# for boxes: balls differ in a free circle, are all alike in a fixed one and in a periodic box.
-# What takes the others is marked ``long``, as is a lone ball in cells.
-# What takes longest is first, so that both processes end at about the same time.
-KINDS = (
+# Container, its mass, engine, balls; tests of other types are ``long``. The slowest type is first:
+# both processes then end at about the same time.
+TYPES = (
     ("circle", FIXED, "allpairs", SLIDING),
     ("circle", FREE, "cells", MIXED),
     ("circle", FREE, "allpairs", ALIKE),
@@ -35,8 +33,8 @@ KINDS = (
 )
 
 
-def compile_kind(shape: str, mass: float | None, engine: str, balls: str) -> None:
-    """Run a kind of scene for a moment, and all that reads its trace."""
+def compile_type(shape: str, mass: float | None, engine: str, balls: str) -> None:
+    """Run a type of scene for a moment, and all that reads its trace."""
     free = {} if mass is None else {"container_mass": mass}
     scene = replace(gas(shape, 60, 0.3, mixed=balls == MIXED, **free), slides=balls == SLIDING)
     simulate(scene, collisions=2, summary=True, engine=engine)
@@ -46,7 +44,7 @@ def compile_kind(shape: str, mass: float | None, engine: str, balls: str) -> Non
 
 
 def compile_ahead() -> None:
-    """Compile all kinds, each process the next one, unless this engine's are in the cache."""
+    """Compile all types, each process the next one, unless this engine's are in the cache."""
     folder = cache_folder()
     if folder is None:
         return
@@ -58,5 +56,5 @@ def compile_ahead() -> None:
     with ProcessPoolExecutor(
         2, mp_context=context, initializer=gc.set_threshold, initargs=(COLLECT_AFTER,)
     ) as pool:
-        list(pool.map(compile_kind, *zip(*KINDS, strict=True)))
+        list(pool.map(compile_type, *zip(*TYPES, strict=True)))
     done.touch()

@@ -229,14 +229,10 @@ def same_events(a: Events, b: Events) -> bool:
     return len(a) == len(b) and digest(a) == digest(b)
 
 
-def reduced_masses(trace: Trace) -> NDArray[np.float64]:
-    """Reduced mass of the two bodies in each event, kg."""
-    masses = np.append(trace.start.masses, trace.start.container_mass)
-    return 1.0 / (1.0 / masses[trace.events.i] + 1.0 / masses[trace.events.j])
-
-
 def energy_losses(trace: Trace) -> NDArray[np.float64]:
     """What each event takes by the ledger, (1 - e)/(1 + e) J^2/(2 mu), J."""
     start, events = trace.start, trace.events
+    masses = np.append(start.masses, start.container_mass)
+    half_inverse = (1 / masses[events.i] + 1 / masses[events.j]) / 2  # 1/(2 mu)
     e = np.where(events.at_wall, start.wall_restitution, start.restitution)
-    return (1 - e) / (1 + e) * events.impulse**2 / (2 * reduced_masses(trace))
+    return (1 - e) / (1 + e) * events.impulse**2 * half_inverse

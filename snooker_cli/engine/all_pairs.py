@@ -2,13 +2,11 @@
 
 The ideas, and where they come from:
 - Each ball has its own clock and moves only in its own events (Lubachevsky, J. Comput. Phys. 94,
-  255 (1991)). A prediction projects partners and never writes them back. So a replay of the
-  recorded events does the same arithmetic and gives the same bits.
-- The agenda has one entry per ball, its earliest contact. It remembers how many events the partner
-  had had. If the partner has had another since, the entry is out of date; it is predicted again
-  when it comes up and not before. The partner need not know: it has its own earliest contact.
+  255 (1991)). So a replay of the recorded events does the same arithmetic and gives the same bits.
+- The agenda has one entry per ball, its earliest contact, with the partner's number of events. If
+  the partner has had another event since, the entry is out of date. It is predicted again when it
+  comes up and not before.
 - A ball's contacts are searched only until it hits the wall: from there its path is another.
-- What a scene lacks is ``None`` and is compiled away.
 """
 
 from __future__ import annotations
@@ -17,27 +15,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from snooker_cli.engine import clock, sliding
+from snooker_cli.engine import clock, prediction, sliding
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER, wall_delay
 from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, Setup, State, U, V, X, Y
-from snooker_cli.engine.prediction import (
-    BLOCK,
-    candidates,
-    candidates_of_two,
-    earliest,
-    is_trapped,
-    time_to_return,
-    time_to_wall,
-    without,
-)
 from snooker_cli.engine.sampling import Grid, next_sample, sample_until
 from snooker_cli.trace import SLIDE
 
-# Rows of ``Agenda.times``, s: a ball's earliest contact with another, the one with the wall, and
-# the earlier of the two.
+# Rows of ``Agenda.times``, s: a ball's earliest contact with another, that with the wall, and the
+# earlier of the two.
 PAIR_TIME, WALL_TIME, NEXT_TIME, TIME_ROWS = range(4)
 
 # Rows of ``Agenda.links``: the partner of the earliest contact, its number of events when the
@@ -50,11 +38,7 @@ LARGE = 1e100
 
 
 class Agenda(NamedTuple):
-    """The next contacts of each ball.
-
-    times : (TIME_ROWS, *N*)
-    links : (LINK_ROWS, *N*)
-    """
+    """The next contacts of each ball, (TIME_ROWS, *N*) and (LINK_ROWS, *N*)."""
 
     times: Floats
     links: Integers
@@ -66,7 +50,7 @@ def new_agenda(state: State) -> Agenda:
     times = np.zeros((TIME_ROWS, number))
     with np.errstate(all="ignore"):
         for i in range(number):
-            times[WALL_TIME, i] = time_to_wall(i, 0.0, state, state.container)
+            times[WALL_TIME, i] = prediction.time_to_wall(i, 0.0, state, state.container)
     links = np.full((LINK_ROWS, number), ks.NO_PARTNER, dtype=np.int64)
     links[[EVENTS, BOUNCES]] = 0
     links[PARTNER] = ks.NOT_SEARCHED
@@ -75,10 +59,9 @@ def new_agenda(state: State) -> Agenda:
 
 @inlined
 def search_time(wall_delay: float, number: int, setup: Setup, container: Floats | None) -> float:
-    """How far ahead to search contacts with balls of a ball that hits the wall after a delay, s.
+    """How far ahead to search contacts of a ball that hits the wall after a delay, s.
 
-    Others' hits push a free container, so that the ball may reach it later. The search goes further
-    by some times what each ball's hit could do, so that not every push needs another.
+    It is further if the container is free: others may push it away.
     """
     if container is None:
         return wall_delay
@@ -115,14 +98,14 @@ def find_contact(
     delay = search_time(wall_delay, number, state.setup, state.container)
     partner = ks.SEARCH_AGAIN
     last = links[LAST, i]
-    for start in range(0, number, BLOCK):
-        stop = min(start + BLOCK, number)
-        mask = candidates(i, now, delay, state, start, stop)
+    for start in range(0, number, prediction.BLOCK):
+        stop = min(start + prediction.BLOCK, number)
+        mask = prediction.candidates(i, now, delay, state, start, stop)
         if last >= 0 and links[LAST, last] == i:
-            mask = without(mask, start, last)  # they parted in the last event of both
+            mask = prediction.without(mask, start, last)  # they parted in the last event of both
         if slides is not None:
             mask = sliding.only_straight(mask, start, stop, i, slides)
-        delay, partner = earliest(mask, start, i, now, delay, partner, state)
+        delay, partner = prediction.earliest(mask, start, i, now, delay, partner, state)
     horizon = delay
     if slides is not None:
         delay, partner = sliding.earliest_on_arc(
@@ -154,12 +137,15 @@ def find_contacts(
     delay_i = search_time(wall_delay_i, number, state.setup, state.container)
     delay_j = search_time(wall_delay_j, number, state.setup, state.container)
     partner_i = partner_j = ks.SEARCH_AGAIN
-    for start in range(0, number, BLOCK):
-        stop = min(start + BLOCK, number)
-        mask_i, mask_j = candidates_of_two(i, j, now, delay_i, delay_j, state, start, stop)
-        mask_i, mask_j = without(mask_i, start, j), without(mask_j, start, i)  # they part
-        delay_i, partner_i = earliest(mask_i, start, i, now, delay_i, partner_i, state)
-        delay_j, partner_j = earliest(mask_j, start, j, now, delay_j, partner_j, state)
+    for start in range(0, number, prediction.BLOCK):
+        stop = min(start + prediction.BLOCK, number)
+        mask_i, mask_j = prediction.candidates_of_two(
+            i, j, now, delay_i, delay_j, state, start, stop
+        )
+        mask_i = prediction.without(mask_i, start, j)  # they part
+        mask_j = prediction.without(mask_j, start, i)
+        delay_i, partner_i = prediction.earliest(mask_i, start, i, now, delay_i, partner_i, state)
+        delay_j, partner_j = prediction.earliest(mask_j, start, j, now, delay_j, partner_j, state)
     enter_contact(i, now + delay_i, partner_i, agenda, state.container)
     enter_contact(j, now + delay_j, partner_j, agenda, state.container)
     state.counts[ks.PREDICTIONS] += 2 * number
@@ -174,7 +160,7 @@ def predict_wall_after_pair(
         slides[i] = sliding.FLIES
         delay = sliding.time_off_wall(i, state.balls)
     else:
-        delay = time_to_wall(i, now, state, state.container)
+        delay = prediction.time_to_wall(i, now, state, state.container)
     agenda.times[WALL_TIME, i] = now + delay
     return delay
 
@@ -261,16 +247,18 @@ def advance(
             links[LAST, i] = ks.NO_PARTNER
             links[BOUNCES, i] += 1
             predict_walls(now, state, agenda, state.container)
-            delay = time_to_return(i, now, balls, state.container)
+            delay = prediction.time_to_return(i, now, balls, state.container)
             wall_time[i] = now + delay
             find_contact(i, now, delay, state, slides, agenda)
             if setup.traps and (links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0):
                 patient = links[BOUNCES, i] <= setup.patience
-                trapped = is_trapped(i, now, state, state.container, slides, next_time, patient)
+                trapped = prediction.is_trapped(
+                    i, now, state, state.container, slides, next_time, patient
+                )
                 if slides is not None and (trapped or sliding.has_settled(i, state, now)):
                     trapped = False
                     slides[i] = sliding.SETTLES
-                    wall_time[i] = next_time[i] = sliding.slide_time(i, state)
+                    wall_time[i] = next_time[i] = sliding.bounced(i, NEVER, state)[0].clock
                     pair_time[i] = NEVER
         else:
             links[EVENTS, j] += 1

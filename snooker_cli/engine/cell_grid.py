@@ -30,9 +30,9 @@ CONTACT_TIME, CROSSING_TIME, CELL_BALL_ROWS = 5, 6, 8
 # events the ball has had, and the ball it last collided with.
 EVENTS, FORMER = 14, 15
 
-# Rows of ``Cells.links``, which are half a line per ball: the partner of a ball's earliest contact,
-# and its number of events when the contact was predicted; the ball's cell, and its place among the
-# members; its hits of the wall in a row; and whether it is listed in ``Margin.brink``.
+# Rows of ``Cells.links``, half a line per ball: the partner of a ball's earliest contact, and its
+# number of events when the contact was predicted; the ball's cell, and its place among the members;
+# its hits of the wall in a row; and whether it is listed in ``Margin.brink``.
 PARTNER, PARTNER_EVENTS, CELL, PLACE, BOUNCES, BRINK, LINK_ROWS = 0, 1, 2, 3, 4, 5, 8
 
 # Elements of ``Margin.place``.
@@ -93,11 +93,44 @@ class Cells(NamedTuple):
     margin: Margin | None
 
 
+def new_cells(scene: Scene, side: float, balls: Floats, tree: Tree) -> Cells:
+    """Cells of about a side (m) that have no members and no room for any yet."""
+    none = np.zeros(0, dtype=np.int32)
+    tags = tags_of(balls)
+    tags[FORMER] = ks.NO_PARTNER
+    return Cells(
+        mesh=new_mesh(scene, side),
+        members=none,
+        occupancy=none,
+        at_wall=none.astype(np.bool_),
+        near=none,
+        links=np.zeros((LINK_ROWS, scene.number), dtype=np.int32, order="F"),
+        tags=tags,
+        tree=tree,
+        margin=None,
+    )
+
+
+def with_capacity(cells: Cells, capacity: int, scene: Scene, margin: float) -> Cells:
+    """New, empty cells for this many balls each; the wall moves by a margin, m."""
+    number = cells.mesh.rows << cells.mesh.shift
+    return cells._replace(
+        members=np.zeros((number, capacity), dtype=np.int32),
+        occupancy=np.zeros(number, dtype=np.int32),
+        at_wall=cells_at_wall(scene, cells.mesh, margin),
+        near=np.zeros(9 * capacity + 4, dtype=np.uint32),
+    )
+
+
+def tags_of(balls: Floats) -> Indices:
+    """The balls' memory as 32-bit integers."""
+    return balls.T.view(np.int32).T
+
+
 def new_mesh(scene: Scene, side: float) -> Mesh:
     """Cells of about a side (m), at least a ball wide, over the whole container.
 
-    Raises ``ValueError`` if a periodic box is too small for five cells each way: of two balls that
-    are two cells apart the nearest image would be the other one.
+    Raises ``ValueError`` if a periodic box is too small for five cells each way.
     """
     least = 2.0 * float(np.max(scene.radii)) * ROUNDING
     side = max(side, least)
@@ -155,15 +188,9 @@ def new_margin(container: Floats, width: float, now: float, number: int) -> Marg
 
 
 @inlined
-def column_of(cell: int, mesh: Mesh) -> int:
-    """The column that a cell is in."""
-    return cell & ((1 << mesh.shift) - 1)
-
-
-@inlined
-def row_of(cell: int, mesh: Mesh) -> int:
-    """The row that a cell is in."""
-    return cell >> mesh.shift
+def column_and_row(cell: int, mesh: Mesh) -> tuple[int, int]:
+    """The column and the row that a cell is in."""
+    return cell & ((1 << mesh.shift) - 1), cell >> mesh.shift
 
 
 @inlined
@@ -201,10 +228,7 @@ def take_out(i: int, cells: Cells) -> None:
 
 @inlined
 def collect(found: int, column: int, row: int, cells: Cells, period: Floats | None) -> int:
-    """Append the balls of a cell to ``near``; how many there are then.
-
-    Four are copied whatever their number: that is cheaper than to ask.
-    """
+    """Append the balls of a cell to ``near``, always four or more; how many there are then."""
     near, members = cells.near, cells.members
     cell = cell_at(column, row, cells.mesh, period)
     number = int(cells.occupancy[cell])
@@ -228,9 +252,10 @@ def crossing_delays(i: int, now: float, state: State, cells: Cells) -> tuple[flo
     """Time until ball i leaves its cell across, and up or down; s."""
     mesh = cells.mesh
     cell = ks.nonnegative(cells.links[CELL, i])
+    column, row = column_and_row(cell, mesh)
     x, y = ks.position(i, now, state.balls)
     u, v = state.balls[U, i], state.balls[V, i]
-    x -= mesh.left + mesh.width * (column_of(cell, mesh) + 0.5)
-    y -= mesh.bottom + mesh.height * (row_of(cell, mesh) + 0.5)
+    x -= mesh.left + mesh.width * (column + 0.5)
+    y -= mesh.bottom + mesh.height * (row + 0.5)
     x, y = nearest_image(x, y, state.period)
     return crossing_delay(x, u, mesh.width), crossing_delay(y, v, mesh.height)

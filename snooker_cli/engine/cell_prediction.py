@@ -1,8 +1,8 @@
 """What a ball among the cells does next: it leaves its cell, touches a ball or hits the wall.
 
-A free container is taken to be where it was, with a wall that is nearer by a margin. What that
-predicts comes too early, and is predicted exactly when it comes up. So a push of the container
-costs nothing until it has moved by the margin. The few balls within the margin are predicted
+A free container is taken to be where it was, with a wall that is nearer by a margin. A hit that is
+predicted so comes too early, and is predicted exactly when it comes up. So a push of the container
+costs nothing until it has moved by the margin. Only the few balls within the margin are predicted
 exactly, and again after each push.
 """
 
@@ -24,14 +24,11 @@ from snooker_cli.engine.prediction import BLOCK
 
 @inlined
 def parted_from(i: int, now: float, balls: Floats, tags: Indices, period: Floats | None) -> int:
-    """The ball that ball i parted from in the last event of both and cannot meet, or NO_PARTNER.
-
-    In a periodic box the two may meet through a side, once other images of them are the nearest.
-    """
+    """The ball that ball i parted from in the last event of both and cannot meet, or NO_PARTNER."""
     k = tags[cell_grid.FORMER, i]
     if k < 0 or tags[cell_grid.FORMER, k] != i:
         return ks.NO_PARTNER
-    if period is not None:
+    if period is not None:  # they may meet through a side, once other images are the nearest
         x, y = balls[X, k] - balls[X, i], balls[Y, k] - balls[Y, i]
         age = now - balls[CLOCK, i]  # and of ball k: they had their last event together
         xn, yn = x + (balls[U, k] - balls[U, i]) * age, y + (balls[V, k] - balls[V, i]) * age
@@ -101,10 +98,7 @@ def wall_contact(
     container: Floats | None,
     margin: Margin | None,
 ) -> tuple[float, int]:
-    """Time until ball i hits the wall, s, and its partner: SEARCH_AGAIN if that may be too early.
-
-    A ball whose last event was at the wall is back at it after a chord, however short.
-    """
+    """Time until ball i hits the wall, s, and NO_PARTNER; or SEARCH_AGAIN if that may be early."""
     balls, links = state.balls, cells.links
     age = now - balls[CLOCK, i]
     x, y = ks.position(i, now, balls)
@@ -128,12 +122,8 @@ def wall_contact(
     if links[cell_grid.BOUNCES, i] > 0 and container[CLOCK] == balls[CLOCK, i]:
         x, y = balls[X, i] - container[X], balls[Y, i] - container[Y]
         return contact.chord_delay(x, y, u - container[U], v - container[V]) - age, ks.NO_PARTNER
-    age = now - container[CLOCK]
-    x -= container[X] + container[U] * age
-    y -= container[Y] + container[V] * age
-    return contact.wall_delay(
-        x, y, u - container[U], v - container[V], reach * reach
-    ), ks.NO_PARTNER
+    x, y, u, v = ks.seen_from_container(x, y, u, v, now, container)
+    return contact.wall_delay(x, y, u, v, reach * reach), ks.NO_PARTNER
 
 
 # Entries
@@ -151,11 +141,8 @@ def enter_contact(i: int, time: float, partner: int, balls: Floats, cells: Cells
 @inlined
 def enqueue(i: int, now: float, balls: Floats, cells: Cells) -> None:
     """Queue ball i's earliest event: its contact or a crossing; none is in the past."""
-    update(
-        i,
-        max(min(balls[cell_grid.CONTACT_TIME, i], balls[cell_grid.CROSSING_TIME, i]), now),
-        cells.tree,
-    )
+    time = min(balls[cell_grid.CONTACT_TIME, i], balls[cell_grid.CROSSING_TIME, i])
+    update(i, max(time, now), cells.tree)
 
 
 @inlined
@@ -174,7 +161,7 @@ def predict_contact(i: int, now: float, exact: bool, state: State, cells: Cells)
         delay, partner = wall_contact(
             i, now, exact, state, cells, state.box, state.container, cells.margin
         )
-    column, row = cell_grid.column_of(cell, cells.mesh), cell_grid.row_of(cell, cells.mesh)
+    column, row = cell_grid.column_and_row(cell, cells.mesh)
     found = 0
     for up in range(-1, 2):
         for right in range(-1, 2):
@@ -189,17 +176,16 @@ def cross(i: int, now: float, state: State, cells: Cells) -> bool:
     balls, mesh = state.balls, cells.mesh
     sideways, upwards = cell_grid.crossing_delays(i, now, state, cells)
     across = sideways <= upwards
-    old = cells.links[cell_grid.CELL, i]
     w = balls[U, i] if across else balls[V, i]
     step = 1 if w > 0.0 else -1
     right, up = (step, 0) if across else (0, step)
-    column, row = cell_grid.column_of(old, mesh) + right, cell_grid.row_of(old, mesh) + up
-    new = cell_grid.cell_at(column, row, mesh, state.period)
+    column, row = cell_grid.column_and_row(cells.links[cell_grid.CELL, i], mesh)
+    new = cell_grid.cell_at(column + right, row + up, mesh, state.period)
     if cells.occupancy[new] == cells.members.shape[1]:
         return False
     cell_grid.take_out(i, cells)
     cell_grid.put_into(i, new, cells)
-    column, row = cell_grid.column_of(new, mesh), cell_grid.row_of(new, mesh)
+    column, row = cell_grid.column_and_row(new, mesh)
     side = mesh.width if across else mesh.height
     balls[cell_grid.CROSSING_TIME, i] = now + min(side / abs(w), upwards if across else sideways)
     before = balls[cell_grid.CONTACT_TIME, i] - now
@@ -224,10 +210,7 @@ def cross(i: int, now: float, state: State, cells: Cells) -> bool:
 def push(
     now: float, state: State, cells: Cells, container: Floats | None, margin: Margin | None
 ) -> None:
-    """Renew the end of the margin of a free container with a new velocity.
-
-    Balls whose hit was predicted exactly search again.
-    """
+    """Renew the margin's end of a free container with a new velocity; its brink searches again."""
     if container is None or margin is None:
         return
     place = margin.place

@@ -1,29 +1,19 @@
 """Many balls: cells to find partners in, and a tournament tree for what comes next.
 
 The ideas, and where they come from:
-- Each ball has its own clock, moves only in its own events, and has one entry in the queue, its
-  earliest event. An entry whose partner has had an event since is out of date; it is predicted
-  again when it comes up (Lubachevsky, J. Comput. Phys. 94, 255 (1991)).
+- Clocks and entries are those of ``all_pairs``, with crossings of cells among the entries
+  (Lubachevsky, J. Comput. Phys. 94, 255 (1991)).
 - A ball looks for partners in its own and the eight cells around. When it crosses into another
-  cell it looks at the three on the far side, for it knows all others (Rapaport, J. Comput. Phys.
-  34, 184 (1980)). A crossing changes neither position nor clock: a replay knows nothing of cells.
-- A ball's state is one line of the processor's cache. The wall is predicted only from cells next to
-  it.
+  cell it looks at the three on the far side (Rapaport, J. Comput. Phys. 34, 184 (1980)). A crossing
+  changes neither position nor clock: a replay needs no cells.
+- A ball's state is one line of the processor's cache. Only cells at the wall predict hits of it.
 """
 
 from __future__ import annotations
 
-from snooker_cli.engine import cell_grid, clock
+from snooker_cli.engine import cell_grid, cell_prediction, clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.cell_grid import Cells
-from snooker_cli.engine.cell_prediction import (
-    before_renewal,
-    cross,
-    enqueue,
-    predict_contact,
-    predict_crossing,
-    push,
-)
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.event_queue import LARGE, fetch_ahead, first, no_chains
@@ -33,8 +23,8 @@ from snooker_cli.engine.prediction import is_trapped
 from snooker_cli.engine.sampling import Grid, next_sample, sample_until
 
 CROSSINGS_AT_ONCE = 64
-"""Crossings, for each event of the limit, after which the kernel returns: they are no events, and a
-run in which nothing happens can be stopped too."""
+"""Crossings, for each event of the limit, after which the kernel returns so that a run without
+events can be stopped too."""
 
 
 @inlined
@@ -58,7 +48,7 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid, limit: i
     while filled < limit:
         i = first(tree.bits)
         now = tree.times[1]
-        certain = before_renewal(now, cells.margin)
+        certain = cell_prediction.before_renewal(now, cells.margin)
         if certain == NEVER:
             return clock.NOTHING_LEFT
         if certain > setup.time_limit:
@@ -72,9 +62,9 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid, limit: i
                 return clock.FULL
             crossings += 1
             counts[ks.CROSSINGS] += 1
-            if not cross(i, now, state, cells):
+            if not cell_prediction.cross(i, now, state, cells):
                 return clock.CELL_FULL
-            enqueue(i, now, balls, cells)
+            cell_prediction.enqueue(i, now, balls, cells)
             continue
         j = links[cell_grid.PARTNER, i]
         known = j >= 0 and links[cell_grid.PARTNER_EVENTS, i] == tags[cell_grid.EVENTS, j]
@@ -92,7 +82,7 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid, limit: i
             tags[cell_grid.FORMER, i] = j
             if j == ks.NO_PARTNER:
                 links[cell_grid.BOUNCES, i] += 1
-                push(now, state, cells, state.container, cells.margin)
+                cell_prediction.push(now, state, cells, state.container, cells.margin)
                 trapped = check_trap(i, now, links[cell_grid.BOUNCES, i], state, state.box)
             else:
                 tags[cell_grid.EVENTS, j] += 1
@@ -103,9 +93,9 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid, limit: i
         for turn in range(2 if happens and j != ks.NO_PARTNER else 1):
             k = ks.nonnegative(i if turn == 0 else j)
             if happens:
-                predict_crossing(k, now, state, cells)
-            predict_contact(k, now, j == ks.SEARCH_AGAIN, state, cells)
-            enqueue(k, now, balls, cells)
+                cell_prediction.predict_crossing(k, now, state, cells)
+            cell_prediction.predict_contact(k, now, j == ks.SEARCH_AGAIN, state, cells)
+            cell_prediction.enqueue(k, now, balls, cells)
         if trapped:
             return clock.WALL_TRAP
         if counts[ks.STALLED] > clock.STALL_LIMIT * balls.shape[1]:

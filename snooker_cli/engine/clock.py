@@ -23,11 +23,8 @@ if TYPE_CHECKING:
 
 # Epochs
 
-LEAST_EVENTS = 16384
-"""Events of an epoch at least, so that it costs nothing to begin one."""
-
-EVENTS_PER_BALL = 64
-"""Events of an epoch per ball: some hundred times a ball's mean free time."""
+LEAST_EVENTS, EVENTS_PER_BALL = 16384, 64
+"""Events of an epoch, at least and per ball: to begin an epoch then costs nothing."""
 
 
 def length(number: int) -> int:
@@ -47,10 +44,9 @@ def following(epoch: float, now: float) -> tuple[float, float]:
 
 
 def times(epoch: float, clocks: Floats) -> tuple[Floats, Floats | None]:
-    """Times (s) of events whose clocks are given, and what rounding has cut off from them.
+    """Times (s) of events whose clocks are given, and exactly what rounding has cut off from them.
 
-    The latter is exact, by Sterbenz' lemma: time less epoch is zero, or within a factor of two of
-    the clock. It is ``None`` in the first epoch, and if there are no events.
+    The latter is ``None`` in the first epoch, and if there are no events.
     """
     if epoch == 0.0 or not len(clocks):
         return clocks, None
@@ -59,10 +55,8 @@ def times(epoch: float, clocks: Floats) -> tuple[Floats, Floats | None]:
 
 
 class Part(NamedTuple):
-    """The events of an epoch.
+    """Rows of the events of an epoch, their clocks (s), and what follows.
 
-    events : their rows
-    clocks : (*n*,) ``numpy.float64``, s, of the events
     following : s, the next epoch; this one if the events do not fill it
     shift : s, by which clocks are set back after the events
     """
@@ -92,30 +86,19 @@ def parts(events: Events, number: int) -> Iterator[Part]:
 
 # Endings
 
-# Answers of ``advance``. After FULL the limit of events is reached, and the run goes on with the
+# Answers of ``advance``. After FULL the limit of events is reached, and the run continues with the
 # next chunk. The last two are for ``InCells``: make cells larger, or put them round the container's
 # new place.
-(
-    FULL,
-    TIME,
-    NOTHING_LEFT,
-    WALL_TRAP,
-    COLLAPSE,
-    CELL_FULL,
-    OUT_OF_MARGIN,
-) = range(7)
+FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, CELL_FULL, OUT_OF_MARGIN = range(7)
 
 STALL_LIMIT = 64
-"""Events per ball in a row, without the clock moving, after which time has stopped.
+"""Events per ball in a row, without the clock moving, after which a run has collapsed.
 
 A rack of touching balls settles an impact in a few collisions per ball.
 """
 
 CLOCK_DIGITS = 4 * 2.0**-52
-"""Part of the time by which an event must be later than the one before to move the clock.
-
-A ball that only rounding keeps off the wall moves it by a unit or two of its last digit.
-"""
+"""An event that is later by less than this part of the time does not move the clock."""
 
 
 @inlined

@@ -30,17 +30,8 @@ def normal_part(x: float, y: float, u: float, v: float) -> float:
 
 
 @inlined
-def relative_change(x: float, y: float, u: float, v: float, restitution: float) -> float:
-    """Change of relative velocity as a multiple of the offset (x, y), 1/s.
-
-    (x, y) is from the first to the second, (u, v) the first's velocity less the second's.
-    """
-    return (1.0 + restitution) * normal_part(x, y, u, v)
-
-
-@inlined
 def rebound(x: float, y: float, u: float, v: float, restitution: float) -> float:
-    """``relative_change`` for a ball at (x, y) from the centre that hits the wall round it, 1/s.
+    """Change of velocity of a ball that hits the wall at (x, y), as a multiple of (x, y), 1/s.
 
     The ball moves outwards. At the end of a chord shorter than the rounding of its place it may
     seem to move inwards. Then, too, the normal velocity becomes -e times its size.
@@ -74,7 +65,8 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
     x, y = nearest_image(x, y, state.period)
     u, v = balls[U, i] - balls[U, j], balls[V, i] - balls[V, j]
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
-    change = relative_change(x, y, u, v, 1.0 if elastic else setup.restitution)
+    restitution = 1.0 if elastic else setup.restitution
+    change = (1.0 + restitution) * normal_part(x, y, u, v)  # of velocity, over (x, y)
     m = ks.mass_of(i, state.setup, state.masses)
     first, second = shares(change, m, ks.mass_of(j, state.setup, state.masses))
     balls[U, i] -= first * x
@@ -134,8 +126,8 @@ def hit_wall(
 def contact_lasts(state: State, container: Floats | None) -> float:
     """How long a contact lasts in the TC model at the balls' present speeds, s.
 
-    That is a part of the mean free time, the mean free path over the root of the mean square of
-    speeds relative to the container (Luding & McNamara, Granular Matter 1, 113 (1998)).
+    It is a part of the mean free time: the mean free path over the root mean square of speeds
+    relative to the container (Luding & McNamara, Granular Matter 1, 113 (1998)).
     """
     balls, labels, number = state.balls, state.labels, state.balls.shape[1]
     for k in range(number):
@@ -152,10 +144,8 @@ def contact_lasts(state: State, container: Floats | None) -> float:
 
 @inlined
 def in_contact(i: int, now: float, balls: Floats, sums: Floats) -> bool:
-    """Whether ball i, not yet moved to the present, still has its last contact, if it had one.
-
-    In the first epoch a clock at zero is one that has not been moved.
-    """
+    """Whether ball i, not yet moved to the present, still has its last contact."""
+    # In the first epoch a clock at zero has not been moved: there was no contact.
     moved = balls[CLOCK, i] > 0.0 or sums[ks.EPOCH] > 0.0
     return bool(moved and now - balls[CLOCK, i] < sums[ks.CONTACT_LASTS])
 
@@ -189,10 +179,7 @@ def collide(i: int, j: int, now: float, state: State) -> float:
 
 @inlined
 def add_up(sums: Floats, which: int, size: float) -> None:
-    """Add what is not negative to a sum, and what that rounds off to its rest.
-
-    What is rounded off is exact if the sum was no less than what is added (Dekker's Fast2Sum).
-    """
+    """Add what is not negative to a sum, and the rounding of that to its rest (Fast2Sum)."""
     before = sums[which]
     after = before + size
     sums[which] = after
@@ -207,11 +194,8 @@ def count(i: int, j: int, impulse: float, state: State) -> None:
         add_up(state.sums, ks.WALL_IMPULSE, impulse)
     else:
         state.counts[ks.PAIR_EVENTS] += 1
-        add_up(
-            state.sums,
-            ks.PAIR_VIRIAL,
-            impulse * ks.contact_distance(i, j, state.setup, state.radii),
-        )
+        distance = ks.contact_distance(i, j, state.setup, state.radii)
+        add_up(state.sums, ks.PAIR_VIRIAL, impulse * distance)
 
 
 @inlined

@@ -44,8 +44,8 @@ def may_touch(
 ) -> bool:
     """Whether ``pair_delay`` can be less than a horizon: a cheap, necessary condition.
 
-    For c > 0 the delay is c / (-b + sqrt(D)) with sqrt(D) <= -b, so it is at least c / (-2b). There
-    is no branch, root or division, so a loop over partners runs in vector registers.
+    For c > 0 the delay is c / (-b + sqrt(D)) with sqrt(D) <= -b, so it is at least c / (-2b).
+    Without branch, root and division, a loop over partners runs in vector registers.
     """
     b = x * u + y * v
     w2 = u * u + v * v
@@ -60,9 +60,8 @@ def may_touch(
 def wall_delay(x: float, y: float, u: float, v: float, reach_squared: float) -> float:
     """Time until a ball at (x, y) from the container's centre hits the wall; s, or inf at rest.
 
-    ``reach_squared`` is the square of the largest distance of the ball's centre, R - r. A ball at
-    the wall, or by rounding beyond it, counts as on the wall: it hits now if it moves outwards,
-    else it crosses a chord.
+    ``reach_squared`` is (R - r)^2. A ball at the wall, or by rounding beyond it, hits now if it
+    moves outwards, else it crosses a chord.
     """
     b = x * u + y * v
     w2 = u * u + v * v
@@ -78,8 +77,7 @@ def wall_delay(x: float, y: float, u: float, v: float, reach_squared: float) -> 
 def chord_delay(x: float, y: float, u: float, v: float) -> float:
     """Time until a ball that has just left the wall at (x, y) is back at it; s, or inf at rest.
 
-    The ball is known to be on the wall. So even a chord shorter than the rounding of its place
-    keeps its relative precision: 2 |b| / w2.
+    Even a chord shorter than the rounding of the place keeps its relative precision: 2 |b| / w2.
     """
     b = x * u + y * v
     w2 = u * u + v * v
@@ -93,8 +91,7 @@ def side_delay(
 ) -> float:
     """Time until a ball at (x, y) from a box's centre hits a side; s, or inf at rest.
 
-    The half sides are less the ball's radius. A ball at a side, or by rounding beyond it, hits it
-    now if it moves outwards.
+    The half sides are less the ball's radius. A ball at a side, or beyond it, hits it now.
     """
     across = ((half_width if u > 0.0 else -half_width) - x) / u
     along = ((half_height if v > 0.0 else -half_height) - y) / v

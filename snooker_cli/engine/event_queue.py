@@ -1,9 +1,8 @@
 """The order of events for many balls: a tournament tree over one time per ball.
 
-Node k holds the earliest of its children 4k to 4k + 3. Ball i is leaf ``leaves + i``, and node 1
-the winner. Nothing is inserted or removed, so the queue never grows, and an update climbs only as
-far as it changes anything. Four children lie in one line of the processor's cache. A large tree
-mostly waits for memory, and one with two children per node would have twice the steps.
+Node k holds the earliest of its children 4k to 4k + 3, which lie in one line of the processor's
+cache. Ball i is leaf ``leaves + i``, and node 1 the winner. Nothing is inserted or removed, and an
+update climbs only as far as it changes anything.
 
 Times are not negative, and such doubles have the order of their bits taken as integers. Integers
 are compared three times as fast, and each event waits for these comparisons.
@@ -27,7 +26,7 @@ STEP = 2
 CHILDREN = 1 << STEP
 
 WATCHED = 3
-"""The level, from the top, whose nodes are watched for what comes next."""
+"""The level, from the top, whose nodes are watched for coming events."""
 
 
 class Tree(NamedTuple):
@@ -96,25 +95,19 @@ def earliest_below(node: int, levels: int, bits: Integers) -> int:
     return ks.nonnegative(k)
 
 
-# A large gas waits for memory. So what coming events need is fetched while others are worked on.
+# A large gas waits for memory. So the kernel fetches the memory of coming events ahead of time.
 
-LARGE = 1 << 14
-"""Balls from which on it is worth its time to fetch ahead, by measurement."""
+LARGE, EVENTS_AHEAD = 1 << 14, 12
+"""Balls from which on fetching saves time, and events to look ahead, by measurement."""
 
-EVENTS_AHEAD = 12
-"""How far to look ahead, by measurement: a chain has five links, and some are followed in vain."""
-
-LINK = 2
-"""Levels of the tree that one link goes down: what is below a node then lies in three lines."""
-
-MEMBERS = 2
-"""Balls fetched of each cell: few have more."""
+LINK, MEMBERS = 2, 2
+"""Levels of the tree that one link of a chain goes down, and balls fetched of each cell."""
 
 
 class Chains(NamedTuple):
-    """The events that are followed: where each link of the chain is.
+    """Where each link of the chain is along which the memory of a coming event is found.
 
-    turns, begun : events since it began, and when that was (s)
+    turns, begun : events since the chain began, and when that was (s)
     upper, lower : nodes of the tree, four and two levels above its leaves
     ball : one whose line and cell are fetched
     around, beside : cells whose members are fetched, round a ball and its partner
@@ -133,7 +126,7 @@ class Chains(NamedTuple):
 
 @inlined
 def no_chains(bits: Integers) -> Chains:
-    """None yet: ball 0 stands for all."""
+    """None yet: ball 0 instead of each."""
     leaves = len(bits) // 2
     return Chains(0, 0.0, leaves >> 2 * LINK * STEP, leaves >> LINK * STEP, 0, 0, 0, 0)
 
@@ -177,10 +170,7 @@ def fetch_ahead(now: float, chains: Chains, state: State, cells: Cells) -> Chain
 
 @inlined
 def cell_to_search(i: int, late: float, now: float, state: State, cells: Cells) -> int:
-    """The cell round which ball i will look for partners: its own, or the one it goes into.
-
-    At a periodic box's side it is some other.
-    """
+    """The cell, not across a periodic box's side, round which ball i will look for partners."""
     cell = int(cells.links[CELL, i])
     if state.balls[CONTACT_TIME, i] > late:
         across, up = crossing_delays(i, now, state, cells)

@@ -37,8 +37,8 @@ OPTIONS: dict[str, Any] = {
 }
 """Options of every compiled function.
 
-Without fast-math, + - * / and sqrt are rounded as IEEE 754 says, neither re-ordered nor fused: the
-same source gives the same bits on every processor.
+Without fast-math, + - * / and sqrt are rounded as IEEE 754 defines, neither re-ordered nor fused.
+So the same source gives the same bits on every processor.
 """
 
 HELPER_OPTIONS: dict[str, Any] = OPTIONS | {"no_cpython_wrapper": True}
@@ -97,19 +97,13 @@ def kernel(function: Function) -> Function:
 
 
 def inlined(function: Function) -> Function:
-    """Compile a function into its callers; a call would cost as much as ten pairs.
-
-    Called from Python, it stays a Python function.
-    """
+    """Compile a function into its callers; for Python, it stays a Python function."""
     _unknown.append((function, INLINE_OPTIONS))
     return function
 
 
 def helper(function: Function) -> Function:
-    """Compile a function that only kernels call, and not often.
-
-    Called from Python, it stays a Python function.
-    """
+    """Compile a function that kernels call, and not often; for Python, it stays as it is."""
     _unknown.append((function, HELPER_OPTIONS))
     return function
 
@@ -165,10 +159,9 @@ def _numba() -> Any:
     from numba.extending import intrinsic, overload, typeof_impl
 
     class Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
-        """Gives notice of a long compilation, and guards the cache.
+        """Gives notice of a long compilation, and locks the cache while Numba saves a kernel.
 
-        If two processes save kernels of one function at the same moment, Numba may give both the
-        same file name and later load the wrong one. So a process takes a lock before Numba saves.
+        Numba could otherwise save kernels of two processes under one name, and load the wrong one.
         """
 
         depth = 0
@@ -209,10 +202,8 @@ def _numba() -> Any:
 
     @intrinsic
     def fused_instruction(_typing: Any, a: Any, b: Any, c: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.fma(*arguments)
-
-        return types.float64(types.float64, types.float64, types.float64), generate
+        number = types.float64
+        return number(number, number, number), lambda _, builder, __, numbers: builder.fma(*numbers)
 
     @intrinsic
     def lowest_bit_instruction(_typing: Any, mask: Any) -> Any:

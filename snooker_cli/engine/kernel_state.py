@@ -1,8 +1,8 @@
 """The arrays of a run, and the names of their rows.
 
-The state is a few plain arrays: compiled loops over a row of a C-contiguous array run in vector
-registers. ``None`` stands for what a scene lacks. Numba removes a branch on ``None`` where the
-value is an argument of the function, so a function takes such a value beside the state.
+Compiled loops over a row of a C-contiguous array run in vector registers. ``None`` stands for what
+a scene lacks. Numba removes a branch on ``None`` only if the value is an argument of the function,
+so functions take such a value beside the state.
 """
 
 from __future__ import annotations
@@ -33,42 +33,24 @@ NO_PARTNER, SEARCH_AGAIN, NOT_SEARCHED = CONTAINER, -2, -3
 # A ball moves only in its own events. ``container`` has the same five as elements.
 X, Y, U, V, CLOCK, BALL_ROWS = range(6)
 
-# Elements of ``sums``: how long a contact lasts (s), the time at which clocks show zero (s), the
-# clock at the last event (s), the impulse on the wall (kg m/s), the virial of the ball-ball
-# collisions (kg m^2/s), and what rounding has cut off from these two.
-(
-    CONTACT_LASTS,
-    EPOCH,
-    NOW,
-    WALL_IMPULSE,
-    PAIR_VIRIAL,
-    WALL_IMPULSE_REST,
-    PAIR_VIRIAL_REST,
-    SUMS,
-) = range(8)
+# Elements of ``sums``: how long a contact lasts, the time at which clocks show zero, and the clock
+# at the last event (s); the impulse on the wall (kg m/s), the virial of the ball-ball collisions
+# (kg m^2/s), and what rounding has cut off from these two.
+CONTACT_LASTS, EPOCH, NOW = range(3)
+WALL_IMPULSE, PAIR_VIRIAL, WALL_IMPULSE_REST, PAIR_VIRIAL_REST, SUMS = range(3, 8)
 REST = WALL_IMPULSE_REST - WALL_IMPULSE
 
-# Elements of ``counts``: events at the wall and between balls; pairs that were looked at; events in
-# a row that did not move the clock; the balls of the last event; crossings into another cell;
+# Elements of ``counts``: events at the wall and between balls; the balls of the last event; events
+# in a row that did not move the clock; pairs that were looked at, crossings into another cell, and
 # predictions that were out of date.
-(
-    WALL_EVENTS,
-    PAIR_EVENTS,
-    PREDICTIONS,
-    STALLED,
-    FIRST,
-    SECOND,
-    CROSSINGS,
-    STALE,
-    COUNTS,
-) = range(9)
+WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED = range(5)
+PREDICTIONS, CROSSINGS, STALE, COUNTS = range(5, 9)
 
 NO_LIMIT = 2**62
 """As good as no limit for a number of events."""
 
 PATIENCE = 64
-"""Bounces in a row after which a ball in a fixed container is trapped even if others have events
-before it has come to an end, if none can reach it: two balls may be trapped in step."""
+"""``Setup.patience`` in a fixed container: two balls may be trapped in step."""
 
 LINE = 64
 """Bytes of a line of the processor's cache."""
@@ -81,7 +63,7 @@ class Setup(NamedTuple):
     contact_path : m, what a ball flies while a contact lasts in the TC model; zero without it
     elastic_below : m/s, relative normal speed below which collisions are elastic; zero for never
     traps : whether every hit of the wall loses its share, so that infinitely many may follow
-    patience : bounces in a row after which others' events do not keep a ball from being trapped
+    patience : bounces in a row after which a ball that no other can reach counts as trapped
     time_limit : s, on the balls' clocks
     """
 
@@ -160,10 +142,7 @@ class State(NamedTuple):
 
 
 def new_state(scene: Scene, setup: Setup, balls: Floats | None = None) -> State:
-    """The state at the scene's instant, with all clocks at zero.
-
-    balls : memory for the balls, with BALL_ROWS or more rows of zeros
-    """
+    """The state at the scene's instant, in memory for the balls with BALL_ROWS or more rows."""
     number = scene.number
     balls = np.zeros((BALL_ROWS, number)) if balls is None else balls
     balls[[X, Y]] = (scene.positions - origin_of(scene)).T
@@ -227,12 +206,8 @@ class Recorded(NamedTuple):
 
 def new_record(events: int) -> Recorded:
     """Memory for this many events; with none, no events are recorded."""
-    return Recorded(
-        np.empty(events),
-        np.empty(events, dtype=np.int32),
-        np.empty(events, dtype=np.int32),
-        np.empty(events),
-    )
+    i, j = np.empty((2, events), dtype=np.int32)
+    return Recorded(np.empty(events), i, j, np.empty(events))
 
 
 @inlined

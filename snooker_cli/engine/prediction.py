@@ -1,8 +1,7 @@
 """When each ball will next touch another ball and the wall.
 
 Most pairs cannot meet before the ball hits the wall. A first pass over all partners, in vector
-form and without a root or a division, leaves a mask of the few that can, one bit each. Only for
-those is the time of contact computed.
+form, leaves a mask of the few that can, one bit each. Their times of contact are computed then.
 """
 
 from __future__ import annotations
@@ -54,10 +53,8 @@ def candidates_of_two(
     twice_i, twice_j = 2.0 * horizon_i, 2.0 * horizon_j
     mask_i, mask_j = 0, 0
     for k in range(start, stop):
-        di, dj = (
-            ks.contact_distance(i, k, state.setup, state.radii),
-            ks.contact_distance(j, k, state.setup, state.radii),
-        )
+        di = ks.contact_distance(i, k, state.setup, state.radii)
+        dj = ks.contact_distance(j, k, state.setup, state.radii)
         x, y = ks.position(k, now, balls)
         u, v = balls[U, k], balls[V, k]
         may_i = may_touch(x - xi, y - yi, u - ui, v - vi, di * di, twice_i)
@@ -140,17 +137,15 @@ def is_trapped(
     """Whether ball i, just off the wall, will hit it infinitely often before anything else.
 
     Each bounce keeps the tangential speed v_t and multiplies the normal one v_n by the wall's
-    restitution e, so that the chords last 2 a e^k v_n / (e^2k v_n^2 + v_t^2). Without the first
-    term below, their sum is geometric: 2 a v_n / ((1 - e) v_t^2) is an upper bound of the time
-    left. The ball is trapped if the run does not end within that time, no other event happens and
-    no ball can come near. The others move straight, or slide, and ball i is never faster than now.
+    restitution e, so that the chords last 2 a e^k v_n / (e^2k v_n^2 + v_t^2). An upper bound of
+    their sum is 2 a v_n / ((1 - e) v_t^2). The ball is trapped if the run does not end within that
+    time, no other event happens and no ball can come near. Ball i is never faster than now.
 
     All this is relative to the container. The bounces push a free one, together by no more than
     its share of (1 + e) v_n / (1 - e), and its wall must not reach the others either.
 
     next_time : of each ball's next event, s, if known
-    patient : whether other balls must not have events; if they may, none is then faster than all
-        the energy in one ball, which in a fixed container never grows
+    patient : whether other balls must not have events; if they may, each may get the energy of all
     """
     balls, setup = state.balls, state.setup
     x, y, u, v = ks.seen_from_container(
@@ -174,10 +169,8 @@ def is_trapped(
     fastest = 0.0 if patient else top_speed(state)
     for k in range(balls.shape[1]):
         if k != i:
-            if next_time is not None:
-                happens = next_time[k] <= end
-                if patient and happens:
-                    return False
+            if next_time is not None and patient and next_time[k] <= end:
+                return False
             xk, yk = place(k, now, balls, slides)
             its_speed = fastest
             if patient:

@@ -1,7 +1,6 @@
 """A trace's start and its list of collisions -> the state at any time, with the engine's bits.
 
-Only the balls and the time of each collision are needed. A replay carries out each collision again
-with ``collide``, as the engine does, on balls that move only in their own events.
+A replay carries out each collision again with ``collide``, from its balls and time alone.
 """
 
 from __future__ import annotations
@@ -27,9 +26,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class States:
-    """Positions and velocities of everything at given times.
+    """Positions and velocities of everything at given times (*t*,), s.
 
-    time : (*t*,) s
     positions, velocities : (*t*, *N*, 2), m and m/s
     container_positions, container_velocities : (*t*, 2), m and m/s
     """

@@ -2,11 +2,8 @@
 
 The end of a run that is limited by its collisions is not known beforehand. So the grid starts fine
 and, when its rows are used up, drops every second one. Its step is a power of two of seconds, so
-every time on it is exact.
-
-A gas that cools does most of it early: by Haff's law as much from 1 s to 2 s as from 1000 s to
-2000 s. So rows of the beginning are not dropped but put aside. Where the grid has become coarse,
-sixteen rows are left between a time and its double.
+every time on it is exact. A gas cools most at the beginning, whose rows are put aside instead of
+dropped: sixteen are left between a time and its double.
 """
 
 from __future__ import annotations
@@ -19,12 +16,10 @@ import numpy as np
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Setup, State, U, V, mass_of
-from snooker_cli.engine.sliding import SETTLES, ball_of, bounce, pressing, set_ball
-from snooker_cli.trace import SPEED_BIN, SPEED_BINS
+from snooker_cli.engine.sliding import SETTLES, ball_of, bounced, pressing, set_ball
+from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, Summary
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from snooker_cli.scene import Scene
 
 
@@ -40,17 +35,8 @@ EARLY_ROWS = 512 * EARLY // 2
 LEAST_ENERGY, MOST_ENERGY = 1e-140, 1e140
 
 # Columns of a row: those of ``trace.Series`` without the time, in order.
-(
-    KINETIC_ENERGY,
-    CONTAINER_ENERGY,
-    WALL_IMPULSE,
-    PAIR_VIRIAL,
-    WALL_EVENTS,
-    PAIR_EVENTS,
-    MEAN_SPEED,
-    ENERGY_MOMENT,
-    COLUMNS,
-) = range(9)
+KINETIC_ENERGY, CONTAINER_ENERGY, WALL_IMPULSE, PAIR_VIRIAL = range(4)
+WALL_EVENTS, PAIR_EVENTS, MEAN_SPEED, ENERGY_MOMENT, COLUMNS = range(4, 9)
 
 
 class Grid(NamedTuple):
@@ -86,23 +72,10 @@ def new_grid(scene: Scene) -> Grid:
 
 
 def _grid(rows: int, early_rows: int, step: float) -> Grid:
-    return Grid(
-        rows=np.zeros((rows, COLUMNS)),
-        histogram=np.zeros((rows, SPEED_BINS), dtype=np.int64),
-        step=np.array([step]),
-        used=np.zeros(1, dtype=np.int64),
-        early=np.zeros(1, dtype=np.int64),
-        times=np.zeros(early_rows),
-    )
-
-
-def times_and_rows(grid: Grid) -> tuple[Floats, NDArray[np.intp]]:
-    """Times of the filled rows, s, ascending, and their indices."""
-    used, early = int(grid.used[0]), int(grid.early[0])
-    times = np.append(np.arange(used, dtype=np.float64) * grid.step[0], grid.times[:early])
-    rows = np.append(np.arange(used), ROWS + 1 + np.arange(early))
-    order = np.argsort(times)
-    return times[order], rows[order]
+    used, early = np.zeros((2, 1), dtype=np.int64)
+    columns = np.zeros((rows, COLUMNS))
+    histogram = np.zeros((rows, SPEED_BINS), dtype=np.int64)
+    return Grid(columns, histogram, np.array([step]), used, early, np.zeros(early_rows))
 
 
 @helper
@@ -171,19 +144,6 @@ def measure(
     row[PAIR_EVENTS] = state.counts[ks.PAIR_EVENTS]
 
 
-@inlined
-def count_speeds(histogram: Integers, energy: float, state: State) -> None:
-    """Count the balls by reduced speed v sqrt(m / 2T), with T their mean energy."""
-    balls, setup, masses = state.balls, state.setup, state.masses
-    number = balls.shape[1]
-    for speed in range(SPEED_BINS):
-        histogram[speed] = 0
-    if energy > 0.0:
-        for i in range(number):
-            reduced = math.sqrt(energy_of(i, balls, setup, masses) * number / energy)
-            histogram[min(int(reduced / SPEED_BIN), SPEED_BINS - 1)] += 1
-
-
 @kernel
 def sample(
     row: Floats,
@@ -193,9 +153,15 @@ def sample(
     container: Floats | None,
     slides: Integers | None,
 ) -> None:
-    """``measure``, and count the balls by reduced speed."""
+    """``measure``, and count the balls by reduced speed v sqrt(m / 2T), T their mean energy."""
     measure(row, time, state, container, slides)
-    count_speeds(histogram, row[KINETIC_ENERGY], state)
+    energy, number = row[KINETIC_ENERGY], state.balls.shape[1]
+    for speed in range(SPEED_BINS):
+        histogram[speed] = 0
+    if energy > 0.0:
+        for i in range(number):
+            one = energy_of(i, state.balls, state.setup, state.masses)
+            histogram[min(int(math.sqrt(one * number / energy) / SPEED_BIN), SPEED_BINS - 1)] += 1
 
 
 @helper
@@ -207,7 +173,9 @@ def sample_slides(k: int, time: float, grid: Grid, state: State, slides: Integer
     for i in range(balls.shape[1]):
         if slides[i] == SETTLES:
             set_ball(i, ball_of(i, balls), scratch)
-            sums[ks.WALL_IMPULSE] += bounce(i, time, state)
+            ball, bounces = bounced(i, time, state)
+            set_ball(i, ball, balls)
+            sums[ks.WALL_IMPULSE] += bounces
     sample(grid.rows[k], grid.histogram[k], time, state, state.container, None)
     for i in range(balls.shape[1]):
         if slides[i] == SETTLES:
@@ -234,3 +202,18 @@ def sample_until(now: float, grid: Grid, state: State, slides: Integers | None) 
         else:
             sample_slides(k, next_sample(grid, state.sums), grid, state, slides)
         grid.used[0] += 1
+
+
+def summary(now: float, time: float, grid: Grid, state: State) -> Summary:
+    """The rows of a grid before clocks show ``now``, at a time (s), and one more at it."""
+    sample_until(now, grid, state, state.slides)
+    used, early = int(grid.used[0]), int(grid.early[0])
+    times = np.append(np.arange(used) * grid.step[0], grid.times[:early])
+    rows = np.append(np.arange(used), ROWS + 1 + np.arange(early))[np.argsort(times)]
+    row, histogram = np.zeros(COLUMNS), np.zeros(SPEED_BINS, dtype=np.int64)
+    sample(row, histogram, now, state, state.container, state.slides)
+    columns = np.ascontiguousarray(np.vstack([grid.rows[rows], row]).T)
+    return Summary(
+        series=Series(np.append(np.sort(times), time), *columns),
+        speed_histogram=np.vstack([grid.histogram[rows], histogram]),
+    )

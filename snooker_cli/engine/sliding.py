@@ -1,9 +1,9 @@
 """Balls that slide along a fixed circular wall after infinitely many bounces.
 
 A ball that bounces at a wall of restitution e keeps its tangential speed v_t, and its normal speed
-falls as e^k. After a finite time it slides, with constant speed on a circle of radius a, and
-presses against the wall with m v_t^2/a. Its place follows from a rotation. The cosine and sine of
-it are made of + - * and / here. These round alike on every machine; those of libraries do not.
+falls as e^k. After a finite time it slides with constant speed on a circle of radius a, and presses
+against the wall with m v_t^2/a. Its place follows from a rotation, whose cosine and sine are made
+of + - * and /, because those of libraries round differently on each machine.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def place(i: int, now: float, balls: Floats, slides: Integers | None) -> tuple[f
     return ks.position(i, now, balls)
 
 
-@inlined
+@helper
 def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     """Ball i, just off the wall and trapped, at a time (s), and its impulse on the wall, kg m/s.
 
@@ -155,20 +155,6 @@ def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     )
 
 
-@helper
-def bounce(i: int, until: float, state: State) -> float:
-    """Bring ball i to where it is after its bounces up to a time (s); their impulse, kg m/s."""
-    ball, impulse = bounced(i, until, state)
-    set_ball(i, ball, state.balls)
-    return impulse
-
-
-@helper
-def slide_time(i: int, state: State) -> float:
-    """When ball i, just off the wall and trapped, begins to slide, s."""
-    return bounced(i, NEVER, state)[0].clock
-
-
 @inlined
 def pressed(i: int, now: float, state: State) -> float:
     """Impulse of ball i, which slides, on the wall since its clock: m w^2 a t, kg m/s."""
@@ -201,10 +187,7 @@ def turn_all(now: float, balls: Floats, slides: Integers) -> None:
 
 @kernel
 def write_states(time: float, next_ball: int, state: State, slides: Integers, out: Floats) -> None:
-    """Write the rows of balls that slide, or bounce until they slide, at a time (s).
-
-    next_ball : the ball of the next event, if it then begins to slide, else ``NO_PARTNER``
-    """
+    """Write the rows of balls that slide, and of one that then begins to, at a time (s)."""
     for k in range(state.balls.shape[1]):
         if slides[k] == SLIDES:
             ball = turned(k, time, state.balls)
@@ -222,10 +205,7 @@ def write_states(time: float, next_ball: int, state: State, slides: Integers, ou
 
 @inlined
 def time_off_wall(i: int, balls: Floats) -> float:
-    """Time until ball i, which was hit while it slid, hits the wall, s.
-
-    It does so now unless it was hit away from the wall.
-    """
+    """Time until ball i, just hit while it slid, hits the wall, s; 0 unless hit away from it."""
     b = balls[X, i] * balls[U, i] + balls[Y, i] * balls[V, i]
     w2 = balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i]
     return -2.0 * b / w2 if b < 0.0 else 0.0
@@ -233,9 +213,9 @@ def time_off_wall(i: int, balls: Floats) -> float:
 
 @inlined
 def has_settled(i: int, state: State, now: float) -> bool:
-    """Whether the infinitely many bounces of ball i, just off the wall, are over but for rounding.
+    """Whether the bounces of ball i, just off the wall, last no longer than the clock's rounding.
 
-    They last at most 2 a v_n/((1 - e) v_t^2). Nothing else happens within some digits of the clock.
+    They last at most 2 a v_n/((1 - e) v_t^2).
     """
     x, y, u, v, _ = ball_of(i, state.balls)
     inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
@@ -256,16 +236,15 @@ def sliding_ball(i: int, j: int, now: float, balls: Floats, slides: Integers) ->
 
 @inlined
 def slide_on(i: int, now: float, state: State, slides: Integers) -> float:
-    """Bring ball i to where it begins to slide, or slides, now; the impulse on the way, kg m/s.
-
-    It begins exactly on its circle, so that the roundings of many bounces do not add up.
-    """
+    """Bring ball i to where it begins to slide, or slides, now; the impulse on the way, kg m/s."""
     balls = state.balls
     if slides[i] == SLIDES:
         size = pressed(i, now, state)
         set_ball(i, turned(i, now, balls), balls)
         return size
-    size = bounce(i, NEVER, state)
+    ball, size = bounced(i, NEVER, state)
+    set_ball(i, ball, balls)
+    # It begins exactly on its circle, so that the roundings of many bounces do not add up.
     part = ks.wall_reach(i, state.setup, state.radii) / math.sqrt(
         balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i]
     )
@@ -286,10 +265,7 @@ SHORT = 2.0**-46
 
 
 class Approach(NamedTuple):
-    """A ball that turns at w (rad/s) from (x, y), one that flies from (px, py), and their contact.
-
-    speed : of both together, m/s, whose rounding is no approach
-    """
+    """A ball that turns at w (rad/s) from (x, y), one that flies from (px, py), their speed."""
 
     x: float
     y: float
@@ -308,11 +284,10 @@ def arc_delay(way: Approach, distance: float, largest: float, horizon: float) ->
     If not, it is a time up to which they do not touch: inf if not before the horizon.
 
     g = |distance of the centres|^2 - d^2 has a second derivative of at least -2 D w^2 a, with D the
-    largest distance there can be. So from g and g' follows a parabola below g, and a step to its
-    root does not step over one of g; near a root it is Newton's. While the one that flies is nearer
-    to the centre than a - d, it can touch nothing that slides, and that time is skipped.
-    Where they do not approach by more than rounding, they may overlap by as much. Otherwise balls
-    that stay side by side would be searched without end.
+    largest possible distance. So from g and g' follows a parabola below g, and a step to its root
+    does not step over one of g; near a root it is Newton's. While the ball that flies is nearer to
+    the centre than a - d, it can touch no ball that slides, and that time is skipped. Balls that do
+    not approach by more than rounding may overlap by as much, or the search would not end.
     """
     x, y, w, px, py, pu, pv, speed = way
     a = math.sqrt(x * x + y * y)

@@ -5,7 +5,6 @@ with the wall, the balls that would touch next must come up in the queue before 
 """
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -185,18 +184,13 @@ def crowd(shape: str, *, container_mass: float = math.inf, drift: float = 0.0) -
     side = 34.0
     places = lattice(240, side, side, 3.0 if shape == "circle" else None)
     places = places[np.hypot(*places.T) > 3.5]
-    dice = np.random.default_rng(5)
-    number = len(places) + 1
-    velocities = dice.normal(0.0, 7.0, size=(number, 2)) + np.array([drift, 0.0])
-    return replace(
-        scene_of([(0.0, 0.0, drift, 0.0, 3.0, 10.0)]),
-        positions=np.vstack([[0.0, 0.0], places]),
-        velocities=velocities,
-        radii=np.append(3.0, np.full(number - 1, 0.3)),
-        masses=np.append(10.0, np.full(number - 1, 1.0)),
+    velocities = np.random.default_rng(5).normal((drift, 0.0), 7.0, size=(len(places) + 1, 2))[1:]
+    small = np.broadcast_to([0.3, 1.0], places.shape)
+    return scene_of(
+        [(0.0, 0.0, drift, 0.0, 3.0, 10.0), *np.hstack([places, velocities, small]).tolist()],
         container=Circle(side / 2) if shape == "circle" else SHAPES[shape](side, side),
         container_mass=container_mass,
-        container_velocity=np.array([drift, 0.0]),
+        container_velocity=(drift, 0.0),
         restitution=0.95,
     )
 
@@ -219,8 +213,7 @@ def test_cells_that_overflow_get_more_room(shape, container_mass, drift):
     for _ in range(100):
         # Leave cells no more room than the fullest needs: soon one will overflow.
         room = int(engine.cells.occupancy.max())
-        engine._set_capacity(room)
-        engine._fill()
+        engine._fill(room)
         advance(engine, 2)
         overflows += engine.capacity > room
         assert_consistent(engine)

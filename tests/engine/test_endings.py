@@ -19,7 +19,7 @@ from test_statistics import assert_nothing_comes_between
 from test_twin import compared
 
 from snooker_cli.containers import Box, PeriodicBox
-from snooker_cli.engine import clock, replay, simulate, simulation
+from snooker_cli.engine import clock, simulate, simulation
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, StopReason, Trace
 
@@ -81,18 +81,6 @@ def test_collisions(container):
     assert np.all((events.j > events.i) | (events.j == CONTAINER))
     assert np.all((events.i >= 0) & (events.j < trace.start.number))
     assert np.all(events.impulse >= 0)
-
-
-@every_container
-def test_time(container):
-    """Between two collisions; the state is that of a replay of a longer run."""
-    whole = run(container, collisions=301)
-    middle = 0.5 * float(whole.events.time[299] + whole.events.time[300])
-    trace = run(container, time=middle)
-    assert trace.stop.reason is StopReason.TIME
-    assert trace.stop.time == middle
-    assert same_events(trace.events, whole.events[:300])
-    assert np.array_equal(trace.finish.positions, replay(whole, [middle]).positions[0])
 
 
 def test_the_finish_is_a_start():
@@ -190,13 +178,6 @@ def test_nothing_left_after_two_balls_have_stopped_each_other(container):
     assert np.all(trace.finish.velocities == 0)
 
 
-def test_nothing_left_of_a_ball_that_sticks_to_the_wall():
-    scene = scene_of([(0.0, 0.0, 4.5, 0.0, 1.0, 1.0)], wall_restitution=0.0)
-    trace = simulate(scene, collisions=10)
-    assert trace.stop.reason is StopReason.NOTHING_LEFT
-    assert trace.events.time.tolist() == [2.0]
-
-
 @pytest.mark.parametrize("container", ["light circle", "periodic"])
 def test_balls_and_container_that_move_as_one(container):
     """Nothing will ever happen, however long."""
@@ -210,9 +191,8 @@ def test_balls_and_container_that_move_as_one(container):
     assert trace.stop.reason is StopReason.NOTHING_LEFT
     trace = run(container, scene, time=30.0)
     assert trace.stop.time == 30.0
-    moved = trace.finish.positions - scene.positions - 30.0 * scene.velocities
-    if not scene.free:
-        moved -= np.rint(moved / scene.container.size) * scene.container.size
+    offsets = trace.finish.positions - scene.positions - 30.0 * scene.velocities
+    moved = scene.container.nearest_image(offsets)
     assert np.allclose(moved, 0.0, rtol=0, atol=8 * EPSILON * 30.0 * 7.0)
 
 
@@ -292,14 +272,8 @@ def test_no_trap_on_a_diameter_nor_at_an_elastic_wall():
 def test_two_balls_that_are_trapped_together_end_the_run():
     """Opposite each other they bounce in step, ever more weakly, until 14.78 s. The run must not go
     on with impulses that are nothing but rounding while the clock creeps."""
-    one = lone_bouncer()
-    scene = replace(
-        one,
-        positions=np.vstack([one.positions, -one.positions]),
-        velocities=np.vstack([one.velocities, -one.velocities]),
-        radii=np.ones(2),
-        masses=np.ones(2),
-    )
+    inwards = 6.0 / 0.9
+    scene = lone_bouncer((0.5 * inwards - 9.0, 4.0, -inwards, -8.0, 1.0, 1.0))
     trace = simulate(scene, collisions=3000)
     assert trace.stop.reason.collapsed
     assert trace.stop.time < 0.5 + 14.284783441 + 1e-9

@@ -5,13 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import (
-    EPSILON,
-    lone_bouncer,
-    report_scene,
-    scene_of,
-    trap_sums,
-)
+from scenes import EPSILON, lone_bouncer, report_scene, scene_of, trap_sums
 
 from snooker_cli.analysis.observables import cumulative_pressure, so_far, total_angular_momentum
 from snooker_cli.engine import replay, series, simulate
