@@ -28,8 +28,8 @@ from snooker_cli.cli.config_commands import templates
 from snooker_cli.config import digest, load, parse
 from snooker_cli.engine.jit import NOTICE
 from snooker_cli.formatting import rough, short
-from snooker_cli.report.setting_search import LIKELY, TARGETS, elastic_pressures, search
-from snooker_cli.report.source_values import SOURCE_VALUES, source_value
+from snooker_cli.report.setting_search import LIKELY, TARGETS, search
+from snooker_cli.report.source_values import SOURCE_VALUES
 from snooker_cli.report.supplements import measurement
 from snooker_cli.runs import Run
 from snooker_cli.runs.execution import Watcher, execute
@@ -197,22 +197,21 @@ def simulated(name: str, folder: Path) -> Run:
 def test_the_audit_of_the_source_report(tmp_path: Path) -> None:
     """The sentences in docs/accuracy.md, from a full search."""
     run, elastic = (simulated(name, tmp_path) for name in ("audit", "temperature"))
-    found = search(run, elastic_pressures(elastic, run.experiment.balls.speed))
+    found = search(run, elastic)
     best, text = found.ranked[0], sentences_of(ACCURACY)
     assert f"Of {len(SOURCE_VALUES)} numbers that it prints" in text
     assert f"We compared {len(found.ranked)} settings" in text
-    setting = best.setting
-    assert (setting.elastic_wall, setting.fixed_amplitude, setting.window) == (True, False, 500)
-    slip = setting.slip
-    assert (setting.radius, slip.decay, slip.speed, slip.pressure) == (1.0, -1, 0, 0)
+    assert (best.elastic_wall, best.fixed_amplitude, best.window) == (True, False, 500)
+    slip = best.slip
+    assert (best.radius, slip.decay, slip.speed, slip.pressure) == (1.0, -1, 0, 0)
     assert found.factor == 10.0
-    assert f"rings to {setting.extent:g} of the container's radius" in text
-    values = [best.our_value(source_value(name)).value for name in TARGETS[:4]]
+    assert f"rings to {best.extent:g} of the container's radius" in text
+    values = [best.our_value(number).value for number in TARGETS[:4]]
     assert "It gives {:.3f}, {:.3f}, {:.3f} and {:.3f} 1/s".format(*values) in text
     assert best.score < LIKELY
-    tiny = next(one for one in found.ranked if one.setting.radius < 1.0)
-    for name in ("speed_0.8", "pressure"):
-        assert not tiny.our_value(source_value(name)).agrees(source_value(name))
+    tiny = next(one for one in found.ranked if one.radius < 1.0)
+    for number in (SOURCE_VALUES["speed_0.8"], SOURCE_VALUES["pressure"]):
+        assert not tiny.our_value(number).agrees(number)
 
 
 def update() -> None:
