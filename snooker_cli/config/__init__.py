@@ -9,32 +9,20 @@ from os import PathLike
 from pathlib import Path
 
 from snooker_cli.config.axes import overridden, unzipped
-from snooker_cli.config.models import (
-    Ball,
-    BallCount,
-    BallList,
-    ContainerConfig,
-    Experiment,
-    Rings,
-    Species,
-    schema,
-)
+from snooker_cli.config.models import BallCount, BallList, Experiment, Rings, schema
 from snooker_cli.config.points import LIMITS, Point, digest, extends, points, to_json, validated
 from snooker_cli.config.problems import ConfigError, Problem, key_path, shown
 from snooker_cli.config.yaml_document import YamlDocument, document, text_of
 
 __all__ = [
     "LIMITS",
-    "Ball",
     "BallCount",
     "BallList",
     "ConfigError",
-    "ContainerConfig",
     "Experiment",
     "Loaded",
     "Point",
     "Rings",
-    "Species",
     "digest",
     "extends",
     "load",

@@ -24,7 +24,7 @@ from snooker_cli.config.problems import (
     shown,
     substituted,
 )
-from snooker_cli.config.yaml_document import Mark, YamlDocument, read
+from snooker_cli.config.yaml_document import Mark, YamlDocument, document
 
 Scalar: TypeAlias = bool | int | float | str | None
 Value: TypeAlias = Scalar | tuple[Scalar, ...]
@@ -98,40 +98,28 @@ def axes(sweep: object) -> Axes:
         return sweep
     found: list[Axis] = []
     problems: list[Problem] = []
-    homes: dict[str, KeyPath] = {}
-    for where, group in _groups(sweep):
-        try:
-            found.append(_axis(where, group, homes, problems))
-        except PathError as error:
-            problems.append(Problem(where, str(error), about_key=True))
-    for key, home in homes.items():
-        for outer in homes:
-            if is_inside(key, outer):
-                sentence = (
-                    f"{rendered(homes[outer])} already replaces this key; sweep one of the two"
-                )
-                problems.append(Problem(home, sentence, about_key=True))
-    made = tuple(filter(None, found))
-    if (count := math.prod(len(axis[0][1]) for axis in made)) > MAX_POINTS:
+    for group in _groups(sweep):
+        axis, faults = _axis(group)
+        found.extend(filter(None, [axis]))
+        problems.extend(faults)
+    keys = [key for axis in found for key, _ in axis]
+    problems += [
+        _fault(key, "the sweep sets this key twice; keep one of the two")
+        for key in dict.fromkeys(keys)
+        if keys.count(key) > 1 or any(is_inside(key, outer) for outer in keys)
+    ]
+    if (count := math.prod(len(axis[0][1]) for axis in found)) > MAX_POINTS:
         sentence = f"the grid has {count:,} points, of at most {MAX_POINTS:,}; sweep fewer values"
         problems.append(Problem(("sweep",), sentence))
     if problems:
         raise ConfigError(problems)
-    return made
+    return tuple(found)
 
 
 def written(sweep: Axes) -> dict[str, Any]:
     """The mapping that `axes` reads as this sweep."""
-    zipped = [place for place, axis in enumerate(sweep) if len(axis) > 1]
-    if not zipped:
-        return dict(chain(*sweep))
-    first, end = zipped[0], zipped[-1] + 1
-    groups = [dict(axis) for axis in sweep[first:end]]
-    return {
-        **dict(chain(*sweep[:first])),
-        ZIP: groups[0] if len(groups) == 1 else groups,
-        **dict(chain(*sweep[end:])),
-    }
+    groups = [dict(axis) for axis in sweep]
+    return {ZIP: groups} if any(len(group) > 1 for group in groups) else dict(chain(*sweep))
 
 
 def unzipped(path: KeyPath) -> KeyPath:
@@ -146,48 +134,46 @@ def is_inside(key: str, outer: str) -> bool:
     return key.startswith((f"{outer}.", f"{outer}["))
 
 
-def _groups(sweep: object) -> Iterator[tuple[KeyPath, object]]:
-    """The path of each axis of a sweep, and the mapping of its keys to values."""
+def _groups(sweep: object) -> list[object]:
+    """The mapping of keys to values of each axis of a sweep."""
     if not isinstance(sweep, Mapping | None):
-        yield ("sweep",), sweep
-        return
+        return [sweep]
+    groups: list[object] = []
     for key, values in (sweep or {}).items():
         if key != ZIP:
-            yield ("sweep",), {key: values}
-        elif isinstance(values, list):
-            yield from ((("sweep", ZIP, number), group) for number, group in enumerate(values))
+            groups.append({key: values})
         else:
-            yield ("sweep", ZIP), {} if values is None else values
+            groups += values if isinstance(values, list) else [{} if values is None else values]
+    return groups
 
 
-def _axis(
-    where: KeyPath, group: object, homes: dict[str, KeyPath], problems: list[Problem]
-) -> Axis:
-    """One axis of a sweep. Adds its keys to `homes`, and faults of its keys to `problems`.
-
-    Raises PathError for a fault of the whole axis.
-    """
+def _axis(group: object) -> tuple[Axis, list[Problem]]:
+    """One axis of a sweep, without the keys that have faults, and these."""
     if not isinstance(group, Mapping):
         example = "{cor: [0.8, 0.9], balls.radius: [0.1, 0.2]}"
-        raise PathError(f"{given(group)} is given where a mapping is needed, such as {example}")
+        sentence = f"{given(group)} is given where a mapping is needed, such as {example}"
+        return (), [Problem(("sweep",), sentence, about_key=True)]
     found: dict[str, tuple[Value, ...]] = {}
+    problems: list[Problem] = []
     for key, values in group.items():
-        here = (*where, key)
         try:
             if (top := key_path(str(key))[0]) in WHOLE_RUN:
                 raise PathError(
                     f"{top} belongs to the whole run and cannot be swept; give one value"
                 )
-            if key in homes:
-                raise PathError(f"{rendered(homes[key])} sweeps this key already; keep one")
-            homes[key] = here
             found[key] = _values(values)
         except PathError as error:
-            problems.append(Problem(here, str(error), about_key=True))
+            problems.append(_fault(key, str(error)))
     if len({len(values) for values in found.values()}) > 1:
         counts = ", ".join(f"{len(values):,} of {key}" for key, values in found.items())
-        raise PathError(f"a zip needs equally many values of each key, but there are {counts}")
-    return tuple(found.items())
+        sentence = f"a zip needs equally many values of each key, but there are {counts}"
+        problems.append(_fault(next(iter(found)), sentence))
+    return tuple(found.items()), problems
+
+
+def _fault(key: str, sentence: str) -> Problem:
+    """The problem of a swept key."""
+    return Problem(("sweep", key), sentence, about_key=True)
 
 
 def _values(values: object) -> tuple[Value, ...]:
@@ -201,25 +187,19 @@ def _values(values: object) -> tuple[Value, ...]:
         needs = "a list of values is needed, such as [0.8, 0.9] or 0.5:1.0:11"
         advice = "; quote range(…) in braces" if str(values).startswith("range(") else ""
         raise PathError(f"{given(values)} is given where {needs}{advice}")
-    return tuple(
-        tuple(map(_scalar, value)) if isinstance(value, list | tuple) else _scalar(value)
-        for value in values
-    )
-
-
-def _scalar(value: object) -> Scalar:
-    if value is None or isinstance(value, bool | int | float | str):
-        return value
-    raise PathError(
-        f"{given(value)} is given where single values or pairs are needed; sweep the keys inside "
-        "one by one"
-    )
+    found = tuple(tuple(each) if isinstance(each, list) else each for each in values)
+    for value in found:
+        for part in value if isinstance(value, tuple) else [value]:
+            if isinstance(part, Mapping | list | tuple):
+                needs = "single values or pairs are needed; sweep the keys inside one by one"
+                raise PathError(f"{given(part)} is given where {needs}")
+    return found
 
 
 # Overrides: KEY=VALUE, or KEY=several values for a sweep over that key.
 
 
-def overridden(document: YamlDocument, override: str) -> YamlDocument:
+def overridden(source: YamlDocument, override: str) -> YamlDocument:
     """The document with one KEY=VALUE applied. Raises ConfigError.
 
     A single value replaces the value and removes every sweep of that key or of keys inside it.
@@ -235,45 +215,30 @@ def overridden(document: YamlDocument, override: str) -> YamlDocument:
         values = range_values(text)
         if values is None:
             # The line break ends a comment, which would hide the bracket.
-            data, _ = read(f"[{text}\n]", label.source, in_file=False)
-            values = data if isinstance(data, list) else []
+            values = document(f"[{text}\n]", label.source, in_file=False).data
         if not values:
             raise PathError("an override is written KEY=VALUE; add a value, or null to mean none")
-        return _replaced(document, path, values, Mark(label, label))
+        return _replaced(source, path, values, Mark(label, label))
     except PathError as error:
         raise ConfigError([Problem((key,), str(error), position=label)]) from None
 
 
-def _replaced(
-    document: YamlDocument, path: KeyPath, values: list[Data], mark: Mark
-) -> YamlDocument:
+def _replaced(source: YamlDocument, path: KeyPath, values: list[Data], mark: Mark) -> YamlDocument:
     """The document with the values of an override at a path. Raises PathError."""
-    data, key, sweep = document.data, rendered(path), document.data.get("sweep")
-    target: KeyPath = ("sweep", key) if len(values) > 1 else path
-    if isinstance(sweep, dict | None):
-        new = values if target != path else None
-        groups = (group for _, group in _groups(sweep) if isinstance(group, Mapping))
-        if new and not any(key in group for group in groups):
-            data = {**data, "sweep": {**(sweep or {}), key: new}}
-        else:
-            data = {**data, "sweep": _reswept(sweep, key, new)}
-    if target == path:
-        data = substituted(data, path, values[0])
+    key, swept = rendered(path), len(values) > 1
+    target: KeyPath = ("sweep", key) if swept else path
+    data = source.data if swept else substituted(source.data, path, values[0])
+    groups: list[Any] = []
+    for group in _groups(data.get("sweep")):
+        if isinstance(group, Mapping):
+            group = {
+                each: values if each == key else old
+                for each, old in group.items()
+                if swept or not (each == key or is_inside(each, key))
+            }
+        groups.append(group)
+    if swept and not any(key in group for group in groups):
+        groups.append({key: values})
+    marks = {each: old for each, old in source.marks.items() if each[: len(target)] != target}
     above = {target[:end]: mark for end in range(1, len(target))}
-    kept = {each: old for each, old in document.marks.items() if each[: len(target)] != target}
-    return YamlDocument(data, {**above, **kept, target: mark})
-
-
-def _reswept(sweep: Data, key: str, values: list[Data] | None) -> Data:
-    """A sweep with other values of a key, or without it and the keys inside it."""
-    if isinstance(sweep, list):
-        return [_reswept(group, key, values) for group in sweep]
-    if not isinstance(sweep, dict):
-        return sweep
-    found: dict[str, Data] = {}
-    for each, old in sweep.items():
-        if each == ZIP:
-            found[each] = _reswept(old, key, values)
-        elif values or not (each == key or is_inside(each, key)):
-            found[each] = values if each == key else old
-    return found
+    return YamlDocument({**data, "sweep": {ZIP: groups}}, {**above, **marks, target: mark})

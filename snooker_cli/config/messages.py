@@ -10,11 +10,9 @@ from pydantic import BaseModel, ValidationError
 
 from snooker_cli.config.models import (
     BALLS,
-    REGULARISED,
     Ball,
     ContainerConfig,
     Experiment,
-    Form,
     Species,
 )
 from snooker_cli.config.problems import ConfigError, KeyPath, Problem, given, rendered
@@ -25,7 +23,6 @@ _MODELS: dict[KeyPath, type[BaseModel]] = {
     **{("balls", tag): model for tag, model in BALLS.items()},
     ("balls", "list", "list"): Ball,
     ("balls", "species"): Species,
-    **{("collapse", tag): model for tag, model in REGULARISED.items()},
 }
 """The model at each pydantic location, without its indices; of others it is Experiment."""
 
@@ -37,22 +34,22 @@ def config_error(error: ValidationError) -> ConfigError:
     missing: list[Problem] = []
     for each in error.errors(include_url=False):
         location, value = each["loc"], each["input"]
-        # The name of a union's variant follows balls or collapse.
-        tagged = location[:1] in (("balls",), ("collapse",))
-        path = location[:1] + location[2:] if tagged else location
+        # The tag of a variant follows balls.
+        path = location[:1] + location[2:] if location[:1] == ("balls",) else location
         names = tuple(part for part in location[:-1] if isinstance(part, str))
         model = _MODELS.get(names, Experiment)
         match each["type"]:
             case "value_error":
                 found.extend(each["ctx"]["error"].problems)
             case "needs":
-                found.append(_misfit(path, value, each["ctx"]["needs"], each["ctx"]["form"]))
-            case "balls":
+                found.append(_misfit(path, value, *each["ctx"].values()))
+            case "literal_error":
+                found.append(_misfit(path, value, each["ctx"]["expected"]))
+            case "union_tag_not_found":
                 found.append(Problem(path, _no_variant(value)))
             case "missing":
-                text = model.model_fields[str(location[-1])].description or ""
-                description = (text[:1].lower() + text[1:]).rstrip(".")
-                sentence = f"the key is missing; add it: {description}"
+                text = " ".join(str(model.model_fields[str(location[-1])].description).split())
+                sentence = f"the key is missing; add it: {text[0].lower()}{text[1:].rstrip('.')}"
                 missing.append(Problem(path, sentence, about_key=True))
             case "extra_forbidden":
                 sentence, nearest = _unknown(str(location[-1]), given(value), model)
@@ -60,12 +57,11 @@ def config_error(error: ValidationError) -> ConfigError:
                 suggested.add((*path[:-1], nearest))
             # Pydantic counts only the valid items, so a list with a bad one can seem too short.
             case "too_short" if not value:
-                noun = "ball" if path[-1] == "list" else "species"
-                found.append(_misfit(path, value, f"a list of at least one {noun}", "other"))
+                found.append(_misfit(path, value, "a list of at least one item"))
             case "tuple_type":
-                found.append(_misfit(path, value, "a list of balls", "other"))
+                found.append(_misfit(path, value, "a list"))
             case name if name != "too_short":
-                found.append(_misfit(path, value, "a mapping of keys to values", "other"))
+                found.append(_misfit(path, value, "a mapping of keys to values"))
     return ConfigError([*found, *(each for each in missing if each.path not in suggested)])
 
 
@@ -102,13 +98,13 @@ def _no_variant(value: Any) -> str:
     return f"neither count, rings nor list is given; give {ways}"
 
 
-def _misfit(path: KeyPath, value: Any, needs: str, form: Form) -> Problem:
+def _misfit(path: KeyPath, value: Any, needs: str, is_number: bool = False) -> Problem:
     """The problem of a value that is not what is needed."""
-    advice = _advice_on_number(value, form, path) if "number" in form else "give one"
+    advice = _advice_on_number(value, path) if is_number else "give one"
     return Problem(path, f"{given(value)} is given where {needs} is needed; {advice}")
 
 
-def _advice_on_number(value: Any, form: Form, path: KeyPath) -> str:
+def _advice_on_number(value: Any, path: KeyPath) -> str:
     """What to do about a value that is not the number that is needed."""
     if isinstance(value, tuple | list):
         key = rendered(path)
@@ -120,7 +116,7 @@ def _advice_on_number(value: Any, form: Form, path: KeyPath) -> str:
     if is_number(value):
         return "remove the quotes"
     if re.fullmatch(r"[-+]?(inf|infinity)", value.strip(), re.IGNORECASE):
-        return "infinity is written .inf" if "infinity" in form else "give a finite one"
+        return "infinity is written .inf"
     if is_number(value.replace(",", ".", 1)):
         return "write a decimal point"
     if is_number(value.replace("_", "")):

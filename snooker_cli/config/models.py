@@ -25,16 +25,10 @@ from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import PydanticCustomError
 
 from snooker_cli.config.axes import WHOLE_RUN, ZIP, Axes, axes, written
-from snooker_cli.config.problems import ConfigError, KeyPath, Problem, key_path
+from snooker_cli.config.problems import ConfigError, KeyPath, Problem
 from snooker_cli.containers import SHAPES, Circle, Container, ShapeName
 
 # Types of values. Each has a range, and the phrase of an error that states it.
-
-MAX_RINGS = 1000
-"""1 + 3·1000·1001 = 3,003,001 balls."""
-
-MAX_COUNT = 1_000_000
-"""Balls of one species."""
 
 MAX_BALLS = 10_000_000
 """Balls of all species; their start takes half a minute and 2 GB."""
@@ -42,55 +36,39 @@ MAX_BALLS = 10_000_000
 MAX_INTEGER = 2**63 - 1
 """The largest 64-bit integer, for files and arrays."""
 
-Form = Literal["number", "number or infinity", "pair", "other"]
-"""What a key takes; the advice about a wrong value depends on it."""
 
-COLLAPSE = "stop, slide, {tc: NUMBER} or {elastic_below: NUMBER}"
-
-
-def _needs(phrase: str, form: Form = "number") -> WrapValidator:
+def _needs(phrase: str, is_number: bool = True) -> WrapValidator:
     """Replaces the errors about a value by one, with what is needed."""
 
     def checked(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
         try:
             return handler(value)
         except ValidationError:
-            context = {"needs": phrase, "form": form}
+            context = {"needs": phrase, "is_number": is_number}
             raise PydanticCustomError("needs", "{needs} is needed", context) from None
 
     return WrapValidator(checked)
 
 
-def _whole(value: object) -> object:
-    """Accepts 3.0 and 1e6 as whole numbers."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
-def _positive_zero(value: float) -> float:
-    """Turns −0.0 into 0.0, which must have the same digest."""
-    return value + 0.0
-
-
-def _infinite_if_absent(value: object) -> object:
-    """Reads null, which stands for infinity in JSON."""
-    return math.inf if value is None else value
-
-
-def _printable(title: str) -> str:
-    if not title.isprintable():
-        raise ValueError
-    return title
-
-
 _FROM_LIST = Field(strict=False)
 """Reads a list as a tuple, which is immutable."""
 
-_ZERO = AfterValidator(_positive_zero)
-_WHOLE = BeforeValidator(_whole)
+_ZERO = AfterValidator(lambda value: value + 0.0)
+"""Turns −0.0 into 0.0, which must have the same digest."""
+
+_WHOLE = BeforeValidator(
+    lambda value: int(value) if isinstance(value, float) and value.is_integer() else value
+)
+"""Accepts 3.0 and 1e6 as whole numbers."""
+
+_NULL_IS_INFINITE = BeforeValidator(
+    lambda value: math.inf if value is None else value,
+    json_schema_input_type=Annotated[float, Field(gt=0)] | None,
+)
 
 Coordinate = Annotated[float, _ZERO]
 Pair = Annotated[
-    tuple[Coordinate, Coordinate], _FROM_LIST, _needs("a pair of finite numbers [x, y]", "pair")
+    tuple[Coordinate, Coordinate], _FROM_LIST, _needs("a pair of finite numbers [x, y]", False)
 ]
 Positive = Annotated[float, Field(gt=0), _needs("a finite number above 0")]
 Mass = Annotated[float, Field(ge=1e-100, le=1e100), _needs("a number from 1e-100 to 1e100")]
@@ -103,31 +81,21 @@ Count = Annotated[
 Seed = Annotated[
     int, Field(ge=0, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 0 or more (below 2^63)")
 ]
-RingNumber = Annotated[
-    int, Field(ge=0, le=MAX_RINGS), _WHOLE, _needs(f"a whole number from 0 to {MAX_RINGS}")
-]
+RingNumber = Annotated[int, Field(ge=0, le=1000), _WHOLE, _needs("a whole number from 0 to 1000")]
 Number = Annotated[
-    int, Field(ge=1, le=MAX_COUNT), _WHOLE, _needs(f"a whole number from 1 to {MAX_COUNT:,}")
+    int, Field(ge=1, le=1_000_000), _WHOLE, _needs("a whole number from 1 to 1,000,000")
 ]
 WallMass = Annotated[
     float,
     Field(gt=0, allow_inf_nan=True),
-    BeforeValidator(
-        _infinite_if_absent, json_schema_input_type=Annotated[float, Field(gt=0)] | None
-    ),
-    _needs("a number above 0, or .inf for a fixed wall", "number or infinity"),
+    _NULL_IS_INFINITE,
+    _needs("a number above 0, or .inf for a fixed wall"),
 ]
 Title = Annotated[
     str,
-    Field(min_length=1, max_length=200),
-    AfterValidator(_printable),
-    _needs("one line of printable text of at most 200 characters", "other"),
+    Field(min_length=1, max_length=200, pattern=r"^([^\p{C}\p{Z}]| )*$"),
+    _needs("one line of printable text of at most 200 characters", False),
 ]
-Shape = Annotated[ShapeName, _needs(f"one of {', '.join(SHAPES)}", "other")]
-Start = Annotated[Literal["lattice", "random"], _needs("one of lattice, random", "other")]
-Speeds = Annotated[Literal["equal", "maxwell"], _needs("one of equal, maxwell", "other")]
-CollapseWord = Annotated[Literal["stop", "slide"], _needs(COLLAPSE, "other")]
-Record = Annotated[Literal["events", "summary"], _needs("one of events, summary", "other")]
 
 
 # The parts of an experiment.
@@ -136,7 +104,9 @@ Record = Annotated[Literal["events", "summary"], _needs("one of events, summary"
 class Model(BaseModel):
     """Frozen, and strict about keys, types and finite numbers."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
 
 class _Sparse(Model):
@@ -155,32 +125,19 @@ class _Sparse(Model):
 class ContainerConfig(_Sparse):
     """The container, centred at the origin."""
 
-    shape: Shape = Field(
-        default=Circle.name,
-        description="Shape: a circle, a box with four walls, or a periodic box without walls.",
-    )
-    radius: Positive | None = Field(
-        default=None,
-        description="Inner radius of the circle, m; absent: follows from packing.",
-    )
-    width: Positive | None = Field(
-        default=None,
-        description="Inner width of the box, along x, m; absent: follows from packing.",
-    )
-    height: Positive | None = Field(
-        default=None,
-        description="Inner height of the box, along y, m; absent: as width, a square.",
-    )
-    packing: Fraction | None = Field(
-        default=None,
-        description="Fraction of the container's area that balls given by count cover. Two of "
-        "this, the container's size and the balls' radii are given; the third follows.",
-    )
-    mass: WallMass = Field(
-        default=math.inf,
-        description="Mass of a circle, kg; .inf (the default), or null, is a fixed wall. Boxes "
-        "are fixed.",
-    )
+    shape: ShapeName = Circle.name
+    """Shape: a circle, a box with four walls, or a periodic box without walls."""
+    radius: Positive | None = None
+    """Inner radius of the circle, m; absent: follows from packing."""
+    width: Positive | None = None
+    """Inner width of the box, along x, m; absent: follows from packing."""
+    height: Positive | None = None
+    """Inner height of the box, along y, m; absent: as width, a square."""
+    packing: Fraction | None = None
+    """Fraction of the container's area that balls given by count cover. Two of this, the
+    container's size and the balls' radii are given; the third follows."""
+    mass: WallMass = math.inf
+    """Mass of a circle, kg; .inf (the default), or null, is a fixed wall. Boxes are fixed."""
 
     @property
     def shape_class(self) -> type[Container]:
@@ -202,67 +159,63 @@ class Rings(Model):
     Ring k of n holds 6k balls at radius k/n · ring_extent · container.radius.
     """
 
-    rings: RingNumber = Field(
-        description="Number of rings n around the central ball; 1 + 3n(n+1) balls."
-    )
-    radius: Positive = Field(description="Radius of every ball, m.")
-    mass: Mass = Field(default=1.0, description="Mass of every ball, kg.")
-    speed: NotNegative = Field(description="Speed of every ball at the start, m/s.")
-    ring_extent: Fraction = Field(
-        default=0.8,
-        description="Radius of the outermost ring, as a fraction of the container radius.",
-    )
+    rings: RingNumber
+    """Number of rings n around the central ball; 1 + 3n(n+1) balls."""
+    radius: Positive
+    """Radius of every ball, m."""
+    mass: Mass = 1.0
+    """Mass of every ball, kg."""
+    speed: NotNegative
+    """Speed of every ball at the start, m/s."""
+    ring_extent: Fraction = 0.8
+    """Radius of the outermost ring, as a fraction of the container radius."""
 
 
 class Ball(Model):
     """One ball."""
 
-    position: Pair = Field(description="Position [x, y] of the ball's centre at the start, m.")
-    velocity: Pair = Field(description="Velocity [u, v] at the start, m/s.")
-    radius: Positive = Field(description="Radius of the ball, m.")
-    mass: Mass = Field(default=1.0, description="Mass of the ball, kg.")
+    position: Pair
+    """Position [x, y] of the ball's centre at the start, m."""
+    velocity: Pair
+    """Velocity [u, v] at the start, m/s."""
+    radius: Positive
+    """Radius of the ball, m."""
+    mass: Mass = 1.0
+    """Mass of the ball, kg."""
 
 
 class BallList(Model):
     """Balls given one by one."""
 
-    list: Annotated[tuple[Ball, ...], Field(min_length=1), _FROM_LIST] = Field(
-        description="The balls, each with position, velocity, radius and (default 1 kg) mass."
-    )
+    list: Annotated[tuple[Ball, ...], Field(min_length=1), _FROM_LIST]
+    """The balls, each with position, velocity, radius and (default 1 kg) mass."""
 
 
 class Species(_Sparse):
     """Any number of equal balls."""
 
-    count: Number = Field(description="Number of balls.")
-    radius: Positive | None = Field(
-        default=None, description="Radius of every ball, m; absent: follows from packing."
-    )
-    mass: Mass = Field(default=1.0, description="Mass of every ball, kg.")
-    speed: NotNegative = Field(
-        description="Speed of every ball at the start, m/s; with speeds: maxwell the root mean "
-        "square. In a periodic box the total momentum is set to zero at the same kinetic energy."
-    )
-    speeds: Speeds = Field(
-        default="equal",
-        description="Speeds at the start: equal, or from Maxwell's distribution. Directions are "
-        "random.",
-    )
-    start: Start | None = Field(
-        default=None,
-        description="Places at the start: a hexagonal lattice over the whole container (the "
-        "default), or random. One of several species can give it for all.",
-    )
+    count: Number
+    """Number of balls."""
+    radius: Positive | None = None
+    """Radius of every ball, m; absent: follows from packing."""
+    mass: Mass = 1.0
+    """Mass of every ball, kg."""
+    speed: NotNegative
+    """Speed of every ball at the start, m/s; with speeds: maxwell the root mean square. In a
+    periodic box the total momentum is set to zero at the same kinetic energy."""
+    speeds: Literal["equal", "maxwell"] = "equal"
+    """Speeds at the start: equal, or from Maxwell's distribution. Directions are random."""
+    start: Literal["lattice", "random"] | None = None
+    """Places at the start: a hexagonal lattice over the whole container (the default), or random.
+    One of several species can give it for all."""
 
 
 class BallCount(Species):
     """Any number of equal balls that fill the container."""
 
-    packing: Fraction | None = Field(
-        default=None,
-        description="Fraction of the container's area that the balls cover. Two of this, the "
-        "container's size and the balls' radius are given; the third follows.",
-    )
+    packing: Fraction | None = None
+    """Fraction of the container's area that the balls cover. Two of this, the container's size and
+    the balls' radius are given; the third follows."""
 
 
 BALLS: Mapping[str, type[Rings] | type[BallList] | type[BallCount]] = {
@@ -273,18 +226,19 @@ BALLS: Mapping[str, type[Rings] | type[BallList] | type[BallCount]] = {
 """The ways to give balls in a mapping, by the key that only one of them has."""
 
 
-def _variant(models: Mapping[str, type[Model]], value: object) -> str | None:
-    """The only key of `models` that a mapping has, or that of a model; else None."""
-    if isinstance(value, Mapping):
-        found = [key for key in models if key in value]
-    else:
-        found = [key for key, model in models.items() if isinstance(value, model)]
+def _tag(balls: object) -> str | None:
+    """The only key of BALLS that a mapping has, or that of a model; "species" for a list."""
+    if isinstance(balls, list | tuple):
+        return "species"
+    names = (
+        balls
+        if isinstance(balls, Mapping)
+        else type(balls).model_fields
+        if isinstance(balls, Model)
+        else ()
+    )
+    found = [key for key in BALLS if key in names]
     return found[0] if len(found) == 1 else None
-
-
-def _balls_variant(value: object) -> str | None:
-    """The tag of balls."""
-    return "species" if isinstance(value, list | tuple) else _variant(BALLS, value)
 
 
 AllSpecies = Annotated[tuple[Species, ...], Field(min_length=1), _FROM_LIST]
@@ -294,107 +248,69 @@ Balls = Annotated[
     | Annotated[BallList, Tag("list")]
     | Annotated[BallCount, Tag("count")]
     | Annotated[AllSpecies, Tag("species")],
-    Discriminator(
-        _balls_variant,
-        custom_error_type="balls",
-        custom_error_message="one of rings, list and count is needed",
-    ),
+    Discriminator(_tag),
 ]
 
 
-class ContactDuration(Model):
-    """A ball that collided a short time ago collides without loss: contacts have a duration.
+class Regularisation(_Sparse):
+    """A change of the collisions that prevents a collapse; exactly one of the keys is given."""
 
-    TC model: Luding and McNamara, Granular Matter 1, 113 (1998).
-    """
+    tc: Fraction | None = None
+    """Duration of a contact in present mean free times, at most 1. A collision is elastic if one
+    of its balls had another contact more recently (TC model: Luding and McNamara, Granular Matter
+    1, 113, 1998)."""
+    elastic_below: Positive | None = None
+    """Relative normal speed, m/s, below which a collision is elastic."""
 
-    tc: Fraction = Field(
-        description="Duration of a contact in present mean free times, at most 1. A collision is "
-        "elastic if one of its balls had another contact more recently."
-    )
-
-
-class ElasticBelow(Model):
-    """Slow collisions are elastic."""
-
-    elastic_below: Positive = Field(
-        description="Relative normal speed, m/s, below which a collision is elastic."
-    )
-
-
-REGULARISED: Mapping[str, type[ContactDuration] | type[ElasticBelow]] = {
-    "tc": ContactDuration,
-    "elastic_below": ElasticBelow,
-}
-"""The models that prevent a collapse, by their key."""
-
-
-def _collapse_variant(value: object) -> str | None:
-    """The tag of `collapse`."""
-    return "word" if isinstance(value, str) else _variant(REGULARISED, value)
+    @model_validator(mode="after")
+    def _has_one_key(self) -> Self:
+        if (self.tc is None) == (self.elastic_below is None):
+            raise ValueError
+        return self
 
 
 Collapse = Annotated[
-    Annotated[CollapseWord, Tag("word")]
-    | Annotated[ContactDuration, Tag("tc")]
-    | Annotated[ElasticBelow, Tag("elastic_below")],
-    Discriminator(
-        _collapse_variant,
-        custom_error_type="needs",
-        custom_error_message="{needs} is needed",
-        custom_error_context={"needs": COLLAPSE, "form": "other"},
-    ),
+    Literal["stop", "slide"] | Regularisation,
+    _needs("stop, slide, {tc: up to 1} or {elastic_below: above 0}", False),
 ]
 
 
 class Experiment(Model):
     """A snooker experiment: inelastic hard disks in a container."""
 
-    title: Title | None = Field(default=None, description="Name shown in tables.")
-    container: ContainerConfig = Field(description="Container: a circle, a box or a periodic box.")
-    balls: Balls = Field(
-        description="Balls at the start: a count of equal balls, a list of several such species, "
-        "rings of equal balls, or a list of single balls."
-    )
-    cor: Restitution = Field(
-        description="Coefficient of restitution between balls, 0 (no rebound) to 1 (elastic)."
-    )
-    wall_cor: Restitution | None = Field(
-        default=None,
-        description="Coefficient of restitution at the wall, 0 to 1; absent or null: as cor.",
-    )
-    collapse: Collapse = Field(
-        default="stop",
-        description="What to do about infinitely many collisions in finite time. stop (the "
-        "default): end the repeat and report it. slide: let the ball slide along a circle's fixed "
-        "wall. tc: contacts have a duration; elastic_below: slow collisions are elastic; with "
-        "either there is no collapse.",
-    )
-    collisions: Count | None = Field(
-        default=None,
-        description="Stop after this many collisions; with `time`, whichever comes first.",
-    )
-    time: Positive | None = Field(
-        default=None,
-        description="Stop at this time, s; with `collisions`, whichever comes first.",
-    )
-    repeats: Count = Field(
-        default=1, description="Runs of every point, each with its own random start."
-    )
-    seed: Seed = Field(default=1, description="Seed of the random starts.")
-    record: Record = Field(
-        default="events", description="What is stored: every collision, or only a summary."
-    )
+    title: Title | None = None
+    """Name shown in tables."""
+    container: ContainerConfig
+    """Container: a circle, a box or a periodic box."""
+    balls: Balls
+    """Balls at the start: a count of equal balls, a list of several such species, rings of equal
+    balls, or a list of single balls."""
+    cor: Restitution
+    """Coefficient of restitution between balls, 0 (no rebound) to 1 (elastic)."""
+    wall_cor: Restitution | None = None
+    """Coefficient of restitution at the wall, 0 to 1; absent or null: as cor."""
+    collapse: Collapse = "stop"
+    """What to do about infinitely many collisions in finite time. stop (the default): end the
+    repeat and report it. slide: let the ball slide along a circle's fixed wall. tc: contacts have
+    a duration; elastic_below: slow collisions are elastic; with either there is no collapse."""
+    collisions: Count | None = None
+    """Stop after this many collisions; with `time`, whichever comes first."""
+    time: Positive | None = None
+    """Stop at this time, s; with `collisions`, whichever comes first."""
+    repeats: Count = 1
+    """Runs of every point, each with its own random start."""
+    seed: Seed = 1
+    """Seed of the random starts."""
+    record: Literal["events", "summary"] = "events"
+    """What is stored: every collision, or only a summary."""
     sweep: Annotated[
         Axes,
         PlainValidator(axes, json_schema_input_type=dict[str, Any]),
         PlainSerializer(written, return_type=dict[str, Any]),
-    ] = Field(
-        default=(),
-        description="A grid over keys (dotted paths), each with a list of values, range(1, 6) or "
-        "start:stop:count; the last key runs fastest. Keys under zip, or under each item of a list "
-        "there, change together: they are one axis of the grid, at the place of zip.",
-    )
+    ] = ()
+    """A grid over keys (dotted paths), each with a list of values, range(1, 6) or start:stop:count;
+    the last key runs fastest. Keys under zip, or under each item of a list there, change together:
+    they are one axis of the grid, at the place of zip."""
 
     @model_validator(mode="after")
     def _follows_the_rules(self) -> Self:
@@ -411,12 +327,12 @@ class Experiment(Model):
     @property
     def contact_duration(self) -> float:
         """Duration of a contact in the TC model, mean free times; zero without the model."""
-        return self.collapse.tc if isinstance(self.collapse, ContactDuration) else 0.0
+        return 0.0 if isinstance(self.collapse, str) else self.collapse.tc or 0.0
 
     @property
     def elastic_below(self) -> float:
         """Relative normal speed below which collisions are elastic, m/s; zero if none are."""
-        return self.collapse.elastic_below if isinstance(self.collapse, ElasticBelow) else 0.0
+        return 0.0 if isinstance(self.collapse, str) else self.collapse.elastic_below or 0.0
 
     @property
     def species(self) -> tuple[Species, ...]:
@@ -519,25 +435,21 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
             sentence = f"{each.start} is given where another species has {experiment.start}"
             yield Problem((*path, "start"), f"{sentence}; give one for all")
     without = [path for path, each in zip(paths, species, strict=True) if each.radius is None]
+    packings = [container.packing, balls.packing if isinstance(balls, BallCount) else None]
     there = {
         size: container.given is not None,
-        "radius of the balls": not without,
-        "packing": experiment.packing is not None,
+        "the radius of the balls": not without,
+        "container.packing": packings[0] is not None,
+        "balls.packing": packings[1] is not None,
     }
     given = [name for name, is_there in there.items() if is_there]
-    if container.packing is not None and isinstance(balls, BallCount) and balls.packing is not None:
-        sentence = "packing is given here and as container.packing; keep one of them"
-        yield Problem(("balls", "packing"), sentence, about_key=True)
-    elif without and len(without) < len(species):
+    if without and len(without) < len(species):
         sentence = "the radius is missing; give one to each species, or to none if packing is given"
         yield from (Problem((*path, "radius"), sentence, about_key=True) for path in without)
-    elif experiment.packing and len(given) == 3:
-        sentence = f"{size} and the radius of the balls give the packing; remove one of the three"
-        yield Problem(key_path(experiment.packing[0]), sentence, about_key=True)
-    elif len(given) < 2:
+    elif len(given) != 2 or None not in packings:
         sentence = (
-            f"two of {size}, radius of the balls and packing are needed, and the third follows; "
-            f"{given[0] if given else 'none'} is given, so add {'one' if given else 'two'}"
+            f"two of {size}, the radius of the balls and packing are needed, and the third "
+            f"follows; given is {' and '.join(given) or 'none'}"
         )
         yield Problem(("balls",), sentence)
 
@@ -569,7 +481,7 @@ def schema() -> dict[str, Any]:
     properties, definitions = document["properties"], document["$defs"]
     swept: dict[str, tuple[str, dict[str, Any]]] = {}
     for key, entry in properties.items():
-        variants = (entry, *entry.get("oneOf", ()))
+        variants = (entry, *entry.get("oneOf", ()), *entry.get("anyOf", ()))
         homes = [each["$ref"] for each in variants if "$ref" in each]
         for home in homes:
             for inner, part in definitions[home.rpartition("/")[2]]["properties"].items():

@@ -76,7 +76,6 @@ def _as_read(sweep: Axes, grid: tuple[Point, ...]) -> Axes:
     Raises ConfigError for values that occur twice.
     """
     found: list[Axis] = []
-    problems: list[Problem] = []
     stride = len(grid)
     for axis in sweep:
         number = len(axis[0][1])
@@ -86,14 +85,12 @@ def _as_read(sweep: Axes, grid: tuple[Point, ...]) -> Axes:
             tuple(dict(grid[index * stride].parameters)[key] for key in keys)
             for index in range(number)
         ]
-        first: dict[tuple[Value, ...], int] = {}
-        for index, step in enumerate(steps):
-            if (before := first.setdefault(step, index)) != index:
-                sentence = f"this is the same as sweep.{keys[0]}[{before}]; remove one of the two"
-                problems.append(Problem(("sweep", keys[0], index), sentence))
+        first = {step: index for index, step in reversed([*enumerate(steps)])}
+        again = [index for index, step in enumerate(steps) if index != first[step]]
+        if again:
+            sentence = f"this value of {keys[0]} is given twice; remove one"
+            raise ConfigError(Problem(("sweep", keys[0], index), sentence) for index in again)
         found.append(tuple(zip(keys, zip(*steps, strict=True), strict=True)))
-    if problems:
-        raise ConfigError(problems)
     return tuple(found)
 
 
@@ -139,11 +136,11 @@ def _point(index: int, base: Mapping[str, Any], steps: Iterable[_Step]) -> Point
 
 
 def _in_sweep(problem: Problem, steps: Iterable[_Step]) -> Problem:
-    """The problem of a point, at the value in the sweep or with the values of this point."""
+    """The problem of a point: at the swept key inside or around its key, or with all values."""
     for key, index, _ in steps:
-        outer = key_path(key)
-        if problem.path[: len(outer)] == outer:
-            inner = () if problem.about_key else (index, *problem.path[len(outer) :])
+        outer, path = key_path(key), problem.path
+        if all(map(operator.eq, outer, path)):
+            inner = () if problem.about_key else (index, *path[len(outer) :])
             return Problem(("sweep", key, *inner), problem.sentence, problem.about_key)
     at = ", ".join(f"{key}={'null' if value is None else value}" for key, _, value in steps)
     return Problem(problem.path, f"{problem.sentence} (at the point {at})", problem.about_key)

@@ -62,15 +62,12 @@ def substituted(node: Any, path: KeyPath, value: Any, depth: int = 0) -> Any:
         return value
     part, here = path[depth], rendered(path[:depth])
     if isinstance(part, int):
-        if not isinstance(node, list | tuple):
-            raise PathError(f"{here} is not a list, so it has no item [{part}]")
-        if part >= len(node):
-            end = f"its items end at [{len(node) - 1}]" if node else "the list is empty"
-            raise PathError(f"{here} has no item [{part}]; {end}")
+        if not isinstance(node, list | tuple) or part >= len(node):
+            raise PathError(f"{here} has no item [{part}]")
         inner = substituted(node[part], path, value, depth + 1)
         return [*node[:part], inner, *node[part + 1 :]]
     if not isinstance(node, Mapping | BaseModel | None):
-        raise PathError(f"{here} is not a mapping, so it has no key {part}")
+        raise PathError(f"{here} has no keys, and so no {part}")
     fields = dict(node or {})
     return {**fields, part: substituted(fields.get(part), path, value, depth + 1)}
 

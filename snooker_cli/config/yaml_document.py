@@ -67,7 +67,7 @@ class Mark(NamedTuple):
 class YamlDocument:
     """The data of a file, and a mark for every key path in it."""
 
-    data: dict[str, Data]
+    data: Any
     marks: dict[KeyPath, Mark]
 
     def position(self, path: KeyPath, about_key: bool = False) -> Position:
@@ -88,41 +88,25 @@ class YamlDocument:
 
 def text_of(path: Path, name: str) -> str:
     """The text of a file, which messages call `name`. Raises ConfigError."""
+    sentence = "there is no file at this path; name a YAML file"
     try:
-        if not path.is_file():
-            raise ValueError("there is no file at this path; name a YAML file")
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
-        if len(content) > MAX_BYTES:
-            raise ValueError("the file is over 1 MiB; a configuration is smaller, check the path")
-        return content.decode("utf-8-sig")
+        if path.is_file():
+            with path.open("rb") as file:
+                content = file.read(MAX_BYTES + 1)
+            if len(content) <= MAX_BYTES:
+                return content.decode("utf-8-sig")
+            sentence = "the file is over 1 MiB; a configuration is smaller, so check the path"
     except UnicodeDecodeError as error:
         sentence = f"byte {error.start + 1} is not UTF-8 text; save the file with UTF-8 encoding"
     except OSError as error:
         sentence = f"the file cannot be read ({error.strerror}); check the path"
-    except ValueError as error:
-        sentence = str(error)
     raise _error(Position(source=name), sentence)
 
 
-def document(text: str, name: str) -> YamlDocument:
-    """The document written in `text`. Raises ConfigError, with all faults of its YAML."""
-    if len(text) > MAX_BYTES:
-        raise _error(Position(source=name), "the text is over 1 MiB; a configuration is smaller")
-    data, marks = read(text, name)
-    if not isinstance(data, dict):
-        sentence = (
-            f"{given(data)} is given where keys and values are needed; start with a line such as "
-            "cor: 0.8"
-        )
-        raise _error(marks[()].value, sentence)
-    return YamlDocument(data, marks)
+def document(text: str, name: str, in_file: bool = True) -> YamlDocument:
+    """The document written in `text`. Raises ConfigError, with all faults of its YAML.
 
-
-def read(text: str, name: str, in_file: bool = True) -> tuple[Data, dict[KeyPath, Mark]]:
-    """The data and marks of a text; outside a file, `name` is its only position.
-
-    Raises ConfigError.
+    in_file : whether it must be a mapping and has lines; otherwise `name` is its only position
     """
     try:
         reader = _Reader(text, name, in_file)
@@ -130,7 +114,10 @@ def read(text: str, name: str, in_file: bool = True) -> tuple[Data, dict[KeyPath
             data = reader.data(node, ())
             if reader.problems:
                 raise ConfigError(reader.problems)
-            return data, reader.found
+            if isinstance(data, dict) or not in_file:
+                return YamlDocument(data, reader.found)
+            needs = "keys and values are needed; start with a line such as cor: 0.8"
+            raise _error(reader.found[()].value, f"{given(data)} is given where {needs}")
         position = reader.position(reader.get_mark())
         sentence = "the file is empty; write at least container, balls and cor"
     except ConfigError:

@@ -1,4 +1,4 @@
-"""The models: defaults, immutability, and the JSON schema made from them."""
+"""The models: defaults, immutability, rules about collapse, and the JSON schema made from them."""
 
 import json
 import math
@@ -10,19 +10,20 @@ import pytest
 from config_texts import BASE, PAIR, experiment
 from pydantic import ValidationError
 
-from snooker_cli.config import Ball, BallList, ContainerConfig, Experiment, Rings, schema
+from snooker_cli.config import BallList, ConfigError, Experiment, Rings, digest, schema
+from snooker_cli.config.models import Ball, ContainerConfig
+from snooker_cli.placement.starting_scene import starting_scene
 
 
 def test_rings_with_defaults() -> None:
-    read = experiment(
-        "container: {radius: 10}\nballs: {rings: 0, radius: 1, speed: 0}\ncor: 0\ntime: 1\n"
-    )
-    assert read == Experiment(
+    text = "container: {radius: 10}\nballs: {rings: 0, radius: 1, speed: 0}\ncor: 0\ntime: 1\n"
+    assert experiment(text) == Experiment(
         title=None,
         container=ContainerConfig(radius=10.0, mass=math.inf),
         balls=Rings(rings=0, radius=1.0, mass=1.0, speed=0.0, ring_extent=0.8),
         cor=0.0,
         wall_cor=None,
+        collapse="stop",
         collisions=None,
         time=1.0,
         repeats=1,
@@ -54,6 +55,52 @@ def test_models_are_frozen_and_hashable() -> None:
     assert hash(read) == hash(pickle.loads(pickle.dumps(read)))
 
 
+# Collapse
+
+COLLAPSE = "container: {radius: 10}\nballs: {rings: 1, radius: 1, speed: 10}\ncor: 0.85\n"
+CHOICES = {
+    "stop": (0.0, 0.0, False),
+    "slide": (0.0, 0.0, True),
+    "{tc: 0.01}": (0.01, 0.0, False),
+    "{elastic_below: 0.5}": (0.0, 0.5, False),
+}
+
+
+def collapsing(collapse: str, *overrides: str) -> Experiment:
+    return experiment(f"{COLLAPSE}collisions: 150\ncollapse: {collapse}\n", *overrides)
+
+
+def test_the_scene_has_the_collapse_of_the_config() -> None:
+    for choice, expected in CHOICES.items():
+        scene = starting_scene(collapsing(choice), 0)
+        assert (scene.contact_duration, scene.elastic_below, scene.slides) == expected
+    assert len({digest(collapsing(choice)) for choice in [*CHOICES, "{tc: 0.02}"]}) == 5
+
+
+def test_stop_is_the_default_and_leaves_the_digest_as_it_was() -> None:
+    """The digest of this config from before there was a choice."""
+    known = "24ccedfa978d7d7284f163eef6f870b35b4f393fe5f81c22314e1340a51eefe7"
+    assert digest(experiment(f"{COLLAPSE}collisions: 150\n")) == known
+    assert digest(collapsing("stop")) == known
+
+
+@pytest.mark.parametrize(
+    ("collapse", "override"),
+    [
+        *((value, "cor=1") for value in ("go", "3", "null", "{}", "{tc: 1, elastic_below: 1}")),
+        *((value, "cor=1") for value in ("{tc: 2}", "{elastic_below: 0}")),
+        ("slide", "container.mass=5"),
+        ("slide", "container={shape: box, width: 20}"),
+    ],
+)
+def test_other_values_of_collapse_are_refused(collapse: str, override: str) -> None:
+    balls = "balls={count: 1, radius: 1, speed: 1}"
+    with pytest.raises(ConfigError) as error:
+        collapsing(collapse, balls, override)
+    (problem,) = error.value.problems
+    assert str(problem).startswith("run.yaml:5:11: collapse: ")
+
+
 # The JSON schema
 
 SWEPT = """
@@ -71,6 +118,10 @@ def test_schema_is_strict_json_and_describes_every_key() -> None:
         assert home["additionalProperties"] is False
         for entry in home["properties"].values():
             assert entry["description"]
+    assert document["required"] == ["container", "balls", "cor"]
+    assert document["anyOf"] == [{"required": ["collisions"]}, {"required": ["time"]}]
+    assert document["$defs"]["BallCount"]["required"] == ["count", "speed"]
+    assert document["$defs"]["ContainerConfig"]["properties"]["mass"]["default"] is None
 
 
 def test_schema_knows_what_can_be_swept() -> None:
@@ -84,13 +135,3 @@ def test_schema_knows_what_can_be_swept() -> None:
         assert types in str(entry)
     for key in ("balls[0].radius", "balls.list[1].position[0]"):
         assert sum(bool(re.match(pattern, key)) for pattern in sweep["patternProperties"]) == 1
-
-
-def test_schema_knows_what_is_required() -> None:
-    document = schema()
-    assert document["required"] == ["container", "balls", "cor"]
-    assert document["anyOf"] == [{"required": ["collisions"]}, {"required": ["time"]}]
-    assert document["$defs"]["Rings"]["required"] == ["rings", "radius", "speed"]
-    assert document["$defs"]["BallCount"]["required"] == ["count", "speed"]
-    assert document["$defs"]["Species"]["required"] == ["count", "speed"]
-    assert document["$defs"]["ContainerConfig"]["properties"]["mass"]["default"] is None

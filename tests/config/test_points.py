@@ -11,20 +11,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from snooker_cli.config import (
-    Ball,
     BallCount,
     BallList,
     ConfigError,
-    ContainerConfig,
     Experiment,
     Rings,
-    Species,
     digest,
     extends,
     parse,
     points,
     to_json,
 )
+from snooker_cli.config.models import Ball, ContainerConfig, Species
 
 # Points
 
