@@ -1,7 +1,6 @@
-"""The shapes of a container: a circle, a box with four walls, and a periodic box without walls.
+"""The shapes of a container: all that depends on the shape, except kernels and placement.
 
-Everything that depends on the shape is here, except the engine's kernels and the placement of
-balls. All places are seen from the container's centre, and all lengths are in m.
+All places are seen from the container's centre, and all lengths are in m.
 """
 
 from __future__ import annotations
@@ -18,9 +17,7 @@ from snooker_cli.errors import SceneError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
+    from snooker_cli.neighbours import Floats
 
 
 PERIODIC_DIAMETERS = 5
@@ -32,10 +29,8 @@ ROUNDING = 1e-8
 DIRECTIONS = 2000
 """Directions over which the density of pair distances in a rectangle is averaged."""
 
-
 ShapeName = Literal["circle", "box", "periodic"]
 """The word of a shape in a config; also stored in files."""
-
 
 CORNERS = 180
 """Corners of the polygon that a circle is drawn as: it is within 0.02 % of the radius."""
@@ -95,23 +90,29 @@ class Container(ABC):
         """(*n*, 2) corners of the polygon to draw, m."""
 
     @property
-    @abstractmethod
+    def lengths(self) -> dict[str, float]:
+        """The fields by their key, m."""
+        return {key: getattr(self, key) for key in self.keys}
+
+    @property
     def area(self) -> float:
         """Area, m²."""
+        return self.accessible(0.0).area
 
     @property
-    @abstractmethod
     def wall_length(self) -> float:
         """Length of the wall, m; 0 without walls."""
+        return self.accessible(0.0).edge
 
     @property
-    @abstractmethod
     def description(self) -> str:
         """Shape and size in a sentence, with an article."""
+        sizes = " and ".join(f"{key} {length:.6g} m" for key, length in self.lengths.items())
+        return f"a {self.title} of {sizes}"
 
-    @abstractmethod
     def scaled(self, factor: float) -> Self:
         """The same shape with all lengths multiplied by a factor."""
+        return type(self)(*(factor * length for length in self.lengths.values()))
 
     @abstractmethod
     def packing_fraction(self, squares: float) -> float:
@@ -145,8 +146,7 @@ class Container(ABC):
         """Vectors between two places (..., 2), m, by the shortest way."""
         return offsets
 
-    @abstractmethod
-    def check_radii(self, radii: Floats) -> None:
+    def check_radii(self, radii: Floats) -> None:  # noqa: B027
         """Raise ``SceneError`` for a ball that is too large wherever it is."""
 
     def shortest_way(self, radii: Floats) -> float:
@@ -185,21 +185,6 @@ class Circle(Container):
     def outline(self) -> Floats:
         angles = np.arange(CORNERS) * (2 * math.pi / CORNERS)
         return self.radius * np.column_stack([np.cos(angles), np.sin(angles)])
-
-    @property
-    def area(self) -> float:
-        return math.pi * self.radius**2
-
-    @property
-    def wall_length(self) -> float:
-        return 2 * math.pi * self.radius
-
-    @property
-    def description(self) -> str:
-        return f"a circle of radius {self.radius:.6g} m"
-
-    def scaled(self, factor: float) -> Self:
-        return type(self)(factor * self.radius)
 
     def packing_fraction(self, squares: float) -> float:
         return squares / (self.radius * self.radius)
@@ -271,17 +256,6 @@ class _Rectangle(Container):
         corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         return np.asarray(corners * self.size / 2)
 
-    @property
-    def area(self) -> float:
-        return self.width * self.height
-
-    @property
-    def description(self) -> str:
-        return f"a {self.title} of {self.width:.6g} m by {self.height:.6g} m"
-
-    def scaled(self, factor: float) -> Self:
-        return type(self)(factor * self.width, factor * self.height)
-
     def packing_fraction(self, squares: float) -> float:
         return math.pi * squares / self.area
 
@@ -295,11 +269,9 @@ class _Rectangle(Container):
         across = self.width / 2 - abs(places[:, 0]) <= self.height / 2 - abs(places[:, 1])
         return np.where(np.column_stack([across, ~across]), np.sign(places), 0.0)
 
-    def _distance_density(self, distances: Floats, sides: Floats) -> Floats:
-        """Density of the distance, from that of its two independent components, 1/m.
-
-        The product of the densities at each direction is averaged over the directions.
-        """
+    def distance_density(self, distances: Floats, radius: float) -> Floats:
+        """The product of the densities of both components, averaged over all directions."""
+        sides = np.array(self.size) - (2 * radius if self.has_wall else 0.0)
         angles = (np.arange(DIRECTIONS) + 0.5) * (math.pi / 2 / DIRECTIONS)
         product = np.ones((len(distances), DIRECTIONS))
         for component, side in zip((np.cos(angles), np.sin(angles)), sides, strict=True):
@@ -318,10 +290,6 @@ class Box(_Rectangle):
     name: ClassVar[ShapeName] = "box"
     title: ClassVar[str] = "box"
 
-    @property
-    def wall_length(self) -> float:
-        return 2 * (self.width + self.height)
-
     def accessible(self, radius: float) -> AccessibleRegion:
         width, height = self.width - 2 * radius, self.height - 2 * radius
         return AccessibleRegion(width * height, 2 * (width + height), 8.0)
@@ -330,14 +298,8 @@ class Box(_Rectangle):
         corners = np.array(self.size) / 2 - radii[:, None]
         np.clip(places, -corners, corners, out=places)
 
-    def check_radii(self, radii: Floats) -> None:
-        """A ball may be as wide as the box; a larger one sticks out."""
-
     def longest_distance(self, radius: float) -> float:
         return float(np.hypot(self.width - 2 * radius, self.height - 2 * radius))
-
-    def distance_density(self, distances: Floats, radius: float) -> Floats:
-        return self._distance_density(distances, np.array(self.size) - 2 * radius)
 
     def _component_density(self, along: Floats, side: float) -> Floats:
         return np.asarray(2 * np.maximum(side - along, 0.0) / side**2)
@@ -355,12 +317,8 @@ class PeriodicBox(_Rectangle):
     def period(self) -> tuple[float, float]:
         return self.size
 
-    @property
-    def wall_length(self) -> float:
-        return 0.0
-
     def accessible(self, radius: float) -> AccessibleRegion:
-        return AccessibleRegion(self.area, 0.0, 0.0)
+        return AccessibleRegion(self.width * self.height, 0.0, 0.0)
 
     def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
         return super().wall_gaps(places, np.zeros_like(radii))
@@ -374,21 +332,17 @@ class PeriodicBox(_Rectangle):
     def check_radii(self, radii: Floats) -> None:
         """Raise ``SceneError`` for a box under five diameters wide, which cells need."""
         diameter = 2 * float(np.max(radii))
-        for key, side in zip(self.keys, self.size, strict=True):
+        for key, side in self.lengths.items():
             if side < PERIODIC_DIAMETERS * diameter * (1 + ROUNDING):
                 raise SceneError(
                     f"container.{key}",
-                    f"the periodic box is {side:.6g} m in {key}, which is under "
-                    f"{PERIODIC_DIAMETERS} diameters of its largest ball, {diameter:.6g} m each, "
-                    "so that a ball could meet another and its image at once; use smaller balls, "
+                    f"the {key} of the periodic box, {side:.6g} m, is under {PERIODIC_DIAMETERS} "
+                    f"diameters of the largest ball, {diameter:.6g} m each; use smaller balls, "
                     "more of them, or a larger box",
                 )
 
     def longest_distance(self, radius: float) -> float:
         return float(np.hypot(self.width, self.height)) / 2
-
-    def distance_density(self, distances: Floats, radius: float) -> Floats:
-        return self._distance_density(distances, np.array(self.size))
 
     def _component_density(self, along: Floats, side: float) -> Floats:
         return np.asarray(np.where(along <= side / 2, 2 / side, 0.0))

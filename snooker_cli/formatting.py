@@ -76,12 +76,8 @@ def duration(seconds: float) -> str:
     """A time in s to two digits: ``2.2 minutes``."""
     if seconds < 1.0:
         return "a second"
-    for unit, length in (
-        ("years", 3.156e7),
-        ("days", 86400.0),
-        ("hours", 3600.0),
-        ("minutes", 60.0),
-    ):
+    units = {"years": 3.156e7, "days": 86400.0, "hours": 3600.0, "minutes": 60.0}
+    for unit, length in units.items():
         if seconds >= 2 * length:
             return f"{rough(seconds / length)} {unit}"
     return f"{rough(seconds)} s"
@@ -100,9 +96,7 @@ def table_lines(columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> lis
     widths = [max(len(row[k]) for row in table) for k in range(len(columns))]
     lines = []
     for row in table:
-        cells = [
-            cell.rjust(width) if column.right else cell.ljust(width)
-            for cell, width, column in zip(row, widths, columns, strict=True)
-        ]
+        both = zip(row, widths, columns, strict=True)
+        cells = (cell.rjust(width) if to.right else cell.ljust(width) for cell, width, to in both)
         lines.append("  ".join(cells).rstrip())
     return lines

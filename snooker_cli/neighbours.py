@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-    Indices = NDArray[np.int64]
-
+Floats: TypeAlias = NDArray[np.float64]
+Indices: TypeAlias = NDArray[np.int64]
 
 CHUNK = 1 << 16
 """Pairs that are compared at once, which limits the memory."""
@@ -31,8 +28,7 @@ def near_pairs(
     period : width and height of a periodic box, m, more than twice the reach of any pair
 
     A batch has the indices of both disks of each pair and the distance of their centres, m. Disks
-    of similar size (within a factor of two) are compared with all that are not larger, so one large
-    disk among many small ones costs no more than its own neighbours.
+    of similar size are compared with all that are not larger, so that few large ones cost little.
     """
     left = np.arange(len(radii))
     while len(left):

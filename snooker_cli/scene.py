@@ -118,22 +118,15 @@ def _check_places(scene: Scene, slack: float) -> None:
         return
     x, y = places[ball]
     where = f"[{x:.6g}, {y:.6g}] m from the centre of {container.description}"
-    if container.has_wall:
-        message = (
-            f"ball {ball} sticks out of the container by {-gaps[ball]:.6g} m: its radius is "
-            f"{scene.radii[ball]:.6g} m and its centre is {where}; move it inwards or make it "
-            "smaller"
-        )
-    else:
-        message = (
-            f"the centre of ball {ball} is {-gaps[ball]:.6g} m outside: it is {where}; give the "
-            "place of its image inside"
-        )
-    raise SceneError("balls", message, ball)
+    problem = f"ball {ball} sticks out of the container by {-gaps[ball]:.6g} m"
+    if not container.has_wall:
+        problem = f"the centre of ball {ball} is {-gaps[ball]:.6g} m outside"
+    advice = f"move it inwards{' or make it smaller' if container.has_wall else ''}"
+    raise SceneError("balls", f"{problem}: it is {where}; {advice}", ball)
 
 
 def _check_speeds(scene: Scene) -> None:
-    """Raise ``SceneError`` for balls too slow or too fast for their contacts to be computed.
+    """Raise ``SceneError`` for balls too slow, fast, light or heavy to be computed with.
 
     The engine computes with squares of speed times distance, which must be doubles of full
     precision. The factor 4 allows for two fast balls that meet across the container.
@@ -143,25 +136,16 @@ def _check_speeds(scene: Scene) -> None:
     speeds = np.hypot(scene.velocities[:, 0], scene.velocities[:, 1])
     with np.errstate(over="ignore", under="ignore"):
         slow = (speeds > 0) & ((speeds * shortest) ** 2 < TINY)
-        fast = ~np.isfinite((speeds * longest) ** 2)
+        wrong = slow | ~np.isfinite((speeds * longest) ** 2)
         energy = float(np.sum(scene.masses * speeds**2)) / 2
-    if np.any(slow | fast):
-        ball = int(np.argmax(slow | fast))
+    if np.any(speeds > 0) and (np.any(wrong) or not TINY <= energy < math.inf):
+        ball = int(np.argmax(wrong if np.any(wrong) else scene.masses))
         raise SceneError(
             "balls",
-            f"ball {ball} moves at {speeds[ball]:.6g} m/s, too {'slow' if slow[ball] else 'fast'} "
-            "for its contacts to be computed, as the square of speed times distance is no longer a "
-            "double; choose other units, so that speeds and distances are nearer to 1",
+            f"ball {ball} of {scene.masses[ball]:.6g} kg at {speeds[ball]:.6g} m/s cannot be "
+            "computed: the square of speed times distance, or the energy, is no double; choose "
+            "units in which speeds, distances and masses are nearer to 1",
             ball,
-        )
-    if np.any(speeds > 0) and not TINY <= energy < math.inf:
-        heaviest = int(np.argmax(scene.masses))
-        raise SceneError(
-            "balls",
-            f"the energy of the balls, among them ball {heaviest} of {scene.masses[heaviest]:.6g} "
-            "kg, is no longer a double; choose other units, so that masses and speeds are nearer "
-            "to 1",
-            heaviest,
         )
 
 
@@ -177,11 +161,11 @@ def _check_pairs(scene: Scene, slack: float) -> None:
             first, second = sorted((int(i[k]), int(j[k])))
             deepest = float(gaps[k])
     if deepest < -slack:
+        radii = scene.radii[first], scene.radii[second]
         raise SceneError(
             "balls",
             f"balls {first} and {second} overlap by {-deepest:.6g} m: their centres are "
-            f"{deepest + scene.radii[first] + scene.radii[second]:.6g} m apart and their radii "
-            f"{scene.radii[first]:.6g} m and {scene.radii[second]:.6g} m; move them apart, or use "
-            "smaller balls or a larger container",
+            f"{deepest + sum(radii):.6g} m apart and their radii {radii[0]:.6g} m and "
+            f"{radii[1]:.6g} m; move them apart, or use smaller balls or a larger container",
             second,
         )

@@ -25,7 +25,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "files": (),
     "formatting": (),
     "neighbours": (),
-    "containers": ("errors",),
+    "containers": ("errors", "neighbours"),
     # A scene and its trace
     "config": ("containers", "errors", "formatting"),
     "scene": ("containers", "errors", "neighbours"),

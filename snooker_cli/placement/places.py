@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from decimal import Decimal, localcontext
 from functools import cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from snooker_cli.containers import Circle
-from snooker_cli.errors import JammedError, SceneError
+from snooker_cli.errors import JammedError
 from snooker_cli.neighbours import near, near_pairs
 from snooker_cli.placement.random_numbers import points_in_disc, uniforms
 from snooker_cli.scene import EPSILON
@@ -20,11 +20,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from snooker_cli.config import Rings
     from snooker_cli.containers import Container
-
-    Floats = NDArray[np.float64]
-    Integers = NDArray[np.int64]
+    from snooker_cli.neighbours import Floats, Indices
 
 
 # Rings: regular polygons whose corners are correctly rounded
@@ -68,23 +65,6 @@ def cosine_and_sine(angle: Decimal) -> tuple[Decimal, Decimal]:
     return parts[0], parts[1]
 
 
-def check_rings(balls: Rings, container_radius: float) -> None:
-    """Raise ``SceneError``, with the largest radius, if balls are too large for their rings."""
-    if balls.rings == 0:
-        return
-    extent = balls.ring_extent * container_radius
-    spacing = extent / balls.rings
-    largest = min(spacing / 2, container_radius - extent)
-    if balls.radius > largest * (1 + 1e-12):
-        raise SceneError(
-            "balls.radius",
-            f"{balls.rings} rings within {balls.ring_extent:g} of the container's radius are "
-            f"{spacing:.6g} m apart and leave {container_radius - extent:.6g} m to the wall, too "
-            f"little for balls of radius {balls.radius:.6g} m; the largest radius that fits is "
-            f"{largest!r} m",
-        )
-
-
 # Hexagonal lattices fitted into a container
 
 HALVINGS = 60
@@ -94,27 +74,24 @@ ROUNDINGS = 4
 """Rounding errors, in epsilons of the container's size, that may bring two places nearer."""
 
 
-class Lattice(NamedTuple):
-    """Places for the centres of balls, (*N*, 2), and the largest diameter that fits there, m."""
+def lattice(container: Container, number: int) -> tuple[Floats, float]:
+    """Places of balls as far from each other and from the wall as possible, (*N*, 2), m.
 
-    positions: Floats
-    diameter: float
-
-
-def lattice(container: Container, number: int) -> Lattice:
-    """The places of a number of balls, as far from each other and from the wall as possible."""
+    Also the largest diameter of balls that fit there, m.
+    """
     size = container.size
     if isinstance(container, Circle):
-        found = _in_circle(container.radius, number)
+        positions, diameter = _in_circle(container.radius, number)
     else:
         layout = _in_box if container.has_wall else _in_periodic
-        found, lying = layout(*size, number), layout(*size[::-1], number)
-        if lying.diameter > found.diameter:
-            found = Lattice(np.ascontiguousarray(lying.positions[:, ::-1]), lying.diameter)
-    return Lattice(found.positions, found.diameter - ROUNDINGS * EPSILON * max(size))
+        positions, diameter = layout(*size, number)
+        lying, larger = layout(*size[::-1], number)
+        if larger > diameter:
+            positions, diameter = np.ascontiguousarray(lying[:, ::-1]), larger
+    return positions, diameter - ROUNDINGS * EPSILON * max(size)
 
 
-def _in_circle(radius: float, number: int) -> Lattice:
+def _in_circle(radius: float, number: int) -> tuple[Floats, float]:
     """The lattice places nearest to the centre, which is a place or lies between two or three.
 
     With neighbours at a distance of 6, a place is at (u + v/2, v sqrt(3)/2). Here u and v are whole
@@ -124,21 +101,19 @@ def _in_circle(radius: float, number: int) -> Lattice:
     # as large: 0.607 sqrt(N).
     reach = int(0.607 * math.sqrt(number)) + 2
     steps = 6 * np.arange(-reach, reach + 1)
-    best: tuple[float, Floats] | None = None
+    found: list[tuple[Floats, float]] = []
     for rest in ((0, 0), (3, 0), (2, 2)):
         u, v = (axis.ravel() for axis in np.meshgrid(steps + rest[0], steps + rest[1]))
         squares = u * u + u * v + v * v
         nearest = np.argsort(squares, kind="stable")[:number]
         farthest = math.sqrt(int(squares[nearest[-1]])) / 6
         spacing = radius / (farthest + 0.5)
-        if best is None or spacing > best[0]:
-            x, y = u[nearest] + v[nearest] / 2, v[nearest] * (math.sqrt(3) / 2)
-            best = spacing, np.column_stack([x, y]) * (spacing / 6)
-    assert best is not None
-    return Lattice(best[1], best[0])
+        x, y = u[nearest] + v[nearest] / 2, v[nearest] * (math.sqrt(3) / 2)
+        found.append((np.column_stack([x, y]) * (spacing / 6), spacing))
+    return max(found, key=lambda each: each[1])
 
 
-def _in_periodic(width: float, height: float, number: int) -> Lattice:
+def _in_periodic(width: float, height: float, number: int) -> tuple[Floats, float]:
     """An even number of rows along x, each shifted by half a spacing."""
     rows = 2 * _numbers_of_rows(width, height, number)
     columns = -(-number // rows)
@@ -149,10 +124,10 @@ def _in_periodic(width: float, height: float, number: int) -> Lattice:
     column, row = _kept(number, int(columns[best]), int(rows[best]), 0)
     x = ((column + row % 2 / 2 + 0.25) / columns[best] - 0.5) * width
     y = ((row + 0.5) / rows[best] - 0.5) * height
-    return Lattice(np.column_stack([x, y]), float(diameters[best]))
+    return np.column_stack([x, y]), float(diameters[best])
 
 
-def _in_box(width: float, height: float, number: int) -> Lattice:
+def _in_box(width: float, height: float, number: int) -> tuple[Floats, float]:
     """Rows along x; every other one is shifted by half a spacing and may have one place less."""
     rows = _numbers_of_rows(width, height, number)
     layouts = []
@@ -162,18 +137,16 @@ def _in_box(width: float, height: float, number: int) -> Lattice:
         length = np.where(rows > 1, columns - (1 + fewer) / 2, columns - 1.0)
         diameters = _diameters_in_box(width, height, columns, rows, length)
         k = int(np.argmax(diameters))
-        layouts.append(
-            (float(diameters[k]), int(columns[k]), int(rows[k]), float(length[k]), fewer)
-        )
+        layouts.append((float(diameters[k]), int(columns[k]), k + 1, float(length[k]), fewer))
     diameter, columns_, rows_, length_, fewer = max(layouts)
     column, row = _kept(number, columns_, rows_, fewer)
     x = (column + row % 2 / 2 - length_ / 2) * ((width - diameter) / (length_ or 1.0))
     y = (row - (rows_ - 1) / 2) * ((height - diameter) / ((rows_ - 1) or 1))
-    return Lattice(np.column_stack([x, y]), diameter)
+    return np.column_stack([x, y]), diameter
 
 
 def _diameters_in_box(
-    width: float, height: float, columns: Integers, rows: Integers, length: Floats
+    width: float, height: float, columns: Indices, rows: Indices, length: Floats
 ) -> Floats:
     """The largest diameter for each number of rows, by bisection, m."""
     low, high = np.zeros(len(rows)), np.full(len(rows), min(width, height))
@@ -191,13 +164,13 @@ def _diameters_in_box(
     return low
 
 
-def _numbers_of_rows(width: float, height: float, number: int) -> Integers:
+def _numbers_of_rows(width: float, height: float, number: int) -> Indices:
     """Numbers of rows to compare, up to twice that of equilateral triangles."""
     ideal = math.sqrt(2 / math.sqrt(3) * number * min(height / width, float(number)))
     return np.arange(1, min(number, int(2 * ideal) + 3) + 1)
 
 
-def _kept(number: int, columns: int, rows: int, fewer: int) -> tuple[Integers, Integers]:
+def _kept(number: int, columns: int, rows: int, fewer: int) -> tuple[Indices, Indices]:
     """Column and row of `number` places, chosen evenly among all; odd rows may have one fewer."""
     of_two_rows = 2 * columns - fewer
     places = rows // 2 * of_two_rows + rows % 2 * columns
@@ -250,13 +223,11 @@ def random_places(
     if wide > 1:
         raise JammedError(packing / (wide * wide))
     each = np.repeat(radii, counts)
-    inserted = min(packing, INSERTED)
-    while True:
+    inserted, positions = 2 * min(packing, INSERTED), None
+    while positions is None:
+        inserted /= 2
         scale = math.sqrt(inserted / packing)
         positions = _inserted(container, radii, counts, generator, scale)
-        if positions is not None:
-            break
-        inserted /= 2
     if scale < 1:
         # Sorted in strips, so that neighbours are near in memory too.
         strips = np.floor(positions[:, 1] / (4 * _mean(each)))

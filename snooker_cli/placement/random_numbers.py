@@ -12,10 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-
+    from snooker_cli.neighbours import Floats, Indices
 
 PLACES, MAXWELL = 1, 2
 """Streams of a repeat besides that of its directions."""
@@ -65,7 +62,7 @@ def uniforms(generator: np.random.PCG64, number: int) -> Floats:
     return np.asarray((raw >> np.uint64(11)).astype(np.float64) * 2.0**-53).reshape(-1, 2)
 
 
-def shuffled(generator: np.random.PCG64, number: int) -> NDArray[np.int64]:
+def shuffled(generator: np.random.PCG64, number: int) -> Indices:
     """The whole numbers below ``number`` in random order."""
     return np.argsort(generator.random_raw(number), kind="stable")
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from snooker_cli.config import BallList, Rings
 from snooker_cli.errors import JammedError, SceneError
-from snooker_cli.placement.places import check_rings, lattice, random_places, ring_positions
+from snooker_cli.placement.places import lattice, random_places, ring_positions
 from snooker_cli.placement.random_numbers import (
     PLACES,
     random_directions,
@@ -20,14 +20,9 @@ from snooker_cli.placement.random_numbers import (
 from snooker_cli.scene import Scene, check
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from snooker_cli.config import Experiment
     from snooker_cli.containers import Container
-
-    Floats = NDArray[np.float64]
-    Columns = tuple[Floats, Floats, Floats, Floats]
-    """Positions, velocities, radii and masses of all balls, in SI units."""
+    from snooker_cli.neighbours import Floats
 
 
 def starting_scene(experiment: Experiment, repeat: int) -> Scene:
@@ -38,23 +33,27 @@ def starting_scene(experiment: Experiment, repeat: int) -> Scene:
     """
     container, balls = experiment.container.given, experiment.balls
     if isinstance(balls, BallList):
-        columns = _of_list(balls)
+        names = ("position", "velocity", "radius", "mass")
+        positions, velocities, radii, masses = (
+            np.array([getattr(ball, name) for ball in balls.list]) for name in names
+        )
     elif isinstance(balls, Rings):
         assert container is not None
-        columns = _of_rings(balls, container.size[0] / 2, experiment.seed, repeat)
+        positions, velocities, radii, masses = _of_rings(
+            balls, container.size[0] / 2, experiment.seed, repeat
+        )
     else:
-        container, radii = _container_and_radii(experiment)
+        container, sizes = _container_and_radii(experiment)
         counts = [each.count for each in experiment.species]
         masses = np.repeat([each.mass for each in experiment.species], counts)
-        columns = (
-            _positions(experiment, container, radii, repeat),
-            _velocities(experiment, masses, repeat),
-            np.repeat(radii, counts),
-            masses,
-        )
+        positions = _positions(experiment, container, sizes, repeat)
+        velocities, radii = _velocities(experiment, masses, repeat), np.repeat(sizes, counts)
     assert container is not None
     scene = Scene(
-        *columns,
+        positions,
+        velocities,
+        radii,
+        masses,
         container=container,
         container_mass=experiment.container.mass,
         container_position=np.zeros(2),
@@ -74,22 +73,18 @@ def starting_scene(experiment: Experiment, repeat: int) -> Scene:
     return scene
 
 
-def _of_list(balls: BallList) -> Columns:
-    """Balls given one by one."""
-    names = ("position", "velocity", "radius", "mass")
-    positions, velocities, radii, masses = (
-        np.array([getattr(ball, name) for ball in balls.list]) for name in names
-    )
-    return positions, velocities, radii, masses
-
-
-def _of_rings(balls: Rings, container_radius: float, seed: int, repeat: int) -> Columns:
-    """Balls on rings."""
-    check_rings(balls, container_radius)
-    positions = ring_positions(balls.rings, balls.ring_extent * container_radius)
+def _of_rings(balls: Rings, container_radius: float, seed: int, repeat: int) -> list[Floats]:
+    """Positions, velocities, radii and masses of balls on rings, in SI units."""
+    extent = balls.ring_extent * container_radius
+    largest = min(extent / max(balls.rings, 1) / 2, container_radius - extent)
+    if balls.rings and balls.radius > largest * (1 + 1e-12):
+        problem = f"the rings have no space for balls of radius {balls.radius:.6g} m"
+        advice = f"the largest radius that fits is {largest!r} m"
+        raise SceneError("balls.radius", f"{problem}; {advice}")
+    positions = ring_positions(balls.rings, extent)
     number = len(positions)
     velocities = balls.speed * random_directions(number, seed, repeat)
-    return positions, velocities, np.full(number, balls.radius), np.full(number, balls.mass)
+    return [positions, velocities, np.full(number, balls.radius), np.full(number, balls.mass)]
 
 
 # Balls given by count, species after species
@@ -116,7 +111,6 @@ def _positions(
 ) -> Floats:
     """Places on a lattice or at random; (*N*, 2), m. Raises ``SceneError``."""
     counts = [each.count for each in experiment.species]
-    number = sum(counts)
     packing = container.packing_fraction(_sum_of_squares(np.repeat(radii, counts)))
     if not container.has_wall:
         container.check_radii(np.array(radii))
@@ -126,11 +120,11 @@ def _positions(
             return random_places(container, radii, counts, packing, generator)
         except JammedError as jammed:
             raise _too_dense(experiment, container, radii, packing, jammed.packing) from None
-    found = lattice(container, number)
-    scale = found.diameter / (2 * max(radii))
+    positions, diameter = lattice(container, sum(counts))
+    scale = diameter / (2 * max(radii))
     if scale < 1:
         raise _too_dense(experiment, container, radii, packing, scale * scale * packing)
-    return found.positions if len(counts) == 1 else found.positions[shuffled(generator, number)]
+    return positions if len(counts) == 1 else positions[shuffled(generator, len(positions))]
 
 
 def _velocities(experiment: Experiment, masses: Floats, repeat: int) -> Floats:
@@ -151,21 +145,15 @@ def _velocities(experiment: Experiment, masses: Floats, repeat: int) -> Floats:
             velocities[part] = drawn / math.sqrt(_sum_of_squares(drawn) / each.count)
         velocities[part] *= each.speed
         first += each.count
-    if not experiment.container.shape_class.has_wall:
-        _stop_drift(velocities, masses)
-    return velocities
-
-
-def _stop_drift(velocities: Floats, masses: Floats) -> None:
-    """Make the total momentum zero at the same kinetic energy."""
+    if experiment.container.shape_class.has_wall:
+        return velocities
     roots = np.sqrt(masses)[:, None]
     energy = _sum_of_squares(roots * velocities)
     mass = math.fsum(masses.tolist())
     for axis in (0, 1):
         velocities[:, axis] -= math.fsum((masses * velocities[:, axis]).tolist()) / mass
     left = _sum_of_squares(roots * velocities)
-    if left > 0:
-        velocities *= math.sqrt(energy / left)
+    return velocities * math.sqrt(energy / left) if left > 0 else velocities
 
 
 def _sum_of_squares(values: Floats) -> float:
@@ -181,19 +169,14 @@ def _too_dense(
     reached: float,
 ) -> SceneError:
     """The error about balls that do not fit; a packing of ``reached`` would."""
-    number = sum(each.count for each in experiment.species)
-    random, mixed = experiment.start == "random", len(set(radii)) > 1
-    lattice_type = "on a lattice with space for the largest everywhere" if mixed else "on a lattice"
+    number, start = sum(each.count for each in experiment.species), experiment.start
     problem = (
-        f"{number:,} balls {'at random places' if random else lattice_type} in a {container.title} "
-        f"reach a packing of {math.floor(reached * 1e4) / 1e4:.4f}, not {packing:.4g}"
+        f"{number:,} balls with start: {start} in a {container.title} reach a packing of "
+        f"{math.floor(reached * 1e4) / 1e4:.4f}, not {packing:.4g}"
     )
-    instead = ", or set start: lattice" if random else ", or set start: random" if mixed else ""
     if experiment.packing is not None:
-        return SceneError(experiment.packing[0], f"{problem}; lower it{instead}")
-    largest = max(radii)
-    key = f"balls[{radii.index(largest)}]" if isinstance(experiment.balls, tuple) else "balls"
-    # Smaller by more than the rounding of the root, so that the printed radius fits.
-    fits = largest * math.sqrt(reached / packing) * (1 - 1e-12)
-    advice = "make them smaller" if random or mixed else f"the largest radius is {fits!r} m"
-    return SceneError(f"{key}.radius", f"{problem}; {advice}{instead}")
+        return SceneError(experiment.packing[0], f"{problem}; lower it, or try another start")
+    key = f"balls[{radii.index(max(radii))}]" if isinstance(experiment.balls, tuple) else "balls"
+    factor = math.floor(math.sqrt(reached / packing) * 1e4) / 1e4
+    advice = f"multiply radii by {factor:.4f} or less, or try another start"
+    return SceneError(f"{key}.radius", f"{problem}; {advice}")
