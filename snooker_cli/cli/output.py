@@ -10,7 +10,6 @@ import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any, Self
 
 import typer
@@ -24,7 +23,7 @@ from rich.progress import (
 )
 
 from snooker_cli.cli.exit_codes import bug_message, wants_traceback
-from snooker_cli.formatting import Column, listed, table_lines
+from snooker_cli.formatting import Column, table_lines
 from snooker_cli.runs import RepeatStatus
 from snooker_cli.runs.execution import Watcher
 from snooker_cli.runs.repeat import RepeatResult
@@ -122,13 +121,6 @@ class Lines(Watcher):
             notice(f"{status.path}: {status.reason}; simulating it again")
         if self._unusable == MOST_FAILURES:
             notice("more files like these are simulated again, without a message")
-
-    def outdated(self, removed: list[Path], figures: bool) -> None:
-        if removed:
-            names, them = listed([path.name for path in removed]), "them" if removed[1:] else "it"
-            notice(f"removed {names}, made from fewer repeats; make {them} again later")
-        if figures:
-            notice("the figures show fewer repeats; draw them again later")
 
     def simulating(self, compiling: float) -> None:
         self.compiling, self._began = compiling, time.perf_counter()

@@ -38,7 +38,6 @@ from snooker_cli.trace import StopReason
 
 if TYPE_CHECKING:
     from snooker_cli.runs.dask_executor import DaskExecutor  # loaded only if it is needed
-    from snooker_cli.runs.folder import Change
 
 Result = TypeVar("Result")
 
@@ -218,10 +217,10 @@ def _default_folder(config: Path) -> Path:
     return runs.RUNS / config.stem
 
 
-def _print_change(change: Change) -> None:
+def _print_change(change: str) -> None:
     """Print how the run extends or reduces the stored one, if it does."""
-    if change.description:
-        notice(change.description)
+    if change:
+        notice(change)
 
 
 def _refuse_excess(
@@ -282,10 +281,9 @@ def _estimate(plan: dict[str, Any]) -> str:
             "no estimate of the time: repeats end at a time, not after a number of collisions"
             + disk
         )
-    longer = " (much more if balls cool until they hardly meet)" if plan["cools_out"] else ""
     return (
         f"at most {plan['collisions']:,} collisions: about {duration(plan['seconds'])} on "
-        f"{counted(plan['threads'], 'thread')}{longer}{disk}"
+        f"{counted(plan['threads'], 'thread')}{disk}"
     )
 
 

@@ -7,23 +7,23 @@ import re
 import secrets
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence, Set
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any
 
 from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import RunError, SceneError
-from snooker_cli.runs.execution import Executor, Result, Watcher
+from snooker_cli.runs.execution import Executor, Watcher
 from snooker_cli.runs.folder import open_run
 from snooker_cli.runs.plan import first_scene
 from snooker_cli.runs.repeat import (
-    AbandonedError,
+    Begun,
     RepeatResult,
     cached,
     compile_for,
@@ -49,23 +49,12 @@ _ADDRESS = re.compile(r"(?:tcp|tls)://(?:\[[0-9A-Fa-f:.%]+\]|[^\s/:\[\]]+):(\d{1
 # On the worker.
 
 
-class Software(NamedTuple):
-    """What must be the same wherever repeats of one run are simulated."""
-
-    snooker: str
-    engine: int
-    schema: int
-
-    def __str__(self) -> str:
-        return (
-            f"snooker {self.snooker} with engine version {self.engine} and files of schema "
-            f"{self.schema}"
-        )
-
-
-def software() -> Software:
-    """The software of this process."""
-    return Software(__version__, ENGINE_VERSION, SCHEMA_VERSION)
+def software() -> str:
+    """What must be the same wherever repeats of one run are simulated; of this process."""
+    return (
+        f"snooker {__version__} with engine version {ENGINE_VERSION} and files of schema "
+        f"{SCHEMA_VERSION}"
+    )
 
 
 @dataclass(frozen=True)
@@ -79,26 +68,25 @@ class RemoteRun:
     """
 
     name: str
-    software: Software
+    software: str
     directory: Path
     identity: str
     engine: str | None
     command: str
 
 
-_lock = threading.Lock()
-_stopped: set[str] = set()
-"""Names of runs that were interrupted."""
-
-_storing: set[tuple[str, int, int]] = set()
-"""Run, point and repeat of those that are simulated here and have something to store."""
+_begun: dict[str, Begun] = {}
+"""The repeats of each run that are simulated in this process."""
 
 
-def stop(name: str) -> list[tuple[int, int]]:
-    """Stop an interrupted run's repeats in this process; those that will still be stored."""
-    with _lock:
-        _stopped.add(name)
-        return [(point, repeat) for run, point, repeat in _storing if run == name]
+def begun(name: str) -> Begun:
+    """The repeats of a run in this process."""
+    return _begun.setdefault(name, Begun(threading.Event()))
+
+
+def stop(name: str) -> set[tuple[int, int]]:
+    """Stop an interrupted run in this process; the repeats that are or will be stored."""
+    return begun(name).stop()
 
 
 def simulate_remotely(remote: RemoteRun, item: tuple[int, int]) -> RepeatResult | None:
@@ -106,39 +94,28 @@ def simulate_remotely(remote: RemoteRun, item: tuple[int, int]) -> RepeatResult 
 
     A repeat is not simulated again if a worker stored it and died before it could report.
     """
-    key = (remote.name, *item)
-    with _lock:
-        if remote.name in _stopped:
-            return None
+    mine = begun(remote.name)
+    if mine.stopped.is_set():
+        return None
     try:
         if remote.software != software():
-            raise RunError(
-                f"the worker on {platform.node()} has {software()}, not {remote.software}",
-                "install the same snooker everywhere and start the workers again",
-            )
+            raise _other_software(f"the worker on {platform.node()}", software(), remote.software)
         run = _opened(remote)
         if result := cached(run.repeat_status(*item)):
             return replace(result, cached=False)
-        point, repeat = item
-        compile_for(first_scene(run.points[point].experiment, repeat), run.engine)
-        return simulate_repeat(run, point, repeat, partial(_watch, key), remote.command)
+        compile_for(first_scene(run.points[item[0]].experiment, item[1]), run.engine)
+        return simulate_repeat(run, item, mine, remote.command)
     except (RunError, SceneError) as error:
         return RepeatResult(*item, error=str(error))
     except Exception as error:  # as in ``simulate_repeat``
         return unexpected(*item, error)
-    finally:
-        with _lock:
-            _storing.discard(key)
 
 
-def _watch(key: tuple[str, int, int], _events: int) -> bool:
-    """Whether to stop and store a repeat, which now has events."""
-    with _lock:
-        stopped = key[0] in _stopped
-        if stopped and key not in _storing:
-            raise AbandonedError
-        _storing.add(key)
-        return stopped
+def _other_software(worker: str, theirs: object, mine: str) -> RunError:
+    return RunError(
+        f"{worker} has {theirs}, not {mine}",
+        "install the same snooker everywhere and start the workers again",
+    )
 
 
 @lru_cache(maxsize=1)
@@ -191,7 +168,8 @@ class DaskExecutor(Executor):
         self.address = address
         self._name = secrets.token_hex(8)
         self._lost = False
-        self._stopping: Future[dict[str, list[tuple[int, int]]]] | None = None
+        self._stopping: Future[dict[str, set[tuple[int, int]]]] | None = None
+        self._given: set[tuple[int, int]] = set()
         self._deadline = 0.0
         with ExitStack() as exits:
             exits.enter_context(silence_logging_cmgr("critical"))
@@ -213,9 +191,6 @@ class DaskExecutor(Executor):
             self._exits = exits.pop_all()
         super().__init__(self._client.get_executor(pure=False), at_once or AT_ONCE, cancelled)
 
-    def __enter__(self) -> Self:
-        return self
-
     def __exit__(self, *_error: object) -> None:
         with suppress(Exception):  # of a scheduler that is gone
             self._pool.shutdown(wait=False)
@@ -229,6 +204,7 @@ class DaskExecutor(Executor):
         remote = RemoteRun(
             self._name, software(), run.directory.absolute(), run.identity, run.engine, command
         )
+        self._given = set(missing)
         items = takewhile(lambda _: not self._lost, missing)
         for result in self.each(partial(simulate_remotely, remote), items):
             if result is not None:
@@ -243,33 +219,23 @@ class DaskExecutor(Executor):
         for address, theirs in self._client.run(software, on_error="return").items():
             if theirs == mine or isinstance(theirs, OSError):  # of a worker that has just gone
                 continue
-            has = (
-                f"has {theirs}"
-                if isinstance(theirs, tuple)
-                else f"has no such snooker ({_first_line(theirs)})"
-            )
-            raise RunError(
-                f"the worker at {address} {has}, where this is {mine}",
-                "install the same snooker everywhere and start the workers again",
-            )
+            if not isinstance(theirs, str):
+                theirs = f"no such snooker ({_first_line(theirs)})"
+            raise _other_software(f"the worker at {address}", theirs, mine)
 
-    def _submit(self, function: Callable[..., Result], item: Any) -> Future[Result]:
-        return self._pool.submit(function, item)
-
-    def _abandons(self, pending: Mapping[Future[Any], Any]) -> bool:
-        """Stop all repeats; wait for those that workers are storing."""
+    def _stored(self) -> Set[Any]:
+        """Stop all repeats; those that workers store, all of them until the workers answer."""
         if self._stopping is None:
             self._deadline = time.monotonic() + SAVE_TIMEOUT
             asking = ThreadPoolExecutor(1)
             self._stopping = asking.submit(self._client.run, stop, self._name, on_error="ignore")
         if time.monotonic() > self._deadline:
-            return True
+            return set()
         if not self._stopping.done():
-            return False
+            return self._given
         if self._stopping.exception() is not None:
-            return True
-        storing = {item for items in self._stopping.result().values() for item in items}
-        return storing.isdisjoint(pending.values())
+            return set()
+        return set().union(*self._stopping.result().values())
 
     def _result(self, future: Future[Any], item: Any) -> Any:
         point, repeat = item

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -16,7 +15,6 @@ from snooker_cli.engine import specialisation
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import Run, State
-from snooker_cli.scene import Scene
 
 first_scene = lru_cache(maxsize=1)(starting_scene)
 """Keeps the last scene: placing a million balls takes seconds, and a run needs it twice."""
@@ -31,16 +29,13 @@ BYTES_OF_EVENT, BYTES_OF_SHORT_EVENT = 14.5, 32
 SHORT = 4096
 """Repeats with fewer events are not compressed."""
 
-COLD = 2.0**-104
-"""The part of the energy that is left when speeds are those of rounding."""
-
 
 @dataclass(frozen=True)
 class SceneClass:
     """Points whose scenes need the same compiled engine.
 
     balls : the number of balls of each point
-    models : what is modelled, and what is left out because the scenes do not need it
+    models : what the engine models or records, and what it leaves out
     """
 
     shape: type[Container]
@@ -55,30 +50,27 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated, or that
     the chosen engine cannot simulate.
     """
-    starts: dict[int, tuple[type[Container], int, dict[str, bool]]] = {}
+    found: dict[Any, list[tuple[Point, int]]] = {}
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
             _check_repeats(experiment)
             scene = first_scene(experiment, 0)
-            compiled = _compiled_models(scene, experiment, engine)
-        except SceneError as error:
+            models = specialisation(scene, engine=engine)
+        except (SceneError, ValueError) as error:
             setting = ", ".join(f"{key}={value}" for key, value in same[0].parameters)
             where = f" (at the point {setting})" if setting else ""
-            raise SceneError(error.key, f"{error}{where}") from None
-        shape = type(scene.container)
-        starts.update((point.index, (shape, scene.number, compiled)) for point in same)
-    found: dict[Any, list[Point]] = {}
-    for point in points:
-        shape, _, compiled = starts[point.index]
-        models = compiled | _loss_models(point.experiment)
-        found.setdefault((shape, tuple(models.items())), []).append(point)
-    return [
-        SceneClass(
-            shape, tuple(same), tuple(starts[point.index][1] for point in same), dict(models)
-        )
-        for (shape, models), same in found.items()
-    ]
+            wrong = error.key if isinstance(error, SceneError) else "container.shape"
+            raise SceneError(wrong, f"{error}{where}") from None
+        models["events"] = experiment.record == "events"
+        key = type(scene.container), tuple(models.items())
+        found.setdefault(key, []).extend((point, scene.number) for point in same)
+    classes = []
+    for (shape, compiled), members in found.items():
+        members.sort(key=lambda member: member[0].index)
+        members_points, balls = zip(*members, strict=True)
+        classes.append(SceneClass(shape, members_points, balls, dict(compiled)))
+    return classes
 
 
 def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
@@ -108,29 +100,6 @@ def _check_repeats(experiment: Experiment) -> None:
         )
 
 
-def _compiled_models(scene: Scene, experiment: Experiment, engine: str | None) -> dict[str, bool]:
-    """What the engine models and records. Raises ``SceneError`` for an engine that cannot do it."""
-    try:
-        return specialisation(scene, engine=engine) | {"events": experiment.record == "events"}
-    except ValueError as error:
-        raise SceneError("container.shape", str(error)) from None
-
-
-def _loss_models(experiment: Experiment) -> dict[str, bool]:
-    """Which losses there are, and what is watched for because of them."""
-    shape = experiment.container.shape_class
-    at_wall = experiment.effective_wall_cor < 1.0 and shape.has_wall
-    stops = experiment.collapse == "stop"
-    return {
-        "losses between balls": experiment.cor < 1.0,
-        "losses at the wall": at_wall,
-        "wall traps": stops and at_wall and issubclass(shape, Circle),
-        "collapse": True,
-        "lasting contacts": experiment.contact_duration > 0.0,
-        "slow collisions elastic": experiment.elastic_below > 0.0,
-    }
-
-
 # Estimates.
 
 
@@ -142,10 +111,12 @@ def run_plan(
     workers : threads that simulate
     fresh : as if the folder were empty
 
-    Estimates are None if the number of collisions is not known beforehand. ``cools_out`` warns
-    that a gas may cool until it drifts as a whole, which takes longer than estimated.
+    Estimates are None if the number of collisions is not known beforehand.
     """
-    to_do = _to_do(run, fresh=fresh)
+    to_do = dict.fromkeys((point.index for point in run.points), run.experiment.repeats)
+    if not fresh and run.directory.is_dir():
+        for point, repeat in run.repeats():
+            to_do[point] -= run.repeat_status(point, repeat).state is State.DONE
     missing = sum(to_do.values())
     threads = max(1, min(workers, missing))
     kinds = [_class_plan(each, to_do, run.engine) for each in classes]
@@ -160,11 +131,6 @@ def run_plan(
         "collisions": _total(kinds, "collisions"),
         "threads": threads,
         "seconds": None if seconds is None else seconds / threads,
-        "cools_out": any(
-            to_do[point.index] > 0 and _cools_out(each, point.experiment, balls)
-            for each in classes
-            for point, balls in zip(each.points, each.balls, strict=True)
-        ),
         "bytes": _total(kinds, "bytes"),
         "free_bytes": _free_bytes(run.directory),
     }
@@ -175,15 +141,6 @@ def is_excessive(plan: dict[str, Any]) -> bool:
     free = plan["free_bytes"]
     too_large = free is not None and (plan["bytes"] or 0.0) > free
     return too_large or (plan["seconds"] or 0.0) > MOST_SECONDS
-
-
-def _to_do(run: Run, *, fresh: bool) -> dict[int, int]:
-    """The number of repeats that each point lacks; files are checked."""
-    found = dict.fromkeys((point.index for point in run.points), run.experiment.repeats)
-    if not fresh and run.directory.is_dir():
-        for point, repeat in run.repeats():
-            found[point] -= run.repeat_status(point, repeat).state is State.DONE
-    return found
 
 
 def _class_plan(each: SceneClass, to_do: dict[int, int], engine: str | None) -> dict[str, Any]:
@@ -223,36 +180,20 @@ def _estimates(
     The rates are those of `snooker bench speed`. More balls in cells need slower memory. Dilute
     gases among cells take longer.
     """
-    collisions, summary = experiment.collisions, experiment.record == "summary"
-    size = BYTES_OF_REPEAT + BYTES_OF_BALL * balls + (BYTES_OF_SUMMARY if summary else 0)
+    collisions, events = experiment.collisions or 0, each.models["events"]
+    time_of_event = 1.5e-7 + 5e-9 * balls
+    if each.models["cells"]:
+        time_of_event = 6e-7 * max(1.0, balls / 1000) ** 0.3
+    bytes_of_event = BYTES_OF_SHORT_EVENT if collisions < SHORT else BYTES_OF_EVENT
+    stored = collisions * bytes_of_event if events else BYTES_OF_SUMMARY
     found: dict[str, float | None] = {
-        "collisions": collisions,
-        "processor_seconds": None,
-        "bytes": size if summary else None,
+        "collisions": repeats * collisions,
+        "processor_seconds": repeats * (3e-3 + 5e-6 * balls + collisions * time_of_event),
+        "bytes": repeats * (BYTES_OF_REPEAT + BYTES_OF_BALL * balls + stored),
     }
-    if collisions is not None:
-        for_each = 1.5e-7 + 5e-9 * balls
-        if each.models["cells"]:
-            for_each = 6e-7 * max(1.0, balls / 1000) ** 0.3
-        found["processor_seconds"] = 3e-3 + 5e-6 * balls + collisions * for_each
-        if not summary:
-            short = collisions < SHORT
-            found["bytes"] = size + collisions * (BYTES_OF_SHORT_EVENT if short else BYTES_OF_EVENT)
-    return {
-        name: 0 if repeats == 0 else None if value is None else repeats * value
-        for name, value in found.items()
-    }
-
-
-def _cools_out(each: SceneClass, experiment: Experiment, balls: int) -> bool:
-    """Whether balls without walls cool until they drift together, almost at rest to each other.
-
-    They then cross ever more cells between two collisions. A collision of equal balls takes
-    (1 - CoR²) / N of the energy on average (Haff's law by collisions), unless they cluster.
-    """
-    lost = (experiment.collisions or 0) * (1.0 - experiment.cor**2) / balls
-    lasting = not each.shape.has_wall and experiment.elastic_below == 0.0
-    return lasting and lost > -math.log(COLD)
+    if experiment.collisions is None and repeats:
+        found |= {name: None for name in found if events or name != "bytes"}
+    return found
 
 
 def _free_bytes(directory: Path) -> int | None:

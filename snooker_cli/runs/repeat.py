@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
+import threading
 import time
 import traceback
 from collections.abc import Callable
@@ -69,15 +70,54 @@ class AbandonedError(Exception):
     """The run no longer waits for a repeat; the repeat stores nothing."""
 
 
+class Begun:
+    """The repeats of a run that have events in this process, so that they are worth storing.
+
+    stopped : once set, they are stored as interrupted, and all others are abandoned
+    """
+
+    def __init__(self, stopped: threading.Event) -> None:
+        self.stopped = stopped
+        self._items: set[tuple[int, int]] = set()
+        self._lock = threading.Lock()
+
+    def add(self, item: tuple[int, int]) -> None:
+        """Note that a repeat has events. Raises ``AbandonedError`` if it comes too late."""
+        with self._lock:
+            if self.stopped.is_set() and item not in self._items:
+                raise AbandonedError
+            self._items.add(item)
+
+    def stop(self) -> set[tuple[int, int]]:
+        """Stop the run here. Returns the repeats that are or will be stored."""
+        with self._lock:
+            self.stopped.set()
+            return set(self._items)
+
+
 def simulate_repeat(
-    run: Run, point: int, repeat: int, watch: Callable[[int], bool], command: str
+    run: Run,
+    item: tuple[int, int],
+    begun: Begun,
+    command: str,
+    events: Callable[[int], object] = lambda _: None,
 ) -> RepeatResult | None:
     """Simulate and store one repeat; None if it was abandoned.
 
-    watch : called with the number of new collisions; True stops the repeat and stores it as
-        interrupted, ``AbandonedError`` abandons it
+    item : numbers of point and repeat
+    begun : of the run in this process
     command : stored in its provenance
+    events : called with the number of new collisions
     """
+    if begun.stopped.is_set():
+        return None
+
+    def watch(number: int) -> bool:
+        begun.add(item)
+        events(number)
+        return begun.stopped.is_set()
+
+    point, repeat = item
     started, clock = datetime.now(UTC), time.perf_counter()
     experiment = run.points[point].experiment
     try:

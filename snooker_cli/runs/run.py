@@ -195,8 +195,6 @@ class Run:
             reason = "is of another config"
             if _is_extended(source.config, source.digest, own.experiment):
                 state, reason, advice = State.SHORTER, "is shorter than the extended run", ""
-        elif json.loads(source.parameters) != json.loads(json.dumps(own.as_json())):
-            reason = "is of another point"
         elif header.stop.reason is StopReason.INTERRUPTED:
             state, reason, advice = State.INTERRUPTED, header.stop.message, ""
         else:

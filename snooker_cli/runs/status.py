@@ -8,7 +8,6 @@ until their file exists. It has failed if the record of failures names it and it
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -38,23 +37,6 @@ class PointStatus:
     collisions: int = 0
     remarks: list[tuple[int, str]] = field(default_factory=list)
 
-    def count(self, status: RepeatStatus, writing: bool, error: str | None) -> None:
-        """Count a repeat, whose file is perhaps being written and that perhaps failed before."""
-        if status.state is State.DONE and status.header is not None:
-            self.done += 1
-            self.ended[str(status.header.stop.reason)] += 1
-            self.collisions += status.header.collisions
-        elif writing:
-            self.running += 1
-        elif error is not None:
-            self.failed += 1
-            self.remarks.append((status.repeat, f"failed: {error}"))
-        else:
-            self.to_do += 1
-            if status.reason:
-                remark = "; ".join(filter(None, (status.reason, status.advice)))
-                self.remarks.append((status.repeat, remark))
-
 
 @dataclass(frozen=True)
 class RunStatus:
@@ -82,31 +64,40 @@ class RunStatus:
 def run_status(run: Run) -> RunStatus:
     """The status of a run by the headers of its files, whose content is not checked."""
     locked = is_locked(run.directory)
-    writing = set(_being_written(run)) if locked else set()
+    folders = run.directory.glob("point-*") if locked else ()
+    writing = {target_of(part) for folder in folders for part in unfinished(folder)}
     failed = failures(run)
     points = tuple(PointStatus(point) for point in run.points)
-    modified, command = 0, ""
-    number = size = 0
-    for point, repeat in run.repeats():
-        status = run.repeat_status(point, repeat, store.read_header)
-        points[point].count(status, status.path in writing, failed.get((point, repeat)))
-        info = store.file_info(status.path)
-        if info is None:
-            continue
-        number, size = number + 1, size + info.size
-        if info.modified > modified:
-            modified, command = info.modified, ""
-            if status.header is not None:
-                command = status.header.provenance.command
-    finished = modified / 1e9 if number else None
-    return RunStatus(run, locked, points, finished, command, number, size)
-
-
-def _being_written(run: Run) -> Iterator[Path]:
-    """The files of repeats that a process of this machine is writing."""
-    for folder in run.directory.glob("point-*"):
-        for part in unfinished(folder):
-            yield target_of(part)
+    files: list[tuple[store.FileInfo, RepeatStatus]] = []
+    for item in run.repeats():
+        status, mine = run.repeat_status(*item, store.read_header), points[item[0]]
+        if info := store.file_info(status.path):
+            files.append((info, status))
+        if status.state is State.DONE and status.header is not None:
+            mine.done += 1
+            mine.ended[str(status.header.stop.reason)] += 1
+            mine.collisions += status.header.collisions
+        elif status.path in writing:
+            mine.running += 1
+        elif item in failed:
+            mine.failed += 1
+            mine.remarks.append((status.repeat, f"failed: {failed[item]}"))
+        else:
+            mine.to_do += 1
+            if status.reason:
+                remark = "; ".join(filter(None, (status.reason, status.advice)))
+                mine.remarks.append((status.repeat, remark))
+    last, newest = max(files, key=lambda file: file[0].modified, default=(None, None))
+    header = newest.header if newest else None
+    return RunStatus(
+        run,
+        locked,
+        points,
+        finished=last.modified / 1e9 if last else None,
+        command=header.provenance.command if header else "",
+        files=len(files),
+        bytes=sum(info.size for info, _ in files),
+    )
 
 
 def target_of(part: Path) -> Path:

@@ -11,11 +11,12 @@ from snooker_cli.store.file_format import (
     RepeatHeader,
     content_hash,
 )
-from snooker_cli.store.reader import check, file_info, read, read_events, read_header
+from snooker_cli.store.reader import FileInfo, check, file_info, read, read_events, read_header
 from snooker_cli.store.writer import Recorder, write
 
 __all__ = [
     "SCHEMA_VERSION",
+    "FileInfo",
     "Fingerprint",
     "Provenance",
     "Recorder",
