@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import Ended
@@ -64,7 +65,7 @@ def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[distributed.
 
 @pytest.fixture(scope="module")
 def client(scheduler: distributed.LocalCluster) -> Iterator[distributed.Client]:
-    """For looking at the workers and changing them."""
+    """Looks at the workers and changes them."""
     with distributed.Client(scheduler.scheduler_address, set_as_default=False) as connected:
         yield connected
 
@@ -123,26 +124,6 @@ def test_a_dry_run_counts_the_workers_threads(snooker: Command, here: Path, exec
     assert not (here / "runs").exists()
 
 
-def test_a_local_run_needs_nothing_of_dask(here: Path, finished: Path) -> None:
-    script = (
-        "import sys\n"
-        "from snooker_cli.cli import main\n"
-        "try:\n"
-        "    main()\n"
-        "finally:\n"
-        "    ours = 'snooker_cli.runs.dask_executor'\n"
-        "    assert not {'dask', 'distributed', ours} & sys.modules.keys()"
-    )
-    ended = subprocess.run(
-        [sys.executable, "-c", script, "run", "small.yaml", "--no-progress", "-o", "repeats=4"],
-        cwd=here,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert ended.returncode == 0, ended.stderr
-
-
 # Interrupts
 
 
@@ -187,9 +168,7 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
     ("executor", "sentence"),
     [
         ("ray=tcp://host:1", "--executor ray=tcp://host:1: there is no such executor; "),
-        ("dask", "--executor dask=: no address of a scheduler; it looks like dask=tcp://HOST:8786"),
         ("dask=host:8786", "--executor dask=host:8786: no address of a scheduler"),
-        ("dask=tcp://host", "--executor dask=tcp://host: no address of a scheduler"),
         ("dask=tcp://host:65536", "--executor dask=tcp://host:65536: no address of a scheduler"),
         ("dask=tcp://127.0.0.1:9", "no dask scheduler answers at tcp://127.0.0.1:9 ("),
     ],
@@ -243,51 +222,39 @@ def test_workers_with_another_engine_are_refused(
 def remote(finished: Path) -> RemoteRun:
     """The finished run, as a worker gets it."""
     run = runs.open_run(finished)
-    return RemoteRun(
-        name=str(finished),
-        software=software(),
-        directory=finished.absolute(),
-        identity=run.identity,
-        engine=None,
-        command="snooker",
-    )
+    name, directory = str(finished), finished.absolute()
+    return RemoteRun(name, software(), directory, run.identity, None, "snooker")
 
 
-def test_a_repeat_that_is_there_is_not_done_again(remote: RemoteRun, finished: Path) -> None:
-    """Of a worker that died before it could say so."""
+def test_a_stored_repeat_is_not_simulated_again(remote: RemoteRun, finished: Path) -> None:
+    """Of a worker that died before it could report. A stopped run begins nothing."""
     before = bytes_of(finished)
-    outcome = simulate_remotely(remote, FIRST)
-    assert outcome is not None
-    assert (outcome.error, outcome.work) == (None, None)
-    assert outcome.stop == store.read(finished / "point-0000" / "repeat-0000.h5")[0].stop
-    assert bytes_of(finished) == before
-
-
-def test_a_worker_that_does_not_share_the_folder_says_so(remote: RemoteRun, tmp_path: Path) -> None:
-    outcome = simulate_remotely(replace(remote, directory=tmp_path / "elsewhere"), FIRST)
-    assert outcome is not None
-    assert outcome.error is not None
-    assert outcome.error.startswith(f"{tmp_path}/elsewhere: there is no run here")
-    assert "--out must name a folder on a file system that all workers share" in outcome.error
-    other = simulate_remotely(replace(remote, identity="0" * 8), FIRST)
-    assert other is not None
-    assert other.error is not None
-    assert "holds another run as the worker on " in other.error
-
-
-def test_a_worker_that_came_later_with_another_engine_says_so(remote: RemoteRun) -> None:
-    outcome = simulate_remotely(replace(remote, software=software()._replace(engine=99)), FIRST)
-    assert outcome is not None
-    assert outcome.error is not None
-    assert "with engine version 99" in outcome.error
-
-
-def test_a_stopped_run_begins_nothing(remote: RemoteRun, finished: Path) -> None:
+    result = simulate_remotely(remote, FIRST)
+    assert result is not None
+    assert (result.error, result.work) == (None, None)
     path = finished / "point-0000" / "repeat-0000.h5"
+    assert result.stop == store.read(path)[0].stop
+    assert bytes_of(finished) == before
     path.unlink()
-    assert stop(remote.name) == []
+    assert stop(remote.name) == set()
     assert simulate_remotely(remote, FIRST) is None
     assert not path.exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        ({"directory": Path("elsewhere").absolute()}, "elsewhere: there is no run here"),
+        ({"identity": "0" * 8}, "holds another run as the worker on "),
+        ({"software": "snooker 99"}, "not snooker 99; install the same snooker everywhere"),
+    ],
+)
+def test_a_worker_refuses_what_it_must_not_simulate(
+    change: dict[str, Any], problem: str, remote: RemoteRun
+) -> None:
+    result = simulate_remotely(replace(remote, **change), FIRST)
+    assert result is not None
+    assert problem in str(result.error)
 
 
 # Workers that die

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from repeating import StopsAfter, bytes_of, contents, done, made
@@ -15,12 +16,12 @@ from repeating import StopsAfter, bytes_of, contents, done, made
 from snooker_cli import runs, store
 from snooker_cli.config import digest, parse
 from snooker_cli.engine import ENGINE_VERSION, simulate
-from snooker_cli.errors import StoreError
+from snooker_cli.errors import RunError, StoreError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.runs.execution import ThreadExecutor, Watcher, execute
 from snooker_cli.runs.folder import FAILURES, failures
-from snooker_cli.runs.repeat import RepeatResult
+from snooker_cli.runs.repeat import AbandonedError, Begun, RepeatResult
 from snooker_cli.runs.status import run_status
 from snooker_cli.trace import StopReason
 
@@ -33,15 +34,10 @@ class Notes(Watcher):
         self.collisions = 0
         self.results: list[RepeatResult] = []
         self.readied = 0
-        self.removed: list[str] = []
         self.refused: list[RepeatStatus] = []
-        self.figures = False
 
     def unusable(self, status: RepeatStatus) -> None:
         self.refused.append(status)
-
-    def outdated(self, removed: list[Path], figures: bool) -> None:
-        self.removed, self.figures = [path.name for path in removed], figures
 
     def simulating(self, compiling: float) -> None:
         assert compiling > 0
@@ -67,90 +63,56 @@ def copied(finished_run: Run, tmp_path: Path) -> Run:
 # Resuming
 
 
-def test_results_are_what_is_in_the_files(copied: Run) -> None:
-    notes = Notes()
+def test_a_second_run_simulates_nothing(copied: Run) -> None:
+    before, notes = bytes_of(copied.directory), Notes()
     results = done(copied, watcher=notes)
-    assert [(result.point, result.repeat) for result in results] == [
-        (point, repeat) for point in (0, 1) for repeat in (0, 1, 2)
-    ]
+    assert [(each.point, each.repeat) for each in results] == list(copied.repeats())
     assert sorted(notes.results, key=lambda each: (each.point, each.repeat)) == results
-    assert {result.work for result in results} == {None}
     for result in results:
         trace = store.read(copied.path(result.point, result.repeat))[0]
-        assert result.stop == trace.stop
-        assert result.collisions == trace.collisions
-        assert result.error is None
-
-
-def test_a_second_run_simulates_nothing(copied: Run) -> None:
-    before = bytes_of(copied.directory)
-    notes = Notes()
-    results = done(copied, watcher=notes)
-    assert all(result.cached for result in results)
+        assert (result.stop, result.collisions) == (trace.stop, trace.collisions)
+        assert (result.cached, result.error, result.work) == (True, None, None)
     assert (notes.collisions, notes.readied) == (0, 0)
     assert bytes_of(copied.directory) == before
 
 
-def remove(path: Path) -> None:
-    path.unlink()
-
-
-def truncate(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:-1000])
-
-
-def empty(path: Path) -> None:
-    path.write_bytes(b"")
-
-
 def flip_a_bit(path: Path) -> None:
-    trace = store.read(path)[0]
     image = bytearray(path.read_bytes())
-    image[image.index(trace.start.velocities.tobytes()) + 5] ^= 1
+    image[image.index(store.read(path)[0].start.velocities.tobytes()) + 5] ^= 1
     path.write_bytes(image)
 
 
-def put_another_repeat_there(path: Path) -> None:
-    shutil.copy(path.with_name("repeat-0002.h5"), path)
+def changed(**provenance: Any) -> Callable[[Path], None]:
+    def change(path: Path) -> None:
+        trace, header = store.read(path)
+        store.write(path, trace, replace(header.provenance, **provenance))
+
+    return change
 
 
-def put_another_point_there(path: Path) -> None:
-    shutil.copy(path.parent.with_name("point-0000") / path.name, path)
+DAMAGES: list[tuple[Callable[[Path], object], str]] = [
+    (lambda path: path.unlink(), ""),
+    (lambda path: path.write_bytes(path.read_bytes()[:-1000]), "not a readable result of snooker"),
+    (lambda path: path.write_bytes(b""), "not a readable result of snooker"),
+    (flip_a_bit, "its content has changed since it was written"),
+    (lambda path: shutil.copy(path.with_name("repeat-0002.h5"), path), "is repeat 2 of point 1"),
+    (changed(point=0), "is repeat 1 of point 0"),
+    (changed(engine_version=ENGINE_VERSION - 1), f"is of engine version {ENGINE_VERSION - 1}, not"),
+    (changed(engine="cells"), "is of --engine cells"),
+    (changed(digest="0" * 64), "is of another config"),
+]
 
 
-def put_another_engine_versions_there(path: Path) -> None:
-    trace, header = store.read(path)
-    old = replace(header.provenance, engine_version=ENGINE_VERSION - 1)
-    store.write(path, trace, old)
-
-
-def put_a_forced_engines_there(path: Path) -> None:
-    trace, header = store.read(path)
-    store.write(path, trace, replace(header.provenance, engine="cells"))
-
-
-DAMAGES: dict[Callable[[Path], None], str] = {
-    remove: "",
-    truncate: "not a readable result of snooker",
-    empty: "not a readable result of snooker",
-    flip_a_bit: "its content has changed since it was written",
-    put_another_repeat_there: "is repeat 2 of point 1",
-    put_another_point_there: "is repeat 1 of point 0",
-    put_another_engine_versions_there: f"is of engine version {ENGINE_VERSION - 1}, not",
-    put_a_forced_engines_there: "is of --engine cells",
-}
-
-
-@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize(("damage", "reason"), DAMAGES)
 def test_one_bad_file_is_done_again_and_only_that(
-    damage: Callable[[Path], None], copied: Run, finished_run: Run
+    damage: Callable[[Path], object], reason: str, copied: Run, finished_run: Run
 ) -> None:
     before = bytes_of(copied.directory)
     path = copied.path(1, 1)
     damage(path)
     notes = Notes()
-    if DAMAGES[damage]:
-        with pytest.raises(StoreError, match=f"^{path}: {DAMAGES[damage]}"):
+    if reason:
+        with pytest.raises(StoreError, match=f"^{path}: {reason}"):
             list(copied.traces(copied.points[1]))
     results = done(copied, watcher=notes)
     assert [(each.point, each.repeat) for each in results if not each.cached] == [(1, 1)]
@@ -159,41 +121,103 @@ def test_one_bad_file_is_done_again_and_only_that(
     assert after.pop(name) != before.pop(name)
     assert after == before
     assert contents(copied) == contents(finished_run)
-    assert len(notes.refused) == (DAMAGES[damage] != "")
-    assert all(each.reason.startswith(DAMAGES[damage]) for each in notes.refused)
+    assert len(notes.refused) == (reason != "")
+    assert all(each.reason.startswith(reason) for each in notes.refused)
 
 
-def test_more_repeats_extend_a_run(copied: Run, small_config: str, tmp_path: Path) -> None:
+def test_new_repeats_delete_what_was_made_of_fewer(copied: Run, small_config: str) -> None:
+    for name in runs.ANALYSES:
+        (copied.directory / name).write_text("[]")
+    done(copied)
+    assert len(copied.analyses()) == 2
+    copied.path(0, 0).unlink()
+    done(copied)
+    assert copied.analyses() == []
+
+
+# Extending: the bits of a run that was as long from the start
+
+
+@pytest.mark.parametrize("record", ["events", "summary"])
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (["collisions=150"], ["collisions=400", "repeats=4"]),
+        (["time=2"], ["time=6.5"]),
+        (["collisions=150", "time=3"], ["collisions=200", "time=5"]),
+    ],
+)
+def test_an_extended_run_has_the_bits_of_one_that_was_as_long_from_the_start(
+    before: list[str], after: list[str], record: str, small_config: str, tmp_path: Path
+) -> None:
+    text = small_config.replace("collisions: 150", f"record: {record}")
+    short = made(tmp_path / "run", text, *before)
+    done(short)
+    kept = contents(short)
+    longer = made(tmp_path / "run", text, *after)
+    assert [longer.shorter(point) for point in longer.points] == [3, 3]
+    assert not any(each.cached for each in done(longer))
+    at_once = made(tmp_path / "at once", text, *after)
+    done(at_once)
+    assert contents(longer) == contents(at_once)
+    assert contents(longer) != kept
+    assert [longer.shorter(point) for point in longer.points] == [0, 0]
+    assert all(each.cached for each in done(longer))
+
+
+def test_the_number_of_repeats_can_change(copied: Run, small_config: str, tmp_path: Path) -> None:
     before = bytes_of(copied.directory)
+    assert len(done(made(copied.directory, small_config, "repeats=2"))) == 4
+    assert bytes_of(copied.directory) == before
     longer = made(copied.directory, small_config, "repeats=5")
-    results = done(longer)
-    assert [result.repeat for result in results if not result.cached] == [3, 4, 3, 4]
+    assert [each.repeat for each in done(longer) if not each.cached] == [3, 4, 3, 4]
     assert before.items() <= bytes_of(copied.directory).items()
     at_once = made(tmp_path / "at once", small_config, "repeats=5")
     done(at_once)
     assert contents(longer) == contents(at_once)
 
 
-def test_fewer_repeats_keep_the_others(copied: Run, small_config: str) -> None:
-    before = bytes_of(copied.directory)
-    assert len(done(made(copied.directory, small_config, "repeats=2"))) == 4
-    assert bytes_of(copied.directory) == before
+@pytest.mark.parametrize(("stopped_after", "replaced"), [(1, False), (70_000, True)])
+def test_an_interrupt_while_extending_loses_no_collision(
+    stopped_after: int, replaced: bool, small_config: str, tmp_path: Path
+) -> None:
+    """The old file stays unless the new repeat has come as far; chunks are of 16,384."""
+    text = small_config.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
+    short = made(tmp_path / "run", text, "collisions=70000", "repeats=1")
+    done(short)
+    before = bytes_of(short.directory)
+    longer = made(tmp_path / "run", text, "collisions=200000", "repeats=1")
+    cancelled = threading.Event()
+    (stopped,) = execute(
+        longer, workers=1, watcher=StopsAfter(stopped_after, cancelled), cancelled=cancelled
+    )
+    assert stopped.stop is not None
+    assert stopped.stop.reason is StopReason.INTERRUPTED
+    assert (bytes_of(longer.directory) != before) == replaced
+    assert stopped.unstored == (not replaced)
+    assert store.check(longer.path(0, 0)).collisions == (81_920 if replaced else 70_000)
+    assert longer.shorter(longer.points[0]) == (not replaced)
+    assert not list(tmp_path.rglob("*.part"))
+    done(longer)
+    at_once = made(tmp_path / "at once", text, "collisions=200000", "repeats=1")
+    done(at_once)
+    assert contents(longer) == contents(at_once)
 
 
-def test_new_repeats_make_old_fits_outdated(copied: Run, small_config: str) -> None:
-    figure = copied.directory / "figures" / "speeds.json"
-    figure.parent.mkdir()
-    figure.write_text(json.dumps(dict.fromkeys(runs.FIGURE_KEYS)))
-    for name in runs.ANALYSES:
-        (copied.directory / name).write_text("[]")
-    nothing_new, more = Notes(), Notes()
-    done(copied, watcher=nothing_new)
-    assert (nothing_new.removed, nothing_new.figures) == ([], False)
-    assert len(copied.analyses()) == 2
-    done(made(copied.directory, small_config, "repeats=4"), watcher=more)
-    assert (more.removed, more.figures) == (["fit.json", "compare.json"], True)
-    assert copied.analyses() == []
-    assert copied.figures() == [figure]
+def test_an_unfinished_extension_is_read_and_cannot_be_undone(
+    small_config: str, tmp_path: Path
+) -> None:
+    """One repeat is as long as the run is now, the others are as they were."""
+    elastic = small_config.replace("[0.85, 1.0]", "[1.0]")
+    done(made(tmp_path, elastic))
+    done(made(tmp_path, elastic, "collisions=151", "repeats=1"))
+    run = made(tmp_path, elastic, "collisions=151")
+    (point,) = run.points
+    assert (len(run.present(point)), run.shorter(point)) == (3, 2)
+    assert [trace.collisions for trace in run.traces(point)] == [151, 150, 150]
+    with pytest.raises(RunError) as caught:
+        made(tmp_path, elastic)
+    assert caught.value.code == "shorter_limits"
 
 
 # The same bits
@@ -216,7 +240,7 @@ def test_results_do_not_depend_on_the_number_of_threads(
     assert len(set(found[1].values())) == 16
 
 
-def test_the_file_tells_how_to_make_the_repeat_again(finished_run: Run) -> None:
+def test_a_file_has_all_that_is_needed_to_make_the_repeat_again(finished_run: Run) -> None:
     for point in finished_run.points:
         for repeat in range(3):
             trace, header = store.read(finished_run.path(point.index, repeat))
@@ -241,14 +265,6 @@ def test_the_file_tells_how_to_make_the_repeat_again(finished_run: Run) -> None:
             assert store.content_hash(again) == store.content_hash(trace)
 
 
-def test_an_infinite_mass_in_a_sweep_is_json_in_the_file(small_config: str, tmp_path: Path) -> None:
-    run = made(tmp_path, small_config.replace("sweep", "# "), "container.mass=.inf", "repeats=1")
-    swept = replace(run.points[0], parameters=(("container.mass", float("inf")),))
-    assert [each.error for each in done(replace(run, points=(swept,)))] == [None]
-    source = store.check(run.path(0, 0)).provenance
-    json.loads(source.parameters, parse_constant=pytest.fail)
-
-
 # Failures
 
 
@@ -262,7 +278,6 @@ def test_one_failing_repeat_does_not_stop_the_others(copied: Run, finished_run: 
     assert [(result.point, result.repeat) for result in failed] == [(0, 1)]
     assert failed[0].error is not None
     assert "repeat-0001.h5: cannot write the result" in failed[0].error
-    assert failed[0].stop is None
     assert failed[0] in notes.results
     assert failures(copied) == {(0, 1): failed[0].error}
     first, second = run_status(copied).points
@@ -273,22 +288,6 @@ def test_one_failing_repeat_does_not_stop_the_others(copied: Run, finished_run: 
     assert failures(copied) == {}
     assert not (copied.directory / FAILURES).exists()
     assert contents(copied) == contents(finished_run)
-
-
-def test_a_failure_is_noted_once_there_is_room_for_it(copied: Run) -> None:
-    """Other repeats under way may have filled the disk when one fails."""
-    path, record = copied.path(0, 1), copied.directory / FAILURES
-    path.unlink()
-    path.mkdir()
-    record.mkdir()
-
-    class MakesRoom(Watcher):
-        def finished(self, result: RepeatResult) -> None:
-            if result.error:
-                record.rmdir()
-
-    execute(copied, workers=1, watcher=MakesRoom(), cancelled=threading.Event())
-    assert list(failures(copied)) == [(0, 1)]
 
 
 def test_an_unforeseen_error_keeps_its_traceback(
@@ -333,51 +332,37 @@ def test_an_interrupted_repeat_is_saved_and_done_again(small_config: str, tmp_pa
         assert column.tobytes() == getattr(all_events, name)[: len(events)].tobytes()
 
 
-def test_what_has_nothing_to_keep_is_left_behind() -> None:
-    """As a thread that arranges a million balls; it learns of it when it has something."""
-    cancelled, begun, goes_on = threading.Event(), threading.Event(), threading.Event()
-    kept: list[bool] = []
-    ended = threading.Semaphore(0)
+def test_a_cancelled_run_leaves_threads_alone_that_have_nothing_to_store() -> None:
+    """Such as one that places a million balls."""
+    cancelled, begun, continues = threading.Event(), threading.Event(), threading.Event()
 
-    def slow(item: int, keep: Callable[[], bool]) -> int:
-        if item == 0:
-            return item
-        begun.set()
-        assert goes_on.wait(60)
-        kept.append(keep())
-        ended.release()
+    def slow(item: int) -> int:
+        if item > 0:
+            begun.set()
+            assert continues.wait(60)
         return item
 
     with ThreadExecutor(2, cancelled) as threads:
-        runs = threads.each(slow, [0, 1, 2, 3, 4, 5, 6])
-        assert next(runs) == 0
+        results = threads.each(slow, range(7))
+        assert next(results) == 0
         assert begun.wait(60)
         cancelled.set()
-        assert list(runs) == []
-    assert kept == []
-    goes_on.set()
-    assert ended.acquire(timeout=60)
-    assert not any(kept)
+        assert list(results) == []
+    continues.set()
 
 
-def test_what_has_something_to_keep_is_waited_for() -> None:
-    cancelled, begun = threading.Event(), threading.Event()
-
-    def slow(item: int, keep: Callable[[], bool]) -> int:
-        assert keep()
-        begun.set()
-        assert cancelled.wait(60)
-        return item
-
-    with ThreadExecutor(1, cancelled) as threads:
-        runs = threads.each(slow, range(7))
-        threading.Thread(target=lambda: (begun.wait(60), cancelled.set())).start()
-        # One is under way, and another may have begun before the cancelling was seen.
-        assert 0 in runs
+def test_a_repeat_that_begins_too_late_is_abandoned() -> None:
+    mine = Begun(threading.Event())
+    mine.add((0, 0))
+    assert mine.stop() == {(0, 0)}
+    mine.add((0, 0))
+    with pytest.raises(AbandonedError):
+        mine.add((0, 1))
+    assert mine.stop() == {(0, 0)}
 
 
 def test_what_goes_wrong_in_a_thread_is_raised() -> None:
-    def wrong(item: int, keep: Callable[[], bool]) -> int:
+    def wrong(item: int) -> int:
         raise ValueError(f"item {item}")
 
     with ThreadExecutor(1, threading.Event()) as threads, pytest.raises(ValueError, match="item 3"):

@@ -52,10 +52,6 @@ def repeats_in(directory: Path) -> list[Path]:
     return sorted(directory.glob("point-0000/repeat-*.h5"))
 
 
-def ended(path: Path) -> StopReason:
-    return store.check(path).stop.reason
-
-
 def wait_for_repeats(number: int, directory: Path, process: Process) -> None:
     """Return as soon as this many repeats exist; looks more often for the last one."""
     while (found := len(repeats_in(directory))) < number:
@@ -186,41 +182,16 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
 
 MANY = """\
 container: {radius: 10.0}
-balls: {count: 5000, packing: 0.3, speed: 10}
+balls: {count: 1000000, packing: 0.3, speed: 10}
 cor: 1
 collisions: 1000000000
-repeats: 2
 """
-
-
-def test_an_interrupt_keeps_what_many_balls_have_done(tmp_path: Path) -> None:
-    config, directory = tmp_path / "many.yaml", tmp_path / "many"
-    config.write_text(MANY)
-    command = [sys.executable, "-m", "snooker_cli", "run", str(config), "--out", str(directory)]
-    process = subprocess.Popen(
-        [*command, "-j", "1", "--no-progress"],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    while not list(directory.glob("point-0000/*.part")):
-        assert process.poll() is None, process.communicate()
-        time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
-    _, stderr = process.communicate()
-    assert process.returncode == 130
-    assert "interrupted: 0 of 2 repeats complete" in stderr
-    (path,) = directory.glob("point-0000/*")
-    trace = store.read(path)[0]
-    assert trace.stop.reason is StopReason.INTERRUPTED
-    assert trace.events is not None
-    assert len(trace.events) == trace.collisions > 0
 
 
 def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path) -> None:
     """While a million balls are put in their places."""
     config, directory = tmp_path / "million.yaml", tmp_path / "million"
-    config.write_text(MANY.replace("5000", "1000000"))
+    config.write_text(MANY)
     script = (
         "import os, signal, sys\n"
         "from snooker_cli.runs import plan\n"
@@ -259,45 +230,30 @@ def test_a_second_run_in_the_same_folder_is_refused(one_point: str, tmp_path: Pa
     first.send_signal(signal.SIGTERM)
     first.communicate()
     assert first.returncode == 130
-    assert {ended(path) for path in repeats_in(directory)} == {StopReason.COLLISIONS}
+    assert {store.check(path).stop.reason for path in repeats_in(directory)} == {
+        StopReason.COLLISIONS
+    }
     assert not list(directory.rglob("*.part"))
 
 
-UNHELD = """
+UNLOCKED = """
 import sys, threading
 from pathlib import Path
-from snooker_cli import runs
-from snooker_cli.config import parse, points
-from snooker_cli.runs.execution import Watcher, execute
+from repeating import done, made
 
-experiment = parse(sys.stdin.read()).experiment
-run = runs.Run(Path(sys.argv[1]), experiment, points(experiment))
-runs.create(run)
-for outcome in execute(run, workers=2, watcher=Watcher(), cancelled=threading.Event()):
-    assert outcome.error is None, outcome.error
+for result in done(made(Path(sys.argv[1]), sys.argv[2]), workers=2):
+    assert result.error is None, result.error
 """
 
 
 def test_two_runs_that_meet_leave_whole_files(one_point: str, tmp_path: Path) -> None:
-    """Where the disk has no locks; long repeats, which are written as they go, among them."""
+    """On a disk without locks; the repeats are long, so they are written as they come."""
     text = one_point.replace("collisions: 150", "collisions: 70000").replace(
         "repeats: 3", "repeats: 12"
     )
-    processes = [
-        subprocess.Popen(
-            [sys.executable, "-c", UNHELD, tmp_path / "shared"],
-            stdin=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        for _ in range(2)
-    ]
-    for process in processes:
-        assert process.stdin is not None
-        process.stdin.write(text)
-        process.stdin.close()
-    for process in processes:
-        assert process.wait() == 0, process.stderr and process.stderr.read()
+    command = [sys.executable, "-c", UNLOCKED, str(tmp_path / "shared"), text]
+    processes = [subprocess.Popen(command, cwd=Path(__file__).parents[1]) for _ in range(2)]
+    assert [process.wait() for process in processes] == [0, 0]
     run = runs.open_run(tmp_path / "shared")
     alone = made(tmp_path / "alone", text)
     done(alone)

@@ -25,10 +25,7 @@ KERNEL = {
     "unequal balls": False,
     "sliding along the wall": False,
     "events": True,
-    "lasting contacts": False,
-    "slow collisions elastic": False,
 }
-LOSSES = {"losses between balls": False, "losses at the wall": False, "wall traps": False}
 
 TWO_BALLS = """\
 container: {radius: 10.0}
@@ -45,50 +42,33 @@ def classes_of(text: str, *overrides: str, engine: str | None = None) -> list[Sc
     return scene_classes(points(parse(text, overrides=overrides).experiment), engine)
 
 
-def test_classes_name_what_is_modelled(small_config: str) -> None:
-    lossy, elastic = classes_of(small_config)
-    free = KERNEL | {"moving container": True, "collapse": True}
-    assert elastic.models == free | LOSSES
-    assert lossy.models == free | dict.fromkeys(LOSSES, True)
-    assert [point.index for point in lossy.points + elastic.points] == [0, 1]
-    assert (lossy.shape, lossy.balls, elastic.balls) == (Circle, (7,), (7,))
-
-
 def test_a_class_holds_points_that_need_the_same(small_config: str) -> None:
-    swept = ("balls.rings=0,2,1", "cor=0.7,0.8")
-    (one,) = classes_of(small_config, *swept)
-    assert one.balls == (1, 19, 7, 1, 19, 7)
+    (one,) = classes_of(small_config, "balls.rings=0,2,1", "cor=0.7,0.8")
+    assert one.models == KERNEL | {"moving container": True}
+    assert (one.shape, one.balls) == (Circle, (1, 19, 7, 1, 19, 7))
     assert [point.index for point in one.points] == list(range(6))
     fixed, free = classes_of(small_config, "container.mass=.inf,1e7", "cor=1")
     assert (fixed.models["moving container"], free.models["moving container"]) == (False, True)
 
 
 @pytest.mark.parametrize(
-    ("overrides", "expected"),
+    ("overrides", "modelled"),
     [
-        ((), {"cells": True}),
-        (("balls.count=80",), {}),
-        (("record=summary",), {"cells": True, "events": False}),
-        (("balls.count=4096", "balls.radius=0.05"), {"cells": True, "balls sorted by cells": True}),
-        (("cor=0.9",), {"cells": True} | dict.fromkeys(LOSSES, True)),
-        (("cor=0.9", "wall_cor=1"), {"cells": True, "losses between balls": True}),
-        (("container={shape: box, width: 20}",), {"cells": True, "straight walls": True}),
-        (
-            ("container={shape: box, width: 20}", "cor=0.9"),
-            {"cells": True, "straight walls": True, **dict.fromkeys(LOSSES, True)}
-            | {"wall traps": False},
-        ),
-        (
-            ("container={shape: periodic, width: 20}", "wall_cor=0.9"),
-            {"cells": True, "periodic images": True},
-        ),
+        (("balls.count=80",), []),
+        ((), ["cells"]),
+        (("balls.count=4096", "balls.radius=0.05"), ["cells", "balls sorted by cells"]),
+        (("container={shape: box, width: 20}",), ["cells", "straight walls"]),
+        (("container={shape: periodic, width: 20}",), ["cells", "periodic images"]),
+        (("balls.count=80", "collapse=slide"), ["sliding along the wall"]),
     ],
 )
 def test_only_what_a_scene_needs_is_modelled(
-    overrides: tuple[str, ...], expected: dict[str, bool]
+    overrides: tuple[str, ...], modelled: list[str]
 ) -> None:
     (each,) = classes_of(GAS, *overrides)
-    assert each.models == KERNEL | LOSSES | {"collapse": True} | expected
+    assert each.models == KERNEL | dict.fromkeys(modelled, True)
+    (each,) = classes_of(GAS, *overrides, "record=summary")
+    assert each.models == KERNEL | dict.fromkeys(modelled, True) | {"events": False}
 
 
 def test_different_balls_are_another_class() -> None:

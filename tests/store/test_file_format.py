@@ -12,7 +12,9 @@ from typing import Any
 
 import h5py
 import numpy as np
+import pyh5md
 import pytest
+from pyh5md import element
 from scenes import gas
 
 from snooker_cli import export, runs, store
@@ -20,7 +22,7 @@ from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.engine.clock import LEAST_EVENTS
 from snooker_cli.export import frames
-from snooker_cli.runs.folder import note_failure
+from snooker_cli.runs.folder import record_failures
 from snooker_cli.scene import Scene
 from snooker_cli.store import SCHEMA_VERSION, Provenance, RepeatHeader
 from snooker_cli.trace import StopReason, Trace
@@ -163,8 +165,50 @@ def test_a_repeats_file_has_what_the_page_says(
     if trace.summary is not None:
         letters["g"] = len(trace.summary.series.time)
     (data,), (attrs,) = tables("### Datasets"), tables("### Attributes")
+    container = trace.start.container
     with h5py.File(tmp_path / "repeat.h5") as file:
         compare(file, data, attrs, kinds, letters)
+        for group in file["particles"].values():
+            boundary = b"periodic" if container.period else b"none"
+            assert group["box"].attrs["boundary"].tolist() == [boundary] * 2
+            if "box" in kinds:  # H5MD wants edges wherever a boundary is periodic
+                assert group["box/edges"][:].tolist() == list(container.size)
+
+
+@pytest.mark.parametrize("record", ["events", "summary"])
+def test_an_independent_reader_reads_it(
+    record: str, traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
+) -> None:
+    trace, path = traces[record], tmp_path / "repeat.h5"
+    store.write(path, trace, provenance)
+    with pyh5md.File(path, "r") as file:
+        balls = file.particles_group("balls")
+        for name, values in (("position", "positions"), ("velocity", "velocities")):
+            found = element(balls, name)
+            assert found.element_type == "TimeElement"
+            assert found.time[:].tolist() == [0.0, trace.stop.time]
+            assert found.step[:].tolist() == [0, trace.collisions]
+            for k, scene in enumerate((trace.start, trace.finish)):
+                assert np.array_equal(found.get_by_idx(k), getattr(scene, values))
+        assert np.array_equal(element(balls, "mass").value[:], trace.start.masses)
+        wall = element(file.particles_group("container"), "position")
+        assert np.array_equal(wall.get_by_idx(1), [trace.finish.container_position])
+        if trace.events is not None:
+            collisions = element(file["connectivity"], "collisions")
+            assert file[file["connectivity/collisions"].attrs["particles_group"]] == balls
+            assert collisions.step[:].tolist() == list(range(1, 301))
+            assert np.array_equal(collisions.time[:], trace.events.time)
+            assert np.array_equal(collisions.value[:, 0, 0], trace.events.i)
+            assert np.array_equal(collisions.value[:, 0, 1], trace.events.j)
+            impulse = element(file["observables"], "impulse")
+            assert np.array_equal(impulse.time[:], trace.events.time)
+            assert np.array_equal(impulse.value[:], trace.events.impulse)
+        if trace.summary is not None:
+            for name, values in vars(trace.summary.series).items():
+                if name != "time":
+                    column = element(file["observables/summary"], name)
+                    assert np.array_equal(column.time[:], trace.summary.series.time)
+                    assert np.array_equal(column.value[:], values)
 
 
 JSON = {
@@ -222,13 +266,10 @@ def test_a_key_with_a_default_may_be_missing(
     assert header.provenance == provenance
 
 
-def test_every_ending_is_named() -> None:
-    (rows,) = tables("### The ending")
-    named = re.findall(r"[a-z_]+", rows[0]["what"].replace(" or ", " "))
-    assert set(named) == set(StopReason)
-
-
 def test_the_page_is_of_this_schema() -> None:
+    (endings,) = tables("### The ending")
+    named = re.findall(r"[a-z_]+", endings[0]["what"].replace(" or ", " "))
+    assert set(named) == set(StopReason)
     assert f"1.1, schema version {SCHEMA_VERSION}." in PAGE
     rows = [
         row
@@ -245,7 +286,7 @@ def test_a_runs_folder_has_what_the_page_says(finished: Path, snooker: Snooker) 
     run = runs.open_run(finished)
     for command in (["fit", "small"], ["compare", "small"]):
         assert snooker(*command).code == 0
-    note_failure(run, 0, 1, "it failed")
+    record_failures(run, {(0, 1): "it failed"})
     folder, manifest = tables("## A run's folder")
     names = {name for row in folder for name in row["name"].split(", ")}
     there = {re.sub(r"\d{4}", "0000", str(path.relative_to(finished))) for path in walk(finished)}
