@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,14 +36,11 @@ class Film:
     """What is shown of a repeat from one time to another; SI units with k_B = 1.
 
     trace : the repeat up to the last collision shown; with sliding balls, one more event
-    title, subtitle : shown at the top
-    ending : shown at the end: why the repeat ended early, or empty
+    title, subtitle, ending : shown at the top; why the repeat ended early, or empty
     start, end : s
-    before : number of the repeat's collisions before the film
-    left_out : number of collisions of the wanted span that are too many
+    before, left_out : number of collisions before the film; of those that are too many
     opening : the state at ``start``
-    time : (*n*,) of the collisions, s
-    i, j : (*n*,) ``numpy.int32``, the bodies that collide, as in ``Events``
+    time, i, j : (*n*,) the collisions and the bodies that collide, as in ``Events``
     sliding : balls that slide along the wall at the start
     settling : the ball that bounces after the last collision until it slides, or ``None``
     after : (*n*, 4) velocities of i (u, v) and of j or the container after it, m/s
@@ -89,10 +86,7 @@ class Film:
         return np.append(self.rows, self.end)
 
     def pressure(self, times: Floats) -> Floats:
-        """Mean pressure from the repeat's start to times within the film, Pa m.
-
-        As ``observables.cumulative_pressure``; at time zero its limit.
-        """
+        """Mean pressure from the repeat's start to times within the film, Pa m; at 0 its limit."""
         row = np.searchsorted(self.time, times, side="right")
         total = self.pressure_sum[row] + self.pressure_gain[row] * (times - self.rows[row])
         return np.divide(total, times, out=self.pressure_gain[row], where=times > 0)
@@ -173,24 +167,18 @@ def _at_collisions(
     Collisions at the same instant all have the state after the last of them.
     """
     step = max(1, BATCH // trace.start.number)
-    parts = []
+    table = np.empty((len(time), 7))
     for first in range(0, len(time), step):
         chunk = slice(first, first + step)
-        states = replay(trace, time[chunk])
-        row, ball, other = np.arange(len(states.time)), i[chunk], j[chunk]
-        at_wall = (other <= CONTAINER)[:, None]
-        partner = np.where(at_wall, states.container_velocities, states.velocities[row, other])
-        parts.append(
-            (
-                np.hstack([states.velocities[row, ball], partner]),
-                _contact_points(trace.start, states, ball, other),
-                _energy(trace, states),
-            )
-        )
-    if not parts:
-        return np.empty((0, 4)), np.empty((0, 2)), np.empty(0)
-    after, contacts, energy = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return after, contacts, energy
+        states, ball, other = replay(trace, time[chunk]), i[chunk], j[chunk]
+        row = np.arange(len(states.time))
+        moving = states.velocities[row, other]
+        at_wall = other <= CONTAINER
+        moving[at_wall] = states.container_velocities[at_wall]
+        contacts = _contact_points(trace.start, states, ball, other)
+        columns = states.velocities[row, ball], moving, contacts, _energy(trace, states)
+        table[chunk] = np.column_stack(columns)
+    return table[:, :4], table[:, 4:6], table[:, 6]
 
 
 def _energy(trace: Trace, states: States) -> Floats:
@@ -233,9 +221,8 @@ def _contact_points(scene: Scene, states: States, i: Integers, j: Integers) -> F
     return np.asarray(place + scene.radii[i][:, None] * unit)
 
 
-@dataclass(frozen=True)
-class _Slide:
-    """A ball that slides along the wall, from one event to another (or to the number of events)."""
+class _Slide(NamedTuple):
+    """A ball slides along the wall from one event to another (or to the number of events)."""
 
     ball: int
     first: int
@@ -243,7 +230,7 @@ class _Slide:
 
 
 def _slides(trace: Trace) -> list[_Slide]:
-    """All slides, ball by ball."""
+    """All slides, in order of time."""
     events, found = trace.events, []
     assert events is not None
     for ball in np.unique(events.i[events.j == SLIDE]).tolist():
@@ -252,11 +239,9 @@ def _slides(trace: Trace) -> list[_Slide]:
         # The second of two such events has the impulse of the slide up to a hit.
         begins = np.flatnonzero(sliding & ~np.append(False, sliding[:-1]))
         ends = np.append(own, len(events))[begins + 1]
-        found += [
-            _Slide(ball, first, last)
-            for first, last in zip(own[begins].tolist(), ends.tolist(), strict=True)
-        ]
-    return found
+        pairs = zip(own[begins].tolist(), ends.tolist(), strict=True)
+        found += [_Slide(ball, *pair) for pair in pairs]
+    return sorted(found, key=lambda each: each.first)
 
 
 def _wall_impulse(trace: Trace, found: list[_Slide]) -> tuple[Floats, Floats]:
@@ -268,7 +253,6 @@ def _wall_impulse(trace: Trace, found: list[_Slide]) -> tuple[Floats, Floats]:
     assert events is not None
     given = np.where(events.at_wall, events.impulse, 0.0)
     change = np.zeros(len(events) + 1)
-    found = sorted(found, key=lambda each: each.first)
     velocities = replay(trace, events.time[[each.first for each in found]]).velocities
     for each, velocity in zip(found, velocities, strict=True):
         assert isinstance(container, Circle)  # no ball slides elsewhere

@@ -14,16 +14,8 @@ from snooker_cli.animation.film import BATCH, Film
 from snooker_cli.engine import replay
 
 SPEED_COLOURS = (
-    "#0d0887",
-    "#41049d",
-    "#6a00a8",
-    "#8f0da4",
-    "#b12a90",
-    "#cc4778",
-    "#e16462",
-    "#f2844b",
-    "#fca636",
-    "#fcce25",
+    *("#0d0887", "#41049d", "#6a00a8", "#8f0da4", "#b12a90"),
+    *("#cc4778", "#e16462", "#f2844b", "#fca636", "#fcce25"),
 )
 """From slow to fast, for the player and the movies: matplotlib's plasma up to 0.9.
 
@@ -62,16 +54,14 @@ def view(film: Film, magnify: float = 1.0) -> View:
     magnify : factor by which the container's motion is enlarged at first
     """
     width, height = film.trace.start.container.size
-    path = container_path(film)
+    size, path = max(width, height), container_path(film)
     low, high = path.min(axis=0), path.max(axis=0)
     farthest = float(np.max(np.hypot(*(path - path[0]).T)))
-    size = max(width, height)
     follow = bool(np.any(high - low > STRAY * np.array([width, height])))
     if follow:
         low = high = np.zeros(2)
-    half, margin = np.array([width, height]) / 2, MARGIN * size
-    left, bottom = (low - half - margin).tolist()
-    right, top = (high + half + margin).tolist()
+    reach = np.array([width, height]) / 2 + MARGIN * size
+    (left, bottom), (right, top) = (low - reach).tolist(), (high + reach).tolist()
     found = {1.0, magnify}
     if farthest > 0 and not follow:
         powers = math.floor(math.log10(VISIBLE * size / farthest))
@@ -106,20 +96,17 @@ class Timeline:
     film: Film
     pace: Pace
 
-    def time(self, moments: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The film's time at moments, s."""
-        return np.interp(moments, self._moments(), self.film.knots)
-
-    def collision_moments(self) -> NDArray[np.float64]:
-        """(*n*,) the moments of the collisions."""
-        return self._moments()[1:-1]
-
-    def _moments(self) -> NDArray[np.float64]:
-        """(*n* + 2,) the moments of the film's knots."""
+    @property
+    def moments(self) -> NDArray[np.float64]:
+        """(*n* + 2,) the moments of the film's start, its collisions and its end."""
         knots = self.film.knots
         if self.pace == "events":
             return np.linspace(0.0, 1.0, len(knots))
         return np.asarray((knots - knots[0]) / (knots[-1] - knots[0]))
+
+    def time(self, moments: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The film's time at moments, s."""
+        return np.interp(moments, self.moments, self.film.knots)
 
 
 FLASH = 0.3
@@ -131,7 +118,7 @@ MOST_FLASHES = 60
 
 @dataclass(frozen=True)
 class Frame:
-    """One picture of a film.
+    """What a film shows at one time.
 
     time : s
     collisions : number of the film's collisions so far
@@ -162,16 +149,14 @@ def frames(timeline: Timeline, count: int, seconds: float) -> Iterator[Frame]:
     # Rounding must not move the last moment beyond the end.
     times = np.clip(timeline.time(moments), film.start, film.end)
     collisions = np.searchsorted(film.time, times, side="right")
-    hit = timeline.collision_moments()
-    flash = FLASH / seconds
+    hit, flash = timeline.moments[1:-1], FLASH / seconds
+    recent = np.searchsorted(hit, moments - flash, side="right")
     step = max(1, BATCH // film.trace.start.number)
     for first in range(0, count, step):
         states = replay(film.trace, times[first : first + step])
-        for row in range(len(states.time)):
-            frame = first + row
+        for row, frame in enumerate(range(first, first + len(states.time))):
             done = collisions[frame]
-            recent = int(np.searchsorted(hit, moments[frame] - flash, side="right"))
-            flashes = np.arange(max(min(recent, done), done - MOST_FLASHES), done)
+            flashes = np.arange(max(min(recent[frame], done), done - MOST_FLASHES), done)
             yield Frame(
                 time=float(times[frame]),
                 collisions=int(done),

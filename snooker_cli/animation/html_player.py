@@ -10,6 +10,7 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli.animation.film import Film
 from snooker_cli.animation.frames import SPEED_COLOURS, Pace, view
@@ -53,48 +54,40 @@ def page(
 
 
 def _content(film: Film, pace: Pace, seconds: float | None, magnify: float) -> dict[str, Any]:
-    """The player's data: arrays as base64."""
-    scene, opening, seen = film.trace.start, film.opening, view(film, magnify)
-    return {
-        "title": film.title,
-        "subtitle": film.subtitle,
-        "ending": film.ending,
+    """The player's data: the film's own, the view's, and the scene's; arrays as base64."""
+    scene, opening = film.trace.start, film.opening
+    own = {
+        re.sub(r"_(\w)", lambda found: found[1].upper(), name): value
+        for name, value in (vars(film) | vars(view(film, magnify))).items()
+        if name not in ("trace", "opening")
+    }
+    # Rows, ball by ball: position, velocity, radius.
+    balls = np.vstack([opening.positions[0].T, opening.velocities[0].T, scene.radii])
+    content = own | {
+        "contacts": film.contacts.astype(np.float32),
+        "pressureGain": film.pressure_gain if film.pressure_gain.any() else "",
+        "balls": balls,
+        "container": [*opening.container_positions[0], *opening.container_velocities[0]],
         "outline": scene.container.outline.tolist(),
         "periodic": not scene.container.has_wall,
         "size": scene.container.size,
         "free": scene.free,
-        "start": film.start,
-        "end": film.end,
-        "before": film.before,
+        "wallCor": scene.wall_restitution,
+        "colours": SPEED_COLOURS,
         "pace": pace,
         "seconds": seconds,
         "magnify": magnify,
-        "magnifications": seen.magnifications,
-        "follow": seen.follow,
-        "farthest": seen.farthest,
-        "view": seen.extent,
-        "topSpeed": film.top_speed,
-        "colours": SPEED_COLOURS,
-        "container": [*opening.container_positions[0], *opening.container_velocities[0]],
-        # Rows, ball by ball: position, velocity, radius.
-        "balls": _packed(np.vstack([opening.positions[0].T, opening.velocities[0].T, scene.radii])),
-        "time": _packed(film.time),
-        "i": _packed(film.i, "<i4"),
-        "j": _packed(film.j, "<i4"),
-        "after": _packed(film.after),
-        "contacts": _packed(film.contacts, "<f4"),
-        "kineticEnergy": _packed(film.kinetic_energy),
-        "pressureSum": _packed(film.pressure_sum),
-        "pressureGain": _packed(film.pressure_gain) if film.pressure_gain.any() else "",
-        "wallCor": scene.wall_restitution,
-        "sliding": film.sliding,
-        "settling": film.settling,
+    }
+    return {
+        name: _packed(value) if isinstance(value, np.ndarray) else value
+        for name, value in content.items()
     }
 
 
-def _packed(values: Any, kind: str = "<f8") -> str:
-    """The bytes of an array, row after row, as base64."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
+def _packed(values: NDArray[Any]) -> str:
+    """The bytes of an array, row after row and little-endian, as base64."""
+    data = values.astype(values.dtype.newbyteorder("<")).tobytes()
+    return base64.b64encode(data).decode("ascii")
 
 
 def _as_json(content: dict[str, Any]) -> str:

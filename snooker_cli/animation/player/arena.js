@@ -33,7 +33,7 @@ class Arena {
     const centre = motion.place(motion.number, reel.time);
     const origin = film.follow ? centre : [0, 0];
     const spare = magnify > 1 ? magnify * film.farthest : 0;
-    const [left, right, bottom, top] = film.view;
+    const [left, right, bottom, top] = film.extent;
     const spanX = right - left + 2 * spare, spanY = top - bottom + 2 * spare;
     const scale = Math.min(width / spanX, height / spanY);
     const x = (value) => width / 2 + (value - origin[0] - (left + right) / 2) * scale;
