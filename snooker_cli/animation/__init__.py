@@ -1,7 +1,6 @@
 """Films of repeats: what they show, the page that plays them, and movie files."""
 
 from snooker_cli.animation.film import Film, film
-from snooker_cli.animation.frames import Timeline
 from snooker_cli.animation.html_player import embedded, page
 
-__all__ = ["Film", "Timeline", "embedded", "film", "page"]
+__all__ = ["Film", "embedded", "film", "page"]

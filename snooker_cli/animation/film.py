@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.analysis.observables import integrals, series
-from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay
 from snooker_cli.errors import FigureError
-from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, SLIDE, Trace
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -148,8 +146,8 @@ def film(
         time=time,
         i=i,
         j=j,
-        sliding=tuple(each.ball for each in slides if each.first < first <= each.last),
-        settling=next((each.ball for each in slides if each.first == last), None),
+        sliding=tuple(ball for ball, begin, end in slides.tolist() if begin < first <= end),
+        settling=next((ball for ball, begin, _ in slides.tolist() if begin == last), None),
         after=after,
         contacts=contacts,
         kinetic_energy=energy,
@@ -166,16 +164,20 @@ def _at_collisions(
 
     Collisions at the same instant all have the state after the last of them.
     """
-    step = max(1, BATCH // trace.start.number)
+    scene, step = trace.start, max(1, BATCH // trace.start.number)
     table = np.empty((len(time), 7))
     for first in range(0, len(time), step):
         chunk = slice(first, first + step)
         states, ball, other = replay(trace, time[chunk]), i[chunk], j[chunk]
-        row = np.arange(len(states.time))
-        moving = states.velocities[row, other]
-        at_wall = other <= CONTAINER
+        row, at_wall = np.arange(len(states.time)), other <= CONTAINER
+        place, moving = states.positions[row, ball], states.velocities[row, other]
         moving[at_wall] = states.container_velocities[at_wall]
-        contacts = _contact_points(trace.start, states, ball, other)
+        outwards = scene.container.nearest_image(states.positions[row, other] - place)
+        to_wall = scene.container.wall_directions(place - states.container_positions)
+        outwards[at_wall] = to_wall[at_wall]
+        lengths = np.hypot(*outwards.T)[:, None]
+        unit = np.divide(outwards, lengths, out=np.zeros_like(outwards), where=lengths > 0)
+        contacts = place + scene.radii[ball][:, None] * unit
         columns = states.velocities[row, ball], moving, contacts, _energy(trace, states)
         table[chunk] = np.column_stack(columns)
     return table[:, :4], table[:, 4:6], table[:, 6]
@@ -187,7 +189,7 @@ def _energy(trace: Trace, states: States) -> Floats:
 
 
 def _pressure(
-    trace: Trace, slides: list[_Slide], first: int, since: float, time: Floats, energy: Floats
+    trace: Trace, slides: Integers, first: int, since: float, time: Floats, energy: Floats
 ) -> tuple[Floats, Floats]:
     """``pressure_sum`` and ``pressure_gain`` of a film from event ``first`` on."""
     scene, events = trace.start, trace.events
@@ -208,61 +210,40 @@ def _pressure(
     return (moving + virial / 2) / scene.container.area, energy / scene.container.area
 
 
-def _contact_points(scene: Scene, states: States, i: Integers, j: Integers) -> Floats:
-    """(*n*, 2) m: where ball i touches ball j, or the wall for j = -1, in each of (*n*) states."""
-    row = np.arange(len(states.time))
-    place = states.positions[row, i]
-    outwards = scene.container.wall_directions(place - states.container_positions)
-    pairs = j > CONTAINER
-    between = scene.container.nearest_image(states.positions[row, j] - place)
-    outwards[pairs] = between[pairs]
-    lengths = np.hypot(*outwards.T)[:, None]
-    unit = np.divide(outwards, lengths, out=np.zeros_like(outwards), where=lengths > 0)
-    return np.asarray(place + scene.radii[i][:, None] * unit)
+def _slides(trace: Trace) -> Integers:
+    """(*n*, 3) a ball that slides along the wall, its first such event, and the one that ends it.
 
-
-class _Slide(NamedTuple):
-    """A ball slides along the wall from one event to another (or to the number of events)."""
-
-    ball: int
-    first: int
-    last: int
-
-
-def _slides(trace: Trace) -> list[_Slide]:
-    """All slides, in order of time."""
-    events, found = trace.events, []
+    The last one is the number of events for a ball that slides to the end.
+    """
+    events, found = trace.events, [np.empty((0, 3), np.int32)]
     assert events is not None
-    for ball in np.unique(events.i[events.j == SLIDE]).tolist():
+    for ball in np.unique(events.i[events.j == SLIDE]):
         own = np.flatnonzero((events.i == ball) | (events.j == ball))
         sliding = events.j[own] == SLIDE
         # The second of two such events has the impulse of the slide up to a hit.
         begins = np.flatnonzero(sliding & ~np.append(False, sliding[:-1]))
         ends = np.append(own, len(events))[begins + 1]
-        pairs = zip(own[begins].tolist(), ends.tolist(), strict=True)
-        found += [_Slide(ball, *pair) for pair in pairs]
-    return sorted(found, key=lambda each: each.first)
+        found.append(np.column_stack([np.full(len(begins), ball), own[begins], ends]))
+    slides = np.concatenate(found)
+    return slides[np.argsort(slides[:, 1])]
 
 
-def _wall_impulse(trace: Trace, found: list[_Slide]) -> tuple[Floats, Floats]:
+def _wall_impulse(trace: Trace, slides: Integers) -> tuple[Floats, Floats]:
     """(*n* + 1,) impulse on the wall, kg m/s, and force, N, at the start and after each event.
 
     A ball of mass m that slides with speed v on a circle of radius a has the force m v²/a.
     """
-    events, scene, container = trace.events, trace.start, trace.start.container
+    events, scene, (balls, first, last) = trace.events, trace.start, slides.T
     assert events is not None
+    velocities = replay(trace, events.time[first]).velocities[np.arange(len(balls)), balls]
+    reach = scene.container.size[0] / 2 - scene.radii[balls]
+    change = np.zeros(len(events) + 2)
+    pressing = scene.masses[balls] * np.sum(velocities**2, axis=1) / reach
+    np.add.at(change, first + 1, pressing)
+    np.subtract.at(change, last + 1, pressing)
+    force = np.cumsum(change[:-1])
     given = np.where(events.at_wall, events.impulse, 0.0)
-    change = np.zeros(len(events) + 1)
-    velocities = replay(trace, events.time[[each.first for each in found]]).velocities
-    for each, velocity in zip(found, velocities, strict=True):
-        assert isinstance(container, Circle)  # no ball slides elsewhere
-        reach = container.radius - scene.radii[each.ball]
-        force = scene.masses[each.ball] * np.sum(velocity[each.ball] ** 2) / reach
-        change[each.first + 1] += force
-        if each.last < len(events):
-            change[each.last + 1] -= force
-            if events.j[each.last] == SLIDE:
-                given[each.last] = 0.0  # counted by the force already
-    force = np.cumsum(change)
+    ends = last[last < len(events)]
+    given[ends[events.j[ends] == SLIDE]] = 0.0  # counted by the force already
     pressed = force[:-1] * np.diff(events.time, prepend=0.0)
     return np.append(0.0, np.cumsum(given + pressed)), force

@@ -85,28 +85,15 @@ Pace = Literal["time", "events"]
 """What passes evenly while a film is shown: its time, or its collisions."""
 
 
-@dataclass(frozen=True)
-class Timeline:
-    """When a film shows what.
+def moments(film: Film, pace: Pace) -> NDArray[np.float64]:
+    """(*n* + 2,) when a film shows its start, its collisions and its end: from 0 to 1.
 
-    A moment is a number from 0 (start) to 1 (end of showing). At the pace "events" each collision
-    takes the same part of it, and so does the time after the last collision.
+    At the pace "events" each collision takes the same part, and so does the time after the last.
     """
-
-    film: Film
-    pace: Pace
-
-    @property
-    def moments(self) -> NDArray[np.float64]:
-        """(*n* + 2,) the moments of the film's start, its collisions and its end."""
-        knots = self.film.knots
-        if self.pace == "events":
-            return np.linspace(0.0, 1.0, len(knots))
-        return np.asarray((knots - knots[0]) / (knots[-1] - knots[0]))
-
-    def time(self, moments: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The film's time at moments, s."""
-        return np.interp(moments, self.moments, self.film.knots)
+    knots = film.knots
+    if pace == "events":
+        return np.linspace(0.0, 1.0, len(knots))
+    return np.asarray((knots - knots[0]) / (knots[-1] - knots[0]))
 
 
 FLASH = 0.3
@@ -138,19 +125,18 @@ class Frame:
     ages: NDArray[np.float64]
 
 
-def frames(timeline: Timeline, count: int, seconds: float) -> Iterator[Frame]:
+def frames(film: Film, pace: Pace, count: int, seconds: float) -> Iterator[Frame]:
     """Frames of a film, the first at its start and the last at its end.
 
     count : number of frames, at least 2
     seconds : length of the showing; a contact flashes for ``FLASH`` of it
     """
-    film = timeline.film
-    moments = np.linspace(0.0, 1.0, count)
-    # Rounding must not move the last moment beyond the end.
-    times = np.clip(timeline.time(moments), film.start, film.end)
+    shown, knots = np.linspace(0.0, 1.0, count), moments(film, pace)
+    # Rounding must not move the last frame beyond the end.
+    times = np.clip(np.interp(shown, knots, film.knots), film.start, film.end)
     collisions = np.searchsorted(film.time, times, side="right")
-    hit, flash = timeline.moments[1:-1], FLASH / seconds
-    recent = np.searchsorted(hit, moments - flash, side="right")
+    hit, flash = knots[1:-1], FLASH / seconds
+    recent = np.searchsorted(hit, shown - flash, side="right")
     step = max(1, BATCH // film.trace.start.number)
     for first in range(0, count, step):
         states = replay(film.trace, times[first : first + step])
@@ -164,5 +150,5 @@ def frames(timeline: Timeline, count: int, seconds: float) -> Iterator[Frame]:
                 speeds=np.hypot(*states.velocities[row].T),
                 container=states.container_positions[row],
                 flashes=flashes,
-                ages=np.clip((moments[frame] - hit[flashes]) / flash, 0.0, 1.0),
+                ages=np.clip((shown[frame] - hit[flashes]) / flash, 0.0, 1.0),
             )

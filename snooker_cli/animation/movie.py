@@ -23,7 +23,8 @@ from matplotlib.text import Annotation
 from numpy.typing import NDArray
 from PIL import Image
 
-from snooker_cli.animation.frames import SPEED_COLOURS, Frame, Timeline, frames, view
+from snooker_cli.animation.film import Film
+from snooker_cli.animation.frames import SPEED_COLOURS, Frame, Pace, frames, view
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
 from snooker_cli.formatting import short
@@ -61,8 +62,7 @@ MP4_OPTIONS = ["-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart"]
 class Screen:
     """The figure of a film; resting parts are drawn once, and ``image`` adds the moving parts."""
 
-    def __init__(self, timeline: Timeline, magnify: float) -> None:
-        film = timeline.film
+    def __init__(self, film: Film, pace: Pace, magnify: float) -> None:
         self.film, self.magnify, self.seen = film, magnify, view(film, magnify)
         self.figure = figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor="white")
         self.canvas: Any = FigureCanvasAgg(figure)  # its methods have no types
@@ -77,7 +77,7 @@ class Screen:
         self.ending = self._moves(self._text(0.02, 0.025, color="#a8380f", size=7))
         self._add_container(figure.add_axes((0.01, 0.11, 0.53, 0.76)))
         self._add_scale(figure.add_axes((0.175, 0.063, 0.2, 0.018)))
-        self._add_curves(by_collision=timeline.pace == "events")
+        self._add_curves(by_collision=pace == "events")
         self.canvas.draw()
         self.still = self.canvas.copy_from_bbox(figure.bbox)
 
@@ -256,7 +256,7 @@ def _seen(
 
 
 def save_movie(
-    timeline: Timeline, path: Path, *, seconds: float, rate: int, magnify: float = 1.0
+    film: Film, path: Path, *, pace: Pace, seconds: float, rate: int, magnify: float = 1.0
 ) -> int:
     """Write a film to ``path``, a ``.gif`` or an ``.mp4``; return the number of frames.
 
@@ -282,10 +282,10 @@ def save_movie(
             code="too-many-frames",
         )
     with styled():
-        screen = Screen(timeline, magnify)
-        images = (screen.image(frame) for frame in frames(timeline, count, seconds))
+        screen = Screen(film, pace, magnify)
+        images = map(screen.image, frames(film, pace, count, seconds))
         if gif:
-            sample = [screen.image(frame) for frame in frames(timeline, PALETTE_FRAMES, seconds)]
+            sample = [screen.image(frame) for frame in frames(film, pace, PALETTE_FRAMES, seconds)]
             _write_gif(path, images, np.vstack(sample), rate)
         else:
             _write_mp4(path, images, rate)

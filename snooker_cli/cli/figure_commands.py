@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from snooker_cli.analysis.run_analysis import shorter_note
-from snooker_cli.animation import Film, Timeline, film, page
+from snooker_cli.animation import Film, film, page
 from snooker_cli.cli.options import (
     RUN,
     AsJson,
@@ -314,8 +314,9 @@ def _write_film(
     from snooker_cli.animation.movie import save_movie  # loads matplotlib
 
     return save_movie(
-        Timeline(made, pace.value),
+        made,
         out,
+        pace=pace.value,
         seconds=seconds or SECONDS,
         rate=fps or FRAMES_PER_SECOND,
         magnify=magnify,
