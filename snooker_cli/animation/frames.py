@@ -49,10 +49,7 @@ class View:
 
 
 def view(film: Film, magnify: float = 1.0) -> View:
-    """The view of a film.
-
-    magnify : factor by which the container's motion is enlarged at first
-    """
+    """The view of a film, with ``magnify`` among its magnifications."""
     width, height = film.trace.start.container.size
     size, path = max(width, height), container_path(film)
     low, high = path.min(axis=0), path.max(axis=0)
@@ -105,15 +102,12 @@ MOST_FLASHES = 60
 
 @dataclass(frozen=True)
 class Frame:
-    """What a film shows at one time.
+    """What a film shows at a time (s), after this number of its collisions.
 
-    time : s
-    collisions : number of the film's collisions so far
-    positions : (*N*, 2) m; in a periodic box, inside it
-    speeds : (*N*,) m/s
+    positions, speeds : (*N*, 2) m, in a periodic box inside it; (*N*,) m/s
     container : (2,) m, its centre
-    flashes : (*f*,) the film's collisions that flash, at most ``MOST_FLASHES``
-    ages : (*f*,) from 0, at the contact, to 1, when the flash is over
+    flashes, ages : the collisions that flash, at most ``MOST_FLASHES``; 0 at the contact, 1 in
+        the end
     """
 
     time: float

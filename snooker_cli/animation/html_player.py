@@ -19,12 +19,7 @@ SCRIPTS = ("motion.js", "charts.js", "arena.js", "player.js")
 
 
 def embedded(page: str, label: str) -> str:
-    """An ``iframe`` with a film's page, for the body of another page.
-
-    The page inside may run its script and nothing else.
-
-    label : a description for people who cannot see it
-    """
+    """An ``iframe`` with a film's page, which may only run its script; ``label`` describes it."""
     return (
         f'<iframe class="player" title="{html.escape(label)}" loading="lazy" '
         f'sandbox="allow-scripts" srcdoc="{html.escape(page)}"></iframe>'
@@ -32,11 +27,7 @@ def embedded(page: str, label: str) -> str:
 
 
 def page(
-    film: Film,
-    *,
-    pace: Pace = "time",
-    seconds: float | None = None,
-    magnify: float = 1.0,
+    film: Film, *, pace: Pace = "time", seconds: float | None = None, magnify: float = 1.0
 ) -> str:
     """The page that plays a film; always the same bytes for the same film.
 

@@ -7,19 +7,16 @@ import shutil
 import subprocess
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import EllipseCollection
 from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba_array
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
-from matplotlib.text import Annotation
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -65,7 +62,7 @@ class Screen:
     def __init__(self, film: Film, pace: Pace, magnify: float) -> None:
         self.film, self.magnify, self.seen = film, magnify, view(film, magnify)
         self.figure = figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor="white")
-        self.canvas: Any = FigureCanvasAgg(figure)  # its methods have no types
+        self.canvas = cast(Any, FigureCanvasAgg(figure))  # its methods have no types
         self.moving: list[Artist] = []
         enlarged = f"dashed: the container, its motion × {magnify:,.15g}" if magnify > 1 else ""
         about = "; ".join(each for each in (film.subtitle, enlarged) if each)
@@ -101,8 +98,14 @@ class Screen:
         self.path.set_data(*np.transpose([home, enlarged]))
         which, places = _seen(frame.positions - origin, scene.radii, centre, scene.container.period)
         colours = self.colours(self.scale(frame.speeds[which]))
-        _set(self.balls, places, scene.radii[which], facecolors=colours)
-        self._flash(frame, origin)
+        self._place(self.balls, places, scene.radii[which], facecolors=colours)
+        # Rings of recent contacts, wider and fainter with age.
+        reach = scene.radii[film.i[frame.flashes]]
+        rings = np.repeat(to_rgba_array(AMBER), len(reach), axis=0)
+        rings[:, 3] = (1 - frame.ages) ** 1.5
+        growth = 0.15 + 0.55 * (1 - (1 - frame.ages) ** 2)
+        contacts = film.contacts[frame.flashes] - origin
+        self._place(self.flashes, contacts, reach * growth, edgecolors=rings)
         # A ten-thousandth of the film.
         digits = max(0, 4 - math.ceil(math.log10(film.end - film.start)))
         self.clock.set_text(f"t = {frame.time:.{digits}f} s")
@@ -114,17 +117,17 @@ class Screen:
         pressure = float(film.pressure(np.array([frame.time]))[0])
         values = (energy, energy / scene.number, pressure)
         now = float(frame.collisions) if self.by_collision else frame.time
-        for curve, value in zip(self.curves, values, strict=True):
-            curve.grow(frame.collisions + 1, now, value)
+        for (line, point, text, unit, first, column), value in zip(
+            self.curves, values, strict=True
+        ):
+            rows = slice(first, frame.collisions + 1)
+            line.set_data(np.append(self.steps[rows], now), np.append(column[rows], value))
+            point.set_data([now], [value])
+            text.set_text(f"{short(value)} {unit}")
 
-    def _flash(self, frame: Frame, origin: Floats) -> None:
-        """Set the rings of recent contacts, wider and fainter with age."""
-        film, ages = self.film, frame.ages
-        reach = film.trace.start.radii[film.i[frame.flashes]]
-        rings = np.repeat(to_rgba_array(AMBER), len(ages), axis=0)
-        rings[:, 3] = (1 - ages) ** 1.5
-        growth = 0.15 + 0.55 * (1 - (1 - ages) ** 2)
-        _set(self.flashes, film.contacts[frame.flashes] - origin, reach * growth, edgecolors=rings)
+    def _place(self, discs: Any, centres: Floats, radii: Floats, **colours: Any) -> None:
+        """Set places, sizes and colours of circles."""
+        discs.set(offsets=centres, sizes=(2 * radii * self.points) ** 2, **colours)
 
     def _moves(self, artist: Moving) -> Moving:
         """Draw an artist anew in each frame, on top of those added before."""
@@ -143,35 +146,28 @@ class Screen:
         left, right, bottom, top = self.seen.extent
         axes.set_xlim(left - spare, right + spare)
         axes.set_ylim(bottom - spare, top + spare)
+        axes.apply_aspect()
+        self.points = axes.get_window_extent().width * 72 / DPI / float(np.diff(axes.get_xlim())[0])
         container = self.film.trace.start.container
 
         def outline(**look: Any) -> Polygon:
-            patch = axes.add_patch(Polygon(container.outline, **look))
+            patch = Polygon(container.outline, **look)
+            axes.add_patch(patch)
             return self._moves(patch)
-
-        def discs(**look: Any) -> EllipseCollection:
-            empty = EllipseCollection(
-                *([], [], []),
-                units="xy",
-                offsets=np.empty((0, 2)),
-                offset_transform=axes.transData,
-                **look,
-            )
-            axes.add_collection(empty)
-            return self._moves(empty)
 
         look: dict[str, Any] = {"facecolor": "none", "edgecolor": INK, "linewidth": 1.4}
         if not container.has_wall:
             look |= {"edgecolor": SOFT, "linewidth": 0.8, "linestyle": (0, (4, 3))}
         dashed: dict[str, Any] = {"linestyle": (0, (5, 3)), "linewidth": 1.2}
         self.floor = outline(facecolor=FLOOR, edgecolor="none")
-        self.balls = discs(edgecolors=[RIM], linewidths=0.5)
+        self.balls = self._moves(axes.scatter([], [], edgecolors=[RIM], linewidths=0.5))
         self.wall = outline(**look)
         self.enlarged = outline(facecolor="none", edgecolor=AMBER, **dashed)
         self.path = self._moves(axes.plot([], [], color=AMBER, linewidth=1.2)[0])
         for artist in (self.enlarged, self.path):
             artist.set_visible(self.magnify > 1)
-        self.flashes = discs(facecolors="none", linewidths=1.6, clip_on=False)
+        rings: dict[str, Any] = {"facecolors": "none", "linewidths": 1.6, "clip_on": False}
+        self.flashes = self._moves(axes.scatter([], [], **rings))
         if not container.has_wall:
             self.floor.set_xy(container.outline + self.film.opening.container_positions[0])
             self.balls.set_clip_path(self.floor)
@@ -189,57 +185,29 @@ class Screen:
     def _add_curves(self, *, by_collision: bool) -> None:
         """Add the panels of the three curves, each with its name and current value above it."""
         film, self.by_collision = self.film, by_collision
-        steps = np.arange(len(film) + 1.0) if by_collision else film.rows
+        self.steps = np.arange(len(film) + 1.0) if by_collision else film.rows
         energy = film.kinetic_energy
         columns = (energy, energy / film.trace.start.number, film.pressure(film.rows))
-        self.curves = []
+        self.curves: list[Any] = []
         for row, ((name, unit, shade), values) in enumerate(zip(_CURVES, columns, strict=True)):
             axes = self.figure.add_axes((0.585, 0.655 - 0.265 * row, 0.4, 0.185))
-            axes.set_xlim(float(steps[0]), max(len(film), 1.0) if by_collision else film.end)
+            axes.set_xlim(float(self.steps[0]), max(len(film), 1.0) if by_collision else film.end)
             axes.set_ylim(0, 1.08 * float(np.max(values)) or 1.0)
             axes.tick_params(labelbottom=row == len(_CURVES) - 1)
             axes.set_title(name, loc="left", fontweight="normal", color=INK, pad=5)
             line, point = axes.plot([], [], "-", [], [], "o", color=shade, clip_on=False)
-            value = axes.annotate(
+            text = axes.annotate(
                 *("", (1, 1), (0, 5), "axes fraction", "offset points"),
                 color=shade,
                 weight="bold",
                 ha="right",
             )
-            for artist in (line, point, value):
+            for artist in (line, point, text):
                 self._moves(artist)
             # The mean since t = 0 begins at the first collision.
             first = 1 if values[0] == 0 else 0
-            self.curves.append(_Curve(line, point, value, unit, first, steps, values))
+            self.curves.append((line, point, text, unit, first, values))
         axes.set_xlabel("collisions shown" if by_collision else "time (s)")
-
-
-class _Curve(NamedTuple):
-    """A growing curve: its artists, and the rows from the first one on."""
-
-    line: Line2D
-    point: Line2D
-    text: Annotation
-    unit: str
-    first: int
-    steps: Floats
-    values: Floats
-
-    def grow(self, rows: int, now: float, value: float) -> None:
-        """Show a number of rows, and the value now."""
-        shown = slice(self.first, rows)
-        self.line.set_data(np.append(self.steps[shown], now), np.append(self.values[shown], value))
-        self.point.set_data([now], [value])
-        self.text.set_text(f"{short(value)} {self.unit}")
-
-
-def _set(discs: EllipseCollection, centres: Floats, radii: Floats, **colours: Any) -> None:
-    """Set places, sizes and colours of circles."""
-    discs.set_offsets(centres)
-    discs.set_widths(2 * radii)
-    discs.set_heights(2 * radii)
-    discs.set_angles(np.zeros(len(radii)))
-    discs.set(**colours)
 
 
 def _seen(
@@ -284,22 +252,15 @@ def save_movie(
     with styled():
         screen = Screen(film, pace, magnify)
         images = map(screen.image, frames(film, pace, count, seconds))
-        if gif:
-            sample = [screen.image(frame) for frame in frames(film, pace, PALETTE_FRAMES, seconds)]
-            _write_gif(path, images, np.vstack(sample), rate)
-        else:
+        if not gif:
             _write_mp4(path, images, rate)
-    return count
-
-
-def _write_gif(path: Path, images: Iterable[Pixels], sample: Pixels, rate: int) -> None:
-    """Write images with the colours of a sample."""
-    palette = Image.fromarray(sample).quantize(256, Image.Quantize.MAXCOVERAGE)
-    first, *others = (
-        Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE)
-        for image in images
-    )
+            return count
+        sample = [screen.image(frame) for frame in frames(film, pace, PALETTE_FRAMES, seconds)]
+        palette = Image.fromarray(np.vstack(sample)).quantize(256, Image.Quantize.MAXCOVERAGE)
+        plain: dict[str, Any] = {"palette": palette, "dither": Image.Dither.NONE}
+        first, *others = (Image.fromarray(image).quantize(**plain) for image in images)
     first.save(path, save_all=True, append_images=others, duration=1000 / rate, loop=0)
+    return count
 
 
 def _write_mp4(path: Path, images: Iterable[Pixels], rate: int) -> None:

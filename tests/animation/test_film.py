@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 from dataclasses import replace
+from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,7 @@ from PIL import Image
 from scenes import gas
 
 from snooker_cli.analysis.observables import cumulative_pressure
-from snooker_cli.animation import Film, Timeline, film, page
-from snooker_cli.animation.film import MOST_BALLS
+from snooker_cli.animation import Film, film, page
 from snooker_cli.animation.frames import (
     FLASH,
     MOST_FLASHES,
@@ -32,8 +32,7 @@ from snooker_cli.animation.movie import save_movie
 from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.errors import FigureError, UserError
-from snooker_cli.scene import Scene
-from snooker_cli.trace import CONTAINER, Events, Stop, StopReason, Trace
+from snooker_cli.trace import CONTAINER, StopReason, Trace
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -59,19 +58,15 @@ def test_contacts_are_on_both_bodies(name: str, films: dict[str, Film]) -> None:
     np.testing.assert_allclose(np.hypot(*to_ball.T), scene.radii[made.i], rtol=1e-12)
     pairs = made.j != CONTAINER
     to_other = made.contacts[pairs] - states.positions[row[pairs], made.j[pairs]]
-    if scene.container.period is not None:
-        to_other -= scene.container.period * np.rint(to_other / scene.container.period)
+    to_other = scene.container.nearest_image(to_other)
     assert np.max(np.abs(np.hypot(*to_other.T) - scene.radii[made.j[pairs]])) < slack(made.trace)
-    if not scene.container.has_wall:
-        assert pairs.all()
-        return
     out = made.contacts[~pairs] - states.container_positions[~pairs]
     if isinstance(scene.container, Circle):
         gaps = np.hypot(*out.T) - scene.container.radius
     else:
         gaps = np.max(abs(out) - np.array(scene.container.size) / 2, axis=1)
-    assert len(gaps) > 5
-    assert np.max(np.abs(gaps)) < slack(made.trace)
+    assert len(gaps) > 5 if scene.container.has_wall else len(gaps) == 0
+    assert np.max(np.abs(gaps), initial=0.0) < slack(made.trace)
 
 
 def test_a_film_shows_the_wanted_span(shown: dict[str, Trace]) -> None:
@@ -100,15 +95,15 @@ def test_a_sliding_ball_is_shown_on_its_circle_and_presses() -> None:
     k = max(slide_begins(made.trace), key=lambda each: made.time[each])
     ball, since = int(made.i[k]), float(made.time[k])
     assert ball not in (*made.i[k + 1 :], *made.j[k + 1 :])  # it slides to the end
-    timeline, radius = Timeline(made, "time"), made.trace.start.container.radius
-    late = [frame for frame in frames(timeline, 600, 20.0) if frame.time >= since]
+    late = [frame for frame in frames(made, "time", 600, 20.0) if frame.time >= since]
     assert len(late) > 20
     place, velocity = (
         getattr(replay(made.trace, [since]), name)[0, ball] for name in ("positions", "velocities")
     )
     turning = (place[0] * velocity[1] - place[1] * velocity[0]) / (place @ place)
     angles = np.arctan2(place[1], place[0]) + turning * np.array([f.time - since for f in late])
-    circle = (radius - 0.1) * np.column_stack([np.cos(angles), np.sin(angles)])
+    reach = made.trace.start.container.radius - 0.1
+    circle = reach * np.column_stack([np.cos(angles), np.sin(angles)])
     assert np.max(np.abs(np.array([f.positions[ball] for f in late]) - circle)) < 1e-11
     time, pressure = cumulative_pressure(made.trace, found)
     last = np.append(np.diff(time) > 0, True)  # of an instant
@@ -131,40 +126,22 @@ def test_a_part_of_a_film_knows_the_balls_that_slide_now_and_next() -> None:
         np.testing.assert_allclose(part.pressure(times), whole.pressure(times), rtol=1e-12)
     cut = parts["to unseen bounces"]
     assert cut.settling == whole.i[len(cut)]
-    timeline = list(frames(Timeline(cut, "time"), 3, 1.0))
-    wanted = replay(whole.trace, [frame.time for frame in timeline])
-    np.testing.assert_array_equal([frame.positions for frame in timeline], wanted.positions)
+    found = list(frames(cut, "time", 3, 1.0))
+    wanted = replay(whole.trace, [frame.time for frame in found])
+    np.testing.assert_array_equal([frame.positions for frame in found], wanted.positions)
 
 
-def test_what_cannot_be_shown_is_refused(traces: dict[str, Trace], shown: dict[str, Trace]) -> None:
+def test_what_cannot_be_shown_is_refused(
+    traces: dict[str, Trace], shown: dict[str, Trace], monkeypatch: pytest.MonkeyPatch
+) -> None:
     with pytest.raises(FigureError, match="summary"):
         film(traces["summary"], "")
-    for span in (
-        {"since": -1.0},
-        {"until": 1e9},
-        {"since": 0.5, "until": 0.5},
-        {"since": math.nan},
-    ):
+    for since, until in ((-1.0, None), (0.0, 1e9), (0.5, 0.5), (math.nan, None)):
         with pytest.raises(FigureError, match="span"):
-            film(shown["fixed"], "", **span)
-    number = MOST_BALLS + 1
-    side = np.arange(number) * 3.0
-    many = Scene(
-        positions=np.column_stack([side, side]),
-        velocities=np.zeros((number, 2)),
-        radii=np.ones(number),
-        masses=np.ones(number),
-        container=Circle(1e6),
-        container_mass=math.inf,
-        container_position=np.zeros(2),
-        container_velocity=np.zeros(2),
-        restitution=1.0,
-        wall_restitution=1.0,
-    )
-    none = Events(np.empty(0), *np.empty((2, 0), dtype=np.int32), np.empty(0))
-    stop = Stop(StopReason.TIME, 1.0, (), "")
-    with pytest.raises(FigureError, match="10,001 balls"):
-        film(Trace(many, many, stop, 0, 0, none, None), "")
+            film(shown["fixed"], "", since=since, until=until)
+    monkeypatch.setattr(import_module("snooker_cli.animation.film"), "MOST_BALLS", 36)
+    with pytest.raises(FigureError, match="37 balls"):
+        film(shown["fixed"], "")
 
 
 def test_a_film_without_collisions_and_one_that_ended_early(shown: dict[str, Trace]) -> None:
@@ -173,7 +150,7 @@ def test_a_film_without_collisions_and_one_that_ended_early(shown: dict[str, Tra
     still = film(trace, "", until=float(trace.events.time[0]) / 2)
     assert (len(still), still.before) == (0, 0)
     assert content(page(still))["time"].size == 0
-    assert list(Timeline(still, "events").time(np.array([0.0, 1.0]))) == [0.0, still.end]
+    assert [frame.time for frame in frames(still, "events", 2, 1.0)] == [0.0, still.end]
     stop = replace(trace.stop, reason=StopReason.WALL_TRAP, message="ball 3 is trapped")
     trapped = replace(trace, stop=stop)
     assert film(trapped, "").ending == "ball 3 is trapped"
@@ -210,25 +187,20 @@ def test_the_view_contains_the_container_and_can_enlarge_its_motion(
     np.testing.assert_allclose(np.abs(followed.extent), 0.53 * width)
 
 
-def test_time_passes_evenly_or_by_collisions(films: dict[str, Film]) -> None:
-    made = films["fixed"]
-    even = Timeline(made, "time")
-    np.testing.assert_allclose(even.time(np.linspace(0, 1, 9)), np.linspace(0, made.end, 9))
-    steps = Timeline(made, "events")
-    moments = steps.moments[1:-1]
-    np.testing.assert_allclose(np.diff(moments), 1 / (len(made) + 1))
-    np.testing.assert_array_equal(steps.time(moments), made.time)
-
-
 @pytest.mark.parametrize("pace", ["time", "events"])
 def test_frames_are_replayed_and_flash_at_contacts(pace: Any, films: dict[str, Film]) -> None:
     made, seconds = films["free"], 4.0
-    timeline = Timeline(made, pace)
-    found = list(frames(timeline, 41, seconds))
-    assert len(found) == 41
-    assert (found[0].time, found[-1].time) == (made.start, made.end)
-    states = replay(made.trace, [frame.time for frame in found])
-    hit = timeline.moments[1:-1]
+    found = list(frames(made, pace, 41, seconds))
+    times = np.array([frame.time for frame in found])
+    hit = made.time / made.end
+    if pace == "time":
+        np.testing.assert_allclose(times, np.linspace(0, made.end, 41))
+    else:  # each collision takes as long, and so does the time after the last
+        hit = np.arange(1, len(made) + 1) / (len(made) + 1)
+        counts = np.minimum(np.arange(41) * 201 // 40, 200)
+        assert [frame.collisions for frame in found] == counts.tolist()
+    assert (times[0], times[-1]) == (made.start, made.end)
+    states = replay(made.trace, times)
     for k, frame in enumerate(found):
         np.testing.assert_array_equal(frame.positions, states.positions[k])
         np.testing.assert_array_equal(frame.speeds, np.hypot(*states.velocities[k].T))
@@ -236,28 +208,25 @@ def test_frames_are_replayed_and_flash_at_contacts(pace: Any, films: dict[str, F
         since = seconds * (k / 40 - hit[: frame.collisions])
         np.testing.assert_array_equal(frame.flashes, np.flatnonzero(since < FLASH))
         np.testing.assert_allclose(frame.ages, since[since < FLASH] / FLASH, atol=1e-9)
-    crowd = list(frames(timeline, 3, FLASH))
-    np.testing.assert_array_equal(crowd[-1].flashes, np.arange(len(made))[-MOST_FLASHES:])
+    *_, last = frames(made, pace, 3, FLASH)
+    np.testing.assert_array_equal(last.flashes, np.arange(len(made))[-MOST_FLASHES:])
 
 
 def test_a_gif_has_its_frames_and_nothing_else(films: dict[str, Film], tmp_path: Path) -> None:
-    made = films["periodic"]
-    path = tmp_path / "film.gif"
-    assert save_movie(Timeline(made, "events"), path, seconds=0.2, rate=20) == 4
+    path, again = tmp_path / "film.gif", tmp_path / "again.gif"
+    for each in (path, again):
+        assert save_movie(films["periodic"], each, pace="events", seconds=0.2, rate=20) == 4
+    assert again.read_bytes() == path.read_bytes()
     with Image.open(path) as image:
-        assert (image.n_frames, image.size) == (4, (840, 480))
-        assert image.info["duration"] == 50
+        assert (image.n_frames, image.size, image.info["duration"]) == (4, (840, 480), 50)
         pixels = []
         for k in range(4):
             image.seek(k)
             pixels.append(np.array(image.convert("RGB")))
     assert all((each[:3] == 255).all() for each in pixels)  # the margin is white, not nearly so
     assert all((a != b).any() for a, b in pairwise(pixels))
-    again = tmp_path / "again.gif"
-    save_movie(Timeline(made, "events"), again, seconds=0.2, rate=20)
-    assert again.read_bytes() == path.read_bytes()
     with pytest.raises(UserError) as refused:
-        save_movie(Timeline(made, "time"), path, seconds=100, rate=20)
+        save_movie(films["free"], path, pace="time", seconds=100, rate=20)
     assert refused.value.code == "too-many-frames"
 
 
@@ -265,23 +234,22 @@ def test_an_mp4_without_a_working_ffmpeg_is_refused(
     films: dict[str, Film], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    path = tmp_path / "film.mp4"
-    with pytest.raises(UserError) as refused:
-        save_movie(Timeline(films["free"], "time"), path, seconds=1, rate=20)
-    assert refused.value.code == "ffmpeg-missing"
-    assert not path.exists()
-    failing = tmp_path / "ffmpeg"
-    failing.write_text("#!/bin/sh\nexit 3\n")
-    failing.chmod(0o755)
-    with pytest.raises(UserError) as refused:
-        save_movie(Timeline(films["free"], "time"), path, seconds=0.1, rate=20)
-    assert refused.value.code == "ffmpeg-failed"
+    path, codes = tmp_path / "film.mp4", []
+    for _ in range(2):
+        with pytest.raises(UserError) as refused:
+            save_movie(films["free"], path, pace="time", seconds=0.1, rate=20)
+        codes.append(refused.value.code)
+        assert not path.exists()
+        failing = tmp_path / "ffmpeg"
+        failing.write_text("#!/bin/sh\nexit 3\n")
+        failing.chmod(0o755)
+    assert codes == ["ffmpeg-missing", "ffmpeg-failed"]
 
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="there is no ffmpeg here")
 def test_an_mp4_is_written_by_ffmpeg(films: dict[str, Film], tmp_path: Path) -> None:
-    made, path = films["free"], tmp_path / "film.mp4"
-    assert save_movie(Timeline(made, "time"), path, seconds=0.4, rate=20, magnify=5.0) == 8
+    path = tmp_path / "film.mp4"
+    assert save_movie(films["free"], path, pace="time", seconds=0.4, rate=20, magnify=5.0) == 8
     assert path.read_bytes()[4:8] == b"ftyp"
 
 
