@@ -394,6 +394,8 @@ def test_the_faster_engine_is_chosen():
         assert simulation.engine_for(gas("circle", few, packing)) is simulation.AllPairs
         assert simulation.engine_for(gas("circle", few + 1, packing)) is simulation.InCells
     assert simulation.engine_for(gas("box", 2, 0.01)) is simulation.InCells
+    models = simulation.specialisation(gas("box", 9, 0.1, mixed=True))
+    assert {name for name, needed in models.items() if needed} >= {"cells", "unequal balls"}
     with pytest.raises(ValueError, match="allpairs"):
         simulate(gas("periodic", 20, 0.1), collisions=1, engine="allpairs")
     small = scene_of([(0.0, 0.0, 1.0, 0.0, 1.0, 1.0)], container=PeriodicBox(20.0, 9.9))
