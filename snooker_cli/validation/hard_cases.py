@@ -9,22 +9,23 @@ from __future__ import annotations
 import difflib
 import math
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from snooker_cli.config import load
 from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.errors import SceneError, UserError
-from snooker_cli.formatting import Column, counted, table_lines
+from snooker_cli.formatting import counted
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.trace import StopReason
 from snooker_cli.validation import hard_case_checks as facts
-from snooker_cli.validation.hard_case_checks import Check, checks
-from snooker_cli.validation.study import Record, Study, small
+from snooker_cli.validation.hard_case_checks import Check, ExactStart, checks
+from snooker_cli.validation.study import Cells, Record, Study, small, table
 
 if TYPE_CHECKING:
     from snooker_cli.trace import Trace
@@ -69,19 +70,19 @@ class HardCase:
 CASES = {
     case.name: case
     for case in (
-        HardCase("grazing-offset", (TIME,), facts.grazing),
-        HardCase("grazing-angle", (TIME,), facts.grazing),
-        HardCase("touching", (TIME,), facts.touching),
-        HardCase("touching-wall", (TIME,), facts.touching_wall),
+        HardCase("grazing-offset", (TIME,)),
+        HardCase("grazing-angle", (TIME,)),
+        HardCase("touching", (TIME,)),
+        HardCase("touching-wall", (TIME,)),
         HardCase("along-the-wall", (WALL_TRAP, COLLAPSE), facts.along_the_wall),
-        HardCase("ring", (COLLISIONS,), facts.ring),
+        HardCase("ring", (COLLISIONS,)),
         HardCase("rack", (COLLISIONS, COLLAPSE, WALL_TRAP)),
-        HardCase("newton-row", (TIME,), facts.newton_row),
+        HardCase("newton-row", (TIME,)),
         HardCase("cor-extremes", (COLLISIONS, COLLAPSE)),
-        HardCase("whispering-1e-6", (COLLISIONS,), facts.whispering),
-        HardCase("whispering-1e-9", (COLLISIONS,), facts.whispering),
-        HardCase("wall-trap", (WALL_TRAP,), facts.trapped_ball),
-        HardCase("wall-trap-sums", (TIME,), facts.wall_trap_sums),
+        HardCase("whispering-1e-6", (COLLISIONS,)),
+        HardCase("whispering-1e-9", (COLLISIONS,)),
+        HardCase("wall-trap", (WALL_TRAP,)),
+        HardCase("wall-trap-sums", (TIME,)),
         HardCase("collapse-two", (COLLAPSE, TIME), facts.collapse_below(3 - 2 * math.sqrt(2))),
         HardCase("collapse-three", (COLLAPSE, TIME), facts.collapse_below(7 - 4 * math.sqrt(3))),
         HardCase("cluster", (COLLAPSE,), slow=True),
@@ -90,15 +91,15 @@ CASES = {
         HardCase("galperin-1e12", (TIME,), facts.galperin, slow=True),
         HardCase("mass-ratios", (COLLISIONS, COLLAPSE, WALL_TRAP)),
         HardCase("container-masses", (COLLISIONS, COLLAPSE, WALL_TRAP)),
-        HardCase("radii-1e-9", (COLLISIONS,), facts.needles),
+        HardCase("radii-1e-9", (COLLISIONS,)),
         HardCase("radii-apart", (COLLISIONS, WALL_TRAP)),
-        HardCase("full", (COLLISIONS,), facts.full),
+        HardCase("full", (COLLISIONS,)),
         HardCase("speeds", (COLLISIONS, WALL_TRAP)),
         HardCase("speeds-mixed", (COLLISIONS, WALL_TRAP), slow=True),
         HardCase("packing", (COLLISIONS,), slow=True),
-        HardCase("corner", (TIME,), facts.corner),
+        HardCase("corner", (TIME,)),
         HardCase("clock-slow", (TIME,)),
-        HardCase("clock-far", (TIME,), facts.late_row),
+        HardCase("clock-far", (TIME,)),
         HardCase("at-rest", (NOTHING_LEFT,), facts.nothing_happens),
         HardCase("at-rest-periodic", (NOTHING_LEFT,), facts.nothing_happens),
         HardCase("billion", (COLLISIONS,), facts.random_walk, slow=True, by_name_only=True),
@@ -154,29 +155,25 @@ class HardCaseStudy(Study):
 
     @staticmethod
     def tables(record: Record) -> Iterator[str]:
-        """The cases, their worst errors, facts, endings and faults."""
+        """The cases, their worst errors, facts and faults."""
         cases = record["cases"]
-        why = [[case["name"], case["why"]] for case in cases]
-        yield from table_lines([Column("case"), Column("why it is hard")], why)
-        yield from ("", LEGEND, "", *_verdict_lines(cases), "")
+        why: Cells = {"case": lambda case: case["name"], "why it is hard": lambda case: case["why"]}
+        yield from table(cases, why, left=why)
+        yield from ("", LEGEND, "")
+        yield from table(cases, VERDICT_CELLS, left=("case", "ended", "verdict"))
+        yield ""
         facts = [
-            [case["name"], fact, _error(each["error"]), _error(each["bound"])]
+            {"case": case["name"], "fact": fact} | each
             for case in cases
             for fact, each in _facts(case).items()
         ]
-        if facts:
-            headings = (("case", False), ("fact", False), ("worst error", True), ("bound", True))
-            yield from table_lines([Column(*each) for each in headings], facts)
-            yield ""
-        endings = [[case["name"], each["message"]] for case in cases for each in case["endings"]]
-        yield from table_lines([Column("case"), Column("first message of each ending")], endings)
+        yield from table(facts, FACT_CELLS, left=("case", "fact"))
         yield ""
         yield from (f"{case['name']}, {fault}" for case in cases for fault in case["faults"])
         failed = sum(not case["holds"] for case in cases)
-        total = (
-            f"{counted(len(cases), 'case')}, {counted(sum(len(c['runs']) for c in cases), 'run')}"
-        )
-        yield f"{total}: {counted(failed, 'case')} failed" if failed else f"{total}: all hold"
+        runs = counted(sum(case["runs"] for case in cases), "run")
+        verdict = f"{counted(failed, 'case')} failed" if failed else "all hold"
+        yield f"{counted(len(cases), 'case')}, {runs}: {verdict}"
         if record["left_out"]:
             names_left = " ".join(record["left_out"])
             yield f"left out, because it takes minutes: snooker bench hard {names_left}"
@@ -185,25 +182,31 @@ class HardCaseStudy(Study):
 # What is measured
 
 
-def runs(case: HardCase, folder: Path, most: int | None = None) -> Iterator[Record]:
+def verdict(case: HardCase, folder: Path, most: int | None = None) -> Record:
     """Each point of a case's config with each engine that supports its container.
 
     most : collisions at most, instead of those in the config
 
+    The record has the worst of each check, the ``endings`` and the ``faults``.
+
     Raises ``ConfigError`` if there is no such config, or if its scene cannot exist.
     """
     loaded = load(folder / f"{case.name}.yaml")
+    endings: Counter[str] = Counter()
+    worst: dict[str, Check] = {}
+    events, faults = 0, []
     for point in loaded.points():
         experiment = point.experiment
         try:
             scene = starting_scene(experiment, 0)
         except SceneError as error:
             raise loaded.error(error.key, str(error)) from None
+        exact = scene.container.has_wall and scene.number <= facts.FOLLOWED
+        truth = facts.exact_start(scene) if exact else None
         wanted = experiment.collisions
         limit = wanted if most is None else min(most, wanted or most)
         for engine in ("allpairs", "cells") if isinstance(scene.container, Circle) else ("cells",):
-            begun = time.monotonic()
-            deadline = begun + LONGEST + (limit or 0) / SLOWEST
+            deadline = time.monotonic() + LONGEST + (limit or 0) / SLOWEST
             trace = simulate(
                 scene,
                 collisions=limit,
@@ -212,18 +215,27 @@ def runs(case: HardCase, folder: Path, most: int | None = None) -> Iterator[Reco
                 engine=engine,
                 watch=partial(_is_late, deadline),
             )
-            found, faults = judged(case, trace, complete=limit == wanted)
-            yield {
-                "parameters": point.as_json(),
-                "engine": engine,
-                "events": trace.collisions,
-                "ended": trace.stop.reason.value,
-                "message": trace.stop.message,
-                "time": trace.stop.time,
-                "seconds": time.monotonic() - begun,
-                "checks": [check.as_json() for check in found],
-                "faults": faults,
-            }
+            found, wrong = judged(case, trace, truth, complete=limit == wanted)
+            for check in found:
+                before = worst.setdefault(check.name, check)
+                worst[check.name] = max(before, check, key=lambda one: (not one.holds, one.error))
+            endings[trace.stop.reason.value] += 1
+            events += trace.collisions
+            label = ", ".join([engine, *(f"{key}={v}" for key, v in point.as_json().items())])
+            faults += [f"{label}: {fault}" for fault in wrong]
+    return {
+        "name": case.name,
+        "why": str(loaded.experiment.title),
+        "events": events,
+        "runs": endings.total(),
+        "endings": [{"reason": reason, "runs": runs} for reason, runs in endings.items()],
+        "worst": {
+            name: {"error": check.error, "bound": check.bound, "holds": check.holds}
+            for name, check in worst.items()
+        },
+        "holds": not faults,
+        "faults": faults,
+    }
 
 
 def _is_late(deadline: float, _: int) -> bool:
@@ -231,15 +243,20 @@ def _is_late(deadline: float, _: int) -> bool:
     return time.monotonic() > deadline
 
 
-def judged(case: HardCase, trace: Trace, *, complete: bool = True) -> tuple[list[Check], list[str]]:
+def judged(
+    case: HardCase, trace: Trace, truth: ExactStart | None = None, *, complete: bool = True
+) -> tuple[list[Check], list[str]]:
     """The checks of a trace, and a sentence for each fault.
 
+    truth : the first collisions, if they are known
     complete : if not, the run had a lower limit of collisions, and may end by it
     """
     found = checks(trace)
-    # Nothing is measured of broken numbers.
-    if case.fact is not None and complete and found[0].holds:
-        found += case.fact(trace)
+    if found[0].holds:  # nothing is measured of broken numbers
+        if truth is not None and trace.events is not None:
+            found += facts.follows(trace, truth)
+        if case.fact is not None and complete:
+            found += case.fact(trace)
     faults = [
         f"{check.name}: {check.error:.2g} is over {check.bound:.2g}"
         for check in found
@@ -254,40 +271,6 @@ def judged(case: HardCase, trace: Trace, *, complete: bool = True) -> tuple[list
     return found, faults
 
 
-def verdict(case: HardCase, folder: Path) -> Record:
-    """A case's runs, the worst of each check, the endings, and whether all is right."""
-    done = list(runs(case, folder))
-    worst: dict[str, Record] = {}
-    for each in (check for run in done for check in run["checks"]):
-        before = worst.get(each["name"], each)
-        worse = max(before, each, key=lambda one: (not one["holds"], one["error"]))
-        worst[each["name"]] = worse
-    endings: dict[str, Record] = {}
-    for run in done:
-        first = {"reason": run["ended"], "runs": 0, "message": run["message"]}
-        endings.setdefault(run["ended"], first)["runs"] += 1
-    return {
-        "name": case.name,
-        "why": str(load(folder / f"{case.name}.yaml").experiment.title),
-        "events": sum(run["events"] for run in done),
-        "endings": list(endings.values()),
-        "worst": {
-            name: {key: each[key] for key in ("error", "bound", "holds")}
-            for name, each in worst.items()
-        },
-        "holds": not any(run["faults"] for run in done),
-        "faults": [f"{_label(run)}: {fault}" for run in done for fault in run["faults"]],
-        "runs": done,
-    }
-
-
-def _label(run: Record) -> str:
-    """A run's engine and point."""
-    return ", ".join(
-        [run["engine"], *(f"{key}={value}" for key, value in run["parameters"].items())]
-    )
-
-
 # The record as tables
 
 LEGEND = """\
@@ -295,40 +278,42 @@ events: of all runs of a case: each point with each engine that supports its con
 ended: why runs ended, and how many
 energy, momentum, angular, virial: the worst violation of the conservation law, relative
 overlap, escape: the deepest of two balls, and of a ball in the wall
-facts: how many of the facts that are known exactly hold"""
+facts: the first collisions beside the exact twin, and what else is known of a case"""
 
 
-def _verdict_lines(cases: Sequence[Record]) -> list[str]:
-    """A row for each case."""
-    headings = ("case", "events", "ended", *INVARIANTS.values(), "facts", "verdict")
-    rows = []
-    for case in cases:
-        endings = (f"{each['runs']} {each['reason']}" for each in case["endings"])
-        facts = _facts(case).values()
-        worst = (case["worst"].get(name) for name in INVARIANTS)
-        rows.append(
-            [
-                case["name"],
-                f"{case['events']:,}",
-                ", ".join(endings).replace("_", " "),
-                *(_error(each["error"]) if each else "–" for each in worst),
-                f"{sum(each['holds'] for each in facts)} of {len(facts)}" if facts else "–",
-                "holds" if case["holds"] else "fails",
-            ]
-        )
-    texts = ("case", "ended", "verdict")
-    return table_lines([Column(each, each not in texts) for each in headings], rows)
-
-
-def _facts(case: Record) -> dict[str, Any]:
-    """The checks that only this case has."""
+def _facts(case: Record) -> Record:
+    """The checks that not every case has."""
     return {
         name: each for name, each in case["worst"].items() if name not in {"numbers", *INVARIANTS}
     }
 
 
-def _error(value: float | None) -> str:
+def _error(case: Record, name: str) -> str:
+    """The worst error in an invariant; a dash for none."""
+    return _text(case["worst"][name]["error"]) if name in case["worst"] else "–"
+
+
+def _text(value: float | None) -> str:
     """An error to two digits."""
-    if value is None:
-        return "infinite"
-    return small(value) if value else "0"
+    return "infinite" if value is None else small(value) if value else "0"
+
+
+VERDICT_CELLS: Cells = {
+    "case": lambda case: str(case["name"]),
+    "events": lambda case: f"{case['events']:,}",
+    "ended": lambda case: ", ".join(
+        f"{each['runs']} {each['reason'].replace('_', ' ')}" for each in case["endings"]
+    ),
+    **{heading: partial(_error, name=name) for name, heading in INVARIANTS.items()},
+    "facts": lambda case: (
+        f"{sum(each['holds'] for each in _facts(case).values())} of {len(_facts(case))}"
+    ),
+    "verdict": lambda case: "holds" if case["holds"] else "fails",
+}
+
+FACT_CELLS: Cells = {
+    "case": lambda row: str(row["case"]),
+    "fact": lambda row: str(row["fact"]),
+    "worst error": lambda row: _text(row["error"]),
+    "bound": lambda row: _text(row["bound"]),
+}
