@@ -1,9 +1,8 @@
 """The exact twin: hard disks in a circle or a box, computed to any number of digits.
 
 The twin uses nothing of the engine. Between its collisions a body is on the line (x + u t, y + v t)
-with t the time since the start, so only a collision changes x, y, u and v. The numbers start as the
-doubles of the scene. Chaos loses digits: a run gets as many as its number of events needs, and a
-second run with half as many again shows how many of its events are certain.
+with t the time since the start. The numbers start as the doubles of the scene. Chaos loses digits:
+a run gets as many as its events need, and a second run shows how many of them are certain.
 
 Symbols: (x, y) offset and (u, v) relative velocity at t = 0; b = x.w; w2 = |w|^2; d contact
 distance. A contact is a root of |x + w t| = d: the smaller one for two balls, and the larger one,
@@ -45,6 +44,7 @@ SPARE_DIGITS = 30
 
 DIGITS_PER_EVENT = 0.09
 """Digits lost to chaos: the dilute scene's Lyapunov exponent, 0.196 an event, is 0.085 digits."""
+
 
 MOST_DIGITS = 2000
 """The limit of automatic digits: what is uncertain then, such as a tie, needs no more digits."""
@@ -211,12 +211,8 @@ class Twin:
     def state(self) -> NDArray[np.float64]:
         """x, y, u, v of the balls now, and of the container in the last row, rounded."""
         bodies = (*self.balls, self.container)
-        return np.array(
-            [
-                [*map(float, body.position(self.now)), float(body.u), float(body.v)]
-                for body in bodies
-            ]
-        )
+        rows = ([*body.position(self.now), body.u, body.v] for body in bodies)
+        return np.array([[float(number) for number in row] for row in rows])
 
 
 @dataclass(frozen=True)
@@ -248,9 +244,8 @@ def trajectory(scene: Scene, collisions: int, digits: int | None = None) -> Exac
     """
     attempt = digits or math.ceil(SPARE_DIGITS + DIGITS_PER_EVENT * collisions)
     found = _with_digits(scene, collisions, attempt)
-    while digits is None and found.certain < len(found.events) and attempt < MOST_DIGITS:
-        attempt *= 2
-        better = _with_digits(scene, collisions, attempt)
+    while digits is None and found.certain < len(found.events) and found.digits < MOST_DIGITS:
+        better = _with_digits(scene, collisions, 2 * found.digits)
         if better.certain <= found.certain:
             break
         found = better
@@ -277,7 +272,7 @@ def _run(
     """Events and states of one run, rounded."""
     twin = Twin(scene, digits)
     rows, states = [], [twin.state()]
-    for time, i, j, impulse in islice(twin.collisions(), collisions):
-        rows.append((float(time), i, j, float(impulse)))
+    for one in islice(twin.collisions(), collisions):
+        rows.append((float(one.time), one.i, one.j, float(one.impulse)))
         states.append(twin.state())
     return rows, np.array(states)

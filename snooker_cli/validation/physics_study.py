@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-
-import numpy as np
 
 from snooker_cli.analysis.predictions import DENSEST_FLUID
 from snooker_cli.containers import SHAPES
-from snooker_cli.figures import NEUTRAL, FigureData, Layer, Line, Points, Reference
 from snooker_cli.formatting import listed, short, with_error
 from snooker_cli.theory.equation_of_state import PUBLISHED_RATIOS
 from snooker_cli.validation.physics_measurements import (
@@ -99,11 +96,6 @@ class PhysicsStudy(Study):
         )
         yield from record["notes"]
         yield verdict(record)
-
-    @staticmethod
-    def figures(record: Record) -> dict[str, FigureData]:
-        """The equation of state."""
-        return {"physics-state": state_figure(record)}
 
 
 def full_study() -> PhysicsStudy:
@@ -203,42 +195,3 @@ def _walls(shape: str) -> str:
 def _signed(value: float) -> str:
     """Two digits with their sign."""
     return f"{'+' if value >= 0 else ''}{short(value, 2)}"
-
-
-# The record as a figure
-
-
-def state_figure(record: Record) -> FigureData:
-    """Z less the published one, a series for each source, and what N balls are known to lack."""
-    rows = [row | row["setting"] for row in record["rows"] if row["group"] == STATE]
-    layers: list[Layer] = [Reference("y", 0.0)]
-    for series, source in enumerate(dict.fromkeys(row["source"] for row in rows)):
-        x, y, error = _columns(
-            [row for row in rows if row["source"] == source], "packing", "difference", "both_errors"
-        )
-        label = f"less {source}"
-        layers.append(Points(x, y, None, error, label=label, series=series, filled=series > 0))
-    packings, lacking = np.unique(_columns(rows, "packing", "known"), axis=1)
-    balls = max(row["balls"] for row in rows)
-    label = f"what {balls:,} balls are known to lack"
-    layers.append(Line(packings, lacking, label, NEUTRAL, "dashed"))
-    worst = max(rows, key=lambda row: abs(row["left_in_errors"]))
-    keys = ("packing", "source", "difference", "both_errors", "known")
-    return FigureData(
-        kind="physics-state",
-        title="Equation of state, measured less published",
-        x_label="packing fraction",
-        y_label="difference of Z = PV/NT",
-        layers=tuple(layers),
-        caption=f"Elastic disks, {balls:,} in a periodic box, {rows[-1]['seeds']} seeds at each "
-        "packing. Bars are standard errors with that of the published value. The dashed line is "
-        "what a finite number lacks by theory. The largest distance from it is "
-        f"{short(abs(worst['left_in_errors']), 2)} standard errors, at packing "
-        f"{short(worst['packing'])}. snooker {record['snooker']}, {record['date'][:10]}.",
-        numbers={"rows": [{key: row[key] for key in keys} for row in rows]},
-    )
-
-
-def _columns(rows: Sequence[Record], *keys: str) -> np.ndarray:
-    """Numbers of all rows, an array for each key."""
-    return np.array([[row[key] for row in rows] for key in keys], dtype=np.float64)

@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 from snooker_cli import store
 from snooker_cli.config import parse
 from snooker_cli.engine import ENGINE_VERSION, simulate, simulation
-from snooker_cli.figures import FigureData, Layer, Line, Points
-from snooker_cli.formatting import short
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
-from snooker_cli.validation.study import Cells, Record, Study, header_lines, machine, table
+from snooker_cli.validation.study import Cells, Record, Study, header_lines, table
 
 MASS = 1e7
 """Mass of a free container, kg; balls have 1 kg."""
@@ -31,9 +29,6 @@ cor: 1
 collisions: 1
 seed: 1
 """
-
-FEWEST = 3
-"""Points of a curve in a figure, at least."""
 
 PAGE_COUNTS = Path("/proc/self/statm")
 
@@ -169,15 +164,6 @@ class SpeedStudy(Study):
         if used["bytes_a_ball"] is not None:
             yield f"memory with {used['balls']:,} balls: {used['bytes_a_ball']:.0f} bytes a ball"
 
-    @staticmethod
-    def figures(record: Record) -> dict[str, FigureData]:
-        """Speed over the number of balls and over the packing, as far as there are curves."""
-        found = {
-            "speed-number": speed_figure(record, "balls", "packing", "number of balls"),
-            "speed-packing": speed_figure(record, "packing", "balls", "packing fraction"),
-        }
-        return {name: figure for name, figure in found.items() if figure.layers}
-
 
 FULL_STUDY = SpeedStudy()
 ALL_STUDY = replace(FULL_STUDY, cases=(*FULL_STUDY.cases, MOST), resident=MOST)
@@ -257,7 +243,7 @@ def _resident() -> int:
     return int(PAGE_COUNTS.read_text(encoding="ascii").split()[1]) * resource.getpagesize()
 
 
-# The record as a table and as figures
+# The record as a table
 
 CELLS: Cells = {
     "balls": lambda case: f"{case['balls']:,}",
@@ -269,48 +255,3 @@ CELLS: Cells = {
     "repeats": lambda case: str(case["repeats"]),
     "collisions each": lambda case: f"{case['events']:,}",
 }
-
-
-def speed_figure(record: Record, over: str, each: str, label: str) -> FigureData:
-    """Speeds in a fixed circle over one number of the gases.
-
-    There is a curve for each engine and each value of another number, ``each``.
-    """
-    cases = [one for one in record["cases"] if not one["free"]]
-    curves: dict[tuple[float, str], dict[float, Record]] = {}
-    for one in cases:  # the first timing of a place counts
-        curves.setdefault((one[each], one["engine"]), {}).setdefault(one[over], one)
-    layers: list[Layer] = []
-    shown: list[Record] = []
-    long_curves = [found for _, found in sorted(curves.items()) if len(found) >= FEWEST]
-    for series, found in enumerate(long_curves):
-        curve = [found[place] for place in sorted(found)]
-        shown += [{key: one[key] for key in (over, each, "engine", "median")} for one in curve]
-        x, rate, low, high = np.array(
-            [[one[key] for one in curve] for key in (over, "median", "lowest", "highest")]
-        )
-        error = np.maximum(high - rate, rate - low) / 1e6
-        value = curve[0][each]
-        name = f"{value:,} balls" if each == "balls" else f"packing {value:g}"
-        layers.append(Line(x, rate / 1e6, None, series))
-        name = f"{name}, {curve[0]['engine']}"
-        layers.append(Points(x, rate / 1e6, None, error, label=name, series=series))
-    best = ""
-    if cases:
-        fastest = max(cases, key=lambda one: float(one["median"]))
-        best = (
-            f" At most {short(fastest['median'] / 1e6)} million, of {fastest['balls']:,} balls at "
-            f"packing {fastest['packing']:g}."
-        )
-    return FigureData(
-        kind=f"speed-{over}",
-        title=f"Speed against the {label}",
-        x_label=label,
-        y_label="collisions per second (million)",
-        layers=tuple(layers),
-        caption="Elastic disks in a fixed circle: medians of one thread's rates, bars to the "
-        f"farthest repeat.{best} {machine(record)}.",
-        numbers={"cases": shown},
-        x_log=True,
-        y_log=True,
-    )

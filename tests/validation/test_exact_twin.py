@@ -119,19 +119,6 @@ def test_it_says_how_many_events_are_certain():
     assert (few.check_digits, many.check_digits) == (33, math.ceil(1.5 * many.digits))
 
 
-def test_digits_that_are_too_few_are_doubled():
-    """Two light balls between heavy ones lose more digits an event than are allowed for."""
-    scene = scene_of(
-        [
-            (0.0, 0.0, 0.1, 0.03, 0.01, 1.0),
-            (3.0, 0.2, 0.0, 0.0, 0.01, 1e-3),
-            (-3.0, 0.1, 0.0, 0.1, 0.01, 1e3),
-        ]
-    )
-    truth = trajectory(scene, 60)
-    assert truth.certain == 60
-
-
 def test_nothing_left_to_happen():
     truth = trajectory(scene_of([(1.0, 2.0, 0.0, 0.0, 1.0, 1.0)]), 5)
     assert len(truth.events) == truth.certain == 0

@@ -33,8 +33,6 @@ from snooker_cli.validation.hard_cases import CASES, HardCase, HardCaseStudy, ju
 Snooker = Callable[..., Any]
 
 FOLDER = Path(__file__).parents[2] / "configs" / "hard"
-SHORT = 2000
-"""Collisions of those that take more than a second."""
 
 
 # --- the cases ------------------------------------------------------------------------------
@@ -45,10 +43,10 @@ def test_every_config_is_a_case_and_every_case_has_one() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+@pytest.mark.parametrize("case", [case for case in CASES.values() if not case.by_name_only])
 def test_a_case_says_why_it_is_hard_and_holds(case: HardCase) -> None:
-    """By both engines where both know the container; shortened where it takes long."""
-    found = verdict(case, FOLDER, SHORT if case.slow else None)
+    """By both engines where both know the container."""
+    found = verdict(case, FOLDER)
     loaded = load(FOLDER / f"{case.name}.yaml")
     engines = 2 if loaded.experiment.container.shape == "circle" else 1
     assert found["faults"] == []
@@ -184,8 +182,6 @@ def test_broken_numbers_and_order_are_found(trace: Trace) -> None:
 
 def test_a_wrong_ending_and_a_missing_message_are_found(trace: Trace) -> None:
     assert len(judged(replace(SEVEN, endings=(StopReason.COLLAPSE,)), trace)[1]) == 1
-    # A shortened run may also end by its collisions.
-    assert judged(replace(SEVEN, endings=(StopReason.TIME,)), trace, complete=False)[1] == []
     silent = replace(trace, stop=replace(trace.stop, message=""))
     assert len(judged(SEVEN, silent)[1]) == 1
 
@@ -196,7 +192,7 @@ def test_a_wrong_fact_is_found(trace: Trace) -> None:
     assert [check.name for check in found if not check.holds] == ["collisions", "moved by, m"]
 
 
-@pytest.mark.parametrize("name", ["collapse-two", "along-the-wall", "galperin", "at-rest"])
+@pytest.mark.parametrize("name", ["collapse-two", "galperin", "at-rest"])
 def test_facts_can_fail(name: str) -> None:
     """Of a run with a collision more, with another ending, or with balls elsewhere."""
     case = CASES[name]

@@ -13,13 +13,11 @@ from typer.testing import CliRunner
 
 from snooker_cli import theory
 from snooker_cli.cli.app import app
-from snooker_cli.figures import Line, Points
 from snooker_cli.theory.equation_of_state import PUBLISHED_RATIOS
 from snooker_cli.validation import physics_measurements as measurements
 from snooker_cli.validation.physics_measurements import GasSample, known_value
 from snooker_cli.validation.physics_study import (
     SIMULATED,
-    PhysicsStudy,
     full_study,
     quick_study,
     values,
@@ -154,22 +152,6 @@ def test_the_mean_cube_of_a_component_on_a_sphere() -> None:
         2 * math.sqrt(2) * 4 / (3 * math.pi) / math.sqrt(8 / math.pi)
     )
     assert measurements.mean_cube(10_000) == pytest.approx(1 - 3 / 80_000, abs=1e-8)
-
-
-# Figure and verdict
-
-
-def test_the_figure_has_each_source_and_what_is_known(record: Record) -> None:
-    (figure,) = PhysicsStudy.figures(record).values()
-    rows = of(record, measurements.STATE)
-    points = [layer for layer in figure.layers if isinstance(layer, Points)]
-    assert [each.label for each in points] == [
-        f"less {source}" for source in dict.fromkeys(row["source"] for row in rows)
-    ]
-    differences = sorted(row["difference"] for row in rows)
-    assert sorted(value for each in points for value in each.y) == differences
-    (line,) = (layer for layer in figure.layers if isinstance(layer, Line))
-    assert line.y.tolist() == [-measurements.missing(packing, 100) for packing in line.x]
 
 
 def test_verdict_and_values_follow_the_record(record: Record) -> None:

@@ -7,7 +7,7 @@ import gc
 import itertools
 import math
 import sys
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from snooker_cli.engine import simulation
-from snooker_cli.figures import Points
 from snooker_cli.validation.speed_study import (
     BOTH_ENGINES,
     FULL_STUDY,
@@ -88,24 +87,3 @@ def test_the_record_is_complete(bench: Any) -> None:
     # Without compression an event takes 32 bytes, and the smallest file without any 10 kB.
     assert 10 < stored["bytes_an_event"] < 34
     assert len(list(SpeedStudy.tables(record))) > len(record["cases"])
-
-
-def test_figures_show_the_gases_in_a_fixed_circle() -> None:
-    cases = [
-        asdict(case)
-        | {"median": 1e9 / case.balls, "lowest": 9e8 / case.balls, "highest": 1.2e9 / case.balls}
-        | {"engine": "cells"}
-        for case in (
-            *(SpeedCase(balls, 0.4) for balls in (1000, 100, 10_000)),
-            SpeedCase(10, 0.4, free=True),
-        )
-    ]
-    record = {"machine": {"processor": "a processor", "platform": "a system"}, "cases": cases}
-    ((name, figure),) = SpeedStudy.figures(record).items()
-    assert name == "speed-number"
-    (points,) = (layer for layer in figure.layers if isinstance(layer, Points))
-    assert points.x.tolist() == [100, 1000, 10_000]
-    assert points.y.tolist() == [10.0, 1.0, 0.1]
-    assert points.y_error == pytest.approx(0.2 * points.y)
-    assert points.label == "packing 0.4, cells"
-    assert SpeedStudy.figures(record | {"cases": cases[:1]}) == {}

@@ -24,8 +24,8 @@ ENDINGS = ("svg", "png", "json")
             {"error-against-cost-light-container", "error-growth-light-container"},
             "light-container: seven balls of 1 kg",
         ),
-        ("physics", {"numpy", "numba"}, {"physics-state"}, "Erpenbeck & Luban 1985"),
-        ("speed", {"numpy", "numba", "h5py"}, {"speed-number", "speed-packing"}, "collisions/s"),
+        ("physics", {"numpy", "numba"}, set(), "Erpenbeck & Luban 1985"),
+        ("speed", {"numpy", "numba", "h5py"}, set(), "collisions/s"),
     ],
 )
 def test_a_study_gives_a_record_tables_and_figures(
