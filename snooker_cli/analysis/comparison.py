@@ -6,14 +6,13 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from snooker_cli.analysis import observables, predictions
-from snooker_cli.analysis.decay import curve, early_note, fit_curve, reported_constant
-from snooker_cli.analysis.observables import series
-from snooker_cli.analysis.predictions import Prediction, SpeedLaw
+from snooker_cli.analysis.decay import early_note
+from snooker_cli.analysis.predictions import Row, SpeedLaw
 from snooker_cli.formatting import plain
 from snooker_cli.trace import SPEED_BINS, StopReason
 
@@ -23,7 +22,8 @@ if TYPE_CHECKING:
     from snooker_cli.scene import Scene
     from snooker_cli.trace import Trace
 
-    Array = NDArray[np.float64]
+_Table: TypeAlias = dict[tuple[str, str], list[tuple[float, float]]]
+"""Measured and predicted values of the repeats, by quantity and model."""
 
 RELAXING = 5
 """Ball-ball collisions of a ball after which a gas that started at one speed counts as relaxed.
@@ -88,63 +88,6 @@ class Comparison:
         return content
 
 
-def measured(trace: Trace, since: float) -> dict[str, float]:
-    """Means over time of one repeat from a time (s) to its end.
-
-    pressure : on the wall, or by the virial, Pa m; virial_ratio : PV/NT of the balls by the virial
-    temperature, root_temperature : of T and of its root, J and J^(1/2)
-    meeting_temperature, root_meeting_temperature : the same of the temperature at which balls meet
-    mean_speed : m/s; kurtosis : <v^4>/<v^2>^2
-    pair_rate, wall_rate : collisions of one ball per second
-    """
-    found, scene = series(trace), trace.start
-    warm = observables.temperature(found, scene.number)
-    met = observables.meeting_temperature(found.kinetic_energy, scene)
-
-    def mean(values: Array) -> float:
-        return observables.time_mean(trace, values, since)
-
-    def rate(counts: Array) -> float:
-        gained = observables.gained(trace, counts, since)
-        return gained / (scene.number * (trace.stop.time - since))
-
-    return {
-        "pressure": observables.mean_pressure(trace, since),
-        "virial_ratio": observables.virial_ratio(trace, since),
-        "temperature": mean(warm),
-        "root_temperature": mean(np.sqrt(warm)),
-        "meeting_temperature": mean(met),
-        "root_meeting_temperature": mean(np.sqrt(np.maximum(met, 0.0))),
-        "mean_speed": mean(found.mean_speed),
-        "kurtosis": mean(found.energy_moment),
-        "pair_rate": 2 * rate(found.pair_events),
-        "wall_rate": rate(found.wall_events),
-    }
-
-
-def lost(trace: Trace) -> dict[str, float]:
-    """How one repeat lost its energy, from start to end.
-
-    decay_constant, pressure_decay_constant, haff_rate : fitted, 1/s
-    reported_constant : what the source report predicts for the first, 1/s
-    start_temperature : at which balls meet, J
-    pair_events, wall_events : collisions, without those of a collapse
-    energy_left : kinetic energy after them over that at the start
-    """
-    energy, calm = curve(trace, "kinetic_energy"), observables.before_collapse(trace)
-    start = trace.start
-    return {
-        "decay_constant": fit_curve(energy, "exponential").value,
-        "pressure_decay_constant": fit_curve(curve(trace, "pressure"), "exponential").value,
-        "haff_rate": fit_curve(energy, "haff").value,
-        "reported_constant": reported_constant(trace),
-        "start_temperature": observables.meeting_temperature(start.kinetic_energy, start),
-        "pair_events": calm.pair_events,
-        "wall_events": calm.wall_events,
-        "energy_left": float(observables.energy_ratio(series(calm))[-1]),
-    }
-
-
 def relaxing(number: int) -> int:
     """Ball-ball collisions in which a gas of ``number`` balls relaxes; none for one ball."""
     return math.ceil(RELAXING * number / 2) if number > 1 else 0
@@ -152,7 +95,7 @@ def relaxing(number: int) -> int:
 
 def relaxed_at(trace: Trace) -> float | None:
     """When a repeat has relaxed, s; ``None`` if fewer than as many collisions follow."""
-    needed, found = relaxing(trace.start.number), series(trace)
+    needed, found = relaxing(trace.start.number), observables.series(trace)
     if trace.pair_events < 2 * needed:
         return None
     time = float(found.time[np.searchsorted(found.pair_events, needed)])
@@ -165,66 +108,66 @@ def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[str]]:
     Pressures, rates and speeds are those of the part of each repeat after its relaxation.
     """
     ended: Counter[StopReason] = Counter()
-    relaxed: list[dict[str, float]] = []
-    losses: list[dict[str, float]] = []
+    equilibrium: _Table = {}
+    cooling: _Table = {}
     counts = np.zeros(SPEED_BINS, dtype=np.int64)
     scene: Scene | None = None
+    used = relaxed = 0
     for trace in traces:
         ended[trace.stop.reason] += 1
         if trace.collisions == 0:
             continue
-        scene = trace.start
-        losses.append(lost(trace))
-        calm = observables.before_collapse(trace)
-        since = relaxed_at(calm)
-        if since is not None:
-            relaxed.append(measured(calm, since))
-            counts += observables.reduced_speed_counts(calm, since)
-    notes, total = [early_note(ended)], ended.total()
-    idle = total - len(losses)
-    if idle:
-        which = "the repeat" if total == 1 else f"{idle} of {total} repeats"
-        notes.append(f"{which} {'has' if idle == 1 else 'have'} no collisions")
-    rows: list[Comparison] = []
-    if scene is not None:
-        notes.append(_relaxation_note(relaxing(scene.number), len(losses), len(relaxed)))
-        notes += [predictions.shape_note(scene), predictions.missing_note(scene)]
+        scene, calm = trace.start, observables.before_collapse(trace)
+        since, used = relaxed_at(calm), used + 1
         with np.errstate(divide="ignore", invalid="ignore"):  # rows without a value are left out
-            if relaxed:
-                means = _columns(relaxed)
-                rows += _rows(predictions.hard_disks(scene, means), notes)
-                rows += _rows(predictions.speeds(scene, means), notes)
-            if counts.any():
-                laws = predictions.speed_laws(scene)
-                rows += [_chi_square(law, counts, len(relaxed)) for law in laws]
-            rows += _rows(predictions.cooling(scene, _columns(losses)), notes)
-    return rows, list(filter(None, notes))
+            _add(cooling, predictions.cooling(trace))
+            if since is not None:
+                relaxed += 1
+                for rows in (predictions.pressures, predictions.rates, predictions.speeds):
+                    _add(equilibrium, rows(calm, since))
+                counts += observables.reduced_speed_counts(calm, since)
+    notes, total = [early_note(ended)], ended.total()
+    if used < total:
+        which = "the repeat" if total == 1 else f"{total - used} of {total} repeats"
+        notes.append(f"{which} {'has' if total - used == 1 else 'have'} no collisions")
+    if scene is None:
+        return [], list(filter(None, notes))
+    notes.append(_relaxation_note(relaxing(scene.number), used, relaxed))
+    notes += [predictions.shape_note(scene), predictions.missing_note(scene)]
+    laws = predictions.speed_laws(scene) if counts.any() else []
+    found = [
+        *_compared(equilibrium, notes),
+        *(_chi_square(law, counts, relaxed) for law in laws),
+        *_compared(cooling, notes),
+    ]
+    return found, list(filter(None, notes))
 
 
-def _columns(repeats: list[dict[str, float]]) -> dict[str, Array]:
-    """Each measured quantity over the repeats."""
-    return {name: np.array([float(one[name]) for one in repeats]) for name in repeats[0]}
+def _add(table: _Table, rows: Iterable[Row]) -> None:
+    """Add a repeat's rows."""
+    for quantity, model, measured, predicted in rows:
+        table.setdefault((quantity, model), []).append((measured, predicted))
 
 
-def _rows(found: Iterable[Prediction], notes: list[str]) -> Iterator[Comparison]:
-    """The predictions that have a value; a note for each of the others."""
-    for quantity, model, values, prediction in found:
-        predicted = np.broadcast_to(prediction, values.shape)
-        good = np.isfinite(values) & np.isfinite(predicted)
-        if not np.any(good):
-            known = bool(np.any(np.isfinite(values)))
+def _compared(table: _Table, notes: list[str]) -> Iterator[Comparison]:
+    """The rows that have a value; ``notes`` gets a sentence for each of the others."""
+    for (quantity, model), pairs in table.items():
+        values = np.array(pairs, dtype=np.float64)
+        good = values[np.all(np.isfinite(values), axis=1)]
+        if not len(good):
+            known = bool(np.any(np.isfinite(values[:, 0])))
             why = "the theory has no value here" if known else "it could not be measured"
             notes.append(f"{quantity} ({model}) is missing: {why}")
             continue
-        difference = (values - predicted)[good]
+        difference = good[:, 0] - good[:, 1]
         yield Comparison(
             quantity,
             model,
-            *observables.mean_and_error(values[good]),
-            predicted=float(predicted[good].mean()),
+            *observables.mean_and_error(good[:, 0]),
+            predicted=float(good[:, 1].mean()),
             difference=float(difference.mean()),
             difference_error=float(observables.standard_errors(difference)),
-            repeats=len(difference),
+            repeats=len(good),
         )
 
 
@@ -239,17 +182,8 @@ def _chi_square(law: SpeedLaw, counts: NDArray[np.int64], repeats: int) -> Compa
         expected, counts = expected[::-1], counts[::-1]
     freedom = len(expected) - 1
     value = float(np.sum((counts - expected) ** 2 / expected)) / freedom
-    return Comparison(
-        quantity=CHI_SQUARE,
-        model=law.model,
-        measured=value,
-        error=math.nan,
-        predicted=1.0,
-        difference=value - 1,
-        difference_error=math.sqrt(2 / freedom),
-        repeats=repeats,
-        samples=samples,
-    )
+    numbers = math.nan, 1.0, value - 1, math.sqrt(2 / freedom)
+    return Comparison(CHI_SQUARE, law.model, value, *numbers, repeats, samples)
 
 
 def _relaxation_note(needed: int, repeats: int, relaxed: int) -> str:

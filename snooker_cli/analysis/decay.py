@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from snooker_cli.trace import Trace
 
     Array = NDArray[np.float64]
+    TimeCourse = tuple[Array, Array]
 
 SKIPPED_COLLISIONS = 50
 """Collisions before the cumulative pressure is fitted, as in the source report: it starts at 0."""
@@ -38,37 +39,36 @@ COLLISION_ROUNDING = 8 * float(np.finfo(np.float64).eps)
 """Relative error of the energy of elastic balls per collision: twice some four roundings."""
 
 
-def _energy(trace: Trace) -> tuple[Array, Array]:
+def _energy(trace: Trace) -> TimeCourse:
     found = after_collisions(trace)
     return found.time, observables.energy_ratio(found)
 
 
-def _temperature(trace: Trace) -> tuple[Array, Array]:
+def _temperature(trace: Trace) -> TimeCourse:
     found = after_collisions(trace)
     return found.time, over_first(found.kinetic_energy)
 
 
-def _pressure(trace: Trace) -> tuple[Array, Array]:
+def _pressure(trace: Trace) -> TimeCourse:
     found = after_collisions(trace)
     settled = (found.wall_events + found.pair_events >= SKIPPED_COLLISIONS)[found.time > 0]
     time, values = observables.cumulative_pressure(trace, found)
     return time[settled], over_first(values[settled])
 
 
-def _local_pressure(trace: Trace) -> tuple[Array, Array]:
-    edges = _windows(trace)
-    return (edges[:-1] + edges[1:]) / 2, over_first(observables.pressures(trace, edges))
+def _in_windows(trace: Trace, means: Callable[[Array], Array]) -> TimeCourse:
+    """Means between the edges of equal windows; none for a repeat without length."""
+    edges = np.linspace(0.0, trace.stop.time, WINDOWS + 1)[: None if trace.stop.time > 0 else 0]
+    return (edges[:-1] + edges[1:]) / 2, means(edges)
 
 
-def _local_energy(trace: Trace) -> tuple[Array, Array]:
-    edges, ratio = _windows(trace), observables.energy_ratio(observables.series(trace))
-    return (edges[:-1] + edges[1:]) / 2, observables.time_means(trace, ratio, edges)
+def _local_pressure(trace: Trace) -> TimeCourse:
+    return _in_windows(trace, lambda edges: over_first(observables.pressures(trace, edges)))
 
 
-def _windows(trace: Trace) -> Array:
-    """The edges of equal windows of time, s; none for a repeat without length."""
-    end = trace.stop.time
-    return np.linspace(0.0, end, WINDOWS + 1) if end > 0 else np.empty(0)
+def _local_energy(trace: Trace) -> TimeCourse:
+    ratio = observables.energy_ratio(observables.series(trace))
+    return _in_windows(trace, lambda edges: observables.time_means(trace, ratio, edges))
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Quantity:
     """
 
     label: str
-    course: Callable[[Trace], tuple[Array, Array]]
+    course: Callable[[Trace], TimeCourse]
     starts_at_one: bool = False
     is_mean: bool = False
 
@@ -118,7 +118,7 @@ class Curve:
     quantity: Quantity
     time: Array
     value: Array
-    rounding: float = 0.0
+    rounding: float
 
 
 @dataclass(frozen=True)

@@ -115,9 +115,8 @@ class FitResult:
     model : a name in ``MODELS``
     converged, message : whether the numbers can be used; how the fit ended, in one sentence
     points, start : number of points given; t0, the time of the amplitude (s)
-    value : the rate: decay constant k or Haff's α (1/s)
-    error : its standard error from this curve alone (1/s); too small for a cooling curve, whose
-        points are correlated
+    value, error : the rate, decay constant k or Haff's α (1/s), and its standard error from this
+        curve alone, too small for a cooling curve, whose points are correlated
     amplitude, rms_residual : A, as given if it was held, and the residual; in the unit of y
     r_squared : 1 − Σ residual²/Σ (y − mean y)²; nan for a constant y
     """
@@ -282,8 +281,7 @@ class RepeatMean:
     standard_deviation, standard_error : of one repeat, and of the mean
     bootstrap_error : standard deviation of the mean over resampled repeats
     bootstrap_low, bootstrap_high : interval of the mean that holds 68.27 % of the resamples
-    max_min_half_range : half of the range, the source report's error; it grows with the number of
-        repeats
+    max_min_half_range : half of the range, the source report's error; it grows with the repeats
     """
 
     count: int
@@ -297,32 +295,23 @@ class RepeatMean:
     max_min_half_range: float = math.nan
 
 
-def mean_over_repeats(
-    results: Iterable[FitResult], *, resamples: int = 2000, seed: int = 0
-) -> RepeatMean:
+def mean_over_repeats(results: Iterable[FitResult], *, resamples: int = 2000) -> RepeatMean:
     """Mean decay constant over repeats of one experiment, and its errors.
 
-    The bootstrap (Efron 1979) draws `resamples` sets of repeats with replacement from a generator
-    seeded with `seed`: the same results give the same numbers.
+    The bootstrap (Efron 1979) draws `resamples` sets of repeats with replacement. The same results
+    give the same numbers.
     """
     given = list(results)
     values = np.array([result.value for result in given if result.converged])
     count, failed = values.size, len(given) - values.size
     if count < 2:
         return RepeatMean(count, failed, mean=float(values[0]) if count else math.nan)
-    deviation = float(values.std(ddof=1))
-    draws = np.random.default_rng(seed).integers(count, size=(resamples, count))
+    draws = np.random.default_rng(0).integers(count, size=(resamples, count))
     means = values[draws].mean(axis=1)
     outside = 50 * math.erfc(math.sqrt(0.5))
     low, high = np.percentile(means, [outside, 100 - outside])
+    deviation = float(values.std(ddof=1))
     return RepeatMean(
-        count=count,
-        failed=failed,
-        mean=float(values.mean()),
-        standard_deviation=deviation,
-        standard_error=deviation / math.sqrt(count),
-        bootstrap_error=float(means.std(ddof=1)),
-        bootstrap_low=float(low),
-        bootstrap_high=float(high),
-        max_min_half_range=float(np.ptp(values)) / 2,
+        *(count, failed, float(values.mean()), deviation, deviation / math.sqrt(count)),
+        *(float(means.std(ddof=1)), float(low), float(high), float(np.ptp(values)) / 2),
     )

@@ -25,17 +25,11 @@ if TYPE_CHECKING:
 # A trace -> its series over time: thinned, without a collapse, after collisions, between times.
 
 INSTANT = 1e-9
-"""Collisions nearer than this share of the time since the start are at one instant: a collapse has
-thousands of them."""
+"""Collisions nearer than this share of the time since the start are at one instant."""
 
-MOST_POINTS = 2**16
-"""Points of a curve at most; of more collisions, an even choice."""
-
-MOST_MEASURED = 2**28
-"""Balls times collisions that are measured at most, about a second's work."""
-
-MOST_ROWS = 2**22
-"""Collisions that are measured at most; their series takes some 300 megabytes."""
+# The most points of a curve, balls times collisions that are measured (about a second's work), and
+# collisions (their series takes some 300 megabytes). Of more, an even choice is used.
+MOST_POINTS, MOST_MEASURED, MOST_ROWS = 2**16, 2**28, 2**22
 
 _remembered: tuple[weakref.ref[Trace], Series] | None = None
 
@@ -43,8 +37,7 @@ _remembered: tuple[weakref.ref[Trace], Series] | None = None
 def series(trace: Trace) -> Series:
     """The observables at time zero and after each collision; a summary's on its grid.
 
-    Of more collisions than ``MOST_ROWS``, or ``MOST_MEASURED`` / *N*, an even choice. The series
-    of the last repeat stays in memory, because an analysis asks for it several times.
+    The last repeat's series stays in memory, because an analysis asks for it several times.
     """
     global _remembered
     if _remembered is not None and _remembered[0]() is trace:
@@ -97,11 +90,11 @@ def after_collisions(trace: Trace) -> Series:
         return found
     if trace.summary is None:
         rows = 1 + instants(found.time[1:])
-        rows = np.append(0, rows[_evenly(len(rows))])
+        rows = np.append(0, rows[_evenly(len(rows), MOST_POINTS)])
         return Series(*(getattr(found, name)[rows] for name in SERIES_UNITS))
     events = found.wall_events + found.pair_events
     known = int(events[-1] if trace.stop.reason.complete else events[-2])
-    number = 1.0 + _evenly(known)
+    number = 1.0 + _evenly(known, MOST_POINTS)
     before = np.searchsorted(events, number) - 1
     order, between = number - events[before], events[before + 1] - events[before]
     speed = np.sqrt(np.where(found.kinetic_energy > 0, found.kinetic_energy, 1.0))
@@ -120,26 +113,20 @@ def after_collisions(trace: Trace) -> Series:
     return Series(*map(read, SERIES_UNITS))
 
 
-_POWERS = {
-    "time": -1,
-    "kinetic_energy": 2,
-    "wall_impulse": 1,
-    "pair_virial": 1,
-    "mean_speed": 1,
-}
+_POWERS = dict.fromkeys(("wall_impulse", "pair_virial", "mean_speed"), 1)
+_POWERS |= {"time": -1, "kinetic_energy": 2}
 """The power of the speed that a collision changes a column by, as in Haff's law."""
 
 
-def _evenly(count: int) -> NDArray[np.intp]:
-    """An even choice of at most ``MOST_POINTS`` of ``count`` rows, with the first and the last."""
-    return np.linspace(0, count - 1, min(count, MOST_POINTS)).round().astype(np.intp)
+def _evenly(count: int, most: int) -> NDArray[np.intp]:
+    """An even choice of at most ``most`` of ``count`` rows, with the first and the last."""
+    return np.linspace(0, count - 1, min(count, most)).round().astype(np.intp)
 
 
 def so_far(trace: Trace, column: Array, times: Array) -> Array:
-    """A column of the series that only collisions add to, such as the wall's impulse, at times.
+    """A column of the series that only collisions add to, at times; after those at that time.
 
-    The value at the time of a collision is the one after it. Between the rows of a summary, or of
-    a series without all collisions, the column is straight.
+    Between the rows of a summary, or of a series without all collisions, the column is straight.
     """
     known = series(trace).time
     if not _has_all(trace):
@@ -168,11 +155,10 @@ def integrals(trace: Trace, values: Array, times: Array) -> Array:
 
 
 def time_means(trace: Trace, values: Array, edges: Array) -> Array:
-    """Means over time between edges (s), which increase, of rows of the series.
+    """Means over time between increasing edges (s) of rows of the series.
 
-    Values stay as they are after a collision. Between the rows of a summary, or of a series without
-    all collisions, they are straight. Each window is computed by itself, because values before it
-    may be larger by any factor.
+    Values stay after a collision; between rows that are not collisions they are straight. Each
+    window is computed by itself, because values before it may be larger by any factor.
     """
     if len(edges) < 2:
         return np.empty(0)
@@ -225,10 +211,7 @@ def total_energy(scene: Scene) -> float:
 
 
 def losses(start: Scene, events: Events) -> float:
-    """Energy that collisions take, J: the sum of (1 - e)/(1 + e) J^2/(2 mu).
-
-    Of a run without lasting contacts, elastic slow collisions and sliding balls.
-    """
+    """Energy that collisions take, J: the sum of (1 - e)/(1 + e) J^2/(2 mu), all with one CoR."""
     masses = np.append(start.masses, start.container_mass)  # j = -1 is the last
     e = np.where(events.at_wall, start.wall_restitution, start.restitution)
     inverse = 1 / masses[events.i] + 1 / masses[events.j]
@@ -236,16 +219,12 @@ def losses(start: Scene, events: Events) -> float:
 
 
 def momentum(velocities: Array, container_velocities: Array, scene: Scene) -> Array:
-    """Total momentum of balls and container; (..., 2), kg m/s.
+    """Total momentum of the balls and a free container; (..., 2), kg m/s.
 
     velocities : (..., *N*, 2), m/s; container_velocities : (..., 2), m/s
-
-    A fixed container is left out, because its momentum is not a number; a periodic box has none.
     """
     total = np.einsum("...ic,i->...c", velocities, scene.masses)
-    if scene.free:
-        total = total + scene.container_mass * container_velocities
-    return np.asarray(total)
+    return np.asarray(total + scene.container_mass * container_velocities if scene.free else total)
 
 
 def total_momentum(scene: Scene) -> Array:
@@ -265,15 +244,13 @@ def total_angular_momentum(scene: Scene) -> float:
 
 def drift_energy(scene: Scene) -> float:
     """Kinetic energy of the balls' centre of mass, p^2/(2 sum m), J; a periodic box keeps it."""
-    drift = scene.masses @ scene.velocities
-    return float(drift @ drift / (2 * np.sum(scene.masses)))
+    return float(np.sum((scene.masses @ scene.velocities) ** 2) / (2 * np.sum(scene.masses)))
 
 
 def meeting_temperature(kinetic_energy: Real, scene: Scene) -> Real:
-    """Temperature at which balls meet each other, J.
+    """Temperature at which balls meet each other, J: without walls that of N - 1 free velocities.
 
-    In a periodic box the centre of mass keeps its motion, and the rest of the kinetic energy is
-    that of N - 1 free velocities; with walls it is `temperature`.
+    The centre of mass then keeps its motion. With walls it is `temperature`.
     """
     if scene.container.has_wall or scene.number == 1:
         return kinetic_energy / scene.number
@@ -320,10 +297,9 @@ def mean_and_error(values: Array) -> tuple[float, float]:
 
 
 def cumulative_pressure(trace: Trace, found: Series) -> tuple[Array, Array]:
-    """Times and the mean pressure since the start, s and Pa m, at the rows of a series.
+    """Times after zero and the mean pressure since the start, s and Pa m, at rows of a series.
 
-    The wall's impulse over its length and the time, or the virial's in a periodic box. Time zero,
-    where it is not defined, is left out.
+    The wall's impulse over its length and the time, or the virial's in a periodic box.
     """
     scene, later = trace.start, found.time > 0
     time = found.time[later]
@@ -370,7 +346,7 @@ def virial_ratio(trace: Trace, since: float = 0.0) -> float:
     return 1 + virial / (2 * moving)
 
 
-# States of a trace -> momentum, distances and speeds.
+# States of a trace -> distances and speeds.
 
 MOST_BALLS = 2**22
 """Balls times states in memory at once, some hundred megabytes."""
@@ -382,15 +358,12 @@ COLLISIONS_BETWEEN = 5.0
 def at_collisions(trace: Trace, most: int = 2000) -> States:
     """The states at time zero and after each collision: an even choice of at most ``most``.
 
-    Fewer of many balls, so that they fit in memory. Raises ``ValueError`` if the trace has no
-    events.
+    Fewer of many balls, so that they fit in memory. Raises ``ValueError`` without events.
     """
     if trace.events is None:
         raise ValueError("this repeat was recorded as a summary: it has no states to show")
     most = max(2, min(most, MOST_BALLS // trace.start.number))
-    rows = np.unique(np.linspace(0, len(trace.events), most).astype(int))
-    if len(trace.events) < most:
-        rows = np.arange(len(trace.events) + 1)
+    rows = _evenly(len(trace.events) + 1, most)
     return replay(trace, np.concatenate([[0.0], trace.events.time])[rows])
 
 
@@ -401,10 +374,7 @@ def central_distances(states: States) -> Array:
 
 
 def pair_distances(states: States, scene: Scene) -> Array:
-    """Distances of the centres of all pairs of balls; (*t* *N*(*N*-1)/2,), m.
-
-    In a periodic box they are those of the nearest images.
-    """
+    """Distances of all pairs of balls, by their nearest images; (*t* *N*(*N*-1)/2,), m."""
     first, second = np.triu_indices(states.positions.shape[1], k=1)
     offsets = states.positions[:, first] - states.positions[:, second]
     offsets = scene.container.nearest_image(offsets)
@@ -412,10 +382,9 @@ def pair_distances(states: States, scene: Scene) -> Array:
 
 
 def sampling_times(trace: Trace, since: float = 0.0) -> Array:
-    """Fixed times, ``COLLISIONS_BETWEEN`` collisions a ball apart: speeds are nearly independent.
+    """Fixed times after ``since`` (s), ``COLLISIONS_BETWEEN`` collisions of a ball apart.
 
-    They count from ``since`` (s), which is not among them. They are not at events, which are biased
-    towards fast balls.
+    Speeds then are nearly independent, and not biased towards fast balls as at events.
     """
     length = trace.stop.time - since
     pairs = gained(trace, series(trace).pair_events, since) if length > 0 else 0.0

@@ -1,15 +1,17 @@
-"""A scene -> its fluid, rates and conserved energy, and theory's values for measured means."""
+"""A scene -> its fluid, rates and conserved energy; a trace -> measured and predicted values."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.observables import NO_WALLS, ROUNDING, drift_energy, elastic, equal_balls
+from snooker_cli.analysis import observables
+from snooker_cli.analysis.decay import curve, fit_curve, reported_constant
+from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic, equal_balls, time_mean
 from snooker_cli.containers import Circle, Container
 from snooker_cli.formatting import listed
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
@@ -18,9 +20,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from snooker_cli.scene import Scene
+    from snooker_cli.trace import Trace
 
-    Array = NDArray[np.float64]
-    Means = Mapping[str, Array]
+Row: TypeAlias = tuple[str, str, float, float]
+"""A quantity and a model; the measured and the predicted value of one repeat."""
 
 
 DENSEST_FLUID = 0.65
@@ -59,7 +62,7 @@ def scene_rates(scene: Scene, temperature: float) -> theory.CollisionRates | Non
 
 def at_rest(scene: Scene) -> bool:
     """Whether the balls' centre of mass is at rest, but for rounding."""
-    return drift_energy(scene) <= ROUNDING * scene.kinetic_energy
+    return drift_energy(scene) <= observables.ROUNDING * scene.kinetic_energy
 
 
 def free_velocities(scene: Scene) -> int | None:
@@ -70,7 +73,7 @@ def free_velocities(scene: Scene) -> int | None:
     """
     if scene.container.has_wall:
         return scene.number
-    known = scene.number > 2 and _alike(scene.masses) and at_rest(scene)
+    known = scene.number > 2 and np.ptp(scene.masses) == 0 and at_rest(scene)
     return scene.number - 1 if known else None
 
 
@@ -100,26 +103,20 @@ def floor(scene: Scene) -> float:
     return float(least / scene.kinetic_energy)
 
 
-# Theory's values for measured means: the rows of `snooker compare`, and notes for their reader.
+# A trace -> measured and predicted values: the rows of `snooker compare`, and notes for a reader.
+# Values are NumPy's, so that a quotient without a value is nan or inf.
 
 
-class Prediction(NamedTuple):
-    """A measured quantity, its values over the repeats, and a model's for it (or for each)."""
-
-    quantity: str
-    model: str
-    measured: Array
-    predicted: Array | float
-
-
-def hard_disks(scene: Scene, means: Means) -> Iterator[Prediction]:
-    """Pressures and rates of an ideal gas, and of equal hard disks in the scene's container."""
+def pressures(trace: Trace, since: float) -> Iterator[Row]:
+    """Pressures from a time (s) on: of an ideal gas, and of equal hard disks in the container."""
+    scene, energy = trace.start, observables.series(trace).kinetic_energy
+    pressure = observables.mean_pressure(trace, since)
+    warm = np.float64(observables.mean_temperature(trace, since))
     ideal = theory.ideal_gas_pressure(scene.number, 1.0, scene.container.area)
-    pressure, warm, virial = means["pressure"], means["temperature"], means["virial_ratio"]
-    found = pressure / (ideal * warm)
-    yield Prediction("pressure", "ideal gas law", pressure, ideal * warm)
-    yield Prediction("temperature", "ideal gas law, PV/N", warm, pressure / ideal)
-    yield Prediction("PV/NT", "ideal gas law", found, 1.0)
+    found, virial = pressure / (ideal * warm), observables.virial_ratio(trace, since)
+    yield "pressure", "ideal gas law", pressure, ideal * warm
+    yield "temperature", "ideal gas law, PV/N", warm, pressure / ideal
+    yield "PV/NT", "ideal gas law", found, 1.0
     if not equal_balls(scene):
         return
     state, walls, packing = (
@@ -128,89 +125,95 @@ def hard_disks(scene: Scene, means: Means) -> Iterator[Prediction]:
         scene.packing_fraction,
     )
     # Without walls balls meet at a temperature of their own; with them this is one.
-    met = means["meeting_temperature"] / warm
+    met = time_mean(trace, observables.meeting_temperature(energy, scene), since) / warm
     ratios = {model: 1 + (z - 1) * met for model, z in _compressibilities(scene, state).items()}
     for model, ratio in ratios.items():
-        yield Prediction("pressure", model, pressure, ratio * ideal * warm)
+        yield "pressure", model, pressure, ratio * ideal * warm
     for model, ratio in ratios.items():
         if model.startswith("hard disks"):
-            yield Prediction("PV/NT", model, found, ratio)
+            yield "PV/NT", model, found, ratio
     if state is not None and walls:
         bulk = theory.compressibility(packing)
-        yield Prediction("PV/NT by the virial", "hard disks, Padé", virial, bulk)
-        model = "hard disks with a wall"
-        yield Prediction("PV/NT by the virial", model, virial, state.virial_ratio)
+        yield "PV/NT by the virial", "hard disks, Padé", virial, bulk
+        yield "PV/NT by the virial", "hard disks with a wall", virial, state.virial_ratio
     published = theory.published_ratio(packing)
     if published is not None and elastic(scene) and not walls:
-        yield Prediction("PV/NT", published.source, virial, 1 + (published.ratio - 1) * met)
-    yield from _rates(scene, means)
+        yield "PV/NT", published.source, virial, 1 + (published.ratio - 1) * met
 
 
 def _compressibilities(scene: Scene, state: theory.FluidState | None) -> dict[str, float]:
     """PV/NT of equal balls by model, with T the temperature at which balls meet."""
     number, radius, container = scene.number, float(scene.radii[0]), scene.container
     ideal = theory.ideal_gas_pressure(number, 1.0, container.area)
-    pressures = {}
+    found = {}
     if container.has_wall:
         accessible = theory.accessible_wall_pressure(number, 1.0, radius, container)
-        pressures["accessible area"] = accessible
+        found["accessible area"] = accessible / ideal
     if state is not None:
         excluded = theory.van_der_waals_pressure(number, 1.0, container.area, radius)
-        pressures["van der Waals"] = excluded
-        bulk = ideal * theory.compressibility(scene.packing_fraction)
-        pressures["hard disks, Padé"] = bulk
+        found["van der Waals"] = excluded / ideal
+        found["hard disks, Padé"] = theory.compressibility(scene.packing_fraction)
         if container.has_wall:
-            pressures["hard disks with a wall"] = state.pressure
+            found["hard disks with a wall"] = state.pressure / ideal
         elif scene.restitution < 1:
             # The impulses of a Maxwellian gas are (1 + e)/2 of the elastic ones.
-            weaker = ideal + (1 + scene.restitution) / 2 * (state.pressure - ideal)
-            pressures["hard disks, impulses (1 + e)/2"] = weaker
-    return {model: pressure / ideal for model, pressure in pressures.items()}
+            weaker = (1 + scene.restitution) / 2 * (state.pressure / ideal - 1)
+            found["hard disks, impulses (1 + e)/2"] = 1 + weaker
+    return found
 
 
-def _rates(scene: Scene, means: Means) -> Iterator[Prediction]:
-    """Collision rates and the mean free path of equal balls."""
-    rates, number, container = scene_rates(scene, 1.0), scene.number, scene.container
-    radius, mass = float(scene.radii[0]), float(scene.masses[0])
-    wall, pairs, quantity = means["wall_rate"], means["pair_rate"], "wall rate of a ball"
-    if container.has_wall:
-        speed = theory.fixed_energy_mean_speed(number, 1.0, mass) * means["root_temperature"]
-        chords = theory.wall_rate(1.0, container.accessible(radius))
-        yield Prediction(quantity, "ideal gas", wall, chords * speed)
-        if rates is not None:
-            predicted = rates.wall * means["root_temperature"]
-            yield Prediction(quantity, "hard disks with a wall", wall, predicted)
-    if rates is None:
+def rates(trace: Trace, since: float) -> Iterator[Row]:
+    """Collision rates and the mean free path of equal balls, from a time (s) on."""
+    scene, found = trace.start, observables.series(trace)
+    if not equal_balls(scene):
         return
+    enskog, number, container = scene_rates(scene, 1.0), scene.number, scene.container
+    radius, mass = float(scene.radii[0]), float(scene.masses[0])
+    span = np.float64(number * (trace.stop.time - since))
+    if container.has_wall:
+        wall = observables.gained(trace, found.wall_events, since) / span
+        root = time_mean(trace, np.sqrt(observables.temperature(found, number)), since)
+        speed = theory.fixed_energy_mean_speed(number, 1.0, mass) * root
+        ideal = theory.wall_rate(speed, container.accessible(radius))
+        yield "wall rate of a ball", "ideal gas", wall, ideal
+        if enskog is not None:
+            yield "wall rate of a ball", "hard disks with a wall", wall, enskog.wall * root
+    if enskog is None:
+        return
+    met = np.maximum(observables.meeting_temperature(found.kinetic_energy, scene), 0.0)
+    root = time_mean(trace, np.sqrt(met), since)
+    pairs = 2 * observables.gained(trace, found.pair_events, since) / span
     density = theory.number_density(number, container.area)
     dilute = theory.ball_ball_rate(density, radius, 1.0, mass=mass)
-    for model, rate in (("Boltzmann", dilute), ("Enskog", rates.ball_ball)):
-        predicted = rate * means["root_meeting_temperature"]
-        yield Prediction("ball-ball rate of a ball", model, pairs, predicted)
-    for model, length in (
-        ("Boltzmann", theory.mean_free_path(density, radius)),
-        ("Enskog", rates.mean_free_path),
-        ("source report, 1/(√2 n 2πr)", theory.source_mean_free_path(density, radius)),
-    ):
-        yield Prediction("mean free path", model, means["mean_speed"] / pairs, length)
+    yield "ball-ball rate of a ball", "Boltzmann", pairs, dilute * root
+    yield "ball-ball rate of a ball", "Enskog", pairs, enskog.ball_ball * root
+    path = time_mean(trace, found.mean_speed, since) / pairs
+    source = theory.source_mean_free_path(density, radius)
+    yield "mean free path", "Boltzmann", path, theory.mean_free_path(density, radius)
+    yield "mean free path", "Enskog", path, enskog.mean_free_path
+    yield "mean free path", "source report, 1/(√2 n 2πr)", path, source
 
 
-def cooling(scene: Scene, means: Means) -> Iterator[Prediction]:
+def cooling(trace: Trace) -> Iterator[Row]:
     """Decay constants and the energy that is left, where a gas of equal balls loses energy."""
+    scene = trace.start
     if elastic(scene) or scene.number == 1 or not equal_balls(scene):
         return
-    reported, model = means["reported_constant"], "source report, −2 ln e/τ"
-    yield Prediction("decay constant of energy", model, means["decay_constant"], reported)
-    found, model = means["pressure_decay_constant"], "source report, −ln e/τ"
-    yield Prediction("decay constant of pressure", model, found, reported / 2)
-    e, wall_e, rates = scene.restitution, scene.wall_restitution, scene_rates(scene, 1.0)
-    if rates is not None:
-        alpha = theory.haff_rate(theory.cooling_rate(e, rates.ball_ball, wall_e, rates.wall))
-        predicted = alpha * np.sqrt(means["start_temperature"])
-        yield Prediction("Haff's α", "Enskog rates at the start", means["haff_rate"], predicted)
-    pairs, walls, left = means["pair_events"], means["wall_events"], means["energy_left"]
-    predicted = theory.energy_ratio_by_events(scene.number, e, pairs, wall_e, walls)
-    yield Prediction("energy left at the end", "by event count", left, predicted)
+    energy, reported = curve(trace, "kinetic_energy"), reported_constant(trace)
+    k = fit_curve(energy, "exponential").value
+    yield "decay constant of energy", "source report, −2 ln e/τ", k, reported
+    k = fit_curve(curve(trace, "pressure"), "exponential").value
+    yield "decay constant of pressure", "source report, −ln e/τ", k, reported / 2
+    start = observables.meeting_temperature(scene.kinetic_energy, scene)
+    e, wall_e, enskog = scene.restitution, scene.wall_restitution, scene_rates(scene, start)
+    if enskog is not None:
+        alpha = theory.haff_rate(theory.cooling_rate(e, enskog.ball_ball, wall_e, enskog.wall))
+        yield "Haff's α", "Enskog rates at the start", fit_curve(energy, "haff").value, alpha
+    calm = observables.before_collapse(trace)
+    left = observables.energy_ratio(observables.series(calm))[-1]
+    events = calm.pair_events, wall_e, calm.wall_events
+    expected = theory.energy_ratio_by_events(scene.number, e, *events)
+    yield "energy left at the end", "by event count", left, expected
 
 
 class SpeedLaw(NamedTuple):
@@ -218,7 +221,7 @@ class SpeedLaw(NamedTuple):
 
     model: str
     kurtosis: float
-    shares: Array
+    shares: NDArray[np.float64]
 
 
 def speed_laws(scene: Scene) -> list[SpeedLaw]:
@@ -230,50 +233,49 @@ def speed_laws(scene: Scene) -> list[SpeedLaw]:
     heat, free = 0.5, free_velocities(scene)
     laws = [SpeedLaw("Maxwell-Boltzmann", 2.0, theory.maxwell_speed_cdf(edges, heat))]
     if free is not None:
-        kurtosis, shares = theory.fixed_energy_kurtosis, theory.fixed_energy_speed_cdf
-        laws.append(SpeedLaw("fixed energy", kurtosis(free), shares(edges, free, heat)))
+        shares = theory.fixed_energy_speed_cdf(edges, free, heat)
+        laws.append(SpeedLaw("fixed energy", theory.fixed_energy_kurtosis(free), shares))
     if 0 < scene.restitution < 1:
         a2 = theory.sonine_coefficient(scene.restitution)
-        below = theory.sonine_speed_cdf(edges, heat, a2)
-        laws.append(SpeedLaw("homogeneous cooling, a2", 2 * (1 + a2), below))
+        shares = theory.sonine_speed_cdf(edges, heat, a2)
+        laws.append(SpeedLaw("homogeneous cooling, a2", 2 * (1 + a2), shares))
     return laws
 
 
-def speeds(scene: Scene, means: Means) -> Iterator[Prediction]:
-    """The mean speed of balls of one mass, and the kurtosis of speeds."""
-    laws = speed_laws(scene)
-    if laws and _alike(scene.masses):
-        mass, free = float(scene.masses[0]), free_velocities(scene)
-        speed, root = means["mean_speed"], means["root_temperature"]
-        maxwell = theory.maxwell_mean_speed(1.0, mass) * root
-        yield Prediction("mean speed", "Maxwell-Boltzmann", speed, maxwell)
+def speeds(trace: Trace, since: float) -> Iterator[Row]:
+    """The mean speed of balls of one mass, and the kurtosis of speeds, from a time (s) on."""
+    scene, found = trace.start, observables.series(trace)
+    laws, free = speed_laws(scene), free_velocities(scene)
+    if laws and np.ptp(scene.masses) == 0:
+        mass = float(scene.masses[0])
+        speed = time_mean(trace, found.mean_speed, since)
+        root = time_mean(trace, np.sqrt(observables.temperature(found, scene.number)), since)
+        yield "mean speed", "Maxwell-Boltzmann", speed, theory.maxwell_mean_speed(1.0, mass) * root
         if free is not None:
-            fixed = theory.fixed_energy_mean_speed(free, 1.0, mass) * root
-            yield Prediction("mean speed", "fixed energy", speed, fixed)
+            fixed = theory.fixed_energy_mean_speed(free, 1.0, mass)
+            yield "mean speed", "fixed energy", speed, fixed * root
+    kurtosis = time_mean(trace, found.energy_moment, since)
     for law in laws:
-        yield Prediction("kurtosis of speeds", law.model, means["kurtosis"], law.kurtosis)
+        yield "kurtosis of speeds", law.model, kurtosis, law.kurtosis
 
 
 def missing_note(scene: Scene) -> str:
     """Which rows are missing for these balls, and why; empty if none are."""
     missing = ["equations of state", "collision rates", "mean free path"]
+    cooling = ["decay constants", "energy left"]
     if scene.number == 1:
-        why = "one ball meets no other"
-        missing += ["distribution of speeds", "decay constants", "energy left"]
+        why, others = "one ball meets no other", ["distribution of speeds", *cooling]
     elif not equal_balls(scene):
-        why = "the theory needs equal balls"
-        if not elastic(scene):
-            missing += ["distribution of speeds", "decay constants", "energy left"]
-        elif not _alike(scene.masses):
-            missing.append("mean speed")
-    elif scene_rates(scene, 1.0) is None:
-        why = (
-            f"the theory needs a fluid, and the balls fill {scene.packing_fraction:.2f} of the area"
-        )
-        missing += [] if elastic(scene) else ["Haff's α"]
+        why, others = "the theory needs equal balls", ["distribution of speeds", *cooling]
+        if elastic(scene):
+            others = ["mean speed"] if np.ptp(scene.masses) > 0 else []
+    elif scene_state(scene, 1.0) is None:
+        filled = f"the balls fill {scene.packing_fraction:.2f} of the area"
+        why = f"the theory needs a fluid, and {filled}"
+        others = [] if elastic(scene) else ["Haff's α"]
     else:
         return ""
-    return f"{why}, so these rows are missing: {listed(missing)}"
+    return f"{why}, so these rows are missing: {listed([*missing, *others])}"
 
 
 def shape_note(scene: Scene) -> str:
@@ -286,8 +288,3 @@ def shape_note(scene: Scene) -> str:
     if not at_rest(scene):
         why = "the balls' centre of mass moves on for ever"
     return f"{NO_WALLS}; the law of speeds at fixed energy is missing, because {why}"
-
-
-def _alike(values: Array) -> bool:
-    """Whether all values are the same."""
-    return bool(np.all(values == values[0]))

@@ -33,9 +33,8 @@ class RunAnalysis:
     """An analysis of every point of a run.
 
     rows, notes : JSON records; each has the ``parameters`` of its point
-    path : the file that keeps them
+    path, saved : the file that keeps them, and whether it has them
     made_from : hash of the run, its repeats and the code
-    saved : whether the file has them
     """
 
     rows: Records
@@ -46,11 +45,10 @@ class RunAnalysis:
 
     def save(self) -> None:
         """Write the file, unless it has this analysis. Raises ``RunError``."""
-        if self.saved:
-            return
+        content = {"made_from": self.made_from, "rows": self.rows, "notes": self.notes}
         try:
-            content = {"made_from": self.made_from, "rows": self.rows, "notes": self.notes}
-            write_json(self.path, content)
+            if not self.saved:
+                write_json(self.path, content)
         except OSError as error:
             raise RunError(
                 f"{self.path}: cannot be written ({error.strerror}), so that the result is only "
@@ -70,14 +68,9 @@ def comparisons(run: Run) -> RunAnalysis:
 
 def shorter_note(shorter: int, present: int) -> str:
     """A sentence on the repeats that an unfinished extension has not reached; empty if none."""
-    if not shorter:
-        return ""
     which = "the repeat" if present == 1 else f"{shorter} of {present} repeats"
-    verb = "ends" if shorter == 1 else "end"
-    return (
-        f"{which} {verb} where the run did before it was extended; run the config again for the "
-        "rest"
-    )
+    rest = "where the run did before it was extended; run the config again for the rest"
+    return f"{which} {'ends' if shorter == 1 else 'end'} {rest}" if shorter else ""
 
 
 def _read_or_made(
@@ -120,19 +113,15 @@ def _missing_notes(run: Run, point: Point, present: int) -> list[str]:
 
 def _made_from(run: Run, present: Mapping[int, list[int]]) -> str:
     """SHA-256 over the run, the size and date of each repeat's file, and the code."""
-    files = [
-        (index, repeat, store.file_info(run.path(index, repeat)))
-        for index, numbers in present.items()
-        for repeat in numbers
-    ]
+    paths = [run.path(index, repeat) for index, numbers in present.items() for repeat in numbers]
+    files = [(path.parent.name, path.name, store.file_info(path)) for path in paths]
     return hashlib.sha256(repr((run.manifest(), files, _code())).encode()).hexdigest()
 
 
 @cache
 def _code() -> str:
     """SHA-256 over the sources that decide what an analysis finds."""
-    package = Path(__file__).parents[1]
-    found = hashlib.sha256()
+    package, found = Path(__file__).parents[1], hashlib.sha256()
     for pattern in ("analysis/*.py", "engine/*.py", "theory/*.py", "*.py"):
         for source in sorted(package.glob(pattern)):
             found.update(source.read_bytes())

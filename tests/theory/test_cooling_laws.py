@@ -75,22 +75,15 @@ def test_sonine_coefficient_from_the_collision_integral(restitution):
     # μ4/(1 + a2) = 4 μ2 to first order in a2.
     derived = (4 * mu2 - mu4) / (mu4_slope - mu4 - 4 * mu2_slope)
     assert theory.sonine_coefficient(restitution) == pytest.approx(derived, rel=1e-9, abs=1e-12)
-    # μ4 = 4 (1 + a2) μ2 to first order, as van Noije and Ernst have it, has another denominator.
-    e = restitution
-    theirs = 16 * (1 - e) * (1 - 2 * e**2) / (57 - 25 * e + 30 * (1 - e) * e**2)
-    derived = (4 * mu2 - mu4) / (mu4_slope - 4 * mu2 - 4 * mu2_slope)
-    assert theirs == pytest.approx(derived, rel=1e-9, abs=1e-12)
     # The cooling rate's correction factor 1 + 3a2/16.
     assert mu2_slope / mu2 == pytest.approx(3 / 16, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("restitution", "simulated"),
-    [(0.5, 0.0729), (0.7, -0.0017), (0.8, -0.0263), (0.9, -0.0298), (0.95, -0.0211)],
-)
-def test_sonine_coefficient_against_direct_simulation(restitution, simulated):
+def test_sonine_coefficient_against_direct_simulation():
     # The first approximation neglects a3: the bound is the one its docstring states.
-    assert theory.sonine_coefficient(restitution) == pytest.approx(simulated, abs=0.005)
+    simulated = {0.5: 0.0729, 0.7: -0.0017, 0.8: -0.0263, 0.9: -0.0298, 0.95: -0.0211}
+    for restitution, a2 in simulated.items():
+        assert theory.sonine_coefficient(restitution) == pytest.approx(a2, abs=0.005)
 
 
 @pytest.mark.parametrize(
@@ -121,15 +114,14 @@ def test_haff_predicts_the_simulated_cooling(restitution, wall, measured, time, 
 
 def test_energy_by_events_agrees_with_haff_in_time():
     # Both ways of counting the same Maxwellian loss: events as a function of time, then energy.
-    e, alpha_rate, t = 0.9, 240.0, np.linspace(0, 8, 30)
-    alpha = (1 - e**2) * alpha_rate / N / 2
-    events = alpha_rate / alpha * np.log1p(alpha * t)
-    by_events = theory.energy_ratio_by_events(N, e, events, 1.0, np.zeros_like(t))
-    np.testing.assert_allclose(by_events, theory.haff_ratio(t, alpha), rtol=1e-13)
-    # The wall's events weigh by its own restitution.
-    np.testing.assert_allclose(
-        theory.energy_ratio_by_events(N, 1.0, events, e, events), by_events, rtol=1e-13
-    )
+    e, rate, t = 0.9, 240.0, np.linspace(0, 8, 30)
+    alpha = (1 - e**2) * rate / N / 2
+    events, none = rate / alpha * np.log1p(alpha * t), np.zeros_like(t)
+    for found in (
+        theory.energy_ratio_by_events(N, e, events, 1.0, none),
+        theory.energy_ratio_by_events(N, 1.0, none, e, events),
+    ):
+        np.testing.assert_allclose(found, theory.haff_ratio(t, alpha), rtol=1e-13)
 
 
 def test_angular_momentum_floor():
