@@ -10,6 +10,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from snooker_cli.analysis import observables
 from snooker_cli.analysis.fitting import LAWS, FitResult, RepeatMean, fit, mean_over_repeats
 from snooker_cli.analysis.observables import after_collisions, over_first
 from snooker_cli.formatting import listed, plain
+from snooker_cli.scene import EPSILON
 from snooker_cli.trace import StopReason
 
 if TYPE_CHECKING:
@@ -35,7 +37,7 @@ SKIPPED_COLLISIONS = 50
 WINDOWS = 20
 """Windows of time for the local pressure and energy."""
 
-COLLISION_ROUNDING = 8 * float(np.finfo(np.float64).eps)
+COLLISION_ROUNDING = 8 * EPSILON
 """Relative error of the energy of elastic balls per collision: twice some four roundings."""
 
 
@@ -214,28 +216,26 @@ def fit_curve(decay: Curve, law: str) -> FitResult:
         decay.value,
         (quantity.is_mean and model.mean_model) or law,
         amplitude=1.0 if quantity.starts_at_one else None,
-        start=0.0 if quantity.starts_at_one or model.from_start else None,
+        start=0.0 if quantity.starts_at_one or model.has_pole else None,
         rounding=decay.rounding,
     )
 
 
 def decays(traces: Iterable[Trace], quantities: Sequence[str] = tuple(QUANTITIES)) -> list[Decay]:
     """Decay constants over the repeats of a point, for each quantity and law."""
-    fits: dict[tuple[str, str], list[FitResult]] = {
-        (quantity, law): [] for quantity in quantities for law in LAWS
-    }
+    keys = list(product(quantities, LAWS))
+    fits: dict[tuple[str, str], list[FitResult]] = {key: [] for key in keys}
     ended: Counter[StopReason] = Counter()
     walls = True
     for trace in traces:
         ended[trace.stop.reason] += 1
         walls = trace.start.container.has_wall
-        for quantity in quantities:
-            decay = curve(trace, quantity)
-            for law in LAWS:
-                fits[quantity, law].append(fit_curve(decay, law))
+        curves = {quantity: curve(trace, quantity) for quantity in quantities}
+        for quantity, law in keys:
+            fits[quantity, law].append(fit_curve(curves[quantity], law))
     return [
-        Decay(quantity, law, mean_over_repeats(results), ended, walls, tuple(results))
-        for (quantity, law), results in fits.items()
+        Decay(*key, mean_over_repeats(results), ended, walls, tuple(results))
+        for key, results in fits.items()
     ]
 
 

@@ -31,8 +31,8 @@ class FitModel:
     key, symbol, mean_symbol : the rate in JSON; its letter; its letter in a mean since the start
     curve, derivative : g and dg/dx at x = q s
     inverse : the x at which g has a positive value
-    has_pole : whether g has a pole at x = −1, so that a fit needs q s > −1
-    from_start : whether the rate depends on t0, so that t0 is always the start of the run
+    has_pole : whether g has a pole at x = −1, so that a fit needs q s > −1; the rate then depends
+        on t0, which is the start of the run
     mean_model : the model that the mean since the start follows; empty if it is this one
     """
 
@@ -46,7 +46,6 @@ class FitModel:
     derivative: Callable[[Array], Array]
     inverse: Callable[[Array], Array]
     has_pole: bool = False
-    from_start: bool = False
     mean_model: str = ""
 
     def rate(self, p: float) -> float:
@@ -70,7 +69,6 @@ _HAFF = FitModel(
     derivative=lambda x: -2 / (1 + x) ** 3,
     inverse=lambda y: y**-0.5 - 1,
     has_pole=True,
-    from_start=True,
     mean_model="haff_root",
 )
 
@@ -247,13 +245,11 @@ def _first_guess(form: FitModel, s: Array, scaled: Array, free: bool) -> Array:
     s, height = s[scaled > 0], scaled[scaled > 0]
     x = form.inverse(height)
     weight = form.derivative(x) ** 2
-    base = np.zeros(1)
+    middle = level = 0.0  # a held amplitude is 1, at x = 0
     if free:
         middle, level = weight @ s / weight.sum(), weight @ x / weight.sum()
-        slope = (weight @ ((s - middle) * (x - level))) / (weight @ (s - middle) ** 2)
-        base += level - slope * middle
-    else:
-        slope = (weight @ (s * x)) / (weight @ (s * s))
+    slope = (weight @ ((s - middle) * (x - level))) / (weight @ (s - middle) ** 2)
+    base = np.array([level - slope * middle])
     rate = slope * form.derivative(base) / form.curve(base) / form.derivative(np.zeros(1))
     if not math.isfinite(rate[0]) or (form.has_pole and base[0] <= -1):
         rate = np.ones(1)

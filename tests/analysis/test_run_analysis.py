@@ -69,9 +69,8 @@ def test_other_repeats_or_other_code_make_a_new_analysis(
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "{}", '{"made_from": ""}'])
 def test_a_file_that_is_no_analysis_is_replaced(content: str, run: Run) -> None:
-    path = run.directory / "compare.json"
-    path.write_text(content)
+    (run.directory / "compare.json").write_text(content)
     found = run_analysis.comparisons(run)
     assert not found.saved
     found.save()
-    assert json.loads(path.read_text())["rows"] == found.rows
+    assert json.loads(found.path.read_text())["rows"] == found.rows

@@ -57,14 +57,6 @@ def test_wall_rate_without_ball_ball_collisions_is_the_chord_rate():
     assert found == pytest.approx(chords, rel=1e-13)
 
 
-def test_two_balls_have_the_impulses_of_the_four_sphere():
-    # The four velocity components of two balls lie on a sphere of radius ρ = 2√T, where one
-    # component has ⟨|s|⟩ = 4ρ/(3π) and ⟨s²⟩ = T. Rate times impulse is the force.
-    mean = 8 * math.sqrt(T) / (3 * math.pi)
-    found = wall_rate_from_pressure(2, 17.0, T, PERIMETER)
-    assert found == pytest.approx(PERIMETER * 17.0 / (2 * 2 * T / mean), rel=1e-14)
-
-
 @pytest.mark.parametrize("radius", SIMULATED)
 def test_collision_rates_of_the_source_scene(radius):
     found = theory.collision_rates(N, T, radius, CIRCLE)
