@@ -26,10 +26,7 @@ _Table: TypeAlias = dict[tuple[str, str], list[tuple[float, float]]]
 """Measured and predicted values of the repeats, by quantity and model."""
 
 RELAXING = 5
-"""Ball-ball collisions of a ball after which a gas that started at one speed counts as relaxed.
-
-The kurtosis of its speeds has then come from 1 to 1.83 of 1.95.
-"""
+"""Collisions of a ball that relax equal speeds: their kurtosis goes from 1 to 1.83 of 1.95."""
 
 LEAST_EXPECTED = 8
 """Balls expected in the first and last bin of the chi-square; bins with fewer are merged."""
@@ -191,11 +188,8 @@ def _relaxation_note(needed: int, repeats: int, relaxed: int) -> str:
     if not needed:
         return ""
     if relaxed == repeats:
-        return (
-            f"pressures, rates and speeds skip the first {needed} ball-ball collisions (relaxation)"
-        )
+        first = f"the first {needed} ball-ball collisions (relaxation)"
+        return f"pressures, rates and speeds skip {first}"
     which = "the repeat is" if repeats == 1 else f"{repeats - relaxed} of {repeats} repeats are"
-    return (
-        f"{which} too short for pressures, rates and speeds: {2 * needed} ball-ball collisions "
-        f"are needed ({needed} for the relaxation)"
-    )
+    why = f"{2 * needed} ball-ball collisions are needed ({needed} for the relaxation)"
+    return f"{which} too short for pressures, rates and speeds: {why}"

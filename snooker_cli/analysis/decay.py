@@ -1,7 +1,6 @@
 """The repeats of a point -> decay constants of energy, temperature and pressure.
 
-Every repeat is fitted by itself, and the constants are averaged. The points of one curve are
-correlated, so the error of a fit to one curve, or to an averaged one, is far too small.
+Every repeat is fitted by itself, and the constants are averaged.
 """
 
 from __future__ import annotations
@@ -112,10 +111,7 @@ WITHOUT_WALLS = f"{observables.NO_WALLS}; Haff's law is for a gas without cluste
 
 @dataclass(frozen=True)
 class Curve:
-    """The decay of a quantity in one repeat: times (s) and values over the first.
-
-    rounding : relative size of what may be rounding in the values
-    """
+    """The decay of a quantity in one repeat: times (s), values over the first, their rounding."""
 
     quantity: Quantity
     time: Array
@@ -187,11 +183,10 @@ class Decay:
 
 
 def reported_constant(trace: Trace) -> float:
-    """The source report's decay constant of the energy for a repeat (1/s); pressure's is half.
+    """The source report's decay constant of the energy for a repeat (1/s), equations 6 and 7.
 
-    k = -2 ln(CoR) <v>/lambda, lambda = 1/(sqrt(2) n 2 pi r), its equations 6 and 7, where <v> is
-    the mean over the collisions of the balls' mean speed after each. nan at CoR 0, for unequal
-    balls, and for a repeat without collisions.
+    The speed is the mean over the collisions of the balls' mean speed after each. nan at CoR 0, for
+    unequal balls, and for a repeat without collisions.
     """
     scene, found = trace.start, after_collisions(trace)
     if scene.restitution == 0 or not observables.equal_balls(scene) or len(found.time) < 2:
@@ -242,20 +237,15 @@ def decays(traces: Iterable[Trace], quantities: Sequence[str] = tuple(QUANTITIES
 def analyse(traces: Iterable[Trace]) -> tuple[list[Decay], list[str]]:
     """All decay constants of a point, and notes for a reader: early ends and failed fits."""
     found = decays(traces)
-    repeats = len(found[0].fits)
-    failures: dict[tuple[str, int], dict[str, list[str]]] = {}
+    notes = ["" if found[0].walls else WITHOUT_WALLS, early_note(found[0].ended)]
+    failures: dict[tuple[str, int], list[str]] = {}
     for each in found:
         if each.reason is not None:
-            laws = failures.setdefault((each.reason, each.over_repeats.failed), {})
-            laws.setdefault(each.quantity.replace("_", " "), []).append(each.law)
-    notes = ["" if found[0].walls else WITHOUT_WALLS, early_note(found[0].ended)]
-    for (reason, failed), laws in failures.items():
-        names = [
-            quantity if len(which) == len(LAWS) else f"{quantity} ({listed(which)})"
-            for quantity, which in laws.items()
-        ]
-        of = "" if repeats == 1 else f" in {failed} of {repeats} repeats"
-        notes.append(f"no fit of {listed(names)}{of}: {reason}")
+            failures.setdefault((each.reason, each.over_repeats.failed), []).append(each.quantity)
+    for (reason, failed), quantities in failures.items():
+        names = listed([name.replace("_", " ") for name in dict.fromkeys(quantities)])
+        of = "" if len(found[0].fits) == 1 else f" in {failed} of {len(found[0].fits)} repeats"
+        notes.append(f"no fit of {names}{of}: {reason}")
     return found, list(filter(None, notes))
 
 

@@ -1,7 +1,7 @@
 """Decay models, least-squares fits of one curve, and means of fits over repeats.
 
-The points of one cooling curve are correlated, so the error of a single fit is several times too
-small. Quote the error over repeats, see `mean_over_repeats`.
+The points of one cooling curve are correlated, so that the error of a single fit is far too small:
+quote the error over repeats.
 """
 
 from __future__ import annotations
@@ -113,8 +113,7 @@ class FitResult:
     model : a name in ``MODELS``
     converged, message : whether the numbers can be used; how the fit ended, in one sentence
     points, start : number of points given; t0, the time of the amplitude (s)
-    value, error : the rate, decay constant k or Haff's α (1/s), and its standard error from this
-        curve alone, too small for a cooling curve, whose points are correlated
+    value, error : the rate, decay constant k or Haff's α (1/s), and its standard error
     amplitude, rms_residual : A, as given if it was held, and the residual; in the unit of y
     r_squared : 1 − Σ residual²/Σ (y − mean y)²; nan for a constant y
     """
@@ -149,7 +148,7 @@ def fit(
     rounding : relative size of changes that are only rounding; no decay is sought in them
 
     Data that cannot be fitted give a result with converged=False and a message with the reason.
-    Raises KeyError for an unknown model, ValueError for arrays of different shape.
+    Raises KeyError for an unknown model.
     """
     form, free = MODELS[model], amplitude is None
     times, values = np.asarray(t, dtype=np.float64), np.asarray(y, dtype=np.float64)
@@ -161,7 +160,7 @@ def fit(
 
     least = 2 + free
     if times.size < least:
-        return failure(f"too few points for this fit: {times.size}; it needs {least} or more.")
+        return failure(f"Too few points for this fit: {times.size}; it needs {least} or more.")
 
     # Overflow, underflow and numbers that are not finite end in the check of the result.
     with np.errstate(all="ignore"):
@@ -196,9 +195,9 @@ def fit(
         if code not in (1, 2, 3, 4, 6, 7, 8):
             return failure(f"The search did not settle in {_MOST_STEPS} steps: no such decay.")
 
-        # The search ends where the sum of squares hardly falls, which leaves the parameters known
-        # to its root only. One step of Gauss and Newton takes them on to the minimum. The sum may
-        # rise by its own rounding, which is large where the curve hardly leaves its start.
+        # The search ends where the sum of squares hardly falls: the parameters are known to its
+        # root only. One step of Gauss and Newton goes on to the minimum. The sum may rise by its
+        # own rounding, which is large where the curve hardly leaves its start.
         slopes, rest = jacobian(best), residuals(best)
         nearer = best - _inverse(slopes @ slopes.T) @ (slopes @ rest)
         if np.sum(residuals(nearer) ** 2) <= np.sum(rest**2) * (1 + 1e-6):

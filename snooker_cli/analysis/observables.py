@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-# A trace -> its series over time: thinned, without a collapse, after collisions, between times.
-
 INSTANT = 1e-9
 """Collisions nearer than this share of the time since the start are at one instant."""
 

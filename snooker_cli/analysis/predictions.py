@@ -91,16 +91,12 @@ def floor(scene: Scene) -> float:
     light = scene.container_mass < HEAVY * float(np.sum(scene.masses))
     if not isinstance(container, Circle) or light or not equal_balls(scene):
         return math.nan
-    (x, y), (u, v) = (
-        (scene.positions - scene.container_position).T,
-        (scene.velocities - scene.container_velocity).T,
-    )
-    turning, reach = (
-        float(np.sum(scene.masses * (x * v - y * u))),
-        container.radius - scene.radii[0],
-    )
-    least = theory.angular_momentum_floor(turning, scene.number, reach, float(scene.masses[0]))
-    return float(least / scene.kinetic_energy)
+    x, y = (scene.positions - scene.container_position).T
+    u, v = (scene.velocities - scene.container_velocity).T
+    turning = float(np.sum(scene.masses * (x * v - y * u)))
+    reach, mass = container.radius - float(scene.radii[0]), float(scene.masses[0])
+    least = theory.angular_momentum_floor(turning, scene.number, reach, mass)
+    return least / scene.kinetic_energy
 
 
 # A trace -> measured and predicted values: the rows of `snooker compare`, and notes for a reader.

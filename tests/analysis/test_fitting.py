@@ -162,8 +162,8 @@ def test_flat_curves_do_not_decay(model, amplitude):
 def test_changes_that_are_rounding_are_no_decay(model, amplitude):
     t = np.linspace(0, 3, 500)
     drift = 2 * (1 - 1e-13 * t / 3)
-    said = fit(t, drift, model, amplitude=amplitude, rounding=1.1e-13)
-    assert (said.converged, said.message) == (False, NOTHING_DECAYS)
+    refused = fit(t, drift, model, amplitude=amplitude, rounding=1.1e-13)
+    assert (refused.converged, refused.message) == (False, NOTHING_DECAYS)
     # Values that are equal but not the amplitude have come there by a decay.
     assert fit([1.0, 2.0, 3.0], [0.5] * 3, model, amplitude=1.0, start=0.0).converged
     # Without leave, and beyond it, the drift is a decay: 1e-13 in 3 s, Haff's square half of it.
