@@ -165,11 +165,6 @@ def test_no_file_name_occurs_twice() -> None:
     assert sorted(names) == sorted(set(names))
 
 
-def test_every_folder_of_modules_is_a_package() -> None:
-    for folder in {path.parent for path in MODULES}:
-        assert (folder / "__init__.py").exists(), folder
-
-
 def test_a_part_imports_only_parts_above_it() -> None:
     order = list(PARTS)
     for part, others in PARTS.items():

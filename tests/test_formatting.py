@@ -34,26 +34,10 @@ def test_words() -> None:
     assert listed(["a", "b", "c"]) == "a, b and c"
 
 
-@pytest.mark.parametrize(
-    ("seconds", "text"),
-    [
-        (0.001, "a second"),
-        (1.04, "1 s"),
-        (17.2, "17 s"),
-        (119.0, "120 s"),
-        (130.0, "2.2 minutes"),
-        (9e4, "25 hours"),
-        (2e6, "23 days"),
-        (1e12, "32,000 years"),
-    ],
-)
-def test_durations_have_two_digits(seconds: float, text: str) -> None:
-    assert duration(seconds) == text
-
-
-@pytest.mark.parametrize(
-    ("number", "text"),
-    [(10, "10 bytes"), (999_999, "1 MB"), (1.35e9, "1.4 GB"), (2.7e12, "2.7 TB")],
-)
-def test_sizes_have_two_digits(number: float, text: str) -> None:
-    assert size(number) == text
+def test_durations_and_sizes_have_two_digits() -> None:
+    seconds = [0.001, 1.04, 17.2, 119.0, 130.0, 9e4, 2e6, 1e12]
+    assert [duration(each) for each in seconds] == [
+        "a second", "1 s", "17 s", "120 s", "2.2 minutes", "25 hours", "23 days", "32,000 years"
+    ]  # fmt: skip
+    sizes = [10, 999_999, 1.35e9, 2.7e12]
+    assert [size(each) for each in sizes] == ["10 bytes", "1 MB", "1.4 GB", "2.7 TB"]

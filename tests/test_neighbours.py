@@ -70,23 +70,6 @@ def test_pieces_are_no_more_than_a_way_to_save_memory(monkeypatch):
     assert found(positions, radii, 0.0) == whole
 
 
-def test_distances_are_those_of_the_nearest_images():
-    positions = np.array([[-4.9, 0.0], [4.9, 0.0], [-4.9, 4.9], [0.0, -4.5]])
-    pieces = near_pairs(positions, np.full(4, 0.5), 4.0, (10.0, 10.0))
-    got = {
-        (min(i, j), max(i, j)): distance
-        for piece in pieces
-        for i, j, distance in zip(*(each.tolist() for each in piece), strict=True)
-    }
-    expected = {
-        (0, 1): 0.2,
-        (0, 2): 4.9,
-        (1, 2): math.hypot(0.2, 4.9),
-        (2, 3): math.hypot(4.9, 0.6),
-    }
-    assert got == pytest.approx(expected)
-
-
 def test_one_large_disk_among_many_small_ones_costs_little():
     """It is looked for by itself: the small ones' cells stay small."""
     random = np.random.default_rng(2)

@@ -22,22 +22,13 @@ from snooker_cli.scene import Scene, check
 # Rings
 
 
-@pytest.mark.parametrize("corners", [1, 2, 3, 5, 6, 12, 18, 24, 30, 60, 126, 600])
+@pytest.mark.parametrize("corners", [1, 2, 3, 5, 6, 12, 18, 24, 30, 60, 126, 600, 6000])
 def test_polygons_are_correctly_rounded(corners):
     """Against the cosine and sine of each corner with 60 digits, rounded once."""
     with mpmath.workdps(60):
         turns = [2 * mpmath.mpf(k) / corners for k in range(corners)]
         exact = [(float(mpmath.cospi(turn)), float(mpmath.sinpi(turn))) for turn in turns]
     assert list(unit_polygon(corners)) == exact
-
-
-def test_polygon_with_six_thousand_corners():
-    """The outermost of 1000 rings: the last corner is as exact as the first."""
-    corners = unit_polygon(6000)
-    assert corners[3000] == (-1.0, 0.0)
-    assert corners[1500] == (0.0, 1.0)
-    assert corners[1000][0] == corners[5000][0] == 0.5
-    assert all(a == (b[0], -b[1]) for a, b in zip(corners[1:], corners[:0:-1], strict=True))
 
 
 def test_rings():

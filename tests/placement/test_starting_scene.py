@@ -1,40 +1,54 @@
-"""Scenes at the start: their data, and what is refused."""
+"""Scenes at the start: rings, lists and counts of balls, their speeds, and what is refused."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 from scenes import EPSILON, experiment
+from scipy import stats
 
-from snooker_cli.config import Experiment
-from snooker_cli.containers import Box, Circle
+from snooker_cli.analysis.observables import total_momentum
+from snooker_cli.config import Experiment, digest, parse, points, to_json
+from snooker_cli.containers import SHAPES, Box, Circle
 from snooker_cli.errors import SceneError
+from snooker_cli.placement.random_numbers import random_directions
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene, check
 
 BOX = {"shape": "box", "width": 20.0, "height": 10.0}
 PERIODIC = {"shape": "periodic", "width": 20.0, "height": 12.0}
+MIXTURE = (
+    "shape: periodic, packing: 0.3",
+    "[{count: 30, radius: 1, speed: 1, start: random}, {count: 60, radius: 0.5, speed: 1}]",
+)
 
 
 def listed(*balls: dict, **container: object) -> Experiment:
-    return Experiment.model_validate(
-        {
-            "container": container or {"radius": 10.0},
-            "balls": {"list": balls},
-            "cor": 0.5,
-            "collisions": 1,
-        }
-    )
+    data = {"container": container or {"radius": 10.0}, "balls": {"list": balls}}
+    return Experiment.model_validate(data | {"cor": 0.5, "collisions": 1})
 
 
 def ball(x: float, y: float, radius: float = 1.0) -> dict:
     return {"position": [x, y], "velocity": [1.0, 2.0], "radius": radius, "mass": 3.0}
 
 
+def counted(container: str, balls: str, *overrides: str) -> Experiment:
+    text = f"container: {{{container}}}\nballs: {balls}\ncor: 0.9\ntime: 1\n"
+    return parse(text, "gas.yaml", overrides).experiment
+
+
+def gas(container: str, balls: str, repeat: int = 0) -> Scene:
+    return starting_scene(counted(container, balls), repeat)
+
+
 def error_of(start: Experiment) -> SceneError:
     with pytest.raises(SceneError) as caught:
         starting_scene(start, 0)
     return caught.value
+
+
+# Rings and lists
 
 
 def test_golden_positions():
@@ -53,6 +67,9 @@ def test_every_point_of_a_sweep_has_the_same_directions():
     for changes in ({"cor": 0.3}, {"wall_cor": 0.5}, {"container_mass": 5.0}, {"radius": 0.1}):
         assert np.array_equal(start.velocities, starting_scene(experiment(**changes), 4).velocities)
     assert np.max(abs(np.hypot(*start.velocities.T) - 10.0)) <= 2 * 10 * EPSILON
+    same = gas("radius: 10", "{count: 37, radius: 1, speed: 10}", 4)
+    assert np.array_equal(same.velocities, start.velocities)
+    assert np.array_equal(same.velocities, 10.0 * random_directions(37, 1, 4))
 
 
 def test_a_scene_of_rings():
@@ -81,14 +98,14 @@ def test_a_scene_of_listed_balls():
     assert starting_scene(square, 0).container == Box(20.0, 20.0)
 
 
-def test_balls_may_touch():
+# Balls that overlap or stick out
+
+
+def test_balls_may_touch_but_not_overlap():
     starting_scene(listed(ball(0, 0), ball(2, 0)), 0)
     starting_scene(listed(ball(9, 0)), 0)
-    # At 45 degrees the coordinates are rounded, and so much overlap is accepted.
+    # At 45 degrees the coordinates are rounded, and this much overlap is accepted.
     starting_scene(listed(ball(0, 0), ball(math.sqrt(2), math.sqrt(2))), 0)
-
-
-def test_overlapping_balls_are_refused():
     error = error_of(listed(ball(0, 0), ball(-5, 0), ball(1.5, 0)))
     assert (error.key, error.ball) == ("balls.list[2]", 2)
     for part in ("balls 0 and 2", "overlap by 0.5 m", "1.5 m apart", "radii 1 m and 1 m"):
@@ -107,7 +124,6 @@ def test_overlapping_balls_are_refused():
 def test_a_ball_outside_is_refused(place, container):
     error = error_of(listed(ball(-3, 0), ball(*place), **container))
     assert (error.key, error.ball) == ("balls.list[1]", 1)
-    assert "ball 1" in str(error)
     assert "0.25 m" in str(error)
     inside = tuple(0.9999999 * (abs(x) - 0.25) * np.sign(x) for x in place)
     starting_scene(listed(ball(-3, 0), ball(*inside), **container), 0)
@@ -115,25 +131,20 @@ def test_a_ball_outside_is_refused(place, container):
 
 @pytest.mark.parametrize(
     ("changes", "largest"),
-    [({"radius": 1.5}, "1.3333333333333333 m"), ({"radius": 1.1, "ring_extent": 0.9}, "1.0 m")],
+    [({"radius": 1.5}, "1.3333333333333333"), ({"radius": 1.1, "ring_extent": 0.9}, "1.0")],
 )
 def test_rings_that_are_too_tight_are_refused_with_the_radius_that_fits(changes, largest):
     error = error_of(experiment(**changes))
     assert error.key == "balls.radius"
-    assert str(error).endswith(largest)
-
-
-def test_rings_fit_up_to_the_stated_radius():
-    starting_scene(experiment(radius=4 / 3), 0)
-    starting_scene(experiment(radius=1.0, ring_extent=0.9), 0)
-    error_of(experiment(radius=4 / 3 + 1e-9))
+    assert str(error).endswith(f" {largest} m")
+    starting_scene(experiment(**(changes | {"radius": float(largest)})), 0)
+    error_of(experiment(**(changes | {"radius": float(largest) + 1e-9})))
 
 
 def test_check_sees_the_container_where_it_is():
     scene = starting_scene(listed(ball(0, 0)), 0)
-    moved = Scene(**(vars(scene) | {"container_position": np.array([9.5, 0.0])}))
     with pytest.raises(SceneError, match="sticks out"):
-        check(moved)
+        check(Scene(**(vars(scene) | {"container_position": np.array([9.5, 0.0])})))
 
 
 @pytest.mark.parametrize(
@@ -151,8 +162,169 @@ def test_overlaps_with_images_are_seen(places, apart):
     starting_scene(listed(*(ball(*place, 0.7) for place in places), **PERIODIC), 0)
 
 
-def test_a_periodic_box_is_five_diameters_wide():
+@pytest.mark.parametrize("speed", [1e-160, 1e160])
+def test_speeds_beyond_the_squares_of_doubles_are_refused(speed):
+    assert error_of(counted("radius: 9", f"{{rings: 1, radius: 1, speed: {speed}}}")).key == "balls"
+
+
+# Balls by count: of size, radius and packing the third follows
+
+
+@pytest.mark.parametrize(
+    ("shape", "size", "area"),
+    [
+        ("circle", "radius: 10.0", 100 * math.pi),
+        ("box", "width: 20.0, height: 30.0", 600.0),
+        ("periodic", "width: 20.0", 400.0),
+    ],
+)
+def test_of_size_radius_and_packing_the_third_follows(shape, size, area):
+    given = gas(f"shape: {shape}, {size}", "{count: 50, radius: 1.0, speed: 2}")
+    assert given.container.area == pytest.approx(area, rel=1e-15)
+    assert given.packing_fraction == pytest.approx(50 * math.pi / area, rel=1e-15)
+    packed = gas(f"shape: {shape}, {size}", "{count: 50, packing: 0.2, speed: 2}")
+    assert packed.container.area == given.container.area
+    assert packed.packing_fraction == pytest.approx(0.2, rel=1e-14)
+    assert np.all(packed.radii == packed.radii[0])
+    grown = gas(f"shape: {shape}", "{count: 50, packing: 0.2, radius: 1.0, speed: 2}")
+    assert np.all(grown.radii == 1.0)
+    assert grown.container.area == pytest.approx(50 * math.pi / 0.2, rel=1e-14)
+    assert grown.container.size[0] == grown.container.size[1]
+
+
+def test_packing_of_several_species():
+    """The size, or one radius for all, follows from the packing of the container."""
+    two = "[{count: 30, radius: 1, speed: 1}, {count: 60, radius: 0.5, speed: 1}]"
+    mixed = gas("shape: box, packing: 0.3", two)
+    assert mixed.container.area == pytest.approx((30 + 60 / 4) * math.pi / 0.3, rel=1e-14)
+    species = "[{count: 30, mass: 1, speed: 2}, {count: 60, mass: 4, speed: 1}]"
+    scene = gas("radius: 10, packing: 0.4", species)
+    assert np.all(scene.radii == scene.radii[0])
+    assert scene.radii[0] == pytest.approx(math.sqrt(0.4 * 100 / 90), rel=1e-14)
+    assert scene.masses.tolist() == 30 * [1.0] + 60 * [4.0]
+
+
+def test_species_are_mixed_on_a_lattice():
+    """Every repeat has the same places, and assigns them to the balls at random."""
+    species = "[{count: 300, radius: 1, speed: 1}, {count: 300, radius: 0.5, speed: 1}]"
+    scene, other = (gas("shape: periodic, packing: 0.3", species, repeat) for repeat in (0, 1))
+    means = abs(np.mean(scene.positions[:300], axis=0))
+    assert np.all(means < 4 * np.array(scene.container.size) / math.sqrt(12 * 300))
+    assert not np.array_equal(scene.positions, other.positions)
+    assert np.array_equal(*(np.unique(each.positions, axis=0) for each in (scene, other)))
+
+
+@pytest.mark.parametrize(
+    ("container", "balls", "key", "reached"),
+    [
+        ("shape: circle", "{count: 7, packing: 0.8, radius: 1, speed: 1}", "balls.packing", 0.7777),
+        ("radius: 3", "{count: 7, radius: 1.1, speed: 1}", "balls.radius", 0.7777),
+        (
+            "shape: periodic, packing: 0.9",
+            "[{count: 100, radius: 1, speed: 1}, {count: 100, radius: 0.5, speed: 1}]",
+            "container.packing",
+            0.5287,  # that of 200 equal balls, 0.846, times (1 + 1/4)/2
+        ),
+        (
+            "shape: box, width: 3",
+            "[{count: 2, radius: 0.1, speed: 1}, {count: 2, radius: 1, speed: 1}]",
+            "balls[1].radius",
+            0.2722,
+        ),
+    ],
+)
+def test_too_dense_a_lattice_is_refused_with_the_packing_reached(container, balls, key, reached):
+    error = error_of(counted(container, balls))
+    assert f"reach a packing of {reached}, " in str(error)
+    assert error.key == key
+
+
+def test_the_stated_factor_and_packing_fit():
+    error = error_of(counted("shape: box, width: 10", "{count: 30, radius: 1.1, speed: 1}"))
+    reached, factor = (float(x) for x in re.findall(r"\d\.\d{4}", str(error)))
+    gas("shape: box, width: 10", f"{{count: 30, radius: {1.1 * factor}, speed: 1}}")
+    gas("shape: box", f"{{count: 30, radius: 1, packing: {reached}, speed: 1}}")
+
+
+@pytest.mark.parametrize("start", ["lattice", "random"])
+def test_a_periodic_box_is_five_diameters_wide(start):
     """In a smaller one a ball could be next to another and to its image at once."""
+    balls = f"{{count: 9, packing: 0.5, radius: 1, speed: 1, start: {start}}}"
+    assert error_of(counted("shape: periodic", balls)).key == "container.width"
     starting_scene(listed(ball(0, 0), shape="periodic", width=10.001), 0)
     error = error_of(listed(ball(0, 0), shape="periodic", width=19.0, height=9.9))
     assert error.key == "container.height"
+
+
+# Speeds
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_every_species_has_the_energy_of_its_speed(shape):
+    """In a periodic box only the sum has; its momentum is zero, or the gas would drift."""
+    species = (
+        "[{count: 20, radius: 1, mass: 4, speed: 5, speeds: maxwell}, "
+        "{count: 30, radius: 1, speed: 8}, {count: 50, radius: 1, speed: 10, speeds: maxwell}]"
+    )
+    energies = np.array([20 * 4 * 25, 30 * 64, 50 * 100]) / 2
+    scene = gas(f"shape: {shape}, packing: 0.1", species)
+    measured = np.add.reduceat(
+        0.5 * scene.masses * np.sum(scene.velocities**2, axis=1), [0, 20, 50]
+    )
+    assert np.sum(measured) == pytest.approx(np.sum(energies), rel=1e-14)
+    assert measured == pytest.approx(energies, rel=0.2 if shape == "periodic" else 1e-14)
+    assert (np.hypot(*total_momentum(scene)) < 1e-10) == (shape == "periodic")
+
+
+def test_balls_may_be_at_rest():
+    balls = "{count: 50, radius: 1, speed: 0, packing: 0.1, speeds: maxwell}"
+    assert np.all(gas("shape: periodic", balls).velocities == 0.0)
+
+
+def test_speeds_have_maxwells_distribution():
+    scene = gas("radius: 1", "{count: 20000, packing: 1.0e-4, speed: 3, speeds: maxwell}")
+    speeds = np.hypot(*scene.velocities.T)
+    assert stats.kstest(speeds, stats.rayleigh(scale=3 / math.sqrt(2)).cdf).pvalue > 0.001
+
+
+# Configs
+
+
+def test_one_species_gives_the_start_for_all():
+    assert counted(*MIXTURE).start == "random"
+    assert counted(*MIXTURE, "balls[0].start=null").start == "lattice"
+
+
+def test_absent_keys_are_not_written():
+    written = to_json(counted("shape: box, width: 3.0", "{count: 30, packing: 0.1, speed: 1}"))
+    assert "height" not in written
+    assert "shape" not in to_json(counted("radius: 1", "{rings: 1, radius: 0.1, speed: 1}"))
+
+
+def test_digests_tell_scenes_apart_and_nothing_else():
+    base = "radius: 9", "{count: 30, packing: 0.1, speed: 1}"
+    plain = digest(counted(*base))
+    same = "container.shape=circle container.height=null balls.radius=null balls.start=lattice"
+    for override in [*same.split(), "balls.speeds=equal", "balls.mass=1"]:
+        assert digest(counted(*base, override)) == plain, override
+    for override in ("balls.count=31", "balls.start=random", "balls.speeds=maxwell"):
+        assert digest(counted(*base, override)) != plain, override
+
+
+def test_every_key_can_be_swept():
+    """The shape too, where the size follows."""
+    swept = counted(
+        "shape: circle",
+        "{count: 60, packing: 0.2, radius: 1, speed: 1}",
+        "container.shape=circle,box,periodic",
+        "balls.count=60,70",
+        "balls.packing=0.1:0.3:2",
+        "balls.start=lattice,random",
+    )
+    scenes = [starting_scene(point.experiment, 0) for point in points(swept)]
+    assert len(scenes) == 24
+    assert {scene.container.name for scene in scenes} == set(SHAPES)
+    assert {round(scene.packing_fraction, 9) for scene in scenes} == {0.1, 0.3}
+    mixed = counted(*MIXTURE, "balls[1].count=60,6", "container.packing=0.2,0.3")
+    numbers = [starting_scene(point.experiment, 0).number for point in points(mixed)]
+    assert numbers == [90, 90, 36, 36]
