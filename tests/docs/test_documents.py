@@ -178,9 +178,7 @@ def test_the_time_to_compile_is_that_of_the_notice() -> None:
 
 
 def test_the_citation_is_of_this_version() -> None:
-    cited = yaml.safe_load(text_of(ROOT / "CITATION.cff"))
-    assert cited["version"] == __version__
-    assert {"cff-version", "message", "title", "authors", "license"} <= set(cited)
+    assert yaml.safe_load(text_of(ROOT / "CITATION.cff"))["version"] == __version__
 
 
 def simulated(name: str, folder: Path) -> Run:

@@ -9,7 +9,7 @@ from scenes import EPSILON, experiment
 from scipy import stats
 
 from snooker_cli.analysis.observables import total_momentum
-from snooker_cli.config import Experiment, digest, parse, points, to_json
+from snooker_cli.config import Experiment, digest, parse, points
 from snooker_cli.containers import SHAPES, Box, Circle
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.random_numbers import random_directions
@@ -290,17 +290,6 @@ def test_speeds_have_maxwells_distribution():
 # Configs
 
 
-def test_one_species_gives_the_start_for_all():
-    assert counted(*MIXTURE).start == "random"
-    assert counted(*MIXTURE, "balls[0].start=null").start == "lattice"
-
-
-def test_absent_keys_are_not_written():
-    written = to_json(counted("shape: box, width: 3.0", "{count: 30, packing: 0.1, speed: 1}"))
-    assert "height" not in written
-    assert "shape" not in to_json(counted("radius: 1", "{rings: 1, radius: 0.1, speed: 1}"))
-
-
 def test_digests_tell_scenes_apart_and_nothing_else():
     base = "radius: 9", "{count: 30, packing: 0.1, speed: 1}"
     plain = digest(counted(*base))
@@ -325,6 +314,8 @@ def test_every_key_can_be_swept():
     assert len(scenes) == 24
     assert {scene.container.name for scene in scenes} == set(SHAPES)
     assert {round(scene.packing_fraction, 9) for scene in scenes} == {0.1, 0.3}
+    assert counted(*MIXTURE).start == "random"
+    assert counted(*MIXTURE, "balls[0].start=null").start == "lattice"
     mixed = counted(*MIXTURE, "balls[1].count=60,6", "container.packing=0.2,0.3")
     numbers = [starting_scene(point.experiment, 0).number for point in points(mixed)]
     assert numbers == [90, 90, 36, 36]
