@@ -41,6 +41,8 @@ BATCH = 1 << 22
 H5MD_CHUNK = 1 << 18
 """Bytes of a chunk in H5MD, approximately."""
 
+DEFLATED = {"shuffle": True, "compression": "gzip", "compression_opts": 1}
+
 
 @contextmanager
 def _exported(path: Path) -> Iterator[Path]:
@@ -76,23 +78,14 @@ def events_table(events: Events) -> Table:
 def states_table(states: States) -> Table:
     """The columns of ``STATES``: at each time the container, then all balls."""
     number = states.positions.shape[1] + 1
-    x, y = _coordinates(states.container_positions, states.positions)
-    u, v = _coordinates(states.container_velocities, states.velocities)
-    balls = np.arange(CONTAINER, number - 1, dtype=np.int32)
+    containers = np.hstack([states.container_positions, states.container_velocities])
+    balls = np.concatenate([states.positions, states.velocities], axis=2)
+    together = np.concatenate([containers[:, None], balls], axis=1).reshape(-1, 4)
     return {
         "time": np.repeat(states.time, number),
-        "ball": np.tile(balls, len(states.time)),
-        "x": x,
-        "y": y,
-        "u": u,
-        "v": v,
+        "ball": np.tile(np.arange(CONTAINER, number - 1, dtype=np.int32), len(states.time)),
+        **dict(zip("xyuv", np.ascontiguousarray(together.T), strict=True)),
     }
-
-
-def _coordinates(container: NDArray[np.float64], balls: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The two coordinates of the container and the balls, time after time; (2, *rows*)."""
-    together = np.concatenate([container[:, None], balls], axis=1)
-    return np.ascontiguousarray(together.reshape(-1, 2).T)
 
 
 def csv_lines(units: Mapping[str, str], tables: Iterable[Table]) -> Iterator[str]:
@@ -133,24 +126,16 @@ def write_parquet(
             "a Parquet file needs pyarrow",
             "install it with `pip install 'snooker-cli[parquet]'`, or export as CSV",
         ) from None
-    schema = pa.schema(
-        [
-            pa.field(
-                name,
-                pa.int32() if name in INTEGERS else pa.float64(),
-                nullable=False,
-                metadata={"unit": unit},
-            )
-            for name, unit in units.items()
-        ],
-        metadata={"snooker": json.dumps(dict(about))},
-    )
+    integers = [name for name in units if name in INTEGERS]
+    doubles = [name for name in units if name not in INTEGERS]
+    types = dict.fromkeys(integers, pa.int32()) | dict.fromkeys(doubles, pa.float64())
+    fields = [
+        pa.field(name, types[name], nullable=False, metadata={"unit": unit})
+        for name, unit in units.items()
+    ]
+    schema = pa.schema(fields, metadata={"snooker": json.dumps(dict(about))})
     # Splitting the bytes of doubles, like HDF5's shuffle, saves a fifth of the space.
-    options = {
-        "compression": "zstd",
-        "use_dictionary": [name for name in units if name in INTEGERS],
-        "use_byte_stream_split": [name for name in units if name not in INTEGERS],
-    }
+    options = {"use_dictionary": integers, "use_byte_stream_split": doubles, "compression": "zstd"}
     with _exported(path) as part, parquet.ParquetWriter(part, schema, **options) as writer:
         for table in tables:
             columns = [pa.array(table[name]) for name in units]
@@ -200,15 +185,7 @@ def _create_states(
         holder = file.require_group(path)
         frame = (len(times), *shape)
         rows = min(len(times), max(1, H5MD_CHUNK // (8 * int(np.prod(shape)))))
-        data = holder.create_dataset(
-            "value",
-            frame,
-            np.float64,
-            chunks=(rows, *shape),
-            shuffle=True,
-            compression="gzip",
-            compression_opts=1,
-        )
+        data = holder.create_dataset("value", frame, float, chunks=(rows, *shape), **DEFLATED)
         if holder != position:
             holder["step"], holder["time"] = position["step"], position["time"]
         # MDAnalysis refuses lengths in m as a unit of the dataset.
@@ -222,9 +199,8 @@ def _create_states(
     boundary = b"none" if start.container.has_wall else b"periodic"
     group["box"].attrs["dimension"] = 3
     group["box"].attrs["boundary"] = np.array([boundary, boundary, b"none"])
-    for name, values, unit in (("mass", start.masses, "kg"), ("radius", start.radii, "m")):
-        group[name] = values
-        group[name].attrs["unit"] = unit
+    hdf5.write_rows(file, "particles/trajectory/mass", start.masses, "kg")
+    hdf5.write_rows(file, "particles/trajectory/radius", start.radii, "m")
     balls = (start.number, 3)
     return {
         "positions": element("particles/trajectory/position", balls, "m"),

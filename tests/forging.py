@@ -33,11 +33,9 @@ for line in sys.stdin:
 
 
 class Forged:
-    """A process with the command line's arguments; used as one of ``subprocess.Popen``."""
+    """A forked process; it is used as one of ``subprocess.Popen``."""
 
     def __init__(self, forge: subprocess.Popen[str], arguments: Sequence[str]) -> None:
-        assert forge.stdin is not None
-        assert forge.stdout is not None
         self.answers = forge.stdout
         forge.stdin.write(" ".join(arguments) + "\n")
         forge.stdin.flush()
@@ -60,10 +58,7 @@ class Forged:
 
 @contextmanager
 def forge(config: Path, folder: Path) -> Iterator[subprocess.Popen[str]]:
-    """What makes such processes, after a run of a config in a folder.
-
-    What they say on stderr is in the folder's ``talk`` afterwards.
-    """
+    """What forks such processes, after a run of a config in a folder; stderr goes to ``talk``."""
     folder.mkdir()
     with (
         (folder / "talk").open("w") as stderr,
@@ -76,6 +71,5 @@ def forge(config: Path, folder: Path) -> Iterator[subprocess.Popen[str]]:
         ) as process,
     ):
         yield process
-        assert process.stdin is not None
         process.stdin.close()
         assert process.wait() == 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,30 +11,15 @@ import typer
 from snooker_cli.analysis.decay import SAMPLING
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
 from snooker_cli.cli.options import AsJson, RunName
-from snooker_cli.cli.output import notice, point_label, print_json, print_line, print_table
-from snooker_cli.formatting import Column, short, with_error
+from snooker_cli.cli.output import notice, point_label, print_line, print_result, table
+from snooker_cli.formatting import short, with_error
 from snooker_cli.runs import Run, open_run
 
 FIT_COLUMNS = (
-    Column("point"),
-    Column("quantity"),
-    Column("model"),
-    Column("mean ± standard error, 1/s", True),
-    Column("bootstrap", True),
-    Column("(max-min)/2", True),
-    Column("R²", True),
-    Column("rms residual", True),
-    Column("repeats", True),
+    "point | quantity | model | >mean ± standard error, 1/s | >bootstrap | >(max-min)/2 | >R² | "
+    ">rms residual | >repeats"
 )
-COMPARE_COLUMNS = (
-    Column("point"),
-    Column("quantity"),
-    Column("model"),
-    Column("measured", True),
-    Column("predicted", True),
-    Column("difference", True),
-    Column("in errors", True),
-)
+COMPARE_COLUMNS = "point | quantity | model | >measured | >predicted | >difference | >in errors"
 
 
 def fit(run: RunName, as_json: AsJson = False) -> None:
@@ -44,7 +29,7 @@ def fit(run: RunName, as_json: AsJson = False) -> None:
     shows the mean over the repeats with its standard error, the bootstrap error, and half of the
     range, which the source report calls the error. The result is saved in RUN/fit.json.
     """
-    _print_analysis(run, fits, as_json, FIT_COLUMNS, _fit_cells, SAMPLING)
+    _print_analysis(run, fits, as_json, FIT_COLUMNS, _fit_cells, [SAMPLING])
 
 
 def compare(run: RunName, as_json: AsJson = False) -> None:
@@ -54,27 +39,22 @@ def compare(run: RunName, as_json: AsJson = False) -> None:
     the measured mean with its standard error, the prediction, and the difference, also in standard
     errors. The result is saved in RUN/compare.json.
     """
-    _print_analysis(run, comparisons, as_json, COMPARE_COLUMNS, _compare_cells)
+    _print_analysis(run, comparisons, as_json, COMPARE_COLUMNS, _compare_cells, [])
 
 
 def _print_analysis(
     name: str,
     analyse: Callable[[Run], RunAnalysis],
     as_json: bool,
-    columns: Sequence[Column],
+    columns: str,
     cells: Callable[[dict[str, Any]], list[str]],
-    footer: str = "",
+    footer: list[str],
 ) -> None:
     """Analyse a run, print the rows and notes or, as JSON, the rows, and save both in a file."""
     run = open_run(name)
     found = analyse(run)
-    if as_json:
-        print_json(found.rows)
-    else:
-        print_table(columns, [cells(one) for one in found.rows])
-        if footer:
-            print_line(footer)
-        _print_notes(found.notes, len(run.points))
+    lines = table(columns, [cells(one) for one in found.rows]) + footer
+    print_result(found.rows, as_json, lines + _notes(found.notes, len(run.points)))
     found.save()
 
 
@@ -106,13 +86,15 @@ def _compare_cells(one: dict[str, Any]) -> list[str]:
     ]
 
 
-def _print_notes(notes: Records, points: int) -> None:
-    """Print each note once, with the points that it is about if those are not all."""
+def _notes(notes: Records, points: int) -> list[str]:
+    """Each note once, with the points that it is about if those are not all."""
     labels: dict[str, list[str]] = {}
     for one in notes:
         labels.setdefault(one["note"], []).append(point_label(one["parameters"]))
-    for note, about in labels.items():
-        print_line(note if len(about) == points else f"{'; '.join(about)}: {note}")
+    return [
+        note if len(about) == points else f"{'; '.join(about)}: {note}"
+        for note, about in labels.items()
+    ]
 
 
 def report(

@@ -21,6 +21,10 @@ Out = Annotated[
     ),
 ]
 
+Quick = Annotated[
+    bool, typer.Option("--quick", help="A small one, in seconds: do not quote its results.")
+]
+
 bench = typer.Typer(
     help="Measure the engine: speed, errors, physics, hard cases.",
     no_args_is_help=True,
@@ -31,9 +35,7 @@ bench = typer.Typer(
 
 @bench.command()
 def speed(
-    quick: Annotated[
-        bool, typer.Option("--quick", help="In seconds, to see that it works: do not quote it.")
-    ] = False,
+    quick: Quick = False,
     everything: Annotated[
         bool, typer.Option("--all", help="Also a million balls, which takes some minutes more.")
     ] = False,
@@ -51,9 +53,7 @@ def speed(
 
 @bench.command()
 def error(
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Seven balls, in seconds: do not quote it.")
-    ] = False,
+    quick: Quick = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -70,9 +70,7 @@ def error(
 
 @bench.command()
 def physics(
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Few balls, in seconds: do not quote it.")
-    ] = False,
+    quick: Quick = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:

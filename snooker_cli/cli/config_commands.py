@@ -11,10 +11,9 @@ from typing import Annotated
 import typer
 
 from snooker_cli.cli.options import AsJson, ConfigPath, Overrides, check_name, checked, explanation
-from snooker_cli.cli.output import notice, print_json, print_line, print_table
+from snooker_cli.cli.output import notice, print_line, print_result, table
 from snooker_cli.config import schema as config_schema
 from snooker_cli.errors import UserError
-from snooker_cli.formatting import Column
 
 SCHEMA = "snooker-schema.json"
 """The schema beside a config; the config's first line names it for editors."""
@@ -60,8 +59,8 @@ def init(
     """
     found = templates()
     if template is None:
-        columns = [Column("template"), Column("what it is")]
-        print_table(columns, [[name, purpose(each)] for name, each in found.items()])
+        rows = [[name, purpose(each)] for name, each in found.items()]
+        print_result(rows, False, table("template | what it is", rows))
         return
     check_name(template, found, "template", "snooker init")
     text = found[template].read_text(encoding="utf-8")
@@ -91,13 +90,12 @@ def validate(config: ConfigPath, override: Overrides = None, as_json: AsJson = F
     loaded, points, scene_classes = checked(config, override or ())
     repeats = loaded.experiment.repeats
     balls = sorted({number for each in scene_classes for number in each.balls})
-    if as_json:
-        found = {"config": str(config), "valid": True, "points": len(points)}
-        print_json(found | {"repeats": repeats, "balls": balls})
-        return
     numbers = str(balls[0]) if len(balls) == 1 else f"{balls[0]} to {balls[-1]}"
-    print_line(
-        f"{config}: valid; points: {len(points):,}, repeats of each: {repeats}, balls: {numbers}"
+    found = {"config": str(config), "valid": True, "points": len(points)}
+    print_result(
+        found | {"repeats": repeats, "balls": balls},
+        as_json,
+        [f"{config}: valid; points: {len(points):,}, repeats of each: {repeats}, balls: {numbers}"],
     )
 
 

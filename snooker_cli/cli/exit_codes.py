@@ -113,23 +113,17 @@ def guarded(app: Callable[..., Any]) -> None:
     try:
         with raising() as interrupts:
             app()
-    except KeyboardInterrupt:
-        _end_interrupted()
-    except SystemExit as end:
-        if interrupts and end.code:  # Typer makes one of a KeyboardInterrupt
-            _end_interrupted()
-        raise
-    except Exception as error:
-        if interrupts:
-            _end_interrupted()
-        message, code = _explained(error)
+    except (KeyboardInterrupt, SystemExit, Exception) as end:
+        # Typer makes a SystemExit of a KeyboardInterrupt, and libraries make other errors of it.
+        failed = not isinstance(end, SystemExit) or end.code
+        if isinstance(end, KeyboardInterrupt) or (interrupts and failed):
+            print("snooker: interrupted", file=sys.stderr)
+            leave(ExitCode.INTERRUPTED)
+        if isinstance(end, SystemExit):
+            raise
+        message, code = _explained(end)
         print(f"snooker: {message}", file=sys.stderr)
         raise SystemExit(int(code)) from None
-
-
-def _end_interrupted() -> NoReturn:
-    print("snooker: interrupted", file=sys.stderr)
-    leave(ExitCode.INTERRUPTED)
 
 
 def _explained(error: Exception) -> tuple[str, ExitCode]:

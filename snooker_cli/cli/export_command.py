@@ -5,9 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -20,21 +19,9 @@ from snooker_cli.cli.output import print_line, until_the_reader_leaves
 from snooker_cli.errors import UserError
 from snooker_cli.runs import holds_results, open_run
 
+FORMATS = {".csv": "CSV", ".parquet": "Parquet", ".h5md": "H5MD", ".h5": "H5MD"}
+"""The format by the ending of a file's name."""
 
-class Format(StrEnum):
-    """The formats of an exported file."""
-
-    CSV = "csv"
-    PARQUET = "parquet"
-    H5MD = "h5md"
-
-
-SUFFIXES = {
-    ".csv": Format.CSV,
-    ".parquet": Format.PARQUET,
-    ".h5md": Format.H5MD,
-    ".h5": Format.H5MD,
-}
 MOST_FRAMES = 10_000_000
 
 
@@ -50,7 +37,7 @@ def export(
         typer.Option(
             "--times",
             metavar="T,T,…",
-            help="States: times in s, separated by commas, or start:stop:count [0 and the end].",
+            help="States: times in s, or start:stop:count [0 and the end].",
         ),
     ] = None,
     every: Annotated[
@@ -58,23 +45,11 @@ def export(
     ] = None,
     frames: Annotated[
         int | None,
-        typer.Option(
-            "--frames",
-            min=2,
-            max=MOST_FRAMES,
-            help="States: this number of times, evenly from 0 to the end.",
-        ),
+        typer.Option("--frames", min=2, max=MOST_FRAMES, help="States: number of even times."),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out",
-            metavar="FILE",
-            help="A name that ends in .csv, .parquet, .h5md or .h5 [CSV on stdout].",
-        ),
-    ] = None,
-    form: Annotated[
-        Format | None, typer.Option("--format", help="Format [by the ending of --out, or csv].")
+        typer.Option("--out", metavar="FILE", help="A .csv, .parquet, .h5md or .h5 [CSV, stdout]."),
     ] = None,
 ) -> None:
     """Export collisions or states of a repeat.
@@ -85,8 +60,15 @@ def export(
     same columns, their units and the provenance. An H5MD file has states in three dimensions with
     z = 0, for programs that read molecular trajectories. The name of the written file is printed.
     """
-    form = _format(out, form)
-    states = states or form is Format.H5MD
+    if out is not None and holds_results(out):
+        raise UserError(f"--out {out}: this file holds results of a run", "give another name")
+    form = "CSV" if out is None else FORMATS.get(out.suffix.lower())
+    if form is None:
+        raise UserError(
+            f"--out {out}: this ending has no format",
+            "give a name that ends in .csv, .parquet, .h5md or .h5",
+        )
+    states = states or form == "H5MD"
     ways = {"--times": times, "--every": every, "--frames": frames}
     given = [name for name, value in ways.items() if value is not None]
     if given and not states:
@@ -95,19 +77,16 @@ def export(
         raise UserError(f"{given[0]} and {given[1]} both choose times", "give one of them")
     opened = open_run(run)
     chosen = chosen_point(opened, point, repeat)
-    what = "states" if states else "events"
     if chosen.experiment.record == "summary":
+        what = "states" if states else "events"
         raise UserError(f"{opened.name} was run with `record: summary`: it has no {what} to export")
-    if out is not None and holds_results(out):
-        raise UserError(f"--out {out}: this file holds results of a run", "give another name")
     path = opened.path(point, repeat)
     if not states:
         # Checked first, and then read in parts: memory stays bounded.
         header = store.check(path)
         opened.accept(chosen, repeat, header)
         tables = (exporting.events_table(events) for events in store.read_events(path))
-        about = {"events": header.collisions, **_source(header)}
-        _write_tables(exporting.EVENTS, tables, out, form, about)
+        _write_tables(exporting.EVENTS, tables, out, {"events": header.collisions}, header)
     else:
         trace, header = store.read(path)
         opened.accept(chosen, repeat, header)
@@ -116,56 +95,39 @@ def export(
             batches = exporting.frames(trace, wanted)
         except ValueError as error:
             raise UserError(f"--times {times}: {error}") from None
-        if form is Format.H5MD and out is not None:
+        if out is not None and form == "H5MD":
             exporting.write_states(out, header, wanted, batches)
         else:
             tables = (exporting.states_table(batch) for batch in batches)
-            about = {"frames": len(wanted), **_source(header)}
-            _write_tables(exporting.STATES, tables, out, form, about)
+            _write_tables(exporting.STATES, tables, out, {"frames": len(wanted)}, header)
     if out is not None:
         print_line(str(out))
-
-
-def _format(out: Path | None, form: Format | None) -> Format:
-    """The format to write. Raises ``UserError``."""
-    if out is None:
-        if form not in (None, Format.CSV):
-            raise UserError(f"--format {form}: only CSV is printed", "give --out FILE, too")
-        return Format.CSV
-    found = form or SUFFIXES.get(out.suffix.lower())
-    if found is None:
-        raise UserError(
-            f"--out {out}: this ending has no format",
-            "give a name that ends in .csv, .parquet, .h5md or .h5, or give --format",
-        )
-    return found
 
 
 def _write_tables(
     units: dict[str, str],
     tables: Iterator[exporting.Table],
     out: Path | None,
-    form: Format,
-    about: dict[str, Any],
+    number: dict[str, int],
+    header: store.RepeatHeader,
 ) -> None:
-    """Write tables as a file, or print them."""
+    """Write tables as a file, or print them.
+
+    number, header : how much the tables hold, and of which repeat; a Parquet file has both
+    """
     if out is None:
         with until_the_reader_leaves():
             sys.stdout.writelines(exporting.csv_lines(units, tables))
-    elif form is Format.CSV:
+    elif out.suffix.lower() == ".csv":
         exporting.write_csv(out, units, tables)
     else:
-        exporting.write_parquet(out, units, tables, about)
-
-
-def _source(header: store.RepeatHeader) -> dict[str, Any]:
-    """The origin of a Parquet file's data."""
-    return {
-        "snooker": __version__,
-        "bits": header.fingerprint,
-        "ending": asdict(header.stop),
-        "provenance": asdict(header.provenance),
-    }
+        source = {
+            "snooker": __version__,
+            "bits": header.fingerprint,
+            "ending": asdict(header.stop),
+            "provenance": asdict(header.provenance),
+        }
+        exporting.write_parquet(out, units, tables, number | source)
 
 
 def _times(
@@ -173,7 +135,16 @@ def _times(
 ) -> NDArray[np.float64]:
     """The times of the states, s, with at most one of three options. Raises ``UserError``."""
     if every is not None:
-        return _regular_times(every, end)
+        if not every > 0:
+            raise UserError(f"--every {every:g}: give a number of seconds above 0")
+        if end / every + 1 > MOST_FRAMES:
+            raise UserError(
+                f"--every {every:g}: this gives {end / every:.2g} frames until {end:g} s, more "
+                f"than the {MOST_FRAMES:,} allowed",
+                "give a longer time",
+            )
+        found = np.arange(int(end / every) + 2) * every
+        return np.asarray(found[found <= end], dtype=np.float64)
     if number is not None:
         return np.linspace(0.0, end, number)
     if times is None:
@@ -187,17 +158,3 @@ def _times(
         raise UserError(
             f"--times {times}: give times in s as 0,0.5,1 or as start:stop:count"
         ) from None
-
-
-def _regular_times(every: float, end: float) -> NDArray[np.float64]:
-    if not every > 0:
-        raise UserError(f"--every {every:g}: give a number of seconds above 0")
-    number = end / every + 1
-    if number > MOST_FRAMES:
-        raise UserError(
-            f"--every {every:g}: this gives {number:.2g} frames until {end:g} s, more than the "
-            f"{MOST_FRAMES:,} allowed",
-            "give a longer time",
-        )
-    times = np.arange(int(number) + 1) * every
-    return np.asarray(times[times <= end], dtype=np.float64)

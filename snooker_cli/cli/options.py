@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Sequence
-from enum import StrEnum
 from pathlib import Path
 from textwrap import shorten
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 from rich.markup import escape
@@ -42,12 +41,8 @@ def complete_overrides() -> list[tuple[str, str]]:
     ]
 
 
-class EngineName(StrEnum):
-    """The engines that a user can choose."""
-
-    ALL_PAIRS = "allpairs"
-    CELLS = "cells"
-
+EngineName = Literal["allpairs", "cells"]
+"""The engines that a user can choose."""
 
 ConfigPath = Annotated[Path, typer.Argument(metavar="CONFIG", help="A YAML experiment.")]
 Overrides = Annotated[

@@ -8,7 +8,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Self
 
@@ -27,6 +27,9 @@ from snooker_cli.formatting import Column, table_lines
 from snooker_cli.runs import RepeatStatus
 from snooker_cli.runs.execution import Watcher
 from snooker_cli.runs.repeat import RepeatResult
+
+MOST_ROWS = 200
+"""Points in a table that is printed; a terminal keeps about as many lines."""
 
 MOST_FAILURES = 10
 """Failures that are printed as they come; a full disk fails every repeat."""
@@ -53,24 +56,42 @@ def print_json(data: Any) -> None:
     print_line(json.dumps(data, allow_nan=False))
 
 
-def print_table(columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> None:
-    """Print rows under headings."""
-    for line in table_lines(columns, rows):
-        print_line(line)
+def print_result(content: Any, as_json: bool, lines: Iterable[str]) -> None:
+    """Print a command's result: the content as JSON, or lines of text."""
+    if as_json:
+        print_json(content)
+    else:
+        for line in lines:
+            print_line(line)
 
 
-def print_some(lines: Sequence[str], most: int, rest: str) -> None:
-    """Print the first lines, and how many more there are: ``... and 7 more <rest>``."""
-    for line in lines[:most]:
-        print_line(line)
-    if len(lines) > most:
-        print_line(f"... and {len(lines) - most:,} more{rest}")
+def table(headings: str, rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows under headings: ``name | >number``, where > aligns a column on the right."""
+    columns = [Column(each.lstrip(">"), each[0] == ">") for each in headings.split(" | ")]
+    return table_lines(columns, rows)
+
+
+def first(lines: Sequence[str], most: int, rest: str) -> list[str]:
+    """The first lines, and how many more there are: ``... and 7 more <rest>``."""
+    more = len(lines) - most
+    return [*lines[:most], *([f"... and {more:,} more{rest}"] if more > 0 else [])]
+
+
+def point_table(headings: str, rows: Sequence[Sequence[str]]) -> list[str]:
+    """A table with a row for each of the first points."""
+    heading, *lines = table(headings, rows)
+    return [heading, *first(lines, MOST_ROWS, " points; --json prints all")]
 
 
 def point_label(parameters: Mapping[str, object]) -> str:
     """A point's swept keys and values, as in ``cor=0.8, balls.radius=1.0``."""
     values = {key: "null" if value is None else value for key, value in parameters.items()}
     return ", ".join(f"{key}={value}" for key, value in values.items()) or "all"
+
+
+def ended(point: Mapping[str, Any]) -> str:
+    """How many of a point's repeats ended for each reason."""
+    return ", ".join(f"{count} {reason}" for reason, count in point["ended"].items())
 
 
 def notice(message: str) -> None:
@@ -95,20 +116,32 @@ def showing_notices() -> Iterator[None]:
         logger.removeHandler(handler)
 
 
-class Lines(Watcher):
-    """Progress of a run as plain lines: only problems."""
+class RunProgress(Watcher):
+    """Problems of a run as lines, and on a terminal a bar with events per second and time left."""
 
-    def __init__(self, points: int, repeats: int) -> None:
-        self.points, self.repeats = points, repeats
+    def __init__(self, points: int, repeats: int, bar: bool) -> None:
         self.compiling = 0.0
         self._began: float | None = None
-        self._failures = self._unusable = 0
+        self._failures = self._unusable = self._events = self._done = self._complete = 0
+        self._points, self._left = points, [repeats] * points
+        self._lock = threading.Lock()
+        self._bar = Progress(
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("repeats, {task.fields[points]} points {task.fields[rate]}"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            disable=not (bar and sys.stderr.isatty()),
+            transient=True,
+        )
+        self._task = self._bar.add_task("", total=points * repeats, points=f"0/{points}", rate="")
 
     def __enter__(self) -> Self:
+        self._bar.start()
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """Nothing is left open."""
+        self._bar.stop()
 
     @property
     def seconds(self) -> float:
@@ -124,64 +157,30 @@ class Lines(Watcher):
 
     def simulating(self, compiling: float) -> None:
         self.compiling, self._began = compiling, time.perf_counter()
-
-    def finished(self, result: RepeatResult) -> None:
-        if not result.error:
-            return
-        self._failures += 1
-        if self._failures > MOST_FAILURES:
-            return
-        if result.traceback and wants_traceback():
-            print(result.traceback, file=sys.stderr)
-        error = bug_message(result.error) if result.traceback else result.error
-        notice(f"point {result.point}, repeat {result.repeat} failed: {error}")
-        if self._failures == MOST_FAILURES:
-            notice("more failures are counted, without a message")
-
-
-class Bar(Lines):
-    """A progress bar with events per second and time left, if stderr is a terminal."""
-
-    def __enter__(self) -> Self:
-        self._lock = threading.Lock()
-        self._events = 0
-        self._done = 0
-        self._left = [self.repeats] * self.points
-        self._complete = 0
-        self._progress = Progress(
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("repeats, {task.fields[points]} points {task.fields[rate]}"),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-            disable=not sys.stderr.isatty(),
-            transient=True,
-        )
-        self._progress.start()
-        self._task = self._progress.add_task(
-            "", total=self.points * self.repeats, points=f"0/{self.points}", rate=""
-        )
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        self._progress.stop()
-
-    def simulating(self, compiling: float) -> None:
-        super().simulating(compiling)
         # The estimate of the time left must not count stored repeats or compiling.
-        self._progress.reset(self._task, completed=self._done)
+        self._bar.reset(self._task, completed=self._done)
 
     def events(self, number: int) -> None:
         with self._lock:
             self._events += number
             if self.seconds > 0.2:
                 rate = f"{self._events / self.seconds:,.0f} events/s"
-                self._progress.update(self._task, rate=rate)
+                self._bar.update(self._task, rate=rate)
 
     def finished(self, result: RepeatResult) -> None:
-        super().finished(result)
         self._done += 1
         self._left[result.point] -= 1
         self._complete += self._left[result.point] == 0
-        points = f"{self._complete}/{self.points}"
-        self._progress.update(self._task, advance=1, points=points)
+        self._bar.update(self._task, advance=1, points=f"{self._complete}/{self._points}")
+        if result.error:
+            self._failures += 1
+            if self._failures <= MOST_FAILURES:
+                self._print_failure(result)
+            if self._failures == MOST_FAILURES:
+                notice("more failures are counted, without a message")
+
+    def _print_failure(self, result: RepeatResult) -> None:
+        if result.traceback and wants_traceback():
+            print(result.traceback, file=sys.stderr)
+        error = bug_message(result.error or "") if result.traceback else result.error
+        notice(f"point {result.point}, repeat {result.repeat} failed: {error}")

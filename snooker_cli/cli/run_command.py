@@ -16,23 +16,22 @@ import typer
 
 from snooker_cli import runs
 from snooker_cli.cli.exit_codes import STOPPING, handling, leave
-from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Overrides, checked
+from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Jobs, Overrides, checked
 from snooker_cli.cli.output import (
-    Bar,
-    Lines,
+    RunProgress,
+    ended,
+    first,
     notice,
     point_label,
-    print_json,
-    print_line,
-    print_some,
-    print_table,
+    point_table,
+    print_result,
 )
-from snooker_cli.config import Experiment
+from snooker_cli.config import Point
 from snooker_cli.errors import ExitCode, UserError
-from snooker_cli.formatting import Column, counted, duration, listed, size
+from snooker_cli.formatting import counted, duration, listed, size
 from snooker_cli.runs import Run
 from snooker_cli.runs.execution import POLL_INTERVAL, execute
-from snooker_cli.runs.plan import SceneClass, is_excessive, run_plan
+from snooker_cli.runs.plan import is_excessive, run_plan
 from snooker_cli.runs.repeat import RepeatResult
 from snooker_cli.trace import StopReason
 
@@ -40,9 +39,6 @@ if TYPE_CHECKING:
     from snooker_cli.runs.dask_executor import DaskExecutor  # loaded only if it is needed
 
 Result = TypeVar("Result")
-
-MOST_ROWS = 200
-"""Points in the table that is printed; a terminal keeps about as many lines."""
 
 MOST_COLLAPSED = 3
 """Repeats with a wall trap or collapse whose messages are printed."""
@@ -55,49 +51,24 @@ def run(
         typer.Option("--out", metavar="DIR", help="The run's folder [runs/CONFIG's name]."),
     ] = None,
     override: Overrides = None,
-    jobs: Annotated[
-        int | None,
-        typer.Option(
-            "-j",
-            "--jobs",
-            min=1,
-            max=1024,
-            help="Threads [all cores]; with dask, repeats that the scheduler has at a time [1024].",
-        ),
-    ] = None,
+    jobs: Jobs = None,
     executor: Annotated[
-        str,
-        typer.Option(
-            "--executor",
-            metavar="EXECUTOR",
-            help="threads, or dask=tcp://HOST:PORT for the workers of a dask scheduler, which "
-            "must share the run's folder [threads].",
-            show_default=False,
-        ),
+        str, typer.Option("--executor", help="threads, or dask=tcp://HOST:PORT of a scheduler.")
     ] = "threads",
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Replace the results in the folder, of any config.")
     ] = False,
     engine: Annotated[
-        EngineName | None,
-        typer.Option("--engine", help="Engine for all points [the best one for each]."),
+        EngineName | None, typer.Option("--engine", help="Of all points [the best for each].")
     ] = None,
     dry_run: Annotated[
-        bool,
-        typer.Option("--dry-run", help="Only show the plan: what is modelled, time and disk."),
+        bool, typer.Option("--dry-run", help="Only show what is modelled, time and disk.")
     ] = False,
     yes: Annotated[
-        bool,
-        typer.Option(
-            "--yes", help="Allow a run longer than a week or larger than the free disk space."
-        ),
+        bool, typer.Option("--yes", help="Allow a run over a week or over the free disk space.")
     ] = False,
     no_collapse: Annotated[
-        bool,
-        typer.Option(
-            "--no-collapse",
-            help="End with exit code 5 if a repeat ends in a wall trap or collapse.",
-        ),
+        bool, typer.Option("--no-collapse", help="Exit code 5 after a wall trap or collapse.")
     ] = False,
     as_json: AsJson = False,
     no_progress: Annotated[bool, typer.Option("--no-progress", help="No progress bar.")] = False,
@@ -108,62 +79,65 @@ def run(
     More repeats, collisions or time extend the run. During an extension, analyses use the existing
     data. A repeat that ends in a wall trap or inelastic collapse is kept up to that time. Results
     of a forced --engine have other bits, so they never mix with others.
+
+    The workers of a dask scheduler must share the run's folder. The scheduler has --jobs repeats at
+    a time [1024].
     """
-    scheduler = _scheduler(executor)
     cancelled = threading.Event()
     with _stopping_on_signals(cancelled), ExitStack() as exits:
         loaded, points, scene_classes = _awaited(
             lambda: checked(config, override or (), engine), cancelled
         )
-        experiment, directory = loaded.experiment, out or _default_folder(config)
-        cores, cluster = os.cpu_count() or 1, None
-        workers = threads = jobs or cores
-        if scheduler is not None:
-            cluster = _awaited(lambda: _connected(scheduler, jobs, cancelled), cancelled)
+        target = Run(out or runs.RUNS / config.stem, loaded.experiment, points, engine)
+        cluster = _awaited(lambda: _cluster(executor, jobs, cancelled), cancelled)
+        workers = threads = jobs or os.cpu_count() or 1
+        if cluster is not None:
             exits.enter_context(cluster)
-            workers = cores
+            workers = os.cpu_count() or 1
             threads = max(1, min(cluster.threads, jobs or cluster.threads))
-        target = Run(directory, experiment, points, engine)
+
+        def plan(fresh: bool) -> dict[str, Any]:
+            return _awaited(lambda: run_plan(target, scene_classes, threads, fresh), cancelled)
+
         if dry_run:
             _print_change(runs.planned_change(target, fresh=fresh))
-            plan = _awaited(lambda: run_plan(target, scene_classes, threads, fresh), cancelled)
-            if as_json:
-                print_json(plan)
-            else:
-                print_line("\n".join(_plan_lines(plan)))
+            found = plan(fresh)
+            print_result(found, as_json, _plan_lines(found))
             return
         if not yes:
             runs.planned_change(target, fresh=fresh)
-            _awaited(lambda: _refuse_excess(target, scene_classes, threads, fresh), cancelled)
-        with runs.locked(directory):
+            # Stored files are checked only if the whole run would be too much.
+            if is_excessive(plan(True)) and is_excessive(found := plan(fresh)):
+                raise UserError(
+                    _estimate(found),
+                    "set fewer collisions or repeats, set `record: summary` to save disk, or give "
+                    "--yes",
+                )
+        with runs.locked(target.directory):
             _print_change(runs.create(target, fresh=fresh))
-            progress = Lines if no_progress else Bar
-            with progress(len(target.points), experiment.repeats) as watcher:
+            with RunProgress(len(points), loaded.experiment.repeats, not no_progress) as watcher:
                 outcomes = execute(
                     target, workers=workers, watcher=watcher, cancelled=cancelled, executor=cluster
                 )
     summary = _summary(target, outcomes, watcher)
-    if as_json:
-        print_json(summary)
-    else:
-        _print_summary(target, outcomes, summary)
+    print_result(summary, as_json, _summary_lines(target, outcomes, summary))
     if cancelled.is_set():
         complete = sum(
-            outcome.stop is not None and outcome.stop.reason is not StopReason.INTERRUPTED
-            for outcome in outcomes
+            each.stop is not None and each.stop.reason is not StopReason.INTERRUPTED
+            for each in outcomes
         )
-        wanted = counted(len(target.points) * experiment.repeats, "repeat")
+        wanted = counted(len(points) * loaded.experiment.repeats, "repeat")
         command = "the same command without --fresh" if fresh else "the same command again"
         notice(f"interrupted: {complete:,} of {wanted} complete; run {command} to finish")
         leave(ExitCode.INTERRUPTED)
-    if any(outcome.error for outcome in outcomes):
+    if any(each.error for each in outcomes):
         raise typer.Exit(ExitCode.SOME_FAILED)
     if no_collapse and any(each.stop and each.stop.reason.collapsed for each in outcomes):
         raise typer.Exit(ExitCode.COLLAPSED)
 
 
-def _scheduler(executor: str) -> str | None:
-    """The address of the dask scheduler that ``--executor`` names; none for threads."""
+def _cluster(executor: str, at_once: int | None, cancelled: threading.Event) -> DaskExecutor | None:
+    """The workers that ``--executor`` names; None for threads. Raises ``SnookerError``."""
     name, _, address = executor.partition("=")
     if executor == "threads":
         return None
@@ -172,16 +146,9 @@ def _scheduler(executor: str) -> str | None:
             f"--executor {executor}: there is no such executor",
             "give threads, or dask=tcp://HOST:PORT for the workers of a dask scheduler",
         )
-    from snooker_cli.runs.dask_executor import check_address
+    from snooker_cli.runs.dask_executor import DaskExecutor, check_address
 
     check_address(address)
-    return address
-
-
-def _connected(address: str, at_once: int | None, cancelled: threading.Event) -> DaskExecutor:
-    """The workers of a scheduler. Raises ``RunError``."""
-    from snooker_cli.runs.dask_executor import DaskExecutor
-
     cluster = DaskExecutor(address, at_once, cancelled)
     if cluster.threads == 0:
         notice(f"the dask scheduler at {address} has no workers yet; waiting for them")
@@ -210,32 +177,10 @@ def _awaited(function: Callable[[], Result], cancelled: threading.Event) -> Resu
     return future.result()
 
 
-def _default_folder(config: Path) -> Path:
-    """The folder of a config's run without ``--out``. Raises ``UserError``."""
-    if config.stem in (".", ".."):
-        raise UserError(f"{config}: its name gives no folder name", "give --out, or rename it")
-    return runs.RUNS / config.stem
-
-
 def _print_change(change: str) -> None:
     """Print how the run extends or reduces the stored one, if it does."""
     if change:
         notice(change)
-
-
-def _refuse_excess(
-    run: Run, scene_classes: Sequence[SceneClass], workers: int, fresh: bool
-) -> None:
-    """Raise ``UserError`` for a run that may take very long or more disk than is free."""
-    # Stored files are checked only if the whole run would be too much.
-    if not is_excessive(run_plan(run, scene_classes, workers, fresh=True)):
-        return
-    plan = run_plan(run, scene_classes, workers, fresh)
-    if is_excessive(plan):
-        raise UserError(
-            _estimate(plan),
-            "set fewer collisions or repeats, set `record: summary` to save disk, or give --yes",
-        )
 
 
 def _plan_lines(plan: dict[str, Any]) -> Iterator[str]:
@@ -249,7 +194,11 @@ def _plan_lines(plan: dict[str, Any]) -> Iterator[str]:
         numbers = f"{balls[0]:,}" if len(balls) == 1 else f"{balls[0]:,} to {balls[-1]:,}"
         noun = "ball" if balls == [1] else "balls"
         yield ""
-        yield f"{_points_label(one['points'])}: {numbers} {noun}, {one['to_do']:,} to do"
+        points = point_label(one["points"][0])
+        if one["points"][1:]:
+            last = point_label(one["points"][-1])
+            points = f"{counted(len(one['points']), 'point')}, {points} to {last}"
+        yield f"{points}: {numbers} {noun}, {one['to_do']:,} to do"
         models = dict(one["models"])
         yield f"  engine    {one['engine']}: {one['because']}"
         yield f"  records   {'events' if models.pop('events') else 'a summary'}"
@@ -258,13 +207,6 @@ def _plan_lines(plan: dict[str, Any]) -> Iterator[str]:
             yield f"  {heading}  {listed(names) if names else 'nothing'}"
     yield ""
     yield _estimate(plan)
-
-
-def _points_label(points: Sequence[dict[str, Any]]) -> str:
-    first = point_label(points[0])
-    if len(points) == 1:
-        return first
-    return f"{counted(len(points), 'point')}, {first} to {point_label(points[-1])}"
 
 
 def _estimate(plan: dict[str, Any]) -> str:
@@ -287,42 +229,39 @@ def _estimate(plan: dict[str, Any]) -> str:
     )
 
 
-def _summary(run: Run, outcomes: Sequence[RepeatResult], watcher: Lines) -> dict[str, Any]:
+def _summary(run: Run, outcomes: Sequence[RepeatResult], watcher: RunProgress) -> dict[str, Any]:
     """What ``--json`` prints."""
-    simulated = sum(outcome.collisions for outcome in outcomes if not outcome.cached)
+    simulated = sum(each.collisions for each in outcomes if not each.cached)
     seconds = watcher.seconds
     by_point: list[list[RepeatResult]] = [[] for _ in run.points]
-    for outcome in outcomes:
-        by_point[outcome.point].append(outcome)
-    points = []
-    for point, mine in zip(run.points, by_point, strict=True):
-        reasons = Counter(
-            "failed" if outcome.stop is None else str(outcome.stop.reason) for outcome in mine
-        )
-        points.append(
-            {
-                "parameters": point.as_json(),
-                "repeats": len(mine),
-                "cached": sum(outcome.cached for outcome in mine),
-                "collisions": sum(outcome.collisions for outcome in mine),
-                "ended": dict(reasons),
-                "stops": [
-                    {"repeat": outcome.repeat, **vars(outcome.stop)}
-                    for outcome in mine
-                    if outcome.stop
-                    and outcome.stop.reason not in (StopReason.COLLISIONS, StopReason.TIME)
-                ],
-                "errors": [outcome.error for outcome in mine if outcome.error],
-                "work": _work_per_collision(mine),
-            }
-        )
+    for each in outcomes:
+        by_point[each.point].append(each)
     return {
         "run": str(run.directory),
         "events": simulated,
         "seconds": round(seconds, 3),
         "compiling_seconds": round(watcher.compiling, 3),
         "events_per_second": round(simulated / seconds) if seconds > 0 else 0,
-        "points": points,
+        "points": [
+            _point_summary(point, mine) for point, mine in zip(run.points, by_point, strict=True)
+        ],
+    }
+
+
+def _point_summary(point: Point, outcomes: Sequence[RepeatResult]) -> dict[str, Any]:
+    """The repeats of a point, those that ended early, and the errors of those that failed."""
+    stops = [(each.repeat, each.stop) for each in outcomes if each.stop]
+    reasons = Counter(str(each.stop.reason) if each.stop else "failed" for each in outcomes)
+    complete = (StopReason.COLLISIONS, StopReason.TIME)
+    return {
+        "parameters": point.as_json(),
+        "repeats": len(outcomes),
+        "cached": sum(each.cached for each in outcomes),
+        "collisions": sum(each.collisions for each in outcomes),
+        "ended": dict(reasons),
+        "stops": [{"repeat": k, **vars(stop)} for k, stop in stops if stop.reason not in complete],
+        "errors": [each.error for each in outcomes if each.error],
+        "work": _work_per_collision(outcomes),
     }
 
 
@@ -336,64 +275,54 @@ def _work_per_collision(outcomes: Sequence[RepeatResult]) -> dict[str, float] | 
     return {name: sum(getattr(work, name) for work, _ in done) / collisions for name in names}
 
 
-def _print_summary(run: Run, outcomes: Sequence[RepeatResult], summary: dict[str, Any]) -> None:
-    """Print the table of points, early ends, and where the results are.
+def _summary_lines(
+    run: Run, outcomes: Sequence[RepeatResult], summary: dict[str, Any]
+) -> Iterator[str]:
+    """The table of points, early ends, and where the results are.
 
     Failed repeats are only counted: their errors were printed as they failed.
     """
-    points = summary["points"]
     wanted = run.experiment.repeats
     rows = [
         [
             point_label(point["parameters"]),
             str(wanted) if point["repeats"] == wanted else f"{point['repeats']} of {wanted}",
             f"{point['collisions']:,}",
-            ", ".join(f"{count} {reason}" for reason, count in point["ended"].items()),
+            ended(point),
         ]
-        for point in points[:MOST_ROWS]
+        for point in summary["points"]
     ]
-    print_table(
-        [Column("point"), Column("repeats", True), Column("collisions", True), Column("ended")],
-        rows,
-    )
-    if len(points) > MOST_ROWS:
-        print_line(f"... and {len(points) - MOST_ROWS:,} more points; --json prints all")
+    yield from point_table("point | >repeats | >collisions | ended", rows)
     if kept := sum(outcome.unstored for outcome in outcomes):
         files = "The older, longer file was" if kept == 1 else f"{kept} older, longer files were"
-        print_line(f"{files} kept.")
+        yield f"{files} kept."
     collapsed = [
         f"point {outcome.point}, repeat {outcome.repeat}: {outcome.stop.message}"
         for outcome in outcomes
         if outcome.stop and outcome.stop.reason.collapsed
     ]
-    print_some(collapsed, MOST_COLLAPSED, " such repeats")
-    for hint in _collapse_hints(run, outcomes):
-        print_line(hint)
+    yield from first(collapsed, MOST_COLLAPSED, " such repeats")
+    yield from _collapse_hints(run, outcomes)
     cached = sum(outcome.cached for outcome in outcomes)
     were = "was" if cached == 1 else "were"
     stored = f", {counted(cached, 'repeat')} {were} already stored" if cached else ""
     compiling = summary["compiling_seconds"]
     after = f" after {compiling:.0f} s of compiling" if compiling >= 1 else ""
-    print_line(
-        f"{counted(summary['events'], 'event')} in {summary['seconds']:.2f} s"
-        f" ({summary['events_per_second']:,} events/s){after}{stored}; results in {run.directory}"
-    )
+    speed = f"{summary['seconds']:.2f} s ({summary['events_per_second']:,} events/s)"
+    events = counted(summary["events"], "event")
+    yield f"{events} in {speed}{after}{stored}; results in {run.directory}"
 
 
 def _collapse_hints(run: Run, outcomes: Sequence[RepeatResult]) -> list[str]:
     """How the config can be changed so that collapsed repeats continue, each way once."""
-    ends = {(each.point, each.stop.reason) for each in outcomes if each.stop}
-    ways = [_way_to_continue(run.points[point].experiment, why) for point, why in sorted(ends)]
-    return [f"To continue such repeats, set {way}." for way in dict.fromkeys(filter(None, ways))]
-
-
-def _way_to_continue(experiment: Experiment, reason: StopReason) -> str:
-    """The config keys with which a repeat that ended so continues; empty without any."""
-    if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
-        if math.isinf(experiment.container.mass):
-            return "`collapse: slide` (exact)"
-        return "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
-    lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
-    if reason is StopReason.COLLAPSE and experiment.collapse in ("stop", "slide") and lossy:
-        return "`collapse: {tc: 0.01}`"
-    return ""
+    ways = []
+    for point, reason in sorted({(each.point, each.stop.reason) for each in outcomes if each.stop}):
+        experiment = run.points[point].experiment
+        lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
+        if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":
+            fixed = math.isinf(experiment.container.mass)
+            otherwise = "`collapse: slide` (exact, fixed container) or `collapse: {tc: 0.01}`"
+            ways.append("`collapse: slide` (exact)" if fixed else otherwise)
+        if reason is StopReason.COLLAPSE and experiment.collapse in ("stop", "slide") and lossy:
+            ways.append("`collapse: {tc: 0.01}`")
+    return [f"To continue such repeats, set {way}." for way in dict.fromkeys(ways)]

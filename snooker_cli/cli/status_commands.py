@@ -15,15 +15,16 @@ from rich.progress import track
 
 from snooker_cli.cli.options import AsJson, Jobs, RunName
 from snooker_cli.cli.output import (
+    ended,
+    first,
     notice,
     point_label,
-    print_json,
-    print_line,
-    print_some,
-    print_table,
+    point_table,
+    print_result,
+    table,
 )
 from snooker_cli.errors import ExitCode, RunError
-from snooker_cli.formatting import Column, counted, listed, size
+from snooker_cli.formatting import counted, listed, size
 from snooker_cli.runs import State, open_run, runs_in
 from snooker_cli.runs.status import RunStatus, run_status
 from snooker_cli.runs.verification import verify as verdicts
@@ -31,7 +32,7 @@ from snooker_cli.runs.verification import verify as verdicts
 COUNTS = ("done", "running", "failed", "to_do")
 """Each repeat is in one of these columns."""
 
-MOST_ROWS = 200
+COUNT_HEADINGS = ">done | >running | >failed | >to do | >collisions"
 MOST_REMARKS = 10
 
 
@@ -54,23 +55,12 @@ def ls(
         except RunError as error:
             notice(str(error))
             found.append({"run": str(path), "error": str(error)})
-    if as_json:
-        print_json(found)
-    elif not found:
+    if not found and not as_json:
         notice(f"{directory}: contains no runs")
-    else:
-        columns = [
-            Column("run"),
-            Column("points", True),
-            Column("repeats", True),
-            *(Column(name.replace("_", " "), True) for name in COUNTS),
-            Column("collisions", True),
-            Column("size", True),
-            Column("last file"),
-            Column("engine", True),
-            Column("config"),
-        ]
-        print_table(columns, [_row(one) for one in found if "error" not in one])
+        return
+    headings = f"run | >points | >repeats | {COUNT_HEADINGS} | >size | last file | >engine | config"
+    rows = [_row(one) for one in found if "error" not in one]
+    print_result(found, as_json, table(headings, rows))
 
 
 def show(run: RunName, as_json: AsJson = False) -> None:
@@ -84,8 +74,7 @@ def show(run: RunName, as_json: AsJson = False) -> None:
         "ledger": [
             {
                 "parameters": one.point.as_json(),
-                **{name: getattr(one, name) for name in COUNTS},
-                "collisions": one.collisions,
+                **{name: getattr(one, name) for name in (*COUNTS, "collisions")},
                 "ended": dict(one.ended),
                 "remarks": [
                     {"repeat": repeat, "remark": sentence} for repeat, sentence in one.remarks
@@ -94,10 +83,7 @@ def show(run: RunName, as_json: AsJson = False) -> None:
             for one in status.points
         ],
     }
-    if as_json:
-        print_json(content)
-    else:
-        _print_status(content)
+    print_result(content, as_json, _status_lines(content))
 
 
 def _record(status: RunStatus) -> dict[str, Any]:
@@ -141,50 +127,32 @@ def _row(one: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _print_status(content: Mapping[str, Any]) -> None:
-    """Print what ``show`` shows as text."""
+def _status_lines(content: Mapping[str, Any]) -> Iterator[str]:
+    """What ``show`` shows as text."""
     title = f" ({content['title']})" if content["title"] else ""
-    print_line(
-        f"{content['run']}: {content['state']}{title}; engine {_engine(content)}, config "
-        f"{content['config']}"
-    )
+    state = f"{content['run']}: {content['state']}{title}"
+    yield f"{state}; engine {_engine(content)}, config {content['config']}"
     points = content["ledger"]
-    columns = [
-        Column("point"),
-        *(Column(name.replace("_", " "), True) for name in COUNTS),
-        Column("collisions", True),
-        Column("ended"),
-    ]
-    rows = [
-        [
-            point_label(one["parameters"]),
-            *_counts(one),
-            ", ".join(f"{count} {reason}" for reason, count in one["ended"].items()),
-        ]
-        for one in points[:MOST_ROWS]
-    ]
-    print_table(columns, rows)
-    if len(points) > MOST_ROWS:
-        print_line(f"... and {len(points) - MOST_ROWS:,} more points; --json prints all")
+    rows = [[point_label(one["parameters"]), *_counts(one), ended(one)] for one in points]
+    yield from point_table(f"point | {COUNT_HEADINGS} | ended", rows)
     remarks = [
         f"point {k}, repeat {one['repeat']}: {one['remark']}"
         for k, point in enumerate(points)
         for one in point["remarks"]
     ]
-    print_some(remarks, MOST_REMARKS, "; --json prints all")
+    yield from first(remarks, MOST_REMARKS, "; --json prints all")
     contents = [f"{counted(content['files'], 'file')} of {size(content['bytes'])}"]
     contents += content["analyses"]
     if content["figures"]:
         contents.append(counted(len(content["figures"]), "figure file"))
-    print_line(listed(contents))
+    yield listed(contents)
     if content["command"]:
-        print_line(f"last file {_local_time(content['last_file'])}, by: {content['command']}")
+        yield f"last file {_local_time(content['last_file'])}, by: {content['command']}"
 
 
 def _engine(one: Mapping[str, Any]) -> str:
     """The engine version, and the engine's name if it was forced."""
-    forced = f" {one['engine']}" if one["engine"] else ""
-    return f"{one['engine_version']}{forced}"
+    return " ".join([str(one["engine_version"]), one["engine"] or ""]).rstrip()
 
 
 def _local_time(text: str | None) -> str:
@@ -230,10 +198,7 @@ def verify(
         if each.state is State.UNUSABLE
     ]
     content = {"run": str(opened.directory), "replayed": replay, **counts, "bad": bad}
-    if as_json:
-        print_json(content)
-    else:
-        print_line("\n".join(_verification_lines(content)))
+    print_result(content, as_json, _verification_lines(content))
     if bad:
         raise typer.Exit(ExitCode.UNSOUND)
 

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 from command_line import Snooker
 
-from snooker_cli import __version__
 from snooker_cli.cli.app import COMMANDS, loaded
 from snooker_cli.figures import FIGURES
 
@@ -33,11 +32,6 @@ def test_help_lists_the_commands_without_loading_heavy_libraries() -> None:
     modules = {name.partition(".")[0] for name in done.stderr.split()}
     assert "typer" in modules
     assert not modules & HEAVY
-
-
-def test_python_m_prints_the_version() -> None:
-    command = [sys.executable, "-m", "snooker_cli", "--version"]
-    assert subprocess.check_output(command, text=True) == f"snooker {__version__}\n"
 
 
 @pytest.mark.parametrize(
@@ -71,10 +65,3 @@ def test_bash_is_offered(
     ended = snooker()
     assert (ended.code, ended.err) == (0, "")
     assert ended.out.split() == offers
-
-
-def test_fish_gets_the_meaning_of_a_key(snooker: Snooker, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("_TYPER_COMPLETE_ARGS", "snooker run small.yaml -o balls.mas")
-    monkeypatch.setenv("_SNOOKER_COMPLETE", "complete_fish")
-    monkeypatch.setenv("_TYPER_COMPLETE_FISH_ACTION", "get-args")
-    assert snooker().out.rstrip().split("\t") == ["balls.mass=", "Mass of every ball, kg."]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 import signal
 import subprocess
 import sys
-import threading
 import time
 import weakref
 from pathlib import Path
@@ -15,9 +15,8 @@ from pathlib import Path
 import pytest
 from command_line import Snooker
 
-from snooker_cli.cli import output
 from snooker_cli.cli.exit_codes import raising
-from snooker_cli.engine import jit
+from snooker_cli.errors import UserError
 
 LOUD = ("export", "show", "verify")
 
@@ -89,18 +88,6 @@ def test_an_unexpected_error_is_a_sentence_and_a_traceback_on_request(
     assert len(printed) == 10
     assert all(" failed: unexpected KeyError: 'lost'; " in line for line in printed)
     assert ended.err.count("Traceback") == (10 if wanted == "1" else 0)
-
-
-def test_an_error_of_the_system_is_no_bug(
-    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refused(*_arguments: object) -> None:
-        raise PermissionError(13, "Permission denied", "somewhere")
-
-    monkeypatch.setattr("snooker_cli.cli.export_command.open_run", refused)
-    ended = snooker("export", "small")
-    assert (ended.code, ended.out) == (2, "")
-    assert ended.err.startswith("snooker: somewhere: Permission denied; ")
 
 
 @pytest.mark.parametrize(
@@ -238,25 +225,16 @@ def test_an_interrupt_ends_the_jobs_of_the_script_for_slurm(tmp_path: Path) -> N
     assert (process.returncode, printed) == (130, "the jobs are ended\n")
 
 
-def test_a_command_that_compiles_prints_one_notice(
+def test_a_log_record_of_the_package_is_a_notice(
     here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """On stderr, as soon as it takes longer than NOTICE_AFTER."""
-    shown = threading.Event()
-
-    @jit.kernel
-    def added(a: int, b: int) -> int:
-        return a + b
+    """As the engine's when it compiles."""
 
     def compiling(*_arguments: object) -> None:
-        for number in (1, 1.0):
-            added(number, 2)
-            assert shown.wait(30), "no notice"
+        logging.getLogger("snooker_cli.engine").info("compiling")
+        raise UserError("that is all")
 
-    monkeypatch.setattr(jit, "NOTICE_AFTER", 0.0)
-    monkeypatch.setattr(jit, "cache_folder", lambda: None)
-    monkeypatch.setattr(output, "notice", lambda message: (print(message), shown.set()))
     monkeypatch.setattr("snooker_cli.cli.export_command.open_run", compiling)
-    jit.give_notice.cache_clear()
-    assert snooker("export", "small").out.splitlines()[0] == jit.NOTICE
-    assert snooker("export", "small").out.count("compiling") == 0
+    for _ in range(2):
+        ended = snooker("export", "small")
+        assert (ended.code, ended.err) == (2, "snooker: compiling\nsnooker: that is all\n")

@@ -142,6 +142,13 @@ def candidate(factor: float = 1.0, share: float = 0.1, **changes: Any) -> Candid
     return Candidate(**parts, changes=tuple(changes), samples=samples)
 
 
+def test_a_printed_mean_has_the_standard_error_and_one_run_the_deviation() -> None:
+    several = Sample.over([1.0, 2.0, 3.0, 6.0])
+    deviation = math.sqrt(14 / 3)
+    assert several.our_value(number("3 ± 1", mean=True)).error == pytest.approx(deviation / 2)
+    assert several.our_value(number("3 ± 1")).error == pytest.approx(deviation)
+
+
 def searched(*candidates: Candidate) -> Search:
     return Search(candidates, factor=10.0, extent=0.8, early=0)
 

@@ -107,12 +107,6 @@ def test_every_figure_and_the_pdf_have_their_files(report: Path) -> None:
     assert len(content) > 100_000
 
 
-def test_distances_are_those_of_the_source_report(numbers: dict[str, Any]) -> None:
-    first, second = (numbers["figures"][name] for name in ("fig01", "fig02"))
-    assert first["largest_distance"] == 9.0
-    assert second["smallest_distance"] == 2.0
-
-
 def test_numbers_have_six_digits(report: Path) -> None:
     """So they are the same on a processor with other code for exp, log and pow."""
     numbers: list[str] = []

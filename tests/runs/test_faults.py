@@ -163,7 +163,7 @@ def test_a_repeat_of_another_run_is_used_by_no_command(
 def test_an_export_replaces_exports_but_no_results(finished: Path, snooker: Snooker) -> None:
     snooker("fit", "small")
     shutil.copy(REPEAT, "copy.h5")
-    states, events = ("export", "small", "--states"), ("export", "small", "--format", "csv")
+    states, events = ("export", "small", "--states"), ("export", "small")
     for out in (str(REPEAT), "copy.h5", "runs/small/run.json", "runs/small/fit.json"):
         before = Path(out).read_bytes()
         ended = snooker(*(states if out.endswith("h5") else events), "--out", out)
