@@ -80,13 +80,13 @@ def warm(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 @pytest.fixture(scope="session")
 def shown() -> dict[str, Trace]:
-    """Two hundred collisions in each kind of container."""
+    """Two hundred collisions in each type of container."""
     return moving_pictures.shown()
 
 
 @pytest.fixture(scope="session")
 def films() -> dict[str, Film]:
-    """A film of each kind of container."""
+    """A film of each type of container."""
     return moving_pictures.films()
 
 

@@ -23,7 +23,7 @@ from snooker_cli.errors import ExitCode
 GOLDEN = Path(__file__).parents[1] / "golden" / "cli"
 
 MASKS = (
-    # Only the first run of a kind of scene compiles.
+    # Only the first run of a type of scene compiles.
     (r"(?m)^2> snooker: compiling .*\n", ""),
     (r" after \d+ s of compiling", ""),
     # Speed of the machine.

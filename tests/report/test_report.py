@@ -77,7 +77,7 @@ def text(report: Path) -> str:
 
 
 @pytest.mark.parametrize("config", CONFIGS, ids=lambda path: path.stem)
-def test_every_config_is_valid_as_it_stands(config: Path) -> None:
+def test_every_config_is_valid(config: Path) -> None:
     scene_classes(load(config).points())
 
 
