@@ -212,12 +212,9 @@ class Circle(Container):
         """Raise ``SceneError`` for a ball without any space to move, to the last digit."""
         largest = int(np.argmax(radii))
         if radii[largest] >= self.radius:
-            raise SceneError(
-                "balls",
-                f"ball {largest} has a radius of {float(radii[largest])!r} m and cannot move in a "
-                f"circle of radius {self.radius!r} m; make it smaller",
-                largest,
-            )
+            problem = f"ball {largest} of radius {float(radii[largest])!r} m cannot move"
+            where = f"in a circle of radius {self.radius!r} m"
+            raise SceneError("balls", f"{problem} {where}; make it smaller", largest)
 
     def shortest_way(self, radii: Floats) -> float:
         return min(super().shortest_way(radii), self.radius - float(np.max(radii)))
@@ -334,12 +331,10 @@ class PeriodicBox(_Rectangle):
         diameter = 2 * float(np.max(radii))
         for key, side in self.lengths.items():
             if side < PERIODIC_DIAMETERS * diameter * (1 + ROUNDING):
-                raise SceneError(
-                    f"container.{key}",
-                    f"the {key} of the periodic box, {side:.6g} m, is under {PERIODIC_DIAMETERS} "
-                    f"diameters of the largest ball, {diameter:.6g} m each; use smaller balls, "
-                    "more of them, or a larger box",
-                )
+                problem = f"the periodic box is under {PERIODIC_DIAMETERS} diameters of its balls"
+                sizes = f"{side:.6g} m, with a diameter of {diameter:.6g} m"
+                advice = "use smaller balls, more of them, or a larger box"
+                raise SceneError(f"container.{key}", f"{problem} ({sizes}); {advice}")
 
     def longest_distance(self, radius: float) -> float:
         return float(np.hypot(self.width, self.height)) / 2

@@ -140,13 +140,10 @@ def _check_speeds(scene: Scene) -> None:
         energy = float(np.sum(scene.masses * speeds**2)) / 2
     if np.any(speeds > 0) and (np.any(wrong) or not TINY <= energy < math.inf):
         ball = int(np.argmax(wrong if np.any(wrong) else scene.masses))
-        raise SceneError(
-            "balls",
-            f"ball {ball} of {scene.masses[ball]:.6g} kg at {speeds[ball]:.6g} m/s cannot be "
-            "computed: the square of speed times distance, or the energy, is no double; choose "
-            "units in which speeds, distances and masses are nearer to 1",
-            ball,
-        )
+        which = f"ball {ball} of {scene.masses[ball]:.6g} kg at {speeds[ball]:.6g} m/s"
+        problem = f"{which} has squares of speed times distance, or an energy, that are no doubles"
+        advice = "choose units in which speeds, distances and masses are nearer to 1"
+        raise SceneError("balls", f"{problem}; {advice}", ball)
 
 
 def _check_pairs(scene: Scene, slack: float) -> None:
@@ -161,11 +158,8 @@ def _check_pairs(scene: Scene, slack: float) -> None:
             first, second = sorted((int(i[k]), int(j[k])))
             deepest = float(gaps[k])
     if deepest < -slack:
-        radii = scene.radii[first], scene.radii[second]
-        raise SceneError(
-            "balls",
-            f"balls {first} and {second} overlap by {-deepest:.6g} m: their centres are "
-            f"{deepest + sum(radii):.6g} m apart and their radii {radii[0]:.6g} m and "
-            f"{radii[1]:.6g} m; move them apart, or use smaller balls or a larger container",
-            second,
-        )
+        apart = deepest + scene.radii[first] + scene.radii[second]
+        problem = f"balls {first} and {second} overlap by {-deepest:.6g} m"
+        advice = "move them apart, or use smaller balls or a larger container"
+        sentence = f"{problem}: their centres are {apart:.6g} m apart; {advice}"
+        raise SceneError("balls", sentence, second)
