@@ -1,33 +1,31 @@
 """The exact trajectories in ``tests/reference``: how they are made, and how they are read.
 
 ``python tests/make_reference.py`` makes them all anew, in a few minutes; with names, only those.
-Each file is JSON:
+Each file is JSON; all numbers but the growths are the nearest doubles of the exact ones.
 
 - what, made by: the scene, and the program and its number of digits
 - scene: as in ``snooker_cli.scene``, SI units; null is infinite
-- events: a row each: time (s), i, j (-1 for the container), impulse (kg m/s), and what relative
-  errors of 1 in every collision up to there, in places and velocities, make of the time (s), the
-  impulse (kg m/s) and the worst ball's place (m); see ``error_growth``
+- events: a row each: time (s), i, j (-1 for the container), impulse (kg m/s), and the ``Growth``
+  of time (s), impulse (kg m/s) and the worst ball's place (m)
 - states: after several numbers of events, evenly; a row a ball, the container last: x, y (m),
   u, v (m/s)
-
-All numbers but the growths are the nearest doubles of the exact ones, in their shortest decimals.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import random
 import sys
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import mpmath
 import numpy as np
-from error_growth import Growth, growth
 from numpy.typing import NDArray
 from scenes import scene_of
 
@@ -35,8 +33,14 @@ from snooker_cli import __version__
 from snooker_cli.containers import Circle
 from snooker_cli.placement.places import DIGITS, cosine_and_sine
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Events
-from snooker_cli.validation.exact_twin import trajectory
+from snooker_cli.trace import CONTAINER, Events
+from snooker_cli.validation.exact_twin import (
+    DIGITS_PER_EVENT,
+    SPARE_DIGITS,
+    Number,
+    Twin,
+    trajectory,
+)
 from snooker_cli.validation.methods import events_from_rows
 from snooker_cli.validation.reference_scenes import SCENES, ReferenceScene, rings
 
@@ -47,6 +51,19 @@ RADIUS = 10.0
 
 STATES = 5
 """States in a file, evenly over the events, with the last one."""
+
+
+@dataclass(frozen=True)
+class Growth:
+    """What relative errors of 1 in every collision up to an event make of it: s, kg m/s, m.
+
+    Those of positions are relative to the distance covered, those of velocities to the speed. The
+    largest of some noisy twins; infinite from the event in which other bodies collide.
+    """
+
+    time: NDArray[np.float64]
+    impulse: NDArray[np.float64]
+    place: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -142,18 +159,59 @@ ALL = SCENES | {
 """All scenes by name."""
 
 
-REQUIRED = (
-    "positions",
-    "velocities",
-    "radii",
-    "masses",
-    "container_mass",
-    "container_position",
-    "container_velocity",
-    "restitution",
-    "wall_restitution",
-)
-"""The fields of a scene in a circle."""
+class NoisyTwin(Twin):
+    """Errs at random in each collision: by ``shift`` of the distance covered and of the speed.
+
+    Its errors are so small that they grow linearly to the end.
+    """
+
+    def __init__(self, scene: Scene, digits: int, shift: Number, seed: int) -> None:
+        self.shift, self.dice = shift, random.Random(seed)
+        super().__init__(scene, digits)
+
+    def collide(self, i: int, j: int) -> Number:
+        """Displace both bodies before they collide; a container that is fixed stays."""
+        for body in (self.balls[i], self.container if j == CONTAINER else self.balls[j]):
+            if body is not self.container or self.free:
+                speed = abs(body.u) + abs(body.v)
+                # The container's size, and speed times time: clocks are rounded too.
+                way = self.half_sides[0] + speed * self.now
+                body.turn(self.error(speed), self.error(speed), self.now)
+                body.x += self.error(way)
+                body.y += self.error(way)
+        return super().collide(i, j)
+
+    def error(self, whole: Number) -> Number:
+        """A random error in proportion to what it is an error of."""
+        return self.dice.gauss(0, 1) * self.shift * whole
+
+
+def growth(scene: Scene, collisions: int) -> Growth:
+    """The growth of errors over a scene's first collisions, of three noisy twins."""
+    digits = math.ceil(SPARE_DIGITS + DIGITS_PER_EVENT * collisions)
+    return Growth(
+        *np.maximum.reduce([_deviation(scene, collisions, digits, seed) for seed in range(3)])
+    )
+
+
+def _deviation(scene: Scene, collisions: int, digits: int, seed: int) -> NDArray[np.float64]:
+    """One noisy twin's deviation in time, impulse and place, over its errors; (3, *n*)."""
+    exact = Twin(scene, 2 * digits)
+    shift = exact.mathematics.mpf(10) ** -digits
+    noisy = NoisyTwin(scene, 2 * digits, shift, seed)
+    rows, alike = [], True
+    for own in islice(exact.collisions(), collisions):
+        other = next(noisy.collisions(), None) if alike else None
+        alike = other is not None and (other.i, other.j) == (own.i, own.j)
+        if other is None or not alike:
+            rows.append([math.inf] * 3)
+            continue
+        pairs = zip(exact.balls, noisy.balls, strict=True)
+        places = [(*mine.position(own.time), *yours.position(own.time)) for mine, yours in pairs]
+        apart = max(abs(x - p) + abs(y - q) for x, y, p, q in places)
+        errors = (abs(other.time - own.time), abs(other.impulse - own.impulse), apart)
+        rows.append([float(error / shift) for error in errors])
+    return np.array(rows).reshape(-1, 3).T
 
 
 def content(case: ReferenceScene) -> dict[str, Any]:
@@ -178,7 +236,7 @@ def content(case: ReferenceScene) -> dict[str, Any]:
         "scene": {
             name: value.tolist() if isinstance(value, np.ndarray) else value
             for name, value in vars(scene).items()
-            if name in REQUIRED
+            if isinstance(value, np.ndarray) or name.endswith("restitution")
         }
         | {
             "container_radius": scene.container.size[0] / 2,

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from snooker_cli.analysis.observables import losses, mean_and_error, total_energy
-from snooker_cli.engine import simulate
 from snooker_cli.figures import NEUTRAL, FigureData, Layer, Line, Points, Reference
 from snooker_cli.formatting import counted, short, with_error
 from snooker_cli.scene import EPSILON
@@ -56,7 +55,6 @@ class AccuracyStudy(Study):
 
     scenes, steps : followed event by event; the steps of time stepping for them, s
     ensembles, averaged_steps : averages over ``repeats`` starts and ``time`` (s); the steps, s
-    horizons : for these scenes and numbers of repeats, how far ahead they can be predicted
     """
 
     name = "error"
@@ -69,12 +67,11 @@ class AccuracyStudy(Study):
     averaged_steps: tuple[float, ...]
     time: float
     repeats: int
-    horizons: tuple[tuple[ReferenceScene, int], ...]
     quick: bool = False
 
     def results(self, report: Callable[[str], None]) -> Record:
-        """Measure scenes, ensembles and horizons."""
-        found: dict[str, list[Record]] = {"scenes": [], "ensembles": [], "horizons": []}
+        """Measure scenes and ensembles."""
+        found: dict[str, list[Record]] = {"scenes": [], "ensembles": []}
         for scene in self.scenes:
             report(scene.description)
             found["scenes"].append(against_truth(scene, all_methods(self.steps)))
@@ -82,14 +79,11 @@ class AccuracyStudy(Study):
             report(f"averages over {self.repeats} repeats, {scene.description}")
             methods = all_methods(self.averaged_steps)
             found["ensembles"].append(averages(scene, methods, self.time, self.repeats))
-        for scene, repeats in self.horizons:
-            report(f"how far ahead, {scene.description}")
-            found["horizons"].append(horizon(scene, repeats))
         return found
 
     @staticmethod
     def tables(record: Record) -> Iterator[str]:
-        """The methods on each scene, averages, and horizons."""
+        """The methods on each scene, and averages."""
         yield from header_lines(record)
         yield ""
         yield LEGEND
@@ -99,12 +93,6 @@ class AccuracyStudy(Study):
         for ensemble in record["ensembles"]:
             yield ""
             yield from _ensemble_lines(ensemble)
-        yield ""
-        yield (
-            "horizon: events before the first with other bodies than the exact one, beside "
-            "ln(1/ε)/λ, where one rounding has grown to 1"
-        )
-        yield from table(record["horizons"], HORIZON_CELLS, left=("scene", "event, each repeat"))
 
     @staticmethod
     def figures(record: Record) -> dict[str, FigureData]:
@@ -126,7 +114,6 @@ def full_study() -> AccuracyStudy:
         averaged_steps=(1e-2, 1e-3, 1e-4),
         time=1.0,
         repeats=128,
-        horizons=((report, 2), (SCENES["dilute"], 4)),
     )
 
 
@@ -141,7 +128,6 @@ def quick_study() -> AccuracyStudy:
         averaged_steps=(1e-2, 1e-3),
         time=2.0,
         repeats=4,
-        horizons=((ReferenceScene("seven", "seven balls", 50, partial(rings, number=1), 0.30), 1),),
         quick=True,
     )
 
@@ -213,6 +199,8 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
         "digits": truth.digits,
         "check_digits": truth.check_digits,
         "time": end,
+        "exponent": reference.exponent,
+        "horizon": reference.horizon,
         "checkpoints": checkpoints,
         "results": results,
     }
@@ -283,30 +271,6 @@ def quantities(course: Trajectory, time: float) -> dict[str, float]:
     return {"decay constant, 1/s": decay, **found}
 
 
-def horizon(reference: ReferenceScene, repeats: int) -> Record:
-    """How far ahead a scene can be predicted.
-
-    parted : in each repeat, the number of events before the engine has other bodies collide than
-        the exact twin
-    estimate : from the Lyapunov exponent; the engine is followed for a quarter more events
-    """
-    collisions = math.ceil(1.25 * reference.horizon)
-    parted = []
-    for repeat in range(repeats):
-        scene = reference.start(repeat)
-        events = simulate(scene, collisions=collisions).events
-        assert events is not None
-        parted.append(first_different(events, trajectory(scene, collisions).events))
-    return {
-        "name": reference.name,
-        "what": reference.description,
-        "exponent": reference.exponent,
-        "estimate": reference.horizon,
-        "median": statistics.median(parted),
-        "parted": parted,
-    }
-
-
 # The record as tables
 
 LEGEND = """\
@@ -315,13 +279,6 @@ m at n: error of position at the exact time of event n, root mean square over th
 true: events before the first with other bodies; events: how many until the same time
 overlap: the deepest of two bodies, or of a ball and the wall
 energy, momentum, angular: violation of the conservation law, relative"""
-
-HORIZON_CELLS: Cells = {
-    "scene": lambda one: str(one["name"]),
-    "event, each repeat": lambda one: ", ".join(map(str, one["parted"])),
-    "ln(1/ε)/λ": lambda one: f"{one['estimate']:.0f}",
-    "λ known, 1/event": lambda one: f"{one['exponent']:g}",
-}
 
 
 def _scene_lines(scene: Record) -> Iterator[str]:
@@ -409,8 +366,7 @@ def error_against_cost(record: Record, scene: Record) -> FigureData:
 
 def error_growth(record: Record, scene: Record) -> FigureData:
     """The error of position over the number of events."""
-    exponents = {each["name"]: each["exponent"] for each in record["horizons"]}
-    exponent = exponents.get(scene["name"])
+    exponent = scene["exponent"]
     events = np.array(scene["checkpoints"], dtype=np.float64)
     # Of many time steps, the longest and the shortest.
     shown = [one for _, found in _curves(scene) for one in found[:: max(1, len(found) - 1)]]
@@ -421,7 +377,7 @@ def error_growth(record: Record, scene: Record) -> FigureData:
     chaos = ""
     if exponent is not None:
         # From the rounding of a number near 1 to the distances of the balls.
-        x = np.linspace(1.0, min(float(events[-1]), math.log(1 / EPSILON) / exponent), 50)
+        x = np.linspace(1.0, min(float(events[-1]), scene["horizon"]), 50)
         label = f"one rounding, times exp({exponent:g} n)"
         layers.append(Line(x, EPSILON * np.exp(exponent * x), label, NEUTRAL, "dashed"))
         chaos = f"Chaos multiplies an error by exp({exponent:g}) an event. "

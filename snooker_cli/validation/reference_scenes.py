@@ -36,9 +36,9 @@ class ReferenceScene:
     exponent: float | None = None
 
     @property
-    def horizon(self) -> float:
+    def horizon(self) -> float | None:
         """Events until an error of one rounding is as large as its quantity, ln(1/ε)/λ."""
-        return math.log(1 / EPSILON) / self.exponent if self.exponent else math.inf
+        return math.log(1 / EPSILON) / self.exponent if self.exponent else None
 
 
 def rings(
@@ -91,15 +91,11 @@ SCENES = {
     for scene in (
         ReferenceScene("report", "the source report's scene, elastic", 500, rings, 0.041),
         ReferenceScene(
-            "report-cor-0.8",
-            "the source report's scene, cor 0.8",
-            500,
+            *("report-cor-0.8", "the source report's scene, cor 0.8", 500),
             partial(rings, restitution=0.8),
         ),
         ReferenceScene(
-            "dilute",
-            "the source report's balls with a radius of 0.1 m",
-            150,
+            *("dilute", "the source report's balls with a radius of 0.1 m", 150),
             partial(rings, radius=0.1),
             0.196,
         ),
@@ -107,9 +103,7 @@ SCENES = {
             "mixture", "unequal radii and masses, cor 0.9, container of 20 kg", 300, mixture
         ),
         ReferenceScene(
-            "light-container",
-            "seven balls of 1 kg, elastic, in a container of 5 kg",
-            300,
+            *("light-container", "seven balls of 1 kg, elastic, in a container of 5 kg", 300),
             partial(rings, number=1, container_mass=5.0),
         ),
     )

@@ -1,7 +1,6 @@
 """The other methods to simulate, and what separates their trajectories from the exact one."""
 
 import math
-from dataclasses import replace
 
 import make_reference
 import numpy as np
@@ -127,11 +126,3 @@ def test_overlap_and_escape():
     assert deepest_overlap(scene, states(2.5, -2.0), 0.4 * flight) == pytest.approx(0.3)
     assert deepest_overlap(scene, states(2.5, -2.0), 3.0 * flight) == pytest.approx(2.0)
     assert deepest_overlap(scene, states(2.5, 2.0), 3.0 * flight) == 0.0
-
-
-def test_first_different():
-    events = by_engine(seven(), np.array([1.0])).events
-    assert first_different(events, events) == len(events)
-    changed = replace(events, i=events.i.copy())
-    changed.i[7] += 1
-    assert first_different(changed, events) == 7

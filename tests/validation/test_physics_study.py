@@ -17,8 +17,6 @@ from snooker_cli.theory.equation_of_state import PUBLISHED_RATIOS
 from snooker_cli.validation import physics_measurements as measurements
 from snooker_cli.validation.physics_measurements import GasSample, known_value
 from snooker_cli.validation.physics_study import (
-    SIMULATED,
-    full_study,
     quick_study,
     values,
     verdict,
@@ -92,15 +90,6 @@ def test_every_quick_row_agrees(record: Record) -> None:
         assert row["source"] == measurements.BETA or re.search(
             r"[A-Z]\w+.* (19|20)\d\d|Enskog", row["source"]
         )
-
-
-def test_the_full_study_has_all_that_was_asked_for() -> None:
-    plan = full_study()
-    assert len({gas.packing for gas in plan.fluids}) >= 6
-    assert set(SIMULATED) <= {gas.packing for gas in plan.fluids}
-    assert len(SIMULATED) == 4
-    assert {0.8, 0.9} < {gas.cor for gas in plan.cooling}
-    assert all(gas.settling > 0 for gas in (*plan.fluids, *plan.cooling, *plan.speeds))
 
 
 # Expected values

@@ -47,12 +47,6 @@ def test_both_engines_are_timed_around_the_number_that_chooses() -> None:
         assert few < max(pairs) or few == simulation.MOST
 
 
-def test_repeats_are_long_enough_for_balls_to_be_sorted_in_one() -> None:
-    few, many = SpeedCase(1000, 0.4), SpeedCase(1_000_000, 0.4)
-    assert FULL_STUDY.events_of(few) == 200_000
-    assert 5 * FULL_STUDY.events_of(many) >= many.balls * simulation.REORDER_AFTER
-
-
 def test_rates_are_of_the_time_between_looks(monkeypatch: pytest.MonkeyPatch) -> None:
     """A chunk has 16,384 collisions here; by this clock, each but the first takes 0.16384 s."""
     clock = iter(9.0 + 0.16384 * np.arange(10))
