@@ -58,7 +58,6 @@ class AccuracyStudy(Study):
     """
 
     name = "error"
-    title = "error against cost"
     libraries = ("numpy", "numba", "mpmath")
 
     scenes: tuple[ReferenceScene, ...]
@@ -155,7 +154,7 @@ def conservation_errors(course: Trajectory) -> Record:
 def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Record:
     """The methods on one scene, beside the exact twin.
 
-    The record of a method has ``seconds`` (processor time, the median of ``runs``), ``collisions``
+    The record of a method has ``seconds`` (processor time, the median), ``collisions``
     until the end of the scene, events before the ``first_different`` one, and ``place_errors``: m,
     root mean square over the balls, at the exact times of the checkpoints.
     """
@@ -181,7 +180,6 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
                 "method": method.name,
                 "step": method.step,
                 "seconds": median,
-                "runs": len(seconds),
                 "events_per_second": collisions / median,
                 "collisions": len(course.events),
                 "first_different": min(first_different(course.events, truth.events), collisions),
@@ -197,8 +195,6 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
         "collisions": collisions,
         "certain": min(truth.certain, collisions),
         "digits": truth.digits,
-        "check_digits": truth.check_digits,
-        "time": end,
         "exponent": reference.exponent,
         "horizon": reference.horizon,
         "checkpoints": checkpoints,

@@ -226,7 +226,6 @@ class ExactTrajectory:
         ``check_digits`` instead of ``digits``
     """
 
-    scene: Scene
     events: Events
     states: NDArray[np.float64]
     certain: int
@@ -263,7 +262,7 @@ def _with_digits(scene: Scene, collisions: int, digits: int) -> ExactTrajectory:
             break
         certain += 1
     events = events_from_rows(rows)
-    return ExactTrajectory(scene, events, states, certain, digits, check_digits)
+    return ExactTrajectory(events, states, certain, digits, check_digits)
 
 
 def _run(

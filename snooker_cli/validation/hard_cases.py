@@ -45,9 +45,8 @@ INVARIANTS = {
 }
 """The checks that most cases have, and their headings."""
 
-COLLISIONS, TIME = StopReason.COLLISIONS, StopReason.TIME
+COLLISIONS, TIME, COLLAPSE = StopReason.COLLISIONS, StopReason.TIME, StopReason.COLLAPSE
 NOTHING_LEFT, WALL_TRAP = StopReason.NOTHING_LEFT, StopReason.WALL_TRAP
-COLLAPSE = StopReason.COLLAPSE
 
 
 @dataclass(frozen=True)
@@ -110,8 +109,7 @@ class HardCaseStudy(Study):
     """Cases, and the folder of their configs."""
 
     name = "hard"
-    title = "hard cases"
-    libraries = ("numpy", "numba")
+    libraries = ("numpy", "numba", "mpmath")
 
     cases: tuple[HardCase, ...]
     folder: Path = FOLDER
@@ -141,10 +139,7 @@ class HardCaseStudy(Study):
         for case in self.cases:
             report(f"{case.name} ...")
             found.append(verdict(case, self.folder))
-        left_out = [
-            one.name for one in CASES.values() if one.by_name_only and one not in self.cases
-        ]
-        return {"cases": found, "left_out": left_out}
+        return {"cases": found}
 
     @staticmethod
     def passed(record: Record) -> bool:
@@ -153,28 +148,18 @@ class HardCaseStudy(Study):
 
     @staticmethod
     def tables(record: Record) -> Iterator[str]:
-        """The cases, their worst errors, facts and faults."""
+        """The cases, their worst errors and faults."""
         cases = record["cases"]
         why: Cells = {"case": lambda case: case["name"], "why it is hard": lambda case: case["why"]}
         yield from table(cases, why, left=why)
         yield from ("", LEGEND, "")
         yield from table(cases, VERDICT_CELLS, left=("case", "ended", "verdict"))
         yield ""
-        facts = [
-            {"case": case["name"], "fact": fact} | each
-            for case in cases
-            for fact, each in _facts(case).items()
-        ]
-        yield from table(facts, FACT_CELLS, left=("case", "fact"))
-        yield ""
         yield from (f"{case['name']}, {fault}" for case in cases for fault in case["faults"])
         failed = sum(not case["holds"] for case in cases)
         runs = counted(sum(case["runs"] for case in cases), "run")
         verdict = f"{counted(failed, 'case')} failed" if failed else "all hold"
         yield f"{counted(len(cases), 'case')}, {runs}: {verdict}"
-        if record["left_out"]:
-            names_left = " ".join(record["left_out"])
-            yield f"left out, because it takes minutes: snooker bench hard {names_left}"
 
 
 # What is measured
@@ -297,11 +282,4 @@ VERDICT_CELLS: Cells = {
         f"{sum(each['holds'] for each in _facts(case).values())} of {len(_facts(case))}"
     ),
     "verdict": lambda case: "holds" if case["holds"] else "fails",
-}
-
-FACT_CELLS: Cells = {
-    "case": lambda row: str(row["case"]),
-    "fact": lambda row: str(row["fact"]),
-    "worst error": lambda row: _text(row["error"]),
-    "bound": lambda row: _text(row["bound"]),
 }

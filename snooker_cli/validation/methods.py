@@ -65,14 +65,13 @@ class Method(NamedTuple):
 
 def all_methods(steps: Sequence[float]) -> tuple[Method, ...]:
     """All of them; time stepping once for each step, s."""
-    stepping = (
-        Method(f"time steps of {short(step)} s", step, partial(by_steps, step=step))
-        for step in steps
-    )
     return (
         Method("snooker", None, by_engine),
         Method("the source report's algorithm", None, by_source_report),
-        *stepping,
+        *(
+            Method(f"time steps of {short(one)} s", one, partial(by_steps, step=one))
+            for one in steps
+        ),
     )
 
 
@@ -110,12 +109,11 @@ def imbalance(start: Scene, finish: Scene, lost: float) -> dict[str, float]:
     }
 
 
-def deepest_overlap(scene: Scene, states: States, flights: Floats | None = None) -> float:
+def deepest_overlap(scene: Scene, states: States, flights: Floats) -> float:
     """The deepest overlap of two balls, m, at the states and during free flight from them.
 
-    flights : (*t*,) s, the time of free flight after each state; none by default
+    flights : (*t*,) s, the time of free flight after each state
     """
-    flights = np.zeros(len(states.time)) if flights is None else flights
     i, j = np.triu_indices(scene.number, 1)
     contact = scene.radii[i] + scene.radii[j]
     deepest = 0.0
@@ -155,7 +153,7 @@ def by_engine(scene: Scene, moments: Floats) -> Trajectory:
 
 def _overlap(scene: Scene, states: States) -> float:
     """The deepest overlap of any two bodies, m."""
-    return max(deepest_overlap(scene, states), farthest_escape(scene, states))
+    return max(deepest_overlap(scene, states, 0 * states.time), farthest_escape(scene, states))
 
 
 def by_source_report(scene: Scene, moments: Floats) -> Trajectory:

@@ -115,7 +115,6 @@ def known_value(
     expected_error: float = 0.0,
     known: float = 0.0,
     systematic: float = 0.0,
-    reason: str = "",
 ) -> Record:
     """The row of the mean of a quantity over seeds beside an expected value.
 
@@ -123,8 +122,7 @@ def known_value(
     source : of the expected value, author and year
     expected_error : standard error of the expected value, as far as it is known
     known : what a finite number of balls adds to the expected value, by theory
-    systematic : how far the expected value may be off for another reason, by bound or estimate
-    reason : this reason
+    systematic : how far the expected value may be off otherwise, by bound or estimate
     """
     mean, error = measured
     difference, both_errors = mean - expected, math.hypot(error, expected_error)
@@ -142,7 +140,6 @@ def known_value(
         "source": source,
         "known": known,
         "systematic": systematic,
-        "reason": reason,
         "difference": difference,
         "both_errors": both_errors,
         "left_in_errors": left / both_errors,
@@ -238,16 +235,11 @@ def haff_rows(gas: GasSample, dilute: bool) -> Iterator[Record]:
     contact = theory.contact_value(gas.packing)
     fewer = 1 - missing(gas.packing, gas.balls) / (2 * gas.packing * contact)
     systematic = SONINE_RATE + gas.packing
-    reason = (
-        f"a3 and beyond, {SONINE_RATE:g} of it, and correlated collisions, which Enskog leaves "
-        "out: a part of the order of the packing"
-    )
     haff = "Haff 1983, Enskog, a2 after van Noije & Ernst 1998"
     yield known_value(
         *(HAFF, "Haff's rate, 1/s", gas, slope, alpha, haff),
         known=alpha * (fewer * mean_cube(gas.free) - 1),
         systematic=systematic * alpha,
-        reason=reason,
     )
     if not dilute:
         return
@@ -255,12 +247,10 @@ def haff_rows(gas: GasSample, dilute: bool) -> Iterator[Record]:
     yield known_value(
         *(HAFF, quantity, gas, even, 1.0, "Haff 1983"),
         systematic=systematic,
-        reason=reason,
     )
     yield known_value(
         *(SHAPE, "a2", gas, a2, theory.sonine_coefficient(gas.cor), SONINE),
         systematic=SONINE_ERROR,
-        reason="linear in a2 and without a3",
     )
 
 

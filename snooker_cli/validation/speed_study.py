@@ -10,7 +10,6 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from snooker_cli import store
 from snooker_cli.config import parse
@@ -84,7 +83,6 @@ class SpeedStudy(Study):
     """
 
     name = "speed"
-    title = "speed"
     libraries = ("numpy", "numba", "h5py")
 
     cases: tuple[SpeedCase, ...] = (*LIKE_THE_SOURCE_REPORT, *MANY, *BOTH_ENGINES)
@@ -150,15 +148,10 @@ class SpeedStudy(Study):
         yield from table(record["cases"], CELLS, left=("container", "engine"))
         yield ""
         stored, used = record["recording"], record["memory"]
-        low, high = stored["spread"]
-        costs = (
-            f"{stored['seconds']:+.0%} time ({low:+.0%} to {high:+.0%}), "
-            f"{stored['processor_seconds']:+.0%} processor time"
-        )
+        low, cost, high = (f"{100 * stored[key]:+.0f} %" for key in ("lowest", "median", "highest"))
         yield (
             f"storing every collision instead of a summary, {stored['balls']} balls, "
-            f"{stored['collisions']:,} collisions: "
-            f"{costs.replace('-', '−').replace('%', ' %')}, "
+            f"{stored['collisions']:,} collisions: {cost} time ({low} to {high}), "
             f"{stored['bytes_an_event']:.1f} bytes a collision"
         )
         if used["bytes_a_ball"] is not None:
@@ -184,8 +177,8 @@ QUICK_STUDY = SpeedStudy(
 def recording(case: SpeedCase, collisions: int, repeats: int) -> Record:
     """What it costs to store every collision: whole runs with events beside runs with summaries.
 
-    ``seconds`` and ``processor_seconds`` are medians of the ratio less one, in pairs of runs;
-    ``spread`` has the lowest and the highest of the first. The file has ``bytes_an_event``.
+    Median, lowest and highest are of the ratio of times less one, in pairs of runs. The file has
+    ``bytes_an_event``.
     """
     scene = case.scene()
     with tempfile.TemporaryDirectory() as folder:
@@ -197,27 +190,26 @@ def recording(case: SpeedCase, collisions: int, repeats: int) -> Record:
             of_summary = _stored(scene, collisions, True, path)
             costs.append(_stored(scene, collisions, False, path) / of_summary - 1)
         size = path.stat().st_size
-    wall, processor = np.array(costs).T
     return {
         "balls": case.balls,
         "packing": case.packing,
         "collisions": collisions,
         "repeats": repeats,
-        "seconds": statistics.median(wall),
-        "processor_seconds": statistics.median(processor),
-        "spread": (min(wall), max(wall)),
+        "median": statistics.median(costs),
+        "lowest": min(costs),
+        "highest": max(costs),
         "bytes_an_event": size / collisions,
     }
 
 
-def _stored(scene: Scene, collisions: int, summary: bool, path: Path) -> NDArray[np.float64]:
-    """Seconds, and processor seconds of all threads, of a run with its file."""
+def _stored(scene: Scene, collisions: int, summary: bool, path: Path) -> float:
+    """Seconds of a run with its file."""
     provenance = store.Provenance("{}", "", "{}", 0, 0, ENGINE_VERSION, "{}", "", "", "", 0.0)
-    began = np.array([time.perf_counter(), time.process_time()])
+    began = time.perf_counter()
     with store.Recorder(path, scene) as recorder:
         trace = simulate(scene, collisions=collisions, summary=summary, sink=recorder.add)
         recorder.finish(trace, provenance)
-    return np.asarray(np.array([time.perf_counter(), time.process_time()]) - began)
+    return time.perf_counter() - began
 
 
 def memory(case: SpeedCase) -> float | None:

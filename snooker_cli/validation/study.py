@@ -24,20 +24,16 @@ Record = dict[str, Any]
 Cells = Mapping[str, Callable[[Record], str]]
 """The columns of a table: headings, and how a row of the record gives their text."""
 
-PROCESSORS = Path("/proc/cpuinfo")
-
 
 class Study(ABC):
     """A measurement of the program itself. An instance is the plan of one measurement.
 
     name : of the command and of the files
-    title : says in the record what was measured
     libraries : their versions are in the record
     quick : whether the plan is too small to be quoted
     """
 
     name: ClassVar[str]
-    title: ClassVar[str]
     libraries: ClassVar[tuple[str, ...]]
     quick: bool = False
 
@@ -66,7 +62,7 @@ class Study(ABC):
         results = self.results(report)
         record: Record = plain(
             {
-                "measurement": self.title,
+                "measurement": self.name,
                 "snooker": __version__,
                 "engine_version": ENGINE_VERSION,
                 "date": began.isoformat(timespec="seconds"),
@@ -136,8 +132,9 @@ def small(value: float | None) -> str:
 
 def _processor() -> str:
     """The name of the processor, or at least its type."""
-    if PROCESSORS.exists():
-        for line in PROCESSORS.read_text(encoding="utf-8").splitlines():
+    found = Path("/proc/cpuinfo")
+    if found.exists():
+        for line in found.read_text(encoding="utf-8").splitlines():
             if line.startswith("model name"):
                 return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()

@@ -261,9 +261,6 @@ def test_the_billion_is_held_to_a_random_walk() -> None:
     assert failing(replace(found, summary=summary)) == set()
     (fault,) = judged(case, replace(found, summary=summary))[1]
     assert fault.startswith("drift of energy, of a ball's: ")
-    finish = replace(found.finish, velocities=found.finish.velocities * (1 + 1e-11))
-    (fault,) = judged(case, replace(found, finish=finish))[1]
-    assert fault.startswith("drift of angular momentum, of a ball's: ")
 
 
 # --- the study ------------------------------------------------------------------------------
@@ -281,7 +278,6 @@ def test_a_record_has_the_faults() -> None:
     assert (first["events"], first["runs"]) == (6, 6)
     assert first["endings"] == [{"reason": "time", "runs": 6}]
     assert second["faults"][0].startswith("allpairs, cor=0.5: ")
-    assert found["left_out"] == ["billion"]
     faults = [line for line in HardCaseStudy.tables(found) if line.startswith("newton-row, ")]
     assert len(faults) == len(second["faults"])
 

@@ -117,12 +117,16 @@ def test_overlap_and_escape():
         position, velocity = (np.array([[[0.0, 0.0], [v, 0.0]]]) for v in (x, speed))
         return States(np.zeros(1), position, velocity, np.array([[centre, 0.0]]), zero)
 
-    assert deepest_overlap(scene, states(2.5)) == farthest_escape(scene, states(2.5)) == 0.0
-    assert deepest_overlap(scene, states(1.9)) == pytest.approx(0.1)
+    flight = np.ones(1)
+    assert (
+        deepest_overlap(scene, states(2.5), 0 * flight)
+        == farthest_escape(scene, states(2.5))
+        == 0.0
+    )
+    assert deepest_overlap(scene, states(1.9), 0 * flight) == pytest.approx(0.1)
     assert farthest_escape(scene, states(3.3)) == pytest.approx(0.3)
     assert farthest_escape(scene, states(3.3, centre=0.2)) == pytest.approx(0.1)
     # In free flight: the ball approaches at 2 m/s, or passes through the other.
-    flight = np.ones(1)
     assert deepest_overlap(scene, states(2.5, -2.0), 0.4 * flight) == pytest.approx(0.3)
     assert deepest_overlap(scene, states(2.5, -2.0), 3.0 * flight) == pytest.approx(2.0)
     assert deepest_overlap(scene, states(2.5, 2.0), 3.0 * flight) == 0.0
