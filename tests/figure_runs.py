@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ import repeating
 
 from snooker_cli import containers, theory
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Band, FigureData, Layer, Selection
+from snooker_cli.figures import FIGURES, Band, FigureData, Selection
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
 
@@ -62,8 +62,6 @@ cor: 0.9
 collisions: 60
 """
 
-Kept = TypeVar("Kept", bound=Layer)
-
 
 def made(directory: Path, *overrides: str, text: str = BASE) -> Run:
     """A finished run of a config."""
@@ -76,7 +74,7 @@ def traces(run: Run, index: int) -> list[Trace]:
     return list(run.traces(run.points[index]))
 
 
-def layers(figure: FigureData, layer_type: type[Kept]) -> list[Kept]:
+def layers(figure: FigureData, layer_type: type[Any]) -> list[Any]:
     return [layer for layer in figure.layers if isinstance(layer, layer_type)]
 
 

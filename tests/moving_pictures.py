@@ -95,9 +95,8 @@ def content(text: str) -> dict[str, Any]:
 def slack(trace: Trace) -> float:
     """Largest difference between places from the same motion with other rounding, m.
 
-    Each collision rounds the coordinates of two bodies twice, by half an epsilon of their size: the
-    container's size plus, without wrapping, the distance travelled. No ball is faster than the
-    lightest one with all the energy.
+    Each collision rounds the coordinates of two bodies twice, by half an epsilon of the container's
+    size plus the distance travelled. No ball is faster than the lightest one with all the energy.
     """
     assert trace.events is not None
     fastest = math.sqrt(2 * trace.start.kinetic_energy / float(np.min(trace.start.masses)))

@@ -36,22 +36,18 @@ from snooker_cli.trace import CONTAINER, StopReason, Trace
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_energy_and_pressure_are_those_of_the_observables(
-    name: str, films: dict[str, Film]
-) -> None:
+def test_what_is_shown_is_in_the_trace(name: str, films: dict[str, Film]) -> None:
     made = films[name]
     found = series(made.trace)
     np.testing.assert_allclose(made.kinetic_energy, found.kinetic_energy, rtol=1e-13)
+    path = replay(made.trace, made.knots).container_positions
+    np.testing.assert_allclose(container_path(made), path, atol=1e-12)
     time, pressure = cumulative_pressure(made.trace, found)
     np.testing.assert_allclose(made.pressure(time), pressure, rtol=1e-12, atol=1e-12)
     scene = made.trace.start
     first = scene.kinetic_energy / scene.container.area if not scene.container.has_wall else 0.0
     assert made.pressure(np.zeros(1)) == pytest.approx(first, rel=1e-12)
-
-
-@pytest.mark.parametrize("name", SHAPES)
-def test_contacts_are_on_both_bodies(name: str, films: dict[str, Film]) -> None:
-    made, scene = films[name], films[name].trace.start
+    # Contacts are on both bodies.
     states = replay(made.trace, made.time)
     row = np.arange(len(made))
     to_ball = made.contacts - states.positions[row, made.i]
@@ -158,21 +154,12 @@ def test_a_film_without_collisions_and_one_that_ended_early(shown: dict[str, Tra
     assert film(trace, "").ending == ""
 
 
-@pytest.mark.parametrize("name", SHAPES)
-def test_the_containers_path_is_that_of_the_trace(name: str, films: dict[str, Film]) -> None:
-    made = films[name]
-    times = np.concatenate([[0.0], made.time, [made.end]])
-    states = replay(made.trace, times)
-    np.testing.assert_allclose(container_path(made), states.container_positions, atol=1e-12)
-
-
-def test_the_view_contains_the_container_and_can_enlarge_its_motion(
-    shown: dict[str, Trace], films: dict[str, Film]
-) -> None:
+def test_the_view_and_its_colours(films: dict[str, Film]) -> None:
     width = films["fixed"].trace.start.container.size[0]
     resting = view(films["fixed"], magnify=3.0)
-    assert (resting.follow, resting.farthest) == (False, 0.0)
-    assert resting.magnifications == (1.0, 3.0)
+    assert (resting.follow, resting.farthest, resting.magnifications) == (False, 0.0, (1.0, 3.0))
+    colours = [to_hex(colormaps["plasma"](x)) for x in np.linspace(0, 0.9, len(SPEED_COLOURS))]
+    assert list(SPEED_COLOURS) == colours
     np.testing.assert_allclose(np.abs(resting.extent), 0.53 * width)
     heavy = replace(gas("circle", 37, 0.3), container_mass=1e6)
     moving = view(film(simulate(heavy, collisions=100), ""))
@@ -251,8 +238,3 @@ def test_an_mp4_is_written_by_ffmpeg(films: dict[str, Film], tmp_path: Path) -> 
     path = tmp_path / "film.mp4"
     assert save_movie(films["free"], path, pace="time", seconds=0.4, rate=20, magnify=5.0) == 8
     assert path.read_bytes()[4:8] == b"ftyp"
-
-
-def test_the_colours_are_even_steps_of_plasma() -> None:
-    wanted = [to_hex(colormaps["plasma"](x)) for x in np.linspace(0, 0.9, len(SPEED_COLOURS))]
-    assert list(SPEED_COLOURS) == wanted

@@ -33,6 +33,9 @@ def test_figures_describe_the_shape_that_is_there(
     sweeps = {"pressure-temperature", "pressure-area", "pressure-number", "temperature-ratio"}
     assert set(missing) == {"central-distances", "momentum-x", "momentum-y"} | sweeps
     assert "only the wall of a circle is at one distance" in missing["central-distances"]
+    why = "take momentum" if shape == "box" else "is zero at the start"
+    assert why in missing["momentum-x"]
+    assert why in missing["momentum-y"]
     for name, figure in figures.items():
         labels = [str(getattr(layer, "label", "")) for layer in figure.layers]
         words = " ".join([figure.title, figure.caption, *labels])
