@@ -27,10 +27,7 @@ repeats: 3
 ELASTIC = ("cor=1", "record=summary", "container.mass=.inf")
 
 DECAYING = ("cor=0.8,0.9,1.0",)
-"""Nineteen balls at three CoR, every collision recorded."""
-
 WARM = (*ELASTIC, "balls.radius=0.2,1.0", "balls.speed=5,10,20")
-"""Elastic balls of two sizes at three speeds in a fixed wall, recorded as summaries."""
 
 BOX = """\
 container: {shape: box, width: 20, height: 14}

@@ -20,15 +20,8 @@ from scenes import gas
 
 from snooker_cli.analysis.observables import cumulative_pressure
 from snooker_cli.animation import Film, film, page
-from snooker_cli.animation.frames import (
-    FLASH,
-    MOST_FLASHES,
-    SPEED_COLOURS,
-    container_path,
-    frames,
-    view,
-)
-from snooker_cli.animation.movie import save_movie
+from snooker_cli.animation.frames import FLASH, MOST_FLASHES, container_path, frames, view
+from snooker_cli.animation.movie import SPEED_COLOURS, save_movie
 from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.errors import FigureError, UserError

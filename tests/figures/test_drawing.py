@@ -8,8 +8,6 @@ import os
 import pickle
 import subprocess
 import sys
-import warnings
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,20 +18,12 @@ from figure_runs import ELASTIC, made
 from matplotlib.axis import Axis
 from matplotlib.text import Text
 
-from snooker_cli.figures import (
-    FIGURES,
-    Band,
-    FigureData,
-    Histogram,
-    Line,
-    Note,
-    Points,
-    Reference,
-    Selection,
-)
+from snooker_cli.figures import FIGURES, Band, FigureData, Histogram, Line, Note, Points, Reference
 from snooker_cli.figures.drawing import draw, save, styled
+from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
 
+pytestmark = pytest.mark.filterwarnings("error")
 X = np.array([0.1, 0.2, 0.3])
 
 
@@ -82,17 +72,6 @@ def figures(
 def saved(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """The files of every type of layer: SVG, PNG and JSON."""
     return save(EVERYTHING, tmp_path_factory.mktemp("saved") / "a.b")
-
-
-@pytest.fixture(autouse=True)
-def warnings_are_errors() -> Iterator[None]:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        yield
-
-
-def data_of(line: Any) -> list[list[float]]:
-    return [[float(each) for each in line.get_xdata()], [float(each) for each in line.get_ydata()]]
 
 
 def plain_text(text: Any) -> str:
@@ -144,7 +123,7 @@ def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
     assert types == "band-line-line-points-points-histogram-reference-reference-note"
     _, line, steps, points, _, histogram, vertical, horizontal, _ = content["layers"]
     (axes,) = draw(EVERYTHING).axes
-    drawn = [data_of(each) for each in axes.lines]
+    drawn = [np.array(each.get_data()).tolist() for each in axes.lines]
     for layer in (line, steps, points):
         assert [layer["x"], layer["y"]] in drawn
     assert points["y_error"] == [0.1, None, 0.3]
