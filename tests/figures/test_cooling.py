@@ -96,7 +96,6 @@ def test_repeats_trapped_before_the_pressure_is_fitted_leave_no_band(tmp_path: P
     run = made(tmp_path / "run", "cor=0.9", "wall_cor=0.3", "repeats=8")
     rows = [len(curve(trace, "pressure").time) for trace in traces(run, 0)]
     assert 0 in rows
-    assert max(rows) > 10
     assert layers(shown(run, "pressure-fit", repeat=rows.index(max(rows))), Band) == []
 
 
