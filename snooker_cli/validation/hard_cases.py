@@ -162,9 +162,6 @@ class HardCaseStudy(Study):
         yield f"{counted(len(cases), 'case')}, {runs}: {verdict}"
 
 
-# What is measured
-
-
 def verdict(case: HardCase, folder: Path) -> Record:
     """Each point of a case's config with each engine that supports its container.
 
@@ -243,8 +240,6 @@ def judged(
         faults.append("it ended without a message")
     return found, faults
 
-
-# The record as tables
 
 LEGEND = """\
 events: of all runs of a case: each point with each engine that supports its container

@@ -1,6 +1,5 @@
 """The exact twin against closed forms and its own digits."""
 
-import itertools
 import math
 from dataclasses import replace
 from fractions import Fraction
@@ -111,12 +110,3 @@ def test_the_growth_of_errors_is_the_difference_of_two_runs():
     # one error of two bodies at the start; the exponential growth is far more.
     assert grown[-1] / 1e4 < found < grown[-1]
     assert grown[-1] > 100 * grown[0]
-
-
-def test_no_growth_is_told_where_errors_decide_who_is_first():
-    """Two pairs collide head-on at once, and then four balls hit the wall at once."""
-    corners = itertools.product((-2.0, 2.0), (-3.0, 3.0))
-    balls = [(x, y, -math.copysign(1.0, x), 0.0, 0.5, 1.0) for x, y in corners]
-    grown = growth(scene_of(balls), 6)
-    assert np.isfinite(grown.time[:2]).all()
-    assert math.isinf(grown.time[5])

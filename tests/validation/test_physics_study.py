@@ -44,13 +44,6 @@ def a_row(measured: float = 1.03, error: float = 0.01, **changes: float) -> Reco
     return known_value("group", "quantity", gas, (measured, error), 1.0, "somebody", **changes)
 
 
-def test_differences_are_in_standard_errors_of_both() -> None:
-    row = a_row(error=0.003, expected_error=0.004, known=0.01)
-    assert row["both_errors"] == pytest.approx(0.005)
-    assert row["difference"] == pytest.approx(0.03)
-    assert row["left_in_errors"] == pytest.approx(4.0)
-
-
 @pytest.mark.parametrize(
     ("changes", "agrees"),
     [
