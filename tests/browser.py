@@ -98,7 +98,7 @@ class Browser:
         while b"\0" not in self.unread:
             ready, _, _ = select.select([self.back], [], [], PATIENCE)
             part = os.read(self.back, 1 << 20) if ready else b""
-            assert part, "the browser says nothing more"
+            assert part, "the browser sends nothing more"
             self.unread += part
         line, _, self.unread = self.unread.partition(b"\0")
         message: dict[str, Any] = json.loads(line)

@@ -125,7 +125,7 @@ def film(
         last -= left_out
         end = float(events.time[last - 1])
     time, i, j = events.time[first:last], events.i[first:last], events.j[first:last]
-    # Later events are not needed, except the next one: it says how a ball bounces until it slides.
+    # Later events are not needed, except the next one: a ball may bounce until it slides there.
     trace = replace(trace, events=events[: last + 1 if scene.slides else last])
     opening = replay(trace, [since])
     after, contacts, energy = _at_collisions(trace, time, i, j)

@@ -151,7 +151,7 @@ def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
     assert of_theory.y[0] == pytest.approx(2 * alpha, rel=1e-12)
     floor = np.mean([floor_of(trace) for trace in traces(decaying, 0)])
     assert record["floor"] == pytest.approx(floor, rel=1e-12)
-    # The rate is the slope of the logarithm of the energy that the law says.
+    # The rate is the slope of the logarithm of the law.
     time, step = floored.x[100], 1e-5
 
     def logarithm(at: float) -> float:

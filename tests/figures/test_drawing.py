@@ -88,14 +88,14 @@ def tick_labels(axis: Axis) -> list[Text]:
 
 @pytest.mark.parametrize("name", [*FIGURES, "everything"])
 def test_every_figure_is_drawn_legibly(name: str, figures: dict[str, FigureData]) -> None:
-    picture = figures[name]
+    shown = figures[name]
     with styled():
-        figure = draw(picture)
+        figure = draw(shown)
         figure.canvas.draw()
         (axes,) = figure.axes
         ticks = [tick_labels(axis) for axis in (axes.xaxis, axes.yaxis)]
         in_legends = [text for legend in figure.legends for text in legend.get_texts()]
-        titles = [text for text in axes.findobj(Text) if plain_text(text) == picture.title]
+        titles = [text for text in axes.findobj(Text) if plain_text(text) == shown.title]
         words = [*titles, axes.xaxis.label, axes.yaxis.label, *axes.texts, *in_legends]
         for text in [*words, *ticks[0], *ticks[1]]:
             box = text.get_window_extent()
@@ -107,11 +107,11 @@ def test_every_figure_is_drawn_legibly(name: str, figures: dict[str, FigureData]
             assert len(labels) >= 2
             boxes = [label.get_window_extent() for label in labels]
             assert not any(one.overlaps(two) for one, two in itertools.combinations(boxes, 2))
-    said = {plain_text(text) for text in words}
-    assert {picture.title, picture.x_label, picture.y_label} <= said
-    for layer in picture.layers:
+    drawn = {plain_text(text) for text in words}
+    assert {shown.title, shown.x_label, shown.y_label} <= drawn
+    for layer in shown.layers:
         label = getattr(layer, "label", None)
-        assert label is None or label in said
+        assert label is None or label in drawn
 
 
 def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
@@ -141,7 +141,7 @@ import snooker_cli.figures
 assert "matplotlib" not in sys.modules
 from snooker_cli.figures.drawing import save
 assert "matplotlib.pyplot" not in sys.modules
-save(pickle.loads(Path("picture").read_bytes()), Path("third"))
+save(pickle.loads(Path("shown").read_bytes()), Path("third"))
 """
 
 
@@ -156,7 +156,7 @@ def test_the_same_bytes_every_time(saved: list[Path], tmp_path: Path) -> None:
     assert dict(matplotlib.rcParams) == before
     # A user's settings must not show, nor the seed of Python's hashes in another process.
     (tmp_path / "matplotlibrc").write_text("lines.linewidth: 9\nfont.size: 30\n")
-    (tmp_path / "picture").write_bytes(pickle.dumps(EVERYTHING))
+    (tmp_path / "shown").write_bytes(pickle.dumps(EVERYTHING))
     subprocess.run(
         [sys.executable, "-c", ELSEWHERE],
         cwd=tmp_path,
