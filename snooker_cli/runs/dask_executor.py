@@ -190,11 +190,10 @@ class DaskExecutor(Executor):
                 ) from None
             self._exits = exits.pop_all()
         super().__init__(self._client.get_executor(pure=False), at_once or AT_ONCE, cancelled)
+        self._exits.callback(self._pool.shutdown, wait=False)
 
     def __exit__(self, *_error: object) -> None:
         with suppress(Exception):  # of a scheduler that is gone
-            self._pool.shutdown(wait=False)
-        with suppress(Exception):
             self._exits.close()
 
     def simulate(

@@ -14,7 +14,6 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, Self, TypeVar
 
-from snooker_cli.config import Point
 from snooker_cli.runs.folder import record_failures
 from snooker_cli.runs.plan import alike, first_scene
 from snooker_cli.runs.repeat import Begun, RepeatResult, cached, compile_for, simulate_repeat
@@ -119,7 +118,8 @@ class ThreadExecutor(Executor):
     ) -> Iterator[RepeatResult | None]:
         clock = time.perf_counter()
         points = [run.points[point] for point in sorted({point for point, _ in missing})]
-        for _ in self.each(lambda _: _compile_all(run, points), ["all"]):
+        scenes = [same[0].experiment for same in alike(points).values()]
+        for _ in self.each(lambda each: compile_for(first_scene(each, 0), run.engine), scenes):
             pass
         if not self._cancelled.is_set():
             watcher.simulating(time.perf_counter() - clock)
@@ -129,12 +129,6 @@ class ThreadExecutor(Executor):
 
     def _stored(self) -> Set[Any]:
         return self._begun.stop()
-
-
-def _compile_all(run: Run, points: Sequence[Point]) -> None:
-    """Compile what simulating these points needs."""
-    for same in alike(points).values():
-        compile_for(first_scene(same[0].experiment, 0), run.engine)
 
 
 def execute(

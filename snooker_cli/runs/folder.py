@@ -80,10 +80,6 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
     is longer. So a user can undo an extension until its first repeat is done.
     """
     directory = run.directory
-    if directory.is_file():
-        raise RunError(
-            f"{directory}: cannot be written (is a file)", "give --out for another folder"
-        )
     if not _is_run(directory):
         if directory.is_dir() and any(path.suffix != ".part" for path in directory.iterdir()):
             raise RunError(
@@ -282,14 +278,13 @@ def is_locked(directory: Path) -> bool:
     """Whether a `snooker run` of this machine is writing in a folder; never on Windows."""
     if sys.platform == "win32":
         return False
-    try:
+    with suppress(OSError):
         descriptor = os.open(directory, os.O_RDONLY)
-    except OSError:
-        return False
-    try:
-        return _lock(descriptor, fcntl.LOCK_SH) is False
-    finally:
-        os.close(descriptor)
+        try:
+            return _lock(descriptor, fcntl.LOCK_SH) is False
+        finally:
+            os.close(descriptor)
+    return False
 
 
 def _lock(descriptor: int, how: int) -> bool | None:

@@ -8,7 +8,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
@@ -22,9 +22,6 @@ from snooker_cli.runs.run import RepeatStatus, Run, State
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Stop, StopReason, Work
 
-FEW_BALLS = 8192
-"""Enough balls to compile the engine for any number of them."""
-
 _compiled: set[tuple[str | None, frozenset[tuple[str, bool]]]] = set()
 """What this process has compiled or loaded, by the chosen engine and what is modelled."""
 
@@ -35,11 +32,6 @@ def compile_for(scene: Scene, engine: str | None) -> None:
     key = engine, frozenset(models.items())
     if key in _compiled:
         return
-    columns = ("positions", "velocities", "radii", "masses")
-    first = {name: getattr(scene, name)[:FEW_BALLS].copy() for name in columns}
-    few = replace(scene, **first)
-    if specialisation(few, engine=engine) == models:
-        scene = few
     simulate(scene, collisions=1, summary=True, engine=engine)
     _compiled.add(key)
 
@@ -163,9 +155,9 @@ def simulate_repeat(
 
 def cached(status: RepeatStatus) -> RepeatResult | None:
     """The result of a repeat that is done already; None if it is not."""
-    if status.state is not State.DONE or status.header is None:
-        return None
     header = status.header
+    if status.state is not State.DONE or header is None:
+        return None
     return RepeatResult(status.point, status.repeat, header.stop, header.collisions, cached=True)
 
 

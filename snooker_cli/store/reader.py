@@ -15,22 +15,9 @@ import numpy as np
 from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.errors import AbsentError, StoreError
 from snooker_cli.scene import Scene
+from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
-from snooker_cli.store.file_format import (
-    BALLS,
-    COLLISIONS,
-    CONTAINER,
-    IMPULSE,
-    PARAMETERS,
-    RESIDUAL,
-    RULES,
-    SCHEMA_VERSION,
-    SUMMARY,
-    SUMMARY_TIME,
-    Fingerprint,
-    Provenance,
-    RepeatHeader,
-)
+from snooker_cli.store.file_format import Fingerprint, Provenance, RepeatHeader
 from snooker_cli.trace import SERIES_UNITS, Events, Series, Stop, StopReason, Summary, Trace
 
 EVENTS_AT_A_TIME = 1 << 20
@@ -92,12 +79,12 @@ def _opened(path: Path) -> Iterator[h5py.File]:
     """A repeat's file. Raises ``StoreError``."""
     try:
         with hdf5.open_file(path) as file:
-            version = file[PARAMETERS].attrs["schema_version"]
-            if version != SCHEMA_VERSION:
+            version = file[layout.PARAMETERS].attrs["schema_version"]
+            if version != layout.SCHEMA_VERSION:
                 raise StoreError(
                     path,
                     f"is in version {version} of the files' schema, where this snooker reads "
-                    f"version {SCHEMA_VERSION}",
+                    f"version {layout.SCHEMA_VERSION}",
                     "run it again",
                 )
             yield file
@@ -114,7 +101,7 @@ def _opened(path: Path) -> Iterator[h5py.File]:
 
 def _parameter(file: h5py.File, name: str) -> dict[str, Any]:
     """An attribute that is JSON."""
-    return dict(json.loads(file[PARAMETERS].attrs[name]))
+    return dict(json.loads(file[layout.PARAMETERS].attrs[name]))
 
 
 def _checked(file: h5py.File, path: Path, *, keep_events: bool) -> tuple[Trace, RepeatHeader]:
@@ -126,7 +113,7 @@ def _checked(file: h5py.File, path: Path, *, keep_events: bool) -> tuple[Trace, 
             fingerprint.add(events)
             if keep_events:
                 trace = replace(trace, events=events)
-    parameters = file[PARAMETERS].attrs
+    parameters = file[layout.PARAMETERS].attrs
     if fingerprint.content(trace, parameters["provenance"]) != parameters["content"]:
         raise _changed(path)
     provenance = Provenance(**_parameter(file, "provenance"))
@@ -140,11 +127,11 @@ def _changed(path: Path) -> StoreError:
 
 def _is_numbered(file: h5py.File, trace: Trace) -> bool:
     """Whether collisions or rows are counted from the first on, and both scenes have their step."""
-    for group in (BALLS, CONTAINER):
+    for group in (layout.BALLS, layout.CONTAINER):
         steps, times = file[f"{group}/position/step"][:], file[f"{group}/position/time"][:]
         if [*steps, *times] != [0, trace.collisions, 0.0, trace.stop.time]:
             return False
-    element, first = (COLLISIONS, 1) if trace.summary is None else (SUMMARY_TIME, 0)
+    element, first = (layout.COLLISIONS, 1) if trace.summary is None else (layout.SUMMARY_TIME, 0)
     steps = file[f"{element}/step"]
     return all(
         np.array_equal(steps[rows], np.arange(first + rows.start, first + rows.stop))
@@ -161,7 +148,7 @@ def _pieces(number: int, at_a_time: int) -> Iterator[slice]:
 def _trace(file: h5py.File) -> Trace:
     """A trace without its events."""
     ending = _parameter(file, "ending")
-    balls, container = file[BALLS], file[CONTAINER]
+    balls, container = file[layout.BALLS], file[layout.CONTAINER]
     shape, lengths = SHAPES[ending["shape"]], container["radius"]
     if not issubclass(shape, Circle):
         lengths = balls["box/edges"]
@@ -170,7 +157,7 @@ def _trace(file: h5py.File) -> Trace:
         "masses": balls["mass"][:],
         "container": shape(*lengths[:].tolist()),
         "container_mass": float(container["mass"][0]),
-        **{name: ending[name] for name in RULES if name in ending},
+        **{name: ending[name] for name in layout.RULES if name in ending},
     }
     start, finish = (
         Scene(
@@ -189,7 +176,7 @@ def _trace(file: h5py.File) -> Trace:
         wall_events=ending["wall_events"],
         pair_events=ending["pair_events"],
         events=None,
-        summary=None if "connectivity" in file else _summary(file[SUMMARY]),
+        summary=None if "connectivity" in file else _summary(file[layout.SUMMARY]),
     )
 
 
@@ -201,9 +188,9 @@ def _stop(ending: dict[str, Any]) -> Stop:
 
 def _events(file: h5py.File, at_a_time: int | None) -> Iterator[Events]:
     """The events in pieces, or all at once."""
-    times, pairs = file[f"{COLLISIONS}/time"], file[f"{COLLISIONS}/value"]
-    impulses = file[f"{IMPULSE}/value"]
-    residuals = file.get(f"{RESIDUAL}/value")
+    times, pairs = file[f"{layout.COLLISIONS}/time"], file[f"{layout.COLLISIONS}/value"]
+    impulses = file[f"{layout.IMPULSE}/value"]
+    residuals = file.get(f"{layout.RESIDUAL}/value")
     for rows in _pieces(len(times), at_a_time or max(len(times), 1)):
         i, j = np.ascontiguousarray(pairs[rows, 0].T)
         residual = None if residuals is None else residuals[rows]
@@ -213,5 +200,5 @@ def _events(file: h5py.File, at_a_time: int | None) -> Iterator[Events]:
 def _summary(group: h5py.Group) -> Summary:
     """A summary's columns."""
     columns = {name: group[f"{name}/value"][:] for name in SERIES_UNITS if name != "time"}
-    time = group.file[f"{SUMMARY_TIME}/time"][:]
+    time = group.file[f"{layout.SUMMARY_TIME}/time"][:]
     return Summary(Series(time=time, **columns), group["speed_histogram/value"][:])

@@ -20,22 +20,9 @@ from snooker_cli.containers import Circle
 from snooker_cli.errors import AbsentError
 from snooker_cli.files import discard, move_into_place, temporary_path
 from snooker_cli.scene import Scene
+from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
-from snooker_cli.store.file_format import (
-    BALLS,
-    COLLISIONS,
-    CONTAINER,
-    IMPULSE,
-    PARAMETERS,
-    RESIDUAL,
-    RULES,
-    SCHEMA_VERSION,
-    SUMMARY,
-    SUMMARY_TIME,
-    Fingerprint,
-    Provenance,
-    write_h5md_group,
-)
+from snooker_cli.store.file_format import Fingerprint, Provenance, write_h5md_group
 from snooker_cli.trace import SERIES_UNITS, Events, Summary, Trace, joined
 
 ROWS = 65536
@@ -145,20 +132,20 @@ class Recorder:
         steps = np.arange(before + 1, self._written + 1, dtype=np.int64)
         pairs = np.stack([events.i, events.j], axis=1)[:, None, :]
         for path, values, unit in (
-            (f"{COLLISIONS}/value", pairs, "1"),
-            (f"{COLLISIONS}/step", steps, None),
-            (f"{COLLISIONS}/time", events.time, "s"),
-            (f"{IMPULSE}/value", events.impulse, "kg m s-1"),
+            (f"{layout.COLLISIONS}/value", pairs, "1"),
+            (f"{layout.COLLISIONS}/step", steps, None),
+            (f"{layout.COLLISIONS}/time", events.time, "s"),
+            (f"{layout.IMPULSE}/value", events.impulse, "kg m s-1"),
         ):
             hdf5.write_rows(file, path, values, unit, chunk, before)
         if before == 0:
-            file[COLLISIONS].attrs["particles_group"] = file.create_group(BALLS).ref
-            hdf5.share_time(file, IMPULSE, COLLISIONS)
+            file[layout.COLLISIONS].attrs["particles_group"] = file.create_group(layout.BALLS).ref
+            hdf5.share_time(file, layout.IMPULSE, layout.COLLISIONS)
         if events.residual is not None:
-            first = RESIDUAL not in file
-            hdf5.write_rows(file, f"{RESIDUAL}/value", events.residual, "s", chunk, before)
+            first = layout.RESIDUAL not in file
+            hdf5.write_rows(file, f"{layout.RESIDUAL}/value", events.residual, "s", chunk, before)
             if first:
-                hdf5.share_time(file, RESIDUAL, COLLISIONS)
+                hdf5.share_time(file, layout.RESIDUAL, layout.COLLISIONS)
 
     @contextmanager
     def _refusals(self) -> Iterator[None]:
@@ -185,13 +172,13 @@ def _write_summary(file: h5py.File, summary: Summary) -> None:
     """Write the columns of a summary, which share one grid of times."""
     columns = {**vars(summary.series), "speed_histogram": summary.speed_histogram}
     time = columns.pop("time")
-    hdf5.write_rows(file, f"{SUMMARY_TIME}/step", np.arange(len(time)), None, _chunk(time))
-    hdf5.write_rows(file, f"{SUMMARY_TIME}/time", time, "s", _chunk(time))
+    hdf5.write_rows(file, f"{layout.SUMMARY_TIME}/step", np.arange(len(time)), None, _chunk(time))
+    hdf5.write_rows(file, f"{layout.SUMMARY_TIME}/time", time, "s", _chunk(time))
     for name, values in columns.items():
-        element, unit = f"{SUMMARY}/{name}", SERIES_UNITS.get(name, "1")
+        element, unit = f"{layout.SUMMARY}/{name}", SERIES_UNITS.get(name, "1")
         hdf5.write_rows(file, f"{element}/value", values, unit, _chunk(values))
-        if element != SUMMARY_TIME:
-            hdf5.share_time(file, element, SUMMARY_TIME)
+        if element != layout.SUMMARY_TIME:
+            hdf5.share_time(file, element, layout.SUMMARY_TIME)
 
 
 def _write_scenes(file: h5py.File, trace: Trace) -> None:
@@ -210,7 +197,10 @@ def _write_scenes(file: h5py.File, trace: Trace) -> None:
         np.array([start.container_mass]),
         np.array([getattr(start.container, "radius", math.nan)]),
     )
-    for group, (positions, velocities, masses, radii) in ((BALLS, balls), (CONTAINER, container)):
+    for group, (positions, velocities, masses, radii) in (
+        (layout.BALLS, balls),
+        (layout.CONTAINER, container),
+    ):
         for name, values, unit in (
             ("position/value", positions, "m"),
             ("position/step", step, None),
@@ -240,10 +230,10 @@ def _write_parameters(
         "wall_events": trace.wall_events,
         "pair_events": trace.pair_events,
         "shape": start.container.name,
-        **{name: getattr(start, name) for name in RULES},
+        **{name: getattr(start, name) for name in layout.RULES},
     }
-    parameters = file.create_group(PARAMETERS).attrs
-    parameters["schema_version"] = SCHEMA_VERSION
+    parameters = file.create_group(layout.PARAMETERS).attrs
+    parameters["schema_version"] = layout.SCHEMA_VERSION
     parameters["content"] = fingerprint.content(trace, source)
     parameters["provenance"] = source
     parameters["ending"] = json.dumps(ending)

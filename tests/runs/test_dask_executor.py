@@ -117,13 +117,6 @@ def test_a_cluster_gives_the_bits_of_threads(
     assert bytes_of(far.directory) == before
 
 
-def test_a_dry_run_counts_the_workers_threads(snooker: Command, here: Path, executor: str) -> None:
-    ended = snooker("run", "small.yaml", "--executor", executor, "--dry-run", "--json")
-    assert (ended.code, ended.err) == (0, "")
-    assert '"threads": 2' in ended.out
-    assert not (here / "runs").exists()
-
-
 # Interrupts
 
 

@@ -27,13 +27,11 @@ from snooker_cli.trace import StopReason
 
 
 class Notes(Watcher):
-    """Everything that a run reports."""
+    """What a run reports."""
 
     def __init__(self) -> None:
-        self.lock = threading.Lock()
-        self.collisions = 0
+        self.collisions = self.begun = 0
         self.results: list[RepeatResult] = []
-        self.readied = 0
         self.refused: list[RepeatStatus] = []
 
     def unusable(self, status: RepeatStatus) -> None:
@@ -42,15 +40,13 @@ class Notes(Watcher):
     def simulating(self, compiling: float) -> None:
         assert compiling > 0
         assert (self.collisions, [each for each in self.results if not each.cached]) == (0, [])
-        self.readied += 1
+        self.begun += 1
 
     def events(self, number: int) -> None:
-        with self.lock:
-            self.collisions += number
+        self.collisions += number
 
     def finished(self, result: RepeatResult) -> None:
-        with self.lock:
-            self.results.append(result)
+        self.results.append(result)
 
 
 @pytest.fixture
@@ -72,7 +68,7 @@ def test_a_second_run_simulates_nothing(copied: Run) -> None:
         trace = store.read(copied.path(result.point, result.repeat))[0]
         assert (result.stop, result.collisions) == (trace.stop, trace.collisions)
         assert (result.cached, result.error, result.work) == (True, None, None)
-    assert (notes.collisions, notes.readied) == (0, 0)
+    assert (notes.collisions, notes.begun) == (0, 0)
     assert bytes_of(copied.directory) == before
 
 
@@ -290,21 +286,6 @@ def test_one_failing_repeat_does_not_stop_the_others(copied: Run, finished_run: 
     assert contents(copied) == contents(finished_run)
 
 
-def test_an_unforeseen_error_keeps_its_traceback(
-    copied: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def lost(*_: object, **__: object) -> None:
-        raise KeyError("lost")
-
-    shutil.rmtree(copied.directory / "point-0001")
-    monkeypatch.setattr("snooker_cli.runs.repeat.versions", lost)
-    failed = [result for result in done(copied) if result.error]
-    assert [(each.point, each.repeat, each.error) for each in failed] == [
-        (1, repeat, "KeyError: 'lost'") for repeat in range(3)
-    ]
-    assert all("in lost" in each.traceback for each in failed)
-
-
 # Interrupts
 
 
@@ -359,14 +340,6 @@ def test_a_repeat_that_begins_too_late_is_abandoned() -> None:
     with pytest.raises(AbandonedError):
         mine.add((0, 1))
     assert mine.stop() == {(0, 0)}
-
-
-def test_what_goes_wrong_in_a_thread_is_raised() -> None:
-    def wrong(item: int) -> int:
-        raise ValueError(f"item {item}")
-
-    with ThreadExecutor(1, threading.Event()) as threads, pytest.raises(ValueError, match="item 3"):
-        list(threads.each(wrong, [3]))
 
 
 def test_nothing_begins_in_a_cancelled_run(small_config: str, tmp_path: Path) -> None:

@@ -172,30 +172,3 @@ def test_an_export_replaces_exports_but_no_results(finished: Path, snooker: Snoo
         assert Path(out).read_bytes() == before
     for _ in range(2):
         assert snooker(*states, "--out", "states.h5").code == 0
-
-
-def test_an_analysis_counts_the_repeats_that_it_has_read(
-    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Though others come while it reads."""
-    last = Path("runs/small/point-0001/repeat-0002.h5")
-    there = last.read_bytes()
-    last.unlink()
-    read = runs.Run.read
-
-    def slow(*arguments: Any) -> object:
-        last.write_bytes(there)
-        return read(*arguments)
-
-    monkeypatch.setattr(runs.Run, "read", slow)
-    content = json.loads(snooker("fit", "small", "--json").out)
-    counts = {
-        row["parameters"]["cor"]: row["repeats"] + row["failed"]
-        for row in content
-        if row["quantity"] == "kinetic_energy"
-    }
-    assert counts == {0.85: 3, 1.0: 2}
-    notes = json.loads(Path("runs/small/fit.json").read_text())["notes"]
-    assert [each["note"] for each in notes if "are there" in each["note"]] == [
-        "2 of 3 repeats are there; run the config again for the rest"
-    ]

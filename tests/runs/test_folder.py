@@ -12,7 +12,7 @@ import pytest
 from repeating import done, made, run_of
 
 from snooker_cli import runs, store
-from snooker_cli.errors import DamagedError, RunError, StoreError
+from snooker_cli.errors import DamagedError, RunError
 from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs import MANIFEST, Run
 
@@ -56,13 +56,6 @@ def test_a_run_is_found_by_its_folder_or_its_name(
     monkeypatch.chdir(tmp_path)
     run = runs.open_run("cooling")
     assert (run.directory, run.name) == (Path("runs/cooling"), "cooling")
-
-
-def test_an_absent_run_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "empty").mkdir()
-    for place in (tmp_path / "empty", tmp_path / "absent", "absent"):
-        with pytest.raises(RunError, match="there is no run here"):
-            runs.open_run(place)
 
 
 @pytest.mark.parametrize(
@@ -111,16 +104,6 @@ def test_traces_come_in_the_order_of_the_repeats(copied: Path) -> None:
     assert run.present(second) == []
     with pytest.raises(RunError, match=r"copied: no repeat of the point cor=1\.0 "):
         list(run.traces(second))
-
-
-def test_a_repeat_that_cannot_be_read_is_not_missing(copied: Path) -> None:
-    run = runs.open_run(copied)
-    run.path(0, 1).write_text("not HDF5")
-    assert run.present(run.points[0]) == [0, 1, 2]
-    traces = run.traces(run.points[0])
-    assert next(traces).collisions > 0
-    with pytest.raises(StoreError, match=r"repeat-0001\.h5: not a readable result"):
-        next(traces)
 
 
 # Create and extend

@@ -17,7 +17,6 @@ from repeating import contents, done, made
 
 from snooker_cli import runs, store
 from snooker_cli.runs import State
-from snooker_cli.trace import StopReason
 
 pytestmark = pytest.mark.long
 
@@ -180,18 +179,13 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
     assert_completes(directory, one_point, tmp_path / "uninterrupted")
 
 
-MANY = """\
-container: {radius: 10.0}
-balls: {count: 1000000, packing: 0.3, speed: 10}
-cor: 1
-collisions: 1000000000
-"""
-
-
 def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path) -> None:
     """While a million balls are put in their places."""
-    config, directory = tmp_path / "million.yaml", tmp_path / "million"
-    config.write_text(MANY)
+    config, directory = tmp_path / "early.yaml", tmp_path / "early"
+    config.write_text(
+        "container: {radius: 10.0}\nballs: {count: 1000000, packing: 0.3, speed: 10}\n"
+        "cor: 1\ncollisions: 10\n"
+    )
     script = (
         "import os, signal, sys\n"
         "from snooker_cli.runs import plan\n"
@@ -215,25 +209,6 @@ def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path
 
 
 # Two processes in one folder
-
-
-def test_a_second_run_in_the_same_folder_is_refused(one_point: str, tmp_path: Path) -> None:
-    config, directory = tmp_path / "twice.yaml", tmp_path / "twice"
-    config.write_text(one_point)
-    first = started(config, directory)
-    wait_for_repeats(2, directory, first)
-    second = started(config, directory)
-    _, stderr = second.communicate()
-    assert second.returncode == 2, stderr
-    assert stderr.startswith(f"snooker: {directory}: another `snooker run` is writing here; ")
-    assert first.poll() is None
-    first.send_signal(signal.SIGTERM)
-    first.communicate()
-    assert first.returncode == 130
-    assert {store.check(path).stop.reason for path in repeats_in(directory)} == {
-        StopReason.COLLISIONS
-    }
-    assert not list(directory.rglob("*.part"))
 
 
 UNLOCKED = """

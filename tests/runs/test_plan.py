@@ -7,7 +7,8 @@ import pytest
 from snooker_cli.config import parse, points
 from snooker_cli.containers import Circle
 from snooker_cli.errors import SceneError
-from snooker_cli.runs.plan import SceneClass, scene_classes
+from snooker_cli.runs import Run
+from snooker_cli.runs.plan import SceneClass, is_excessive, run_plan, scene_classes
 
 GAS = """\
 container: {radius: 10.0}
@@ -71,15 +72,6 @@ def test_only_what_a_scene_needs_is_modelled(
     assert each.models == KERNEL | dict.fromkeys(modelled, True) | {"events": False}
 
 
-def test_different_balls_are_another_class() -> None:
-    (equal,) = classes_of(TWO_BALLS)
-    (different,) = classes_of(
-        TWO_BALLS.replace("[-1, 0], radius: 1", "[-1, 0], radius: 2, mass: 3")
-    )
-    assert equal.balls == different.balls == (2,)
-    assert different.models == equal.models | {"unequal balls": True}
-
-
 def test_an_engine_can_be_forced_upon_all_scenes_it_knows(small_config: str) -> None:
     assert classes_of(GAS, engine="allpairs")[0].models["cells"] is False
     assert {each.models["cells"] for each in classes_of(small_config, engine="cells")} == {True}
@@ -101,3 +93,12 @@ def test_repeats_of_given_balls_are_refused() -> None:
     with pytest.raises(SceneError, match=r"^4 repeats of balls\.list .*; set repeats: 1") as caught:
         scene_classes(points(parse(TWO_BALLS, overrides=["repeats=4"]).experiment))
     assert caught.value.key == "repeats"
+
+
+def test_a_plan_counts_what_is_left_to_do(finished_run: Run) -> None:
+    classes = scene_classes(finished_run.points)
+    plan = run_plan(finished_run, classes, workers=2)
+    assert (plan["cached"], plan["to_do"], plan["collisions"], plan["bytes"]) == (6, 0, 0, 0)
+    plan = run_plan(finished_run, classes, workers=2, fresh=True)
+    assert (plan["to_do"], plan["collisions"], plan["threads"]) == (6, 900, 2)
+    assert not is_excessive(plan)
