@@ -199,8 +199,9 @@ def _create_states(
     boundary = b"none" if start.container.has_wall else b"periodic"
     group["box"].attrs["dimension"] = 3
     group["box"].attrs["boundary"] = np.array([boundary, boundary, b"none"])
-    hdf5.write_rows(file, "particles/trajectory/mass", start.masses, "kg")
-    hdf5.write_rows(file, "particles/trajectory/radius", start.radii, "m")
+    for name, values, unit in (("mass", start.masses, "kg"), ("radius", start.radii, "m")):
+        group[name] = values
+        group[name].attrs["unit"] = unit
     balls = (start.number, 3)
     return {
         "positions": element("particles/trajectory/position", balls, "m"),
