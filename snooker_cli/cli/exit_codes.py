@@ -133,7 +133,7 @@ def _explained(error: Exception) -> tuple[str, ExitCode]:
     if isinstance(error, OSError):
         file = f"{error.filename}: " if error.filename else ""
         reason = error.strerror or error
-        return f"{file}{reason}; check the disk and its permissions", ExitCode.USAGE
+        return f"{file}{reason}; check the path, the disk and its permissions", ExitCode.USAGE
     if wants_traceback():
         traceback.print_exception(error)
     return bug_message(f"{type(error).__name__}: {error}"), ExitCode.UNEXPECTED

@@ -130,8 +130,8 @@ def document(text: str, name: str, in_file: bool = True) -> YamlDocument:
         column = len(before) - before.rfind("\n")
         position = Position(before.count("\n") + 1, column, name)
         sentence = f"the character {text[error.position]!a} is not allowed in YAML; remove it"
-    except ValueError:  # of PyYAML's chr() or int(), for an escape or a version of YAML
-        position = Position(source=name)
+    except (ValueError, OverflowError):  # PyYAML's chr() or int(), of an escape or a directive
+        position = reader.position(reader.get_mark())
         sentence = "an escape or a directive has a number out of range; correct or remove it"
     raise _error(position if in_file else Position(source=name), sentence)
 
