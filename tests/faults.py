@@ -1,0 +1,65 @@
+"""Deliberate faults, each of which some tests must find: ``python tests/faults.py [NAME …]``.
+
+Each entry of ``tests/data/faults.yaml`` changes one place of the sources in a copy of the project
+and names the tests that must fail then. The command ends with 1 if a fault is not found.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+ROOT = Path(__file__).parents[1]
+FAULTS = ROOT / "tests" / "data" / "faults.yaml"
+LEFT_OUT = shutil.ignore_patterns(".*", "runs", "__pycache__", "*.egg-info")
+TESTS_FAILED = 1  # pytest's exit code
+
+
+def is_found(fault: dict[str, Any], copy: Path) -> bool:
+    """Whether the fault's tests fail while the fault is in the copy."""
+    source = copy / fault["file"]
+    text = source.read_text()
+    if text.count(fault["old"]) != 1:
+        raise SystemExit(f"{fault['name']}: the old text must occur once in {fault['file']}")
+    source.write_text(text.replace(fault["old"], fault["new"]))
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not long"]
+    command += ["-p", "no:cacheprovider", *fault["tests"].split()]
+    environment = os.environ | {"PYTHONPATH": str(copy)}
+    if "engine" in fault["file"]:  # its kernels are compiled for this fault only
+        environment["NUMBA_CACHE_DIR"] = str(copy.with_name("cache"))
+    try:
+        done = subprocess.run(
+            command, cwd=copy, env=environment, capture_output=True, timeout=900, check=False
+        )
+        return done.returncode == TESTS_FAILED
+    except subprocess.TimeoutExpired:
+        return True
+    finally:
+        source.write_text(text)
+
+
+def main(names: list[str]) -> int:
+    """Try the faults with these names, or all; 1 if the tests miss one."""
+    faults = yaml.safe_load(FAULTS.read_text())
+    missed = 0
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "copy"
+        shutil.copytree(ROOT, copy, ignore=LEFT_OUT)
+        for fault in faults:
+            if not names or fault["name"] in names:
+                found = is_found(fault, copy)
+                missed += not found
+                print("found " if found else "MISSED", fault["name"], flush=True)
+    print(f"{missed} missed")
+    return int(missed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
