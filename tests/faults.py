@@ -12,14 +12,22 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from subprocess import PIPE
 from typing import Any
 
 import yaml
 
 ROOT = Path(__file__).parents[1]
 FAULTS = ROOT / "tests" / "data" / "faults.yaml"
-LEFT_OUT = shutil.ignore_patterns(".*", "runs", "__pycache__", "*.egg-info")
-TESTS_FAILED = 1  # pytest's exit code
+PASSED, FAILED = 0, 1  # exit codes of pytest
+
+
+def copy_project(copy: Path) -> None:
+    """Copy the files that git knows."""
+    names = subprocess.check_output(["git", "ls-files"], cwd=ROOT, text=True).splitlines()
+    for name in names:
+        (copy / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, copy / name)
 
 
 def is_found(fault: dict[str, Any], copy: Path) -> bool:
@@ -36,9 +44,11 @@ def is_found(fault: dict[str, Any], copy: Path) -> bool:
         environment["NUMBA_CACHE_DIR"] = str(copy.with_name("cache"))
     try:
         done = subprocess.run(
-            command, cwd=copy, env=environment, capture_output=True, timeout=900, check=False
+            command, cwd=copy, env=environment, stdout=PIPE, text=True, timeout=900, check=False
         )
-        return done.returncode == TESTS_FAILED
+        if done.returncode not in (PASSED, FAILED):
+            raise SystemExit(f"{fault['name']}: the tests could not run\n{done.stdout}")
+        return done.returncode == FAILED
     except subprocess.TimeoutExpired:
         return True
     finally:
@@ -51,7 +61,7 @@ def main(names: list[str]) -> int:
     missed = 0
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "copy"
-        shutil.copytree(ROOT, copy, ignore=LEFT_OUT)
+        copy_project(copy)
         for fault in faults:
             if not names or fault["name"] in names:
                 found = is_found(fault, copy)

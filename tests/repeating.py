@@ -13,7 +13,7 @@ from snooker_cli.runs.repeat import RepeatResult
 
 
 class StopsAfter(Watcher):
-    """Cancels the run when so many collisions are simulated."""
+    """Cancels the run after this many collisions."""
 
     def __init__(self, collisions: int, cancelled: threading.Event) -> None:
         self.left = collisions

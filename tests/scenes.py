@@ -123,7 +123,7 @@ def displaced(
 
 
 def lattice(number: int, width: float, height: float, largest: float | None) -> NDArray[np.float64]:
-    """So many places evenly in a rectangle, or in its circle, a largest radius from the wall."""
+    """This many places evenly in a rectangle, or in its circle, a largest radius from the wall."""
     cells = number
     while True:
         columns = math.ceil(math.sqrt(cells * width / height))

@@ -164,7 +164,7 @@ def test_a_part_imports_only_parts_above_it() -> None:
     order = list(PARTS)
     for part, others in PARTS.items():
         for other in others:
-            assert order.index(other) < order.index(part), f"{part} stands above {other}"
+            assert order.index(other) < order.index(part), f"{part} comes before {other}"
 
 
 def test_the_table_has_all_parts_and_no_other() -> None:

@@ -46,7 +46,7 @@ def config_error(error: ValidationError) -> ConfigError:
             case "literal_error":
                 found.append(_misfit(path, value, each["ctx"]["expected"]))
             case "union_tag_not_found":
-                found.append(Problem(path, _no_variant(value)))
+                found.append(_no_variant(path, value))
             case "missing":
                 text = " ".join(str(model.model_fields[str(location[-1])].description).split())
                 sentence = f"the key is missing; add it: {text[0].lower()}{text[1:].rstrip('.')}"
@@ -87,15 +87,21 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
     return f"there is no such key for {named}; {choice}", ""
 
 
-def _no_variant(value: Any) -> str:
-    """The sentence about balls that are given in no way or in several."""
+def _no_variant(path: KeyPath, value: Any) -> Problem:
+    """The problem of balls that are given in no way or in several."""
     ways = "count (any number of balls), rings (a number) or list (single balls)"
     if not isinstance(value, Mapping):
-        return f"{given(value)} is given where a mapping is needed; write in it {ways}"
+        sentence = f"{given(value)} is given where a mapping is needed; write in it {ways}"
+        return Problem(path, sentence)
     if several := [key for key in BALLS if key in value]:
         both = " and ".join(several)
-        return f"both {both} are given; keep one of them, or replace balls as a whole"
-    return f"neither count, rings nor list is given; give {ways}"
+        sentence = f"both {both} are given; keep one of them, or replace balls as a whole"
+        return Problem(path, sentence)
+    for key in value:
+        if close := difflib.get_close_matches(str(key).lower(), BALLS, n=1):
+            sentence = f"there is no such key for {given(value[key])}; did you mean {close[0]}?"
+            return Problem((*path, key), sentence, about_key=True)
+    return Problem(path, f"neither count, rings nor list is given; give {ways}")
 
 
 def _misfit(path: KeyPath, value: Any, needs: str, is_number: bool = False) -> Problem:

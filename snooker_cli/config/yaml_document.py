@@ -40,7 +40,7 @@ _CORE_SCHEMA = {
 _RESOLVERS = [(tag, re.compile(rf"(?:{text})\Z")) for tag, text in _CORE_SCHEMA.items()]
 
 _SYNTAX = (
-    ("'\\t'", "a tab stands where YAML allows only spaces; replace it by spaces"),
+    ("'\\t'", "a tab is where YAML allows only spaces; replace it by spaces"),
     ("mapping values", "a second colon or a wrong indentation; give every key its own line"),
     ("could not find expected ':'", "a key without a colon; write key: value"),
     ("<stream end>", "a bracket, brace or quote is never closed; close it"),

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 MOST_SERIES = 6
-"""More than this many series cannot be told apart in one figure."""
+"""A figure with more series than this is unreadable."""
 
 REMEMBERED_SIZE = 100_000
 """Repeats whose file is at most this long (bytes) stay in memory for the next figure."""

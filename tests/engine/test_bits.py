@@ -229,7 +229,7 @@ DISABLED = {
     "AVX-512": [name for name in numpy_found() if name == "X86_V4" or name.startswith("AVX512")],
     "all": numpy_found(),
 }
-"""Those that NumPy is kept from, so that this processor stands for others."""
+"""Features that NumPy must not use, so that this processor acts as another one."""
 
 
 @pytest.mark.parametrize("which", DISABLED)

@@ -70,7 +70,7 @@ def assert_members(engine: InCells) -> None:
 
 
 def assert_in_their_cells(engine: InCells, now: float) -> None:
-    """Nobody is outside of its cell, nor in a cell without others all round it."""
+    """Each ball is inside its cell, and each such cell has cells all round it."""
     mesh, cell = engine.cells.mesh, engine.cells.links[cell_grid.CELL]
     slack = rounding(engine, now)
     width, height = engine.scene.container.size

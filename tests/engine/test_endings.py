@@ -305,7 +305,7 @@ def test_a_gas_in_a_wall_trap(is_sorted, monkeypatch):
         assert_nothing_comes_between(trace)
 
 
-# --- the clock stands still -------------------------------------------------------------------
+# --- the clock stops -------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("cor", [0.03, 0.06, 0.0717, 0.0720, 0.08, 0.2])

@@ -164,7 +164,7 @@ def test_no_two_processes_save_at_the_same_moment(cache: Path) -> None:
         assert not [*cache.rglob("*.nbi")]
     thread.join(30.0)
     assert len([*cache.rglob("*.nbi")]) == 1
-    with (folder / "lock").open("wb") as other:  # nobody holds it any more
+    with (folder / "lock").open("wb") as other:  # the other process has released it
         fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 

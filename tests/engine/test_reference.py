@@ -36,7 +36,7 @@ COMPARABLE = {
     "star": 500,
     "wall-trap": 140,
 }
-"""At least so many events of each are compared, if the engine has that many."""
+"""The number of events to compare at least, if the engine has as many."""
 
 
 @pytest.fixture(params=sorted(COMPARABLE))

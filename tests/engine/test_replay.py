@@ -125,7 +125,7 @@ def test_moments_must_ascend_within_the_run(times):
 
 # --- summaries ------------------------------------------------------------------------------
 
-# A few events, so that the grid is as it was made, and so many that it has been halved often.
+# A few events, so that the grid is as it was made, and enough events to halve the grid often.
 LIMITS = [{"collisions": 300}, {"collisions": 30_000}, {"time": 1.7}]
 
 

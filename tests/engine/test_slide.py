@@ -107,7 +107,7 @@ def test_a_summary_sees_the_bounces_and_the_pressing(lone, bounced):
     assert force == pytest.approx(np.full(len(force), FORCE), rel=1e-9)
 
 
-# --- whom a sliding ball meets --------------------------------------------------------------
+# --- which balls a sliding ball meets --------------------------------------------------------------
 
 
 def at_angle(angle: float, speed: float) -> tuple[float, float, float, float, float, float]:
@@ -201,7 +201,7 @@ def test_the_wall_gives_what_the_balls_lack():
     assert (trace.events.j == SLIDE).sum() > 5
     found = series(trace)
     kept = np.diff(found.time) * found.kinetic_energy[:-1]
-    # Between its last bounce that is told and its slide a ball loses what is left of v_n.
+    # Between its last recorded bounce and its slide a ball loses what is left of v_n.
     before, after = (float(np.sum(s.positions * s.velocities)) for s in (trace.start, trace.finish))
     unseen = np.flatnonzero(trace.events.j == SLIDE) + 1
     lost = abs(np.diff(found.kinetic_energy)[unseen - 1] * np.diff(found.time)[unseen - 1]).sum()

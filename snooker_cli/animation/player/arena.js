@@ -93,7 +93,7 @@ class Arena {
     }
   }
 
-  // The container where it would be if it had moved so many times as far.
+  // The container where it would be if its displacement were this many times as large.
   enlarged(pen, x, y, scale, centre, magnify) {
     const shown = centre.map((value, axis) => this.home[axis] + magnify * (value - this.home[axis]));
     pen.strokeStyle = AMBER;

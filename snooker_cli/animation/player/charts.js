@@ -4,7 +4,7 @@
 const INK = "#1c2430", SOFT = "#5b6675", RULE = "#e3e7ec";
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
-// A number to so many digits, large and small ones as 1.2 × 10⁻¹⁵.
+// A number with this many digits, large and small ones as 1.2 × 10⁻¹⁵.
 function short(value, digits = 3) {
   if (value === 0) return "0";
   let text = value.toPrecision(digits);
@@ -19,7 +19,7 @@ function short(value, digits = 3) {
   return text.replace("-", "−");
 }
 
-// Even steps of 1, 2 or 5 times a power of ten: at most so many up to a value.
+// Even steps of 1, 2 or 5 times a power of ten: at most this many up to a value.
 function niceStep(range, most) {
   const rough = range / most, power = 10 ** Math.floor(Math.log10(rough));
   return power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999999);
@@ -66,7 +66,7 @@ class Charts {
     }
   }
 
-  // Mean pressure from the repeat's start to a time after so many of the film's collisions, Pa m.
+  // Mean pressure from the repeat's start to a time after a number of the film's collisions, Pa m.
   pressure(row, time) {
     const gain = this.gain ? this.gain[row] : 0;
     return time > 0 ? (this.sum[row] + gain * (time - this.rows[row])) / time : gain;

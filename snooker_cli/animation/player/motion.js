@@ -2,7 +2,7 @@
 // slide along a circle's fixed wall after infinitely many bounces, of which none is stored.
 "use strict";
 
-// In place of the container, in a collision that stands for all the bounces before a slide, or for
+// In place of the container, in a collision that represents all the bounces before a slide, or for
 // the pressing of one.
 const SLIDE = -2;
 
@@ -65,7 +65,7 @@ class Motion {
     this.done++;
   }
 
-  // Goes to just after so many collisions, from the last state kept before it.
+  // Goes to just after a number of collisions, from the last state kept before it.
   seek(done) {
     const page = Math.floor(done / this.stride);
     if (done < this.done || page * this.stride > this.done) {
