@@ -107,7 +107,7 @@ def test_a_summary_sees_the_bounces_and_the_pressing(lone, bounced):
     assert force == pytest.approx(np.full(len(force), FORCE), rel=1e-9)
 
 
-# --- which balls a sliding ball meets --------------------------------------------------------------
+# --- which balls a sliding ball meets ---------------------------------------------------------
 
 
 def at_angle(angle: float, speed: float) -> tuple[float, float, float, float, float, float]:
