@@ -1,4 +1,4 @@
-"""The shapes of a container: all that depends on the shape, except kernels and placement.
+"""The shapes of a container: geometry, config keys and names of each.
 
 All places are seen from the container's centre, and all lengths are in m.
 """

@@ -26,7 +26,7 @@ _Table: TypeAlias = dict[tuple[str, str], list[tuple[float, float]]]
 """Measured and predicted values of the repeats, by quantity and model."""
 
 RELAXING = 5
-"""Collisions of a ball that relax equal speeds: their kurtosis goes from 1 to 1.83 of 1.95."""
+"""Collisions of a ball until equal speeds have relaxed: to a kurtosis of 1.83, finally 1.95."""
 
 LEAST_EXPECTED = 8
 """Balls expected in the first and last bin of the chi-square; bins with fewer are merged."""
@@ -91,7 +91,7 @@ def relaxing(number: int) -> int:
 
 
 def relaxed_at(trace: Trace) -> float | None:
-    """When a repeat has relaxed, s; ``None`` if fewer than as many collisions follow."""
+    """Time (s) after ``relaxing(N)`` ball-ball collisions; ``None`` without as many after them."""
     needed, found = relaxing(trace.start.number), observables.series(trace)
     if trace.pair_events < 2 * needed:
         return None

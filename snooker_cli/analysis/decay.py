@@ -37,7 +37,7 @@ WINDOWS = 20
 """Windows of time for the local pressure and energy."""
 
 COLLISION_ROUNDING = 8 * EPSILON
-"""Relative error of the energy of elastic balls per collision: twice some four roundings."""
+"""Relative error of the energy of elastic balls per collision: twice that of four roundings."""
 
 
 def _energy(trace: Trace) -> TimeCourse:
@@ -102,6 +102,7 @@ QUANTITIES: dict[str, Quantity] = {
 SAMPLING = (
     "Fits use every collision (fewer in long runs; summaries are interpolated). "
     f'"Local" means averages over {WINDOWS} windows of time. '
+    "The pressure is a mean since the start; for Haff's law its fit is A/(1 + αt). "
     f"Models: {'; '.join(f'{name} {model.formula}' for name, model in LAWS.items())}."
 )
 """What a reader of fits has to know."""
@@ -198,7 +199,7 @@ def reported_constant(trace: Trace) -> float:
 
 
 def curve(trace: Trace, quantity: str) -> Curve:
-    """The decay of a quantity in one repeat."""
+    """The decay of a quantity in one repeat. Raises ``KeyError`` for an unknown quantity."""
     known = QUANTITIES[quantity]
     return Curve(known, *known.course(trace), COLLISION_ROUNDING * trace.collisions)
 
@@ -217,7 +218,10 @@ def fit_curve(decay: Curve, law: str) -> FitResult:
 
 
 def decays(traces: Iterable[Trace], quantities: Sequence[str] = tuple(QUANTITIES)) -> list[Decay]:
-    """Decay constants over the repeats of a point, for each quantity and law."""
+    """Decay constants over the repeats of a point, for each quantity and law.
+
+    Raises ``KeyError`` for an unknown quantity.
+    """
     keys = list(product(quantities, LAWS))
     fits: dict[tuple[str, str], list[FitResult]] = {key: [] for key in keys}
     ended: Counter[StopReason] = Counter()

@@ -122,9 +122,11 @@ def _evenly(count: int, most: int) -> NDArray[np.intp]:
 
 
 def so_far(trace: Trace, column: Array, times: Array) -> Array:
-    """A column of the series that only collisions add to, at times; after those at that time.
+    """A column of the series that only collisions add to, at times; after collisions at that time.
 
-    Between the rows of a summary, or of a series without all collisions, the column is straight.
+    column : (*g*,), a column of ``series(trace)``; times : (*n*,), s; the result is (*n*,)
+
+    Between the rows of a summary, or of a series without all collisions, it is interpolated.
     """
     known = series(trace).time
     if not _has_all(trace):
@@ -133,7 +135,7 @@ def so_far(trace: Trace, column: Array, times: Array) -> Array:
 
 
 def gains(trace: Trace, column: Array, edges: Array) -> Array:
-    """What collisions add to a column of the series between edges (s)."""
+    """What collisions add to a column (*g*,) of the series between edges (*n* + 1,), s; (*n*,)."""
     known = so_far(trace, column, edges)
     if len(edges) and edges[0] == 0:
         known[0] = 0.0  # collisions at time zero count
@@ -153,10 +155,11 @@ def integrals(trace: Trace, values: Array, times: Array) -> Array:
 
 
 def time_means(trace: Trace, values: Array, edges: Array) -> Array:
-    """Means over time between increasing edges (s) of rows of the series.
+    """Means over time of a column (*g*,) of the series between edges (*n* + 1,), s; (*n*,).
 
-    Values stay after a collision; between rows that are not collisions they are straight. Each
-    window is computed by itself, because values before it may be larger by any factor.
+    The edges increase. A value is constant from one collision to the next; rows that are not
+    collisions are interpolated. Each window is computed by itself, because values before it may be
+    larger by any factor.
     """
     if len(edges) < 2:
         return np.empty(0)
@@ -191,7 +194,7 @@ def _has_all(trace: Trace) -> bool:
 
 Real = TypeVar("Real", float, "NDArray[np.float64]")
 
-NO_WALLS = "no walls: the pressure is the virial's, (N T + ΣJd/2t)/V"
+NO_WALLS = "no walls: the pressure is (E + ΣJd/2t)/A, with impulses J and distances d of contacts"
 """How a pressure is measured in a periodic box, for its reader."""
 
 ROUNDING = 1e-12
@@ -246,9 +249,9 @@ def drift_energy(scene: Scene) -> float:
 
 
 def meeting_temperature(kinetic_energy: Real, scene: Scene) -> Real:
-    """Temperature at which balls meet each other, J: without walls that of N - 1 free velocities.
+    """Temperature in the frame of the balls' centre of mass, J, which decides how often they meet.
 
-    The centre of mass then keeps its motion. With walls it is `temperature`.
+    Without walls it is (E - E_drift)/(N - 1); with walls it is `temperature`, E/N.
     """
     if scene.container.has_wall or scene.number == 1:
         return kinetic_energy / scene.number
@@ -297,7 +300,9 @@ def mean_and_error(values: Array) -> tuple[float, float]:
 def cumulative_pressure(trace: Trace, found: Series) -> tuple[Array, Array]:
     """Times after zero and the mean pressure since the start, s and Pa m, at rows of a series.
 
-    The wall's impulse over its length and the time, or the virial's in a periodic box.
+    With walls ΣJ/(L t): the impulses on the wall over its full length and the time. Without walls
+    (E + ΣJd/(2t))/A, with the mean kinetic energy E and the impulses J and contact distances d of
+    collisions between balls.
     """
     scene, later = trace.start, found.time > 0
     time = found.time[later]
@@ -308,7 +313,7 @@ def cumulative_pressure(trace: Trace, found: Series) -> tuple[Array, Array]:
 
 
 def pressures(trace: Trace, edges: Array) -> Array:
-    """Mean pressures between edges (s), Pa m: on the wall, or the virial's in a periodic box."""
+    """Mean pressures, Pa m, as in ``cumulative_pressure``, between edges (*n* + 1,), s; (*n*,)."""
     found, scene, widths = series(trace), trace.start, np.diff(edges)
     if scene.container.has_wall:
         return gains(trace, found.wall_impulse, edges) / (scene.container.wall_length * widths)

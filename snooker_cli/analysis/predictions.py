@@ -65,8 +65,8 @@ def at_rest(scene: Scene) -> bool:
     return drift_energy(scene) <= observables.ROUNDING * scene.kinetic_energy
 
 
-def free_velocities(scene: Scene) -> int | None:
-    """Number of balls in the law of speeds at fixed energy; ``None`` where it does not hold.
+def independent_velocities(scene: Scene) -> int | None:
+    """Number of independent velocities at fixed energy; ``None`` where the law of speeds fails.
 
     With walls all of them. Without walls one less, because total momentum is kept, and only for
     balls of one mass whose centre of mass is at rest.
@@ -226,7 +226,7 @@ def speed_laws(scene: Scene) -> list[SpeedLaw]:
         return []
     # The reduced speed v √(m/2T) is the speed of a ball with m = 1 at T = 1/2.
     edges = np.linspace(0.0, (SPEED_BINS - 1) * SPEED_BIN, SPEED_BINS)
-    heat, free = 0.5, free_velocities(scene)
+    heat, free = 0.5, independent_velocities(scene)
     laws = [SpeedLaw("Maxwell-Boltzmann", 2.0, theory.maxwell_speed_cdf(edges, heat))]
     if free is not None:
         shares = theory.fixed_energy_speed_cdf(edges, free, heat)
@@ -241,7 +241,7 @@ def speed_laws(scene: Scene) -> list[SpeedLaw]:
 def speeds(trace: Trace, since: float) -> Iterator[Row]:
     """The mean speed of balls of one mass, and the kurtosis of speeds, from a time (s) on."""
     scene, found = trace.start, observables.series(trace)
-    laws, free = speed_laws(scene), free_velocities(scene)
+    laws, free = speed_laws(scene), independent_velocities(scene)
     if laws and np.ptp(scene.masses) == 0:
         mass = float(scene.masses[0])
         speed = time_mean(trace, found.mean_speed, since)
@@ -278,7 +278,7 @@ def shape_note(scene: Scene) -> str:
     """What a container without walls changes; empty for one with walls."""
     if scene.container.has_wall:
         return ""
-    if scene.number == 1 or free_velocities(scene) is not None:
+    if scene.number == 1 or independent_velocities(scene) is not None:
         return NO_WALLS
     why = "two balls have one speed" if scene.number == 2 else "the balls' masses differ"
     if not at_rest(scene):

@@ -90,7 +90,7 @@ def wants_traceback() -> bool:
 
 
 def bug_message(error: str) -> str:
-    """The sentence for an error that no user can have caused."""
+    """The sentence for an internal error."""
     where = "" if wants_traceback() else f"; set {TRACEBACK}=1 to see where it happened"
     return (
         f"unexpected {error}; this is a bug in snooker, please report it with the command and the "

@@ -65,7 +65,7 @@ def export(
     form = "CSV" if out is None else FORMATS.get(out.suffix.lower())
     if form is None:
         raise UserError(
-            f"--out {out}: this ending has no format",
+            f"--out {out}: no format has this ending",
             "give a name that ends in .csv, .parquet, .h5md or .h5",
         )
     states = states or form == "H5MD"

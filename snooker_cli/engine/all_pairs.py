@@ -6,7 +6,7 @@ The ideas, and where they come from:
 - The agenda has one entry per ball, its earliest contact, with the partner's number of events. If
   the partner has had another event since, the entry is out of date. It is predicted again when it
   comes up and not before.
-- A ball's contacts are searched only until it hits the wall: from there its path is another.
+- A ball's contacts are searched only until it hits the wall, which changes its path.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ PAIR_TIME, WALL_TIME, NEXT_TIME, TIME_ROWS = range(4)
 PARTNER, PARTNER_EVENTS, EVENTS, LAST, BOUNCES, LINK_ROWS = range(6)
 
 LARGE = 1e100
-"""Times zero it is zero."""
+"""Large but finite, so that times zero it is zero."""
 
 
 class Agenda(NamedTuple):

@@ -1,6 +1,6 @@
 """What a ball among the cells does next: it leaves its cell, touches a ball or hits the wall.
 
-A free container is taken to be where it was, with a wall that is nearer by a margin. A hit that is
+Predictions use a free container's last place, and a wall that is nearer by a margin. A hit that is
 predicted so comes too early, and is predicted exactly when it comes up. So a push of the container
 costs nothing until it has moved by the margin. Only the few balls within the margin are predicted
 exactly, and again after each push.

@@ -1,4 +1,4 @@
-"""Clocks that stay fine however long a run is, and the reasons why a kernel stops.
+"""Clocks that keep their precision in long runs, and the reasons why a kernel stops.
 
 After a number of events all clocks are set back by a shift. The epoch, the time (s) at which they
 show zero, moves on by as much. The stored time of an event is epoch and clock as one rounded

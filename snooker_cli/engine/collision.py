@@ -17,7 +17,7 @@ from snooker_cli.engine.kernel_state import CLOCK, Floats, Indices, Recorded, St
 
 @inlined
 def normal_part(x: float, y: float, u: float, v: float) -> float:
-    """The part of (u, v) along (x, y), as a multiple of (x, y); rounded, all in all, once."""
+    """The part of (u, v) along (x, y), as a multiple of (x, y); rounded once in effect."""
     across, up = x * x, y * y
     square = across + up
     # Knuth's TwoSum: what |x|^2 is more than the rounded one.
@@ -34,7 +34,7 @@ def rebound(x: float, y: float, u: float, v: float, restitution: float) -> float
     """Change of velocity of a ball that hits the wall at (x, y), as a multiple of (x, y), 1/s.
 
     The ball moves outwards. At the end of a chord shorter than the rounding of its place it may
-    seem to move inwards. Then, too, the normal velocity becomes -e times its size.
+    seem to move inwards. Then it also leaves inwards, at e times its normal speed.
     """
     normal = normal_part(x, y, u, v)
     return (1.0 + restitution if normal > 0.0 else 1.0 - restitution) * normal
@@ -59,7 +59,7 @@ def shares(change: float, m: float, n: float) -> tuple[float, float]:
 
 @inlined
 def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
-    """Collide balls i and j, both at the present; the impulse, kg m/s."""
+    """Collide balls i and j, both at the present; the impulse (1 + e) mu |v_n|, kg m/s."""
     balls, setup = state.balls, state.setup
     x, y = balls[X, j] - balls[X, i], balls[Y, j] - balls[Y, i]
     x, y = nearest_image(x, y, state.period)
@@ -78,7 +78,7 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
 
 @inlined
 def hit_side(i: int, state: State, box: Floats, elastic: bool) -> float:
-    """Collide ball i with the side of the box that it moves to and is nearest; the impulse."""
+    """Collide ball i with the nearest side ahead of it; the impulse (1 + e) m |v_n|, kg m/s."""
     balls, setup = state.balls, state.setup
     x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     r = ks.radius_of(i, state.setup, state.radii)
@@ -95,7 +95,10 @@ def hit_side(i: int, state: State, box: Floats, elastic: bool) -> float:
 def hit_wall(
     i: int, now: float, state: State, container: Floats | None, box: Floats | None, elastic: bool
 ) -> float:
-    """Collide ball i, at the present, with the wall; the impulse, kg m/s."""
+    """Collide ball i, at the present, with the wall; the impulse (1 + e) mu |v_n|, kg m/s.
+
+    mu is the reduced mass of the ball and a free container, or the ball's mass if it is fixed.
+    """
     balls, setup = state.balls, state.setup
     if box is not None:
         return hit_side(i, state, box, elastic)
@@ -179,7 +182,7 @@ def collide(i: int, j: int, now: float, state: State) -> float:
 
 @inlined
 def add_up(sums: Floats, which: int, size: float) -> None:
-    """Add what is not negative to a sum, and the rounding of that to its rest (Fast2Sum)."""
+    """Add a nonnegative number to a sum, and the rounding error to the sum's rest (Fast2Sum)."""
     before = sums[which]
     after = before + size
     sums[which] = after

@@ -4,8 +4,8 @@ Node k holds the earliest of its children 4k to 4k + 3, which lie in one line of
 cache. Ball i is leaf ``leaves + i``, and node 1 the winner. Nothing is inserted or removed, and an
 update climbs only as far as it changes anything.
 
-Times are not negative, and such doubles have the order of their bits taken as integers. Integers
-are compared three times as fast, and each event waits for these comparisons.
+Times are not negative. Such doubles sort like their bits read as integers. Integers are compared
+three times as fast, and each event waits for these comparisons.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ LINK, MEMBERS = 2, 2
 
 
 class Chains(NamedTuple):
-    """Where each link of the chain is along which the memory of a coming event is found.
+    """How far the fetching of memory for coming events has come.
 
     turns, begun : events since the chain began, and when that was (s)
     upper, lower : nodes of the tree, four and two levels above its leaves
@@ -126,7 +126,7 @@ class Chains(NamedTuple):
 
 @inlined
 def no_chains(bits: Integers) -> Chains:
-    """None yet: ball 0 instead of each."""
+    """Empty chains: every entry is ball 0."""
     leaves = len(bits) // 2
     return Chains(0, 0.0, leaves >> 2 * LINK * STEP, leaves >> LINK * STEP, 0, 0, 0, 0)
 

@@ -1,8 +1,8 @@
 """The arrays of a run, and the names of their rows.
 
-Compiled loops over a row of a C-contiguous array run in vector registers. ``None`` stands for what
-a scene lacks. Numba removes a branch on ``None`` only if the value is an argument of the function,
-so functions take such a value beside the state.
+Compiled loops over a row of a C-contiguous array run in vector registers. A value is ``None`` if
+the scene has no such part. Numba removes a branch on ``None`` only if the value is an argument of
+the function, so functions take such a value beside the state.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ Integers: TypeAlias = NDArray[np.int64]
 Indices: TypeAlias = NDArray[np.int32]
 Flags: TypeAlias = NDArray[np.bool_]
 
-# Instead of a partner: the wall; a search found none before a time, from which on to search again;
-# nothing has been searched yet.
-NO_PARTNER, SEARCH_AGAIN, NOT_SEARCHED = CONTAINER, -2, -3
+NO_PARTNER = CONTAINER  # the wall
+SEARCH_AGAIN = -2  # no ball up to a time; search again then
+NOT_SEARCHED = -3  # nothing has been searched yet
 
 # Rows of ``balls``, one column per ball: position (m), velocity (m/s) and the ball's own clock (s).
 # A ball moves only in its own events. ``container`` has the same five as elements.

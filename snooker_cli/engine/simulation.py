@@ -167,8 +167,8 @@ class Engine(ABC):
         at_wall = second == CONTAINER
         pair = f"ball {first} and the wall" if at_wall else f"balls {first} and {second}"
         message = (
-            f"{self._endless(first, at_wall)}: the clock stands at {now:.17g} s while collisions "
-            f"continue, the last of {pair}; {saved}"
+            f"{self._endless(first, at_wall)}: collisions continue, but time stays "
+            f"at {now:.17g} s; the last collision is of {pair}; {saved}"
         )
         return Stop(reason, now, (first,) if at_wall else (first, second), message)
 
@@ -314,10 +314,12 @@ class InCells(Engine):
 def engine_for(scene: Scene, name: str | None = None) -> type[AllPairs] | type[InCells]:
     """The faster engine for a scene, or that of a name: "allpairs" or "cells".
 
-    Raises ``ValueError`` for all pairs in a box, and for balls that slide in cells or outside of a
-    fixed circle.
+    Raises ``ValueError`` for another name, for all pairs in a box, and for balls that slide in
+    cells or outside of a fixed circle.
     """
     in_circle = isinstance(scene.container, Circle)
+    if name not in {None, "allpairs", "cells"}:
+        raise ValueError(f"there is no engine {name}: use allpairs or cells")
     if scene.slides and (not in_circle or scene.free):
         raise ValueError("balls slide along the fixed wall of a circle only: set collapse: stop")
     if scene.slides and name == "cells":
@@ -372,7 +374,7 @@ def simulate(
     sink : called with the events of each chunk; the trace then has none, so memory stays bounded
     engine : "allpairs" or "cells" instead of the faster one
 
-    Raises ``ValueError`` if neither limit is given.
+    Raises ``ValueError`` if neither limit is given, or if the engine cannot simulate the scene.
     """
     if collisions is None and time is None:
         raise ValueError("a run needs a number of collisions or a time to end at")

@@ -205,7 +205,7 @@ def speeds(build: FigureBuilder) -> FigureData:
         used = int(np.max(np.flatnonzero(counts))) + 1
         heights = counts[:used] / (total * SPEED_BIN * unit)
         build.lines.append(Histogram(edges[: used + 1] * unit, heights, build.label(point), index))
-        free = predictions.free_velocities(scene)
+        free = predictions.independent_velocities(scene)
         laws[free, unit] = None
         # The largest difference of cumulative shares, at the bins' edges.
         law = theory.maxwell_speed_cdf(edges[1:], REDUCED_TEMPERATURE)

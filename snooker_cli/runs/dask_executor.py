@@ -249,8 +249,9 @@ class DaskExecutor(Executor):
             if not isinstance(unknown, KilledWorker):
                 return unexpected(point, repeat, unknown)
             error = (
-                f"the scheduler gave it up after {unknown.allowed_failures + 1} of its workers had "
-                f"died, the last at {unknown.last_worker.address}; their logs may say why"
+                "the scheduler stopped retrying this repeat because "
+                f"{unknown.allowed_failures + 1} of its workers died, "
+                f"the last at {unknown.last_worker.address}; their logs may say why"
             )
         return RepeatResult(point, repeat, error=error)
 

@@ -242,10 +242,10 @@ def _writing(directory: Path) -> Iterator[None]:
 
 @contextmanager
 def locked(directory: Path) -> Iterator[None]:
-    """Lock a folder for one run at a time on this machine, and delete what a kill has left.
+    """Lock a folder for one run at a time on this machine; delete temporary files of a killed one.
 
     Raises ``RunError`` if another process has the lock or the folder cannot be made. Runs on two
-    machines may share a folder: each writes its own temporary files, and the last one stays.
+    machines may share a folder: each writes its own temporary files, and the last file is kept.
     """
     with _writing(directory):
         directory.mkdir(parents=True, exist_ok=True)

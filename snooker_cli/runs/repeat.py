@@ -42,7 +42,7 @@ class RepeatResult:
 
     point, repeat : their numbers
     cached : its file existed and was checked instead
-    traceback : of an error that no user can have caused
+    traceback : of an internal error
     work : what simulating it took
     unstored : it was interrupted, and its older file, which is as long or longer, was kept
     """
@@ -162,7 +162,7 @@ def cached(status: RepeatStatus) -> RepeatResult | None:
 
 
 def unexpected(point: int, repeat: int, error: BaseException) -> RepeatResult:
-    """The result of a repeat with an error that no user can have caused."""
+    """The result of a repeat with an internal error."""
     where = "".join(traceback.format_exception(error))
     return RepeatResult(point, repeat, error=f"{type(error).__name__}: {error}", traceback=where)
 

@@ -1,4 +1,4 @@
-"""A run: its points, the files of its repeats, and what each file is to it."""
+"""A run: its points, the files of its repeats, and whether each file is valid and complete."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FIGURE_KEYS = {"kind", "title", "caption", "numbers", "layers"}
 
 
 class State(StrEnum):
-    """What a repeat's file is to a run."""
+    """Whether a repeat's file belongs to a run and is complete."""
 
     DONE = "done"  # complete, and of this run
     INTERRUPTED = "interrupted"  # its beginning, because the user asked to stop
@@ -37,7 +37,7 @@ class State(StrEnum):
 
 @dataclass(frozen=True)
 class RepeatStatus:
-    """What a repeat's file is to a run.
+    """Whether a repeat's file belongs to a run and is complete.
 
     point, repeat : their numbers
     header : None without a readable file
@@ -166,7 +166,7 @@ class Run:
     def repeat_status(
         self, point: int, repeat: int, read: Callable[[Path], RepeatHeader] = store.check
     ) -> RepeatStatus:
-        """What a repeat's file is to this run.
+        """Whether a repeat's file belongs to this run and is complete.
 
         read : ``store.check``, or ``store.read_header`` to trust the content
         """
@@ -182,7 +182,7 @@ class Run:
         return self._classified(point, repeat, header)
 
     def _classified(self, point: int, repeat: int, header: RepeatHeader) -> RepeatStatus:
-        """What a file with this header is to this run."""
+        """Whether a file with this header belongs to this run and is complete."""
         source, own = header.provenance, self.points[point]
         state, reason, advice = State.UNUSABLE, "", "run the config again, which replaces it"
         if (source.point, source.repeat) != (point, repeat):
@@ -190,7 +190,9 @@ class Run:
         elif source.engine_version != self.engine_version:
             reason = f"is of engine version {source.engine_version}, not {self.engine_version}"
         elif source.engine != self.engine:
-            reason = f"is of --engine {source.engine}" if source.engine else "is of no --engine"
+            reason = "was simulated without --engine"
+            if source.engine:
+                reason = f"was simulated with --engine {source.engine}"
         elif source.digest != self.digests[point]:
             reason = "is of another config"
             if _is_extended(source.config, source.digest, own.experiment):

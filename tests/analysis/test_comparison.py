@@ -376,10 +376,13 @@ def test_floors_are_of_what_the_shape_conserves() -> None:
     assert predictions.floor(turning) == pytest.approx(moment / (19 * reach**2), rel=1e-12)
 
 
-def test_free_velocities() -> None:
+def test_independent_velocities() -> None:
     scene = gas("periodic", 64, 0.3)
-    assert predictions.free_velocities(scene) == 63
-    assert predictions.free_velocities(replace(scene, container=containers.Box(30.0, 30.0))) == 64
+    assert predictions.independent_velocities(scene) == 63
+    assert (
+        predictions.independent_velocities(replace(scene, container=containers.Box(30.0, 30.0)))
+        == 64
+    )
     moving = replace(scene, velocities=scene.velocities + 1.0)
     for unknown in (moving, gas("periodic", 64, 0.3, mixed=True), gas("periodic", 2, 0.1)):
-        assert predictions.free_velocities(unknown) is None
+        assert predictions.independent_velocities(unknown) is None

@@ -94,7 +94,7 @@ DAMAGES: list[tuple[Callable[[Path], object], str]] = [
     (lambda path: shutil.copy(path.with_name("repeat-0002.h5"), path), "is repeat 2 of point 1"),
     (changed(point=0), "is repeat 1 of point 0"),
     (changed(engine_version=ENGINE_VERSION - 1), f"is of engine version {ENGINE_VERSION - 1}, not"),
-    (changed(engine="cells"), "is of --engine cells"),
+    (changed(engine="cells"), "was simulated with --engine cells"),
     (changed(digest="0" * 64), "is of another config"),
 ]
 
