@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.errors import AbsentError, StoreError
@@ -63,7 +64,9 @@ def check(path: Path) -> RepeatHeader:
 def read_header(path: Path) -> RepeatHeader:
     """Read a file's header without checking its content. Raises ``StoreError``."""
     with _opened(path) as file:
-        ending, provenance = _parameter(file, "ending"), _parameter(file, "provenance")
+        ending, provenance = (
+            json.loads(_parameter(file, name)) for name in ("ending", "provenance")
+        )
         collisions = ending["wall_events"] + ending["pair_events"]
         return RepeatHeader(_stop(ending), collisions, Provenance(**provenance))
 
@@ -79,7 +82,7 @@ def _opened(path: Path) -> Iterator[h5py.File]:
     """A repeat's file. Raises ``StoreError``."""
     try:
         with hdf5.open_file(path) as file:
-            version = file[layout.PARAMETERS].attrs["schema_version"]
+            version = _parameter(file, "schema_version")
             if version != layout.SCHEMA_VERSION:
                 raise StoreError(
                     path,
@@ -99,25 +102,24 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         raise StoreError(path, reason, "delete it and run again") from None
 
 
-def _parameter(file: h5py.File, name: str) -> dict[str, Any]:
-    """An attribute that is JSON."""
-    return dict(json.loads(file[layout.PARAMETERS].attrs[name]))
+def _parameter(file: h5py.File, name: str) -> Any:
+    """One of snooker's own attributes."""
+    return hdf5.read_attribute(file, layout.PARAMETERS, name)
 
 
 def _checked(file: h5py.File, path: Path, *, keep_events: bool) -> tuple[Trace, RepeatHeader]:
     """A repeat whose content has the hash that was written, with or without its events."""
     fingerprint = Fingerprint()
-    trace = _trace(file)
+    trace = _trace(file, json.loads(_parameter(file, "ending")))
     if trace.summary is None:
         for events in _events(file, None if keep_events else EVENTS_AT_A_TIME):
             fingerprint.add(events)
             if keep_events:
                 trace = replace(trace, events=events)
-    parameters = file[layout.PARAMETERS].attrs
-    if fingerprint.content(trace, parameters["provenance"]) != parameters["content"]:
+    source = _parameter(file, "provenance")
+    if fingerprint.content(trace, source) != _parameter(file, "content"):
         raise _changed(path)
-    provenance = Provenance(**_parameter(file, "provenance"))
-    content = fingerprint.content(trace)
+    content, provenance = fingerprint.content(trace), Provenance(**json.loads(source))
     return trace, RepeatHeader(trace.stop, trace.collisions, provenance, trace.start, content)
 
 
@@ -128,14 +130,18 @@ def _changed(path: Path) -> StoreError:
 def _is_numbered(file: h5py.File, trace: Trace) -> bool:
     """Whether collisions or rows are counted from the first on, and both scenes have their step."""
     for group in (layout.BALLS, layout.CONTAINER):
-        steps, times = file[f"{group}/position/step"][:], file[f"{group}/position/time"][:]
+        steps = hdf5.read_rows(file, f"{group}/position/step", np.int64)
+        times = hdf5.read_rows(file, f"{group}/position/time")
         if [*steps, *times] != [0, trace.collisions, 0.0, trace.stop.time]:
             return False
     element, first = (layout.COLLISIONS, 1) if trace.summary is None else (layout.SUMMARY_TIME, 0)
-    steps = file[f"{element}/step"]
+    steps = f"{element}/step"
     return all(
-        np.array_equal(steps[rows], np.arange(first + rows.start, first + rows.stop))
-        for rows in _pieces(len(steps), EVENTS_AT_A_TIME)
+        np.array_equal(
+            hdf5.read_rows(file, steps, np.int64, rows),
+            np.arange(first + rows.start, first + rows.stop),
+        )
+        for rows in _pieces(hdf5.length(file, steps), EVENTS_AT_A_TIME)
     )
 
 
@@ -145,26 +151,26 @@ def _pieces(number: int, at_a_time: int) -> Iterator[slice]:
         yield slice(start, min(start + at_a_time, number))
 
 
-def _trace(file: h5py.File) -> Trace:
+def _trace(file: h5py.File, ending: dict[str, Any]) -> Trace:
     """A trace without its events."""
-    ending = _parameter(file, "ending")
-    balls, container = file[layout.BALLS], file[layout.CONTAINER]
-    shape, lengths = SHAPES[ending["shape"]], container["radius"]
+    positions, velocities, masses, radii = _particles(file, layout.BALLS)
+    places, motions, container_mass, lengths = _particles(file, layout.CONTAINER)
+    shape = SHAPES[ending["shape"]]
     if not issubclass(shape, Circle):
-        lengths = balls["box/edges"]
+        lengths = hdf5.read_rows(file, f"{layout.BALLS}/box/edges")
     common = {
-        "radii": balls["radius"][:],
-        "masses": balls["mass"][:],
-        "container": shape(*lengths[:].tolist()),
-        "container_mass": float(container["mass"][0]),
+        "radii": radii,
+        "masses": masses,
+        "container": shape(*lengths.tolist()),
+        "container_mass": float(container_mass[0]),
         **{name: ending[name] for name in layout.RULES if name in ending},
     }
     start, finish = (
         Scene(
-            positions=balls["position/value"][k],
-            velocities=balls["velocity/value"][k],
-            container_position=container["position/value"][k, 0],
-            container_velocity=container["velocity/value"][k, 0],
+            positions=positions[k],
+            velocities=velocities[k],
+            container_position=places[k, 0],
+            container_velocity=motions[k, 0],
             **common,
         )
         for k in (0, 1)
@@ -176,8 +182,14 @@ def _trace(file: h5py.File) -> Trace:
         wall_events=ending["wall_events"],
         pair_events=ending["pair_events"],
         events=None,
-        summary=None if "connectivity" in file else _summary(file[layout.SUMMARY]),
+        summary=None if "connectivity" in file else _summary(file),
     )
+
+
+def _particles(file: h5py.File, group: str) -> list[NDArray[np.float64]]:
+    """Positions and velocities at the start and the finish, masses and radii."""
+    names = ("position/value", "velocity/value", "mass", "radius")
+    return [hdf5.read_rows(file, f"{group}/{name}") for name in names]
 
 
 def _stop(ending: dict[str, Any]) -> Stop:
@@ -188,17 +200,24 @@ def _stop(ending: dict[str, Any]) -> Stop:
 
 def _events(file: h5py.File, at_a_time: int | None) -> Iterator[Events]:
     """The events in pieces, or all at once."""
-    times, pairs = file[f"{layout.COLLISIONS}/time"], file[f"{layout.COLLISIONS}/value"]
-    impulses = file[f"{layout.IMPULSE}/value"]
-    residuals = file.get(f"{layout.RESIDUAL}/value")
-    for rows in _pieces(len(times), at_a_time or max(len(times), 1)):
-        i, j = np.ascontiguousarray(pairs[rows, 0].T)
-        residual = None if residuals is None else residuals[rows]
-        yield Events(times[rows], i, j, impulses[rows], residual)
+    number = hdf5.length(file, f"{layout.COLLISIONS}/time")
+    has_residual = file.id.links.exists(layout.RESIDUAL.encode())
+    for rows in _pieces(number, at_a_time or max(number, 1)):
+        pairs = hdf5.read_rows(file, f"{layout.COLLISIONS}/value", np.int32, rows)
+        i, j = np.ascontiguousarray(pairs[:, 0].T)
+        time = hdf5.read_rows(file, f"{layout.COLLISIONS}/time", rows=rows)
+        impulse = hdf5.read_rows(file, f"{layout.IMPULSE}/value", rows=rows)
+        residual = None
+        if has_residual:
+            residual = hdf5.read_rows(file, f"{layout.RESIDUAL}/value", rows=rows)
+        yield Events(time, i, j, impulse, residual)
 
 
-def _summary(group: h5py.Group) -> Summary:
+def _summary(file: h5py.File) -> Summary:
     """A summary's columns."""
-    columns = {name: group[f"{name}/value"][:] for name in SERIES_UNITS if name != "time"}
-    time = group.file[f"{layout.SUMMARY_TIME}/time"][:]
-    return Summary(Series(time=time, **columns), group["speed_histogram/value"][:])
+    names = [name for name in SERIES_UNITS if name != "time"]
+    columns = {name: hdf5.read_rows(file, f"{layout.SUMMARY}/{name}/value") for name in names}
+    return Summary(
+        Series(time=hdf5.read_rows(file, f"{layout.SUMMARY_TIME}/time"), **columns),
+        hdf5.read_rows(file, f"{layout.SUMMARY}/speed_histogram/value", np.int64),
+    )
