@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import zlib
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -68,7 +68,8 @@ def read_attribute(file: h5py.File, path: str, name: str) -> Any:
     attribute = h5a.open(file.id, name.encode(), obj_name=path.encode())
     value = np.zeros((), attribute.dtype)
     attribute.read(value)
-    return value[()].decode() if value.dtype == object else value[()]
+    number_or_text = value.item()
+    return number_or_text.decode() if isinstance(number_or_text, bytes) else number_or_text
 
 
 def read_rows(
@@ -107,7 +108,8 @@ def write_rows(
     before : rows before these; those that were never written are zero and take no space
     """
     if not chunk:
-        _create(file, path, values, unit, chunk).write(h5s.ALL, h5s.ALL, values)
+        data = _create(file, path, values, unit, chunk)
+        data.write(h5s.ALL, h5s.ALL, values, native(values.dtype))
         return
     data = file[path].id if path in file else _create(file, path, values, unit, chunk)
     data.set_extent((before + len(values), *values.shape[1:]))
@@ -116,20 +118,29 @@ def write_rows(
 
 def _create(file: h5py.File, path: str, values: NDArray[Any], unit: str | None, chunk: int) -> Any:
     """A dataset for such values."""
-    settings, space = h5p.create(h5p.DATASET_CREATE), h5s.create_simple(values.shape)
-    settings.set_obj_track_times(False)
+    rest, space = values.shape[1:], h5s.create_simple(values.shape)
     if chunk:
-        settings.set_chunk((chunk, *values.shape[1:]))
-        settings.set_shuffle()
-        settings.set_deflate(1)
-        space = h5s.create_simple((0, *values.shape[1:]), (h5s.UNLIMITED, *values.shape[1:]))
-    links = h5p.create(h5p.LINK_CREATE)
-    links.set_create_intermediate_group(True)
-    data = h5d.create(file.id, path.encode(), native(values.dtype), space, settings, links)
+        space = h5s.create_simple((0, *rest), (h5s.UNLIMITED, *rest))
+    settings = _settings((chunk, *rest) if chunk else None)
+    data = h5d.create(file.id, path.encode(), native(values.dtype), space, *settings)
     if unit is not None:  # H5MD wants a string of fixed length
         text = np.array(unit.encode())
-        h5a.create(data, b"unit", h5t.py_create(text.dtype), h5s.create(h5s.SCALAR)).write(text)
+        kind = native(text.dtype)
+        h5a.create(data, b"unit", kind, h5s.create(h5s.SCALAR)).write(text, kind)
     return data
+
+
+@lru_cache(maxsize=64)
+def _settings(chunk: tuple[int, ...] | None) -> tuple[Any, Any]:
+    """How datasets with such chunks are made, and the groups above them."""
+    settings, links = h5p.create(h5p.DATASET_CREATE), h5p.create(h5p.LINK_CREATE)
+    settings.set_obj_track_times(False)
+    if chunk:
+        settings.set_chunk(chunk)
+        settings.set_shuffle()
+        settings.set_deflate(1)
+    links.set_create_intermediate_group(True)
+    return settings, links
 
 
 def share_time(file: h5py.File, element: str, source: str) -> None:

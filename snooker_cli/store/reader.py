@@ -135,13 +135,13 @@ def _is_numbered(file: h5py.File, trace: Trace) -> bool:
         if [*steps, *times] != [0, trace.collisions, 0.0, trace.stop.time]:
             return False
     element, first = (layout.COLLISIONS, 1) if trace.summary is None else (layout.SUMMARY_TIME, 0)
-    steps = f"{element}/step"
+    counted = f"{element}/step"
     return all(
         np.array_equal(
-            hdf5.read_rows(file, steps, np.int64, rows),
+            hdf5.read_rows(file, counted, np.int64, rows),
             np.arange(first + rows.start, first + rows.stop),
         )
-        for rows in _pieces(hdf5.length(file, steps), EVENTS_AT_A_TIME)
+        for rows in _pieces(hdf5.length(file, counted), EVENTS_AT_A_TIME)
     )
 
 

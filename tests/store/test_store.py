@@ -303,3 +303,19 @@ def test_a_place_that_cannot_be_written_is_refused(
         with pytest.raises(AbsentError, match="cannot write the result"):
             store.write(tmp_path / place, traces["events"], provenance)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["folder", "plain"]
+
+
+def test_reading_makes_no_h5py_object_for_a_dataset(
+    traces: dict[str, Trace],
+    tmp_path: Path,
+    provenance: Provenance,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """They take three times as long as low-level calls, and most files are short."""
+    for name, trace in traces.items():
+        store.write(tmp_path / name, trace, provenance)
+    monkeypatch.setattr(h5py.Group, "__getitem__", lambda *_: pytest.fail("an object of h5py"))
+    for name in traces:
+        path = tmp_path / name
+        assert store.read(path)[1].fingerprint == store.check(path).fingerprint
+        assert store.read_header(path).provenance == provenance
