@@ -114,11 +114,16 @@ def run(
                     "--yes",
                 )
         with runs.locked(target.directory):
+            analyses = [] if fresh else target.analyses()
             _print_change(runs.create(target, fresh=fresh))
             with RunProgress(len(points), loaded.experiment.repeats, not no_progress) as watcher:
                 outcomes = execute(
                     target, workers=workers, watcher=watcher, cancelled=cancelled, executor=cluster
                 )
+    if removed := [path for path in analyses if not path.exists()]:
+        again = listed([f"`snooker {path.stem} {target.directory}`" for path in removed])
+        names = listed([path.name for path in removed])
+        notice(f"removed {names}, because the run has changed; run {again} again")
     summary = _summary(target, outcomes, watcher)
     print_result(summary, as_json, _summary_lines(target, outcomes, summary))
     if cancelled.is_set():
@@ -207,6 +212,11 @@ def _plan_lines(plan: dict[str, Any]) -> Iterator[str]:
             yield f"  {heading}  {listed(names) if names else 'nothing'}"
     yield ""
     yield _estimate(plan)
+    if plan["cools_out"]:
+        yield (
+            "This may take much longer: without walls, balls that cool drift together in the end, "
+            "and hardly collide."
+        )
 
 
 def _estimate(plan: dict[str, Any]) -> str:

@@ -14,7 +14,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, Self, TypeVar
 
-from snooker_cli.runs.folder import record_failures
+from snooker_cli.runs.folder import record_failure, record_failures
 from snooker_cli.runs.plan import alike, first_scene
 from snooker_cli.runs.repeat import Begun, RepeatResult, cached, compile_for, simulate_repeat
 from snooker_cli.runs.run import RepeatStatus, Run, State
@@ -157,6 +157,8 @@ def execute(
 
     def finish(result: RepeatResult) -> None:
         results.append(result)
+        if result.error:
+            record_failure(run, result.point, result.repeat, result.error)
         watcher.finished(result)
 
     with ThreadExecutor(workers, cancelled) as threads:
@@ -177,6 +179,7 @@ def execute(
             for found in simulating.simulate(run, sorted(missing), watcher, _command()):
                 if found is not None:
                     finish(found)
+    # Again, because temporary files that filled the disk are gone.
     record_failures(run, {(each.point, each.repeat): each.error for each in results if each.error})
     return sorted(results, key=lambda result: (result.point, result.repeat))
 

@@ -301,23 +301,33 @@ def _lock(descriptor: int, how: int) -> bool | None:
 # Failures.
 
 
+def record_failure(run: Run, point: int, repeat: int, error: str) -> None:
+    """Add a repeat that has failed to the record, if the disk takes it."""
+    with suppress(OSError), (run.directory / FAILURES).open("a", encoding="utf-8") as file:
+        file.write(_failure_line(point, repeat, error))
+
+
 def record_failures(run: Run, errors: Mapping[tuple[int, int], str]) -> None:
-    """Write the errors of the repeats that failed in an attempt; without any, delete the record."""
+    """Write the record of an attempt's failures; without any, delete it. A full disk keeps it."""
     path = run.directory / FAILURES
     with suppress(OSError):
         if not errors:
             path.unlink(missing_ok=True)
             return
         with atomic_write(path) as part, part.open("w", encoding="utf-8") as file:
-            for (point, repeat), error in errors.items():
-                print(json.dumps({"point": point, "repeat": repeat, "error": error}), file=file)
+            file.writelines(_failure_line(*item, error) for item, error in errors.items())
+
+
+def _failure_line(point: int, repeat: int, error: str) -> str:
+    return json.dumps({"point": point, "repeat": repeat, "error": error}) + "\n"
 
 
 def failures(run: Run) -> dict[tuple[int, int], str]:
-    """The error of each point and repeat that failed; none without a record that can be read."""
-    try:
-        lines = (run.directory / FAILURES).read_text("utf-8", "replace").splitlines()
-        found = [json.loads(line) for line in lines]
-        return {(each["point"], each["repeat"]): str(each["error"]) for each in found}
-    except (OSError, ValueError, KeyError, TypeError):
-        return {}
+    """The error of each point and repeat that failed; a line that is cut is skipped."""
+    found: dict[tuple[int, int], str] = {}
+    with suppress(OSError):
+        for line in (run.directory / FAILURES).read_text("utf-8", "replace").splitlines():
+            with suppress(ValueError, KeyError, TypeError):
+                one = json.loads(line)
+                found[int(one["point"]), int(one["repeat"])] = str(one["error"])
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -29,13 +30,16 @@ BYTES_OF_EVENT, BYTES_OF_SHORT_EVENT = 14.5, 32
 SHORT = 4096
 """Repeats with fewer events are not compressed."""
 
+COLD = 2.0**-104
+"""The part of the energy that is left when speeds are those of rounding."""
+
 
 @dataclass(frozen=True)
 class SceneClass:
-    """Points whose scenes need the same compiled engine.
+    """Points for which the same is modelled.
 
     balls : the number of balls of each point
-    models : what the engine models or records, and what it leaves out
+    models : what is modelled or recorded, and what is left out because the scenes do not need it
     """
 
     shape: type[Container]
@@ -50,7 +54,7 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated, or that
     the chosen engine cannot simulate.
     """
-    found: dict[Any, list[tuple[Point, int]]] = {}
+    described: list[tuple[Point, int, Any]] = []
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
@@ -63,14 +67,32 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
             wrong = error.key if isinstance(error, SceneError) else "container.shape"
             raise SceneError(wrong, f"{error}{where}") from None
         models["events"] = experiment.record == "events"
-        key = type(scene.container), tuple(models.items())
-        found.setdefault(key, []).extend((point, scene.number) for point in same)
+        for point in same:
+            needed = models | _loss_models(point.experiment)
+            key = type(scene.container), tuple(needed.items())
+            described.append((point, scene.number, key))
+    found: dict[Any, list[tuple[Point, int]]] = {}
+    for point, number, key in sorted(described, key=lambda each: each[0].index):
+        found.setdefault(key, []).append((point, number))
     classes = []
-    for (shape, compiled), members in found.items():
-        members.sort(key=lambda member: member[0].index)
+    for (shape, modelled), members in found.items():
         members_points, balls = zip(*members, strict=True)
-        classes.append(SceneClass(shape, members_points, balls, dict(compiled)))
+        classes.append(SceneClass(shape, members_points, balls, dict(modelled)))
     return classes
+
+
+def _loss_models(experiment: Experiment) -> dict[str, bool]:
+    """Which losses a point has, what ends its repeats because of them, and what prevents that."""
+    shape = experiment.container.shape_class
+    at_wall = shape.has_wall and experiment.effective_wall_cor < 1.0
+    return {
+        "losses between balls": experiment.cor < 1.0,
+        "losses at the wall": at_wall,
+        "wall traps": at_wall and issubclass(shape, Circle) and experiment.collapse == "stop",
+        "collapse": True,
+        "lasting contacts": experiment.contact_duration > 0.0,
+        "slow collisions elastic": experiment.elastic_below > 0.0,
+    }
 
 
 def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
@@ -111,7 +133,8 @@ def run_plan(
     workers : threads that simulate
     fresh : as if the folder were empty
 
-    Estimates are None if the number of collisions is not known beforehand.
+    Estimates are None if the number of collisions is not known beforehand. ``cools_out`` warns
+    that balls may cool until they drift together, which takes longer than estimated.
     """
     to_do = dict.fromkeys((point.index for point in run.points), run.experiment.repeats)
     if not fresh and run.directory.is_dir():
@@ -131,6 +154,11 @@ def run_plan(
         "collisions": _total(kinds, "collisions"),
         "threads": threads,
         "seconds": None if seconds is None else seconds / threads,
+        "cools_out": any(
+            to_do[point.index] > 0 and _cools_out(point.experiment, balls)
+            for each in classes
+            for point, balls in zip(each.points, each.balls, strict=True)
+        ),
         "bytes": _total(kinds, "bytes"),
         "free_bytes": _free_bytes(run.directory),
     }
@@ -194,6 +222,17 @@ def _estimates(
     if experiment.collisions is None and repeats:
         found |= {name: None for name in found if events or name != "bytes"}
     return found
+
+
+def _cools_out(experiment: Experiment, balls: int) -> bool:
+    """Whether balls without walls may cool until they drift together, almost at rest to each other.
+
+    They then cross ever more cells between two collisions. A collision of equal balls takes
+    (1 - CoR²) / N of the energy on average (Haff's law by collisions), unless they cluster.
+    """
+    lost = (experiment.collisions or 0) * (1.0 - experiment.cor**2) / balls
+    lasting = not experiment.container.shape_class.has_wall and experiment.elastic_below == 0.0
+    return lasting and lost > -math.log(COLD)
 
 
 def _free_bytes(directory: Path) -> int | None:

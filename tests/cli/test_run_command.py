@@ -157,9 +157,11 @@ def test_a_plan_writes_nothing_and_adds_up(here: Path, snooker: Snooker) -> None
     assert list(here.iterdir()) == [here / "small.yaml"]
     assert [plan[name] for name in ("points", "repeats", "cached", "to_do")] == [2, 3, 0, 6]
     assert (plan["collisions"], plan["threads"]) == (900, 2)
-    (one,) = plan["kinds"]
-    assert (one["points"], one["balls"]) == ([{"cor": 0.85}, {"cor": 1.0}], [7])
-    assert (one["shape"], one["engine"], one["to_do"]) == ("circle", "allpairs", 6)
+    lossy, elastic = plan["kinds"]
+    assert (lossy["points"], elastic["points"]) == ([{"cor": 0.85}], [{"cor": 1.0}])
+    for one in (lossy, elastic):
+        assert (one["balls"], one["shape"], one["engine"]) == ([7], "circle", "allpairs")
+        assert (one["to_do"], one["collisions"]) == (3, 450)
     assert sum(one["bytes"] for one in plan["kinds"]) == plan["bytes"]
     spent = sum(one["processor_seconds"] for one in plan["kinds"])
     assert plan["seconds"] == pytest.approx(spent / 2)
@@ -189,6 +191,44 @@ def test_a_plan_has_the_engine_and_its_reason(here: Path, snooker: Snooker) -> N
     ):
         (one,) = planned(snooker, "gas.yaml", *arguments)["kinds"]
         assert (one["engine"], one["because"]) == (engine, because)
+
+
+def test_a_plan_warns_of_balls_that_cool_until_they_drift_together(
+    here: Path, snooker: Snooker
+) -> None:
+    """Speeds are 10⁻¹⁶ of what they were after 36 · 2N / (1 − CoR²) collisions."""
+    Path("gas.yaml").write_text(
+        "container: {shape: periodic}\ncor: 0.999\n"
+        "balls: {count: 217, packing: 0.1, radius: 1.0, speed: 10.0}\n"
+    )
+    for keys, warned in (
+        (["collisions=7.8e6"], False),
+        (["collisions=7.9e6"], True),
+        (["collisions=7.9e6", "cor=1"], False),
+        (["collisions=7.9e6", "collapse={elastic_below: 0.01}"], False),
+        (["collisions=7.9e6", "container.shape=circle"], False),
+        (["collisions=7.9e6", "container.shape=box"], False),
+    ):
+        assert planned(snooker, "gas.yaml", *overrides(*keys))["cools_out"] == warned, keys
+        printed = snooker("run", "gas.yaml", "--dry-run", *overrides(*keys)).out
+        assert ("This may take much longer" in printed) == warned, keys
+
+
+def test_a_run_reports_which_analyses_it_removes(finished: Path, snooker: Snooker) -> None:
+    """Made of fewer repeats, or of more; --fresh asks for it."""
+    removal = "snooker: removed {}, because the run has changed; run {} again\n"
+    fit, both = "`snooker fit runs/small`", ("fit.json", "compare.json")
+    for name in both:
+        (finished / name).write_text("[]")
+    assert "removed" not in snooker("run", "small.yaml").err
+    more = snooker("run", "small.yaml", "-o", "repeats=4").err
+    commands = f"{fit} and `snooker compare runs/small`"
+    assert removal.format("fit.json and compare.json", commands) in more
+    assert not [name for name in both if (finished / name).exists()]
+    (finished / "fit.json").write_text("[]")
+    assert removal.format("fit.json", fit) in snooker("run", "small.yaml").err
+    (finished / "fit.json").write_text("[]")
+    assert "removed" not in snooker("run", "small.yaml", "--fresh").err
 
 
 @pytest.mark.parametrize("record", ["events", "summary"])

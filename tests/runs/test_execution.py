@@ -20,7 +20,7 @@ from snooker_cli.errors import RunError, StoreError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.runs.execution import ThreadExecutor, Watcher, execute
-from snooker_cli.runs.folder import FAILURES, failures
+from snooker_cli.runs.folder import FAILURES, failures, record_failure
 from snooker_cli.runs.repeat import AbandonedError, Begun, RepeatResult
 from snooker_cli.runs.status import run_status
 from snooker_cli.trace import StopReason
@@ -284,6 +284,43 @@ def test_one_failing_repeat_does_not_stop_the_others(copied: Run, finished_run: 
     assert failures(copied) == {}
     assert not (copied.directory / FAILURES).exists()
     assert contents(copied) == contents(finished_run)
+
+
+class Recorded(Watcher):
+    """What the record of failures has as each repeat ends, as seen by `snooker show`.
+
+    refused : no failure can be recorded before all repeats have ended
+    """
+
+    def __init__(self, run: Run, *, refused: bool = False) -> None:
+        self.run, self.refused, self.failed = run, refused, [0]
+        self.record = run.directory / FAILURES
+        if refused:
+            self.record.mkdir()
+
+    def finished(self, result: RepeatResult) -> None:
+        self.failed.append(run_status(self.run).total("failed"))
+        if self.refused and len(self.failed) == 7:
+            self.record.rmdir()
+
+
+@pytest.mark.parametrize("refused", [False, True])
+def test_a_failure_is_recorded_as_it_happens_or_at_the_end(refused: bool, copied: Run) -> None:
+    """A full disk refuses the record; a folder in its place does the same."""
+    for point, repeat in ((0, 1), (1, 0)):
+        copied.path(point, repeat).unlink()
+        copied.path(point, repeat).mkdir()
+    watcher = Recorded(copied, refused=refused)
+    done(copied, watcher=watcher)
+    assert watcher.failed == ([0] * 7 if refused else [0, 0, 0, 0, 0, 1, 2])
+    assert failures(copied).keys() == {(0, 1), (1, 0)}
+
+
+def test_a_cut_line_of_the_record_hides_no_other(copied: Run) -> None:
+    record_failure(copied, 0, 1, "no room")
+    with (copied.directory / FAILURES).open("a") as file:
+        file.write('{"point": 1, "rep')
+    assert failures(copied) == {(0, 1): "no room"}
 
 
 # Interrupts

@@ -17,7 +17,7 @@ cor: 1
 collisions: 10
 """
 
-KERNEL = {
+ELASTIC = {
     "cells": False,
     "balls sorted by cells": False,
     "straight walls": False,
@@ -26,6 +26,12 @@ KERNEL = {
     "unequal balls": False,
     "sliding along the wall": False,
     "events": True,
+    "losses between balls": False,
+    "losses at the wall": False,
+    "wall traps": False,
+    "collapse": True,
+    "lasting contacts": False,
+    "slow collisions elastic": False,
 }
 
 TWO_BALLS = """\
@@ -45,7 +51,8 @@ def classes_of(text: str, *overrides: str, engine: str | None = None) -> list[Sc
 
 def test_a_class_holds_points_that_need_the_same(small_config: str) -> None:
     (one,) = classes_of(small_config, "balls.rings=0,2,1", "cor=0.7,0.8")
-    assert one.models == KERNEL | {"moving container": True}
+    lossy = ("moving container", "losses between balls", "losses at the wall", "wall traps")
+    assert one.models == ELASTIC | dict.fromkeys(lossy, True)
     assert (one.shape, one.balls) == (Circle, (1, 19, 7, 1, 19, 7))
     assert [point.index for point in one.points] == list(range(6))
     fixed, free = classes_of(small_config, "container.mass=.inf,1e7", "cor=1")
@@ -61,15 +68,47 @@ def test_a_class_holds_points_that_need_the_same(small_config: str) -> None:
         (("container={shape: box, width: 20}",), ["cells", "straight walls"]),
         (("container={shape: periodic, width: 20}",), ["cells", "periodic images"]),
         (("balls.count=80", "collapse=slide"), ["sliding along the wall"]),
+        (("balls.count=80", "cor=0.9", "wall_cor=1"), ["losses between balls"]),
+        (("balls.count=80", "wall_cor=0.9"), ["losses at the wall", "wall traps"]),
+        (
+            ("balls.count=80", "wall_cor=0.9", "collapse=slide"),
+            ["losses at the wall", "sliding along the wall"],
+        ),
+        (
+            ("balls.count=80", "wall_cor=0.9", "collapse={tc: 0.01}"),
+            ["losses at the wall", "lasting contacts"],
+        ),
+        (
+            ("container={shape: box, width: 20}", "cor=0.9", "collapse={elastic_below: 0.01}"),
+            [
+                "cells",
+                "straight walls",
+                "losses between balls",
+                "losses at the wall",
+                "slow collisions elastic",
+            ],
+        ),
+        (
+            ("container={shape: periodic, width: 20}", "cor=0.9"),
+            ["cells", "periodic images", "losses between balls"],
+        ),
     ],
 )
 def test_only_what_a_scene_needs_is_modelled(
     overrides: tuple[str, ...], modelled: list[str]
 ) -> None:
     (each,) = classes_of(GAS, *overrides)
-    assert each.models == KERNEL | dict.fromkeys(modelled, True)
+    assert each.models == ELASTIC | dict.fromkeys(modelled, True)
     (each,) = classes_of(GAS, *overrides, "record=summary")
-    assert each.models == KERNEL | dict.fromkeys(modelled, True) | {"events": False}
+    assert each.models == ELASTIC | dict.fromkeys(modelled, True) | {"events": False}
+
+
+def test_points_with_and_without_losses_are_of_two_classes(small_config: str) -> None:
+    lossy, elastic = classes_of(small_config, "cor=0.8,1.0", "balls.rings=1,2")
+    assert [point.index for point in lossy.points] == [0, 1]
+    assert [point.index for point in elastic.points] == [2, 3]
+    differing = {name for name, is_so in lossy.models.items() if is_so != elastic.models[name]}
+    assert differing == {"losses between balls", "losses at the wall", "wall traps"}
 
 
 def test_an_engine_can_be_forced_upon_all_scenes_it_knows(small_config: str) -> None:
