@@ -54,7 +54,8 @@ class Container(ABC):
 
     name : the shape in a config
     title : the shape in a sentence, without an article
-    keys : the fields, which are also config keys; the first is needed, others default to it
+    keys : the fields, which are also config keys; the first is needed, others default to it. Files
+        store the radius of a circle and else ``size``, which begins with the fields.
     has_wall : whether balls collide with the container
     can_move : whether the container may have a finite mass
     """
@@ -77,7 +78,7 @@ class Container(ABC):
     @property
     @abstractmethod
     def size(self) -> tuple[float, float]:
-        """Width and height, m."""
+        """Width and height of the rectangle around it, whose middle is the centre, m."""
 
     @property
     def period(self) -> tuple[float, float] | None:

@@ -108,6 +108,16 @@ def gas(
     )
 
 
+DARTS = 200_000
+
+
+def uniform(container: Container, radius: float, seed: int) -> NDArray[np.float64]:
+    """Random places of balls of a radius (m) in a container, (*n*, 2), by rejection of DARTS."""
+    places = np.random.default_rng(seed).uniform(-0.5, 0.5, (DARTS, 2)) * container.size
+    radii = np.full(DARTS, radius if container.has_wall else 0.0)
+    return places[container.wall_gaps(places, radii) >= 0]
+
+
 def displaced(
     scene: Scene, by: Sequence[float] = (1024.0, -512.0), drift: Sequence[float] = (32.0, -8.0)
 ) -> Scene:

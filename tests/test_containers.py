@@ -4,31 +4,24 @@ import math
 
 import numpy as np
 import pytest
+from scenes import DARTS, uniform
 
-from snooker_cli.containers import SHAPES, Box, Circle, Container, PeriodicBox
+from snooker_cli.containers import SHAPES, Box, Circle, PeriodicBox
 from snooker_cli.errors import SceneError
 
-CONTAINERS = [Circle(3.0), Box(7.0, 4.0), PeriodicBox(7.0, 4.0)]
+CONTAINERS = [shape(*(7.0, 4.0)[: len(shape.keys)]) for shape in SHAPES.values()]
 every_container = pytest.mark.parametrize("container", CONTAINERS, ids=list(SHAPES))
 
-NUMBER = 200_000
 ERRORS = 5.0
 """Standard errors that a mean over random points may be off."""
-
-
-def uniform(container: Container, radius: float, seed: int) -> np.ndarray:
-    """Random places of balls inside the container, (*n*, 2), by rejection."""
-    places = np.random.default_rng(seed).uniform(-0.5, 0.5, (NUMBER, 2)) * container.size
-    radii = np.full(NUMBER, radius if container.has_wall else 0.0)
-    return places[container.wall_gaps(places, radii) >= 0]
 
 
 @every_container
 @pytest.mark.parametrize("radius", [0.0, 0.5])
 def test_areas_are_those_of_random_points(container, radius):
     width, height = container.size
-    part = len(uniform(container, radius, 0)) / NUMBER
-    error = math.sqrt(part * (1 - part) / NUMBER)
+    part = len(uniform(container, radius, 0)) / DARTS
+    error = math.sqrt(part * (1 - part) / DARTS)
     area = container.accessible(radius).area
     assert abs(area / (width * height) - part) <= ERRORS * error + 1e-12
     if radius == 0:
@@ -54,7 +47,7 @@ def test_a_packing_gives_back_its_sizes(container):
     assert container.packing_fraction(squares) == pytest.approx(0.3, rel=1e-14)
     made = type(container).for_packing(0.3, squares)
     assert made.area == pytest.approx(container.area, rel=1e-14)
-    assert made.size[0] == made.size[1]
+    assert len(set(made.lengths.values())) == 1
     assert container.scaled(2.0).area == pytest.approx(4 * container.area, rel=1e-14)
     assert container.scaled(2.0).size == tuple(2 * side for side in container.size)
 
@@ -87,6 +80,13 @@ def test_balls_are_put_inside(container):
     else:
         steps = (places - before) / container.size
         np.testing.assert_allclose(steps, np.rint(steps), atol=1e-14)
+
+
+@every_container
+def test_files_hold_the_lengths(container):
+    """As the radius of a circle, or at the beginning of the size; see ``Container.keys``."""
+    stored = [container.radius] if isinstance(container, Circle) else container.size
+    assert list(container.lengths.values()) == list(stored[: len(container.keys)])
 
 
 @every_container

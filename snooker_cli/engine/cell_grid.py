@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from snooker_cli.containers import Circle
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.contact import NEVER, nearest_image, wall_delay
 from snooker_cli.engine.jit import inlined
@@ -160,19 +159,16 @@ def centred(mesh: Mesh, x: float, y: float) -> Mesh:
 
 def cells_at_wall(scene: Scene, mesh: Mesh, margin: float) -> Flags:
     """Whether a ball with its centre in a cell can touch the wall, if that moves by a margin, m."""
-    left = mesh.width * (np.arange(1 << mesh.shift) - 0.5 * mesh.columns)
-    bottom = mesh.height * (np.arange(mesh.rows) - 0.5 * mesh.rows)
-    far_x = np.maximum(-left, left + mesh.width)[None, :]
-    far_y = np.maximum(-bottom, bottom + mesh.height)[:, None]
-    largest = float(np.max(scene.radii))
-    if not scene.container.has_wall:
-        return np.zeros(mesh.rows << mesh.shift, dtype=np.bool_)
-    if isinstance(scene.container, Circle):
-        reach = scene.container.radius - largest - margin
-        return np.ravel(np.hypot(far_x, far_y) * ROUNDING >= reach)
-    width, height = scene.container.size
-    beyond_x = far_x * ROUNDING >= 0.5 * width - largest
-    return np.ravel(beyond_x | (far_y * ROUNDING >= 0.5 * height - largest))
+    at_wall = np.zeros((mesh.rows, 1 << mesh.shift), dtype=np.bool_)
+    if scene.container.has_wall:
+        largest = np.max(scene.radii, keepdims=True)
+        left = mesh.width * (np.arange(1 << mesh.shift) - 0.5 * mesh.columns)
+        bottom = mesh.height * (np.arange(mesh.rows) - 0.5 * mesh.rows)
+        for x in (left, left + mesh.width):
+            for y in (bottom, bottom + mesh.height):
+                corners = ROUNDING * np.stack(np.meshgrid(x, y), axis=-1)
+                at_wall |= scene.container.wall_gaps(corners, largest) <= margin
+    return np.ravel(at_wall)
 
 
 def new_margin(container: Floats, width: float, now: float, number: int) -> Margin:

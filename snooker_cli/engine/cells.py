@@ -18,7 +18,7 @@ from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.event_queue import LARGE, fetch_ahead, first, no_chains
 from snooker_cli.engine.jit import inlined, kernel
-from snooker_cli.engine.kernel_state import Floats, Recorded, State
+from snooker_cli.engine.kernel_state import Recorded, State
 from snooker_cli.engine.prediction import is_trapped
 from snooker_cli.engine.sampling import Grid, next_sample, sample_until
 
@@ -28,10 +28,8 @@ events can be stopped too."""
 
 
 @inlined
-def check_trap(i: int, now: float, bounces: int, state: State, box: Floats | None) -> bool:
+def check_trap(i: int, now: float, bounces: int, state: State) -> bool:
     """Whether ball i is trapped at the wall of a circle, looked at after 2, 4, 8 … bounces."""
-    if box is not None:
-        return False
     often = bounces > 1 or state.setup.wall_restitution == 0.0
     if state.setup.traps and often and bounces & (bounces - 1) == 0:
         return is_trapped(i, now, state, state.container, None, None, False)
@@ -83,7 +81,7 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid, limit: i
             if j == ks.NO_PARTNER:
                 links[cell_grid.BOUNCES, i] += 1
                 cell_prediction.push(now, state, cells, state.container, cells.margin)
-                trapped = check_trap(i, now, links[cell_grid.BOUNCES, i], state, state.box)
+                trapped = check_trap(i, now, links[cell_grid.BOUNCES, i], state)
             else:
                 tags[cell_grid.EVENTS, j] += 1
                 tags[cell_grid.FORMER, j] = i

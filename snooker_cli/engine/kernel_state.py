@@ -62,7 +62,7 @@ class Setup(NamedTuple):
     radius, mass : of every ball if they are equal, else of the first
     contact_path : m, what a ball flies while a contact lasts in the TC model; zero without it
     elastic_below : m/s, relative normal speed below which collisions are elastic; zero for never
-    traps : whether every hit of the wall loses its share, so that infinitely many may follow
+    traps : whether every hit of a circle loses its share, so that infinitely many may follow
     patience : bounces in a row after which a ball that no other can reach counts as trapped
     time_limit : s, on the balls' clocks
     """
@@ -83,6 +83,7 @@ class Setup(NamedTuple):
     def of(cls, scene: Scene, time_limit: float = math.inf) -> Setup:
         """The constants of a scene."""
         container, lasts = scene.container, scene.contact_duration
+        always_loses = scene.wall_restitution < 1.0 and not lasts and scene.elastic_below == 0.0
         return cls(
             radius=float(scene.radii[0]),
             mass=float(scene.masses[0]),
@@ -92,7 +93,7 @@ class Setup(NamedTuple):
             wall_restitution=float(scene.wall_restitution),
             contact_path=float(lasts * scene.mean_free_path) if lasts else 0.0,
             elastic_below=float(scene.elastic_below),
-            traps=bool(scene.wall_restitution < 1.0 and not lasts and scene.elastic_below == 0.0),
+            traps=bool(isinstance(container, Circle) and always_loses),
             patience=NO_LIMIT if scene.free or scene.slides else PATIENCE,
             time_limit=float(time_limit),
         )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from snooker_cli.containers import Box, Circle
+from snooker_cli.containers import Circle
 from snooker_cli.engine import all_pairs, cell_grid, cell_prediction, cells, clock, sampling
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.clock import CELL_FULL, FULL, NOTHING_LEFT, OUT_OF_MARGIN
@@ -397,10 +397,11 @@ def simulate(
 def specialisation(scene: Scene, *, engine: str | None = None) -> dict[str, bool]:
     """What the kernel is compiled for: it has only what the scene needs."""
     in_cells = engine_for(scene, engine) is InCells
+    in_circle = isinstance(scene.container, Circle)
     return {
         "cells": in_cells,
         "balls sorted by cells": in_cells and scene.number >= REORDERED,
-        "straight walls": isinstance(scene.container, Box),
+        "straight walls": scene.container.has_wall and not in_circle,
         "periodic images": scene.container.period is not None,
         "moving container": scene.free,
         "unequal balls": ks.has_unequal_balls(scene),

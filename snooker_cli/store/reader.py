@@ -157,7 +157,7 @@ def _trace(file: h5py.File, ending: dict[str, Any]) -> Trace:
     places, motions, container_mass, lengths = _particles(file, layout.CONTAINER)
     shape = SHAPES[ending["shape"]]
     if not issubclass(shape, Circle):
-        lengths = hdf5.read_rows(file, f"{layout.BALLS}/box/edges")
+        lengths = hdf5.read_rows(file, f"{layout.BALLS}/box/edges")[: len(shape.keys)]
     common = {
         "radii": radii,
         "masses": masses,

@@ -85,13 +85,13 @@ class Collision(NamedTuple):
 class Twin:
     """A scene that evolves, in numbers with the given decimal digits.
 
-    Raises ``ValueError`` for a periodic box.
+    Raises ``ValueError`` for a container that is neither a circle nor a box.
     """
 
     def __init__(self, scene: Scene, digits: int) -> None:
         container = scene.container
-        if not container.has_wall:
-            raise ValueError("the exact twin supports circles and boxes, not periodic boxes")
+        if not isinstance(container, Circle | Box):
+            raise ValueError(f"the exact twin supports circles and boxes, not a {container.title}")
         self.mathematics = MPContext()
         self.mathematics.dps = digits
         number = self.mathematics.mpf
@@ -239,7 +239,7 @@ def trajectory(scene: Scene, collisions: int, digits: int | None = None) -> Exac
     digits : of the first run; the second has half as many again. The default comes from the number
         of events, and doubles while that makes more events certain
 
-    Raises ``ValueError`` for a periodic box.
+    Raises ``ValueError`` for a container that is neither a circle nor a box.
     """
     attempt = digits or math.ceil(SPARE_DIGITS + DIGITS_PER_EVENT * collisions)
     found = _with_digits(scene, collisions, attempt)

@@ -179,6 +179,30 @@ def test_a_gas(name, mixed, number, packing):
         assert_consistent(engine)
 
 
+WALLED = {name: shape for name, shape in SHAPES.items() if shape.has_wall}
+
+
+@pytest.mark.parametrize("name", WALLED)
+@pytest.mark.parametrize("side", [2.0, 3.7])
+def test_a_ball_at_the_wall_is_in_a_cell_at_the_wall(name, side):
+    """Else no hit is predicted, and the ball leaves all cells."""
+    container = WALLED[name](*(70.0, 40.0)[: len(WALLED[name].keys)])
+    scene = scene_of([(0.0, 0.0, 0.0, 0.0, 1.0, 1.0)], container=container)
+    mesh = cell_grid.new_mesh(scene, side)
+    flags = cell_grid.cells_at_wall(scene, mesh, 0.0)
+    places = np.random.default_rng(0).normal(0.0, 100.0, (20_000, 2))
+    radii = np.ones(len(places))
+    outside = container.wall_gaps(places, radii) < 0
+    container.put_inside(places, radii)
+    column = np.floor((places[outside, 0] - mesh.left) / mesh.width).astype(int)
+    row = np.floor((places[outside, 1] - mesh.bottom) / mesh.height).astype(int)
+    assert len(row) > 1000
+    assert 0 <= column.min() <= column.max() < mesh.columns
+    assert 0 <= row.min() <= row.max() < mesh.rows
+    assert np.all(flags[(row << mesh.shift) + column])
+    assert not np.all(flags)
+
+
 def crowd(shape: str, *, container_mass: float = math.inf, drift: float = 0.0) -> Scene:
     """One ball of 3 m among small ones: cells are as wide as it, and there are 8 or so in one."""
     side = 34.0

@@ -75,7 +75,7 @@ def test_balls_in_a_box():
 
 def test_a_periodic_box_is_refused():
     scene = scene_of([(0.0, 0.0, 1.0, 0.0, 0.5, 1.0)], container=PeriodicBox(8.0, 6.0))
-    with pytest.raises(ValueError, match="not periodic"):
+    with pytest.raises(ValueError, match="not a periodic box"):
         trajectory(scene, 1)
 
 
