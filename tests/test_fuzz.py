@@ -17,6 +17,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from snooker_cli.config import schema
+from snooker_cli.containers import SHAPES
 
 Snooker = Callable[..., Any]
 
@@ -117,6 +118,12 @@ cor: 0.9
 time: 10.0
 sweep: {zip: {container.packing: [0.1, 0.2], 'balls[1].count': [80, 90]}}
 """,
+]
+BASES += [  # shapes that are not there yet, each with all its keys
+    f"container: {{shape: {shape.name}, {', '.join(f'{key}: 10' for key in shape.keys)}}}\n"
+    "balls: {count: 5, radius: 0.1, speed: 1}\ncor: 0.9\ntime: 1\n"
+    for shape in SHAPES.values()
+    if f"shape: {shape.name}" not in "".join(BASES)
 ]
 
 # What a wrong key press or a YAML expert would put in: indicators, keys, extreme scalars.

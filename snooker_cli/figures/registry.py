@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
+from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import cooling, distributions, gas_law, time_courses
 from snooker_cli.figures.captions import FigureBuilder
@@ -93,6 +94,8 @@ _FUNCTIONS: dict[str, Callable[[FigureBuilder], FigureData]] = {
     "event-decay": cooling.event_decay,
 }
 
+_LENGTHS = tuple(dict.fromkeys(f"container.{shape.keys[0]}" for shape in SHAPES.values()))
+
 _AXES = ("x_label", "y_label", "x_log", "y_log", "x_limits", "y_limits")
 
 
@@ -102,6 +105,8 @@ def _read() -> dict[str, FigureSpec]:
     specs = {}
     for name, entry in yaml.safe_load(text).items():
         axes = {key: entry.pop(key) for key in _AXES if key in entry}
+        if entry.get("along") == ["container"]:
+            entry["along"] = _LENGTHS
         specs[name] = FigureSpec(name=name, draw=_FUNCTIONS[name], axes=axes, **entry)
     return specs
 

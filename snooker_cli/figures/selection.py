@@ -178,26 +178,27 @@ def _remembered(read: Callable[[Path], Any], path: Path, info: tuple[int, int] |
 
 # Their words.
 
-_WORDS = {
+_SCENE_WORDS = {
     "balls.rings": "N = {}",
     "balls.count": "N = {}",
     "balls.radius": "r = {} m",
     "balls.packing": "packing {}",
     "balls.speed": "v₀ = {} m/s",
     "container.shape": "{}",
+    **{f"container.{key}": f"{key} {{}} m" for shape in SHAPES.values() for key in shape.keys},
     "container.radius": "R = {} m",
-    "container.width": "width {} m",
-    "container.height": "height {} m",
     "container.packing": "packing {}",
     "cor": "CoR {}",
     "wall_cor": "wall CoR {}",
+}
+_WORDS = _SCENE_WORDS | {
     "balls.mass": "m = {} kg",
     "balls.ring_extent": "ring extent {}",
     "container.mass": "M = {} kg",
     "collisions": "{} collisions",
     "time": "{} s",
 }
-SCENE_KEYS = tuple(_WORDS)[:12]
+SCENE_KEYS = tuple(_SCENE_WORDS)
 """The keys whose common values a caption prints."""
 
 _ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}

@@ -113,7 +113,8 @@ def _momentum(trace: Trace, name: str) -> Curve:
     """Times (s) and one component of the total momentum, kg m/s. Raises ``FigureError``."""
     scene, component = trace.start, "xy".index(name)
     if not scene.container.can_move and scene.container.has_wall:
-        raise FigureError("the walls of a box are fixed and take momentum")
+        title = scene.container.title
+        raise FigureError(f"the walls of a {title} are fixed and take momentum")
     if scene.container.has_wall and not scene.free:
         raise FigureError("a fixed container takes momentum; give it a finite container.mass")
     states = at_collisions(trace)

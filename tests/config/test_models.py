@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from snooker_cli.config import BallList, ConfigError, Experiment, Rings, digest, schema
 from snooker_cli.config.models import Ball, ContainerConfig
+from snooker_cli.containers import SHAPES
 from snooker_cli.placement.starting_scene import starting_scene
 
 
@@ -98,8 +99,9 @@ def test_other_values_of_collapse_are_refused(collapse: str, override: str) -> N
 
 # The JSON schema
 
-SWEPT = """
-container.shape container.radius container.width container.height container.packing container.mass
+LENGTHS = dict.fromkeys(key for shape in SHAPES.values() for key in shape.keys)
+SWEPT = f"""
+container.shape {" ".join(f"container.{key}" for key in LENGTHS)} container.packing container.mass
 balls.rings balls.radius balls.mass balls.speed balls.ring_extent balls.count balls.speeds
 balls.start balls.packing cor wall_cor collapse.tc collapse.elastic_below collapse collisions time
 """
