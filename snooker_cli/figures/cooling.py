@@ -229,7 +229,8 @@ def _add_rates(build: FigureBuilder, index: int, point: Point) -> list[str]:
     scene = traces[0].start
     require_motion(scene)
     edges, rates, errors, left = _local_rates(traces)
-    k, alpha = (each.over_repeats.mean for each in decays(traces, ("kinetic_energy",)))
+    rate = {each.law: each.over_repeats.mean for each in decays(traces, ("kinetic_energy",))}
+    k, alpha = rate["exponential"], rate["haff"]
     if not (math.isfinite(k) and math.isfinite(alpha)):
         raise FigureError("a point's repeats are too short to be fitted; run longer")
     floor = float(np.mean([predictions.floor(trace.start) for trace in traces]))

@@ -67,10 +67,10 @@ def test_fits_are_those_of_the_repeat_and_of_all(
     data, *lines = layers(found, Line)
     assert data.y.tolist() == curves[1].value.tolist()
     notes = [note.text for note in layers(found, Note)]
-    for law, key, line in zip(LAWS, ("k", "alpha"), lines, strict=True):
+    for (law, model), line in zip(LAWS.items(), lines, strict=True):
         results = [fit_curve(each, law) for each in curves]
         over = mean_over_repeats(results)
-        assert [found.numbers[f"{key}{ending}"] for ending in ENDINGS] == [
+        assert [found.numbers[f"{model.key}{ending}"] for ending in ENDINGS] == [
             results[1].value,
             results[1].error,
             results[1].r_squared,
@@ -80,7 +80,7 @@ def test_fits_are_those_of_the_repeat_and_of_all(
             over.count,
         ]
         assert line.y.tolist() == fitted_curve(results[1], line.x).tolist()
-        sign = symbol if law == "exponential" else "α"
+        sign = symbol if law == "exponential" else model.symbol
         averaged = with_error(over.mean, over.standard_error, "s⁻¹")
         assert f"mean of 3 repeats: {sign} = {averaged}" in notes
     (band,) = layers(found, Band)
@@ -101,7 +101,7 @@ def test_repeats_trapped_before_the_pressure_is_fitted_leave_no_band(tmp_path: P
 
 def test_decay_against_cor(decaying: Run) -> None:
     found = shown(decaying, "decay-against-cor")
-    k, alpha = layers(found, Points)
+    k, alpha, *_ = layers(found, Points)
     assert k.x.tolist() == [0.8, 0.9]
     for points, law in ((k, "exponential"), (alpha, "haff")):
         for index in (0, 1):
