@@ -34,6 +34,9 @@ MAX_REPEATS = 1_000_000
 
 _NOT_PHYSICS = ("title", "repeats", "sweep")
 
+_LATER = ("collapse",)
+"""Keys of an experiment that are younger than digests."""
+
 _Step: TypeAlias = tuple[str, int, Value]
 """A swept key, the place of one of its values, and this value."""
 
@@ -161,15 +164,16 @@ def digest(experiment: Experiment, *, limits: bool = True) -> str:
     """SHA-256, in hexadecimal, of what determines the physics of a point.
 
     It is of JSON with sorted keys and shortest decimals. It covers all keys except title, repeats
-    and sweep. wall_cor and start are resolved, and a collapse of stop is left out.
+    and sweep. wall_cor and start are resolved. Later keys are left out at their defaults.
 
     limits : whether it covers collisions and time too
     """
     left_out = _NOT_PHYSICS if limits else (*_NOT_PHYSICS, *LIMITS)
     physics = {key: value for key, value in _plain(experiment).items() if key not in left_out}
     physics["wall_cor"] = experiment.effective_wall_cor
-    if experiment.collapse == "stop":
-        del physics["collapse"]  # digests are older than this key
+    for key in _LATER:
+        if getattr(experiment, key) == Experiment.model_fields[key].default:
+            del physics[key]
     if experiment.species:
         unplaced = [each.model_copy(update={"start": None}) for each in experiment.species]
         physics["balls"] = [each.model_dump() for each in unplaced]
