@@ -12,7 +12,7 @@ import numpy as np
 
 from snooker_cli.analysis import observables, predictions
 from snooker_cli.analysis.decay import early_note
-from snooker_cli.analysis.predictions import Row, SpeedLaw
+from snooker_cli.analysis.predictions import UNITS, Row, SpeedLaw
 from snooker_cli.formatting import plain
 from snooker_cli.trace import SPEED_BINS, StopReason
 
@@ -32,19 +32,6 @@ LEAST_EXPECTED = 8
 """Balls expected in the first and last bin of the chi-square; bins with fewer are merged."""
 
 CHI_SQUARE = "χ² of the speed distribution, per degree of freedom"
-
-UNITS = {
-    "pressure": "Pa m",
-    "temperature": "J",
-    "wall rate of a ball": "1/s",
-    "ball-ball rate of a ball": "1/s",
-    "mean free path": "m",
-    "decay constant of energy": "1/s",
-    "decay constant of pressure": "1/s",
-    "Haff's α": "1/s",
-    "mean speed": "m/s",
-}
-"""Units of the quantities that have one."""
 
 
 @dataclass(frozen=True)

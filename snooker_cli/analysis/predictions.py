@@ -25,6 +25,18 @@ if TYPE_CHECKING:
 Row: TypeAlias = tuple[str, str, float, float]
 """A quantity and a model; the measured and the predicted value of one repeat."""
 
+UNITS = {
+    "pressure": "Pa m",
+    "temperature": "J",
+    "wall rate of a ball": "1/s",
+    "ball-ball rate of a ball": "1/s",
+    "mean free path": "m",
+    "decay constant of energy": "1/s",
+    "decay constant of pressure": "1/s",
+    "Haff's α": "1/s",
+    "mean speed": "m/s",
+}
+"""Units of the quantities that have one."""
 
 DENSEST_FLUID = 0.65
 """Packing fraction above which disks begin to order, where no theory here holds."""
