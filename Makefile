@@ -8,7 +8,7 @@ READY := .venv/.ready
 
 RUNS := decay temperature area number radius dilute speeds restitution elastic-wall sliding audit
 DONE := $(RUNS:%=runs/%/.done)
-REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.py snooker_cli/report/templates/* snooker_cli/report/*.yaml snooker_cli/report/measured/* snooker_cli/animation/player/*)
+REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.* snooker_cli/report/templates/* snooker_cli/report/measured/* snooker_cli/animation/player/*)
 
 .DELETE_ON_ERROR:
 .PHONY: help setup report test lint check bench measured clean
