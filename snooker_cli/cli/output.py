@@ -8,6 +8,7 @@ import os
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Self
@@ -27,6 +28,7 @@ from snooker_cli.formatting import Column, table_lines
 from snooker_cli.runs import RepeatStatus
 from snooker_cli.runs.execution import Watcher
 from snooker_cli.runs.repeat import RepeatResult
+from snooker_cli.trace import StopReason
 
 MOST_ROWS = 200
 """Points in a table that is printed; a terminal keeps about as many lines."""
@@ -89,9 +91,16 @@ def point_label(parameters: Mapping[str, object]) -> str:
     return ", ".join(f"{key}={value}" for key, value in values.items()) or "all"
 
 
+COMPLETE = (StopReason.COLLISIONS, StopReason.TIME)
+"""Reasons of repeats that did not end early."""
+
+
 def ended(point: Mapping[str, Any]) -> str:
-    """How many of a point's repeats ended for each reason."""
-    return ", ".join(f"{count} {reason}" for reason, count in point["ended"].items())
+    """How many of a point's repeats are complete, and how many ended early for each reason."""
+    counts: Counter[str] = Counter()
+    for reason, count in point["ended"].items():
+        counts["complete" if reason in COMPLETE else reason.replace("_", " ")] += count
+    return ", ".join(f"{count} {reason}" for reason, count in counts.items())
 
 
 def notice(message: str) -> None:

@@ -75,7 +75,7 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
     if "." in key:
         return f"{named} is given, but dotted keys are for sweep and -o only; {choice}", ""
     if close := difflib.get_close_matches(key.lower(), known, n=1):
-        return f"there is no such key for {named}; did you mean {close[0]}?", close[0]
+        return f"there is no such key; did you mean {close[0]}?", close[0]
     homes = {
         "container": ContainerConfig,
         **{f"balls with {variant}": each for variant, each in BALLS.items()},
@@ -84,7 +84,7 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
     for name, home in homes.items():
         if key in home.model_fields and home is not model:
             return f"{named} is given, but this key belongs to {name}; {choice}", ""
-    return f"there is no such key for {named}; {choice}", ""
+    return f"there is no such key; {choice}", ""
 
 
 def _no_variant(path: KeyPath, value: Any) -> Problem:
@@ -99,7 +99,7 @@ def _no_variant(path: KeyPath, value: Any) -> Problem:
         return Problem(path, sentence)
     for key in value:
         if close := difflib.get_close_matches(str(key).lower(), BALLS, n=1):
-            sentence = f"there is no such key for {given(value[key])}; did you mean {close[0]}?"
+            sentence = f"there is no such key; did you mean {close[0]}?"
             return Problem((*path, key), sentence, about_key=True)
     return Problem(path, f"neither count, rings nor list is given; give {ways}")
 
@@ -123,6 +123,8 @@ def _advice_on_number(value: Any, path: KeyPath) -> str:
         return "remove the quotes"
     if re.fullmatch(r"[-+]?(inf|infinity)", value.strip(), re.IGNORECASE):
         return "infinity is written .inf"
+    if ":" in value or ".." in value:
+        return "write a range, in a sweep or after -o, as start:stop:count, such as 0.5:1.0:11"
     if is_number(value.replace(",", ".", 1)):
         return "write a decimal point"
     if is_number(value.replace("_", "")):

@@ -231,6 +231,13 @@ def test_a_run_reports_which_analyses_it_removes(finished: Path, snooker: Snooke
     assert "removed" not in snooker("run", "small.yaml", "--fresh").err
 
 
+def test_a_run_reports_older_figures(finished: Path, snooker: Snooker) -> None:
+    """Only if it simulates something."""
+    snooker("plot", "small", "energy", "--where", "cor=1")
+    assert snooker("run", "small.yaml").err == ""
+    assert "`snooker plot runs/small`" in snooker("run", "small.yaml", "-o", "repeats=4").err
+
+
 @pytest.mark.parametrize("record", ["events", "summary"])
 @pytest.mark.parametrize("collisions", [500, 50_000])
 def test_files_are_about_as_large_as_estimated(
