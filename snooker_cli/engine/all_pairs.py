@@ -19,7 +19,7 @@ from snooker_cli.engine import clock, prediction, sliding
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER, wall_delay
-from snooker_cli.engine.jit import inlined, kernel
+from snooker_cli.engine.jit import inlined, kernel, lowest_bit
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, Setup, State, U, V, X, Y
 from snooker_cli.engine.sampling import Grid, next_sample, sample_until
 from snooker_cli.trace import SLIDE
@@ -36,9 +36,16 @@ PARTNER, PARTNER_EVENTS, EVENTS, LAST, BOUNCES, LINK_ROWS = range(6)
 LARGE = 1e100
 """Large but finite, so that times zero it is zero."""
 
+LANES = 8
+"""Rows of the agenda have a multiple of this length, so that vectors are full."""
+
 
 class Agenda(NamedTuple):
-    """The next contacts of each ball, (TIME_ROWS, *N*) and (LINK_ROWS, *N*)."""
+    """The next contacts of each ball.
+
+    times : (TIME_ROWS, *N* or up to LANES - 1 more, which never come), nonnegative
+    links : (LINK_ROWS, *N*)
+    """
 
     times: Floats
     links: Integers
@@ -47,10 +54,11 @@ class Agenda(NamedTuple):
 def new_agenda(state: State) -> Agenda:
     """The agenda at time zero, at which all balls first search their contacts."""
     number = state.balls.shape[1]
-    times = np.zeros((TIME_ROWS, number))
+    times = np.full((TIME_ROWS, -(-number // LANES) * LANES), NEVER)
+    times[:, :number] = 0.0
     with np.errstate(all="ignore"):
         for i in range(number):
-            times[WALL_TIME, i] = prediction.time_to_wall(i, 0.0, state, state.container)
+            times[WALL_TIME, i] += prediction.time_to_wall(i, 0.0, state, state.container)
     links = np.full((LINK_ROWS, number), ks.NO_PARTNER, dtype=np.int64)
     links[[EVENTS, BOUNCES]] = 0
     links[PARTNER] = ks.NOT_SEARCHED
@@ -183,12 +191,22 @@ def predict_walls(now: float, state: State, agenda: Agenda, container: Floats | 
 
 @inlined
 def soonest(times: Floats) -> int:
-    """The ball whose time is the earliest, of equal ones the first."""
-    least, i = NEVER, 0
-    for k in range(len(times)):
-        if times[k] < least:
-            least, i = times[k], k
-    return i
+    """The ball whose time is the earliest, of equal ones the first.
+
+    Nonnegative numbers have the order of their bits read as integers, and a minimum of integers
+    runs in vector registers.
+    """
+    bits = times.view(np.int64)
+    least = bits[0]
+    for k in range(len(bits)):
+        least = min(least, bits[k])
+    for start in range(0, len(bits), LANES):
+        mask = 0
+        for k in range(LANES):
+            mask |= 1 << k if bits[start + k] == least else 0
+        if mask != 0:
+            return int(start + lowest_bit(mask))
+    return 0
 
 
 @kernel

@@ -10,6 +10,7 @@ import hashlib
 import logging
 import math
 import os
+import platform
 import sys
 import threading
 from collections.abc import Callable
@@ -52,6 +53,9 @@ NOT_KEPT = (
     "the cache folder for compiled code is not writable, so every process compiles again; "
     "set NUMBA_CACHE_DIR to a writable folder"
 )
+
+NO_GATHERS = ",+prefer-no-gather,+prefer-no-scatter"
+"""Features for LLVM: on several processors, loads one by one are four times as fast as a gather."""
 
 _log = logging.getLogger(__name__)
 """Notices for the user; the command line shows them from level INFO on."""
@@ -153,10 +157,15 @@ def give_notice() -> None:
 def _numba() -> Any:
     """Import Numba, which takes half a second, and extend it by what kernels need."""
     import numba
-    from llvmlite import ir
+    from llvmlite import binding, ir
     from numba import types
     from numba.core import event
     from numba.extending import intrinsic, overload, typeof_impl
+
+    chosen_by_user = any(name.startswith("NUMBA_CPU_") for name in os.environ)
+    if platform.machine() in {"x86_64", "AMD64"} and binding.llvm_version_info >= (17,):
+        if not chosen_by_user:
+            numba.config.CPU_FEATURES = binding.get_host_cpu_features().flatten() + NO_GATHERS
 
     class Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
         """Gives notice of a long compilation, and locks the cache while Numba saves a kernel.
