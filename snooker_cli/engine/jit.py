@@ -162,10 +162,9 @@ def _numba() -> Any:
     from numba.core import event
     from numba.extending import intrinsic, overload, typeof_impl
 
-    chosen_by_user = any(name.startswith("NUMBA_CPU_") for name in os.environ)
-    if platform.machine() in {"x86_64", "AMD64"} and binding.llvm_version_info >= (17,):
-        if not chosen_by_user:
-            numba.config.CPU_FEATURES = binding.get_host_cpu_features().flatten() + NO_GATHERS
+    on_x86 = platform.machine() in {"x86_64", "AMD64"} and binding.llvm_version_info >= (17,)
+    if on_x86 and not any(name.startswith("NUMBA_CPU_") for name in os.environ):
+        numba.config.CPU_FEATURES = binding.get_host_cpu_features().flatten() + NO_GATHERS
 
     class Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
         """Gives notice of a long compilation, and locks the cache while Numba saves a kernel.
