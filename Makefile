@@ -21,7 +21,7 @@ setup: $(READY)  ## Create .venv with everything.
 report: runs/report/report.pdf  ## Simulate what has changed in configs/ and write runs/report/.
 
 test: $(READY)  ## Run the tests, except the long ones.
-	$(BIN)/pytest -n 2 -m "not long"
+	$(BIN)/pytest -n 2 --dist worksteal -m "not long"
 
 lint: $(READY)  ## Check style and types.
 	$(BIN)/ruff check
@@ -29,7 +29,7 @@ lint: $(READY)  ## Check style and types.
 	$(BIN)/mypy
 
 check: lint  ## Check style and types, run all tests.
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 --dist worksteal
 
 bench: $(READY)  ## Measure the engine's speed on an idle machine.
 	$(BIN)/snooker bench speed --out runs/bench

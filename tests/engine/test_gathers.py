@@ -29,13 +29,8 @@ for kernel, signatures in zip((all_pairs.advance, cells.advance), pickle.load(sy
 """
 
 
-@pytest.mark.parametrize(
-    "processor",
-    [
-        "skylake-avx512",
-        *(pytest.param(name, marks=pytest.mark.long) for name in ("haswell", "znver3", "znver4")),
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("processor", ["skylake-avx512", "haswell", "znver3", "znver4"])
 def test_kernels_have_no_gathers(processor: str, tmp_path: Path) -> None:
     """A process of its own compiles both engines for the processor, and runs nothing.
 
