@@ -1,4 +1,4 @@
-"""Which part of the package may import which, and where each library is used."""
+"""Imports between parts of the package, uses of libraries, and the list of deliberate faults."""
 
 from __future__ import annotations
 
@@ -8,14 +8,16 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import yaml
+from faults import FAULTS, ROOT
 
 from snooker_cli.containers import SHAPES
 
 PACKAGE = Path(__file__).parents[1] / "snooker_cli"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
-# A part is a module or a folder of the package. It may import the parts named beside it. Those
-# stand above it in the table, so data flows in one direction and there are no circles.
+# A part is a module or a folder of the package. It may import the parts named beside it, which
+# come earlier in the table. So data flows in one direction and there are no circles.
 SIMULATING = ("containers", "errors", "files", "neighbours", "scene", "trace")
 RUNNING = (*SIMULATING, "config", "engine", "formatting", "placement", "runs", "store")
 PARTS: dict[str, tuple[str, ...]] = {
@@ -184,3 +186,11 @@ def test_the_table_has_all_parts_and_no_other() -> None:
 def test_a_forbidden_import_is_found(module: str, source: str, sentence: str) -> None:
     (found,) = violations(module, source)
     assert sentence in found
+
+
+def test_deliberate_faults_name_the_sources_as_they_are() -> None:
+    """Otherwise ``faults.py`` could not put them in."""
+    faults = yaml.safe_load(FAULTS.read_text(encoding="utf-8"))
+    for fault in faults:
+        assert (ROOT / fault["file"]).read_text(encoding="utf-8").count(fault["old"]) == 1, fault
+        assert all((ROOT / test).is_file() for test in fault["tests"].split()), fault

@@ -115,7 +115,6 @@ def run(
                 )
         with runs.locked(target.directory):
             analyses = [] if fresh else target.analyses()
-            figures = [] if fresh else list(target.figures())
             _print_change(runs.create(target, fresh=fresh))
             with RunProgress(len(points), loaded.experiment.repeats, not no_progress) as watcher:
                 outcomes = execute(
@@ -125,7 +124,8 @@ def run(
         again = listed([f"`snooker {path.stem} {target.directory}`" for path in removed])
         names = listed([path.name for path in removed])
         notice(f"removed {names}, because the run has changed; run {again} again")
-    if figures and not all(each.cached for each in outcomes):
+    simulated = not all(each.cached for each in outcomes)
+    if simulated and not fresh and target.figures():
         folder = target.figures_folder
         notice(f"{folder}: these figures are older; run `snooker plot {target.directory}` again")
     summary = _summary(target, outcomes, watcher)

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import Ended
+from command_line import Snooker
 from repeating import bytes_of, contents, done, made
 
 from snooker_cli import runs, store
@@ -46,8 +46,6 @@ collisions: 120000
 repeats: 5
 """
 """Repeats that are written as they come, so that a worker that has begun one can be seen."""
-
-Command = Callable[..., Ended]
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +91,7 @@ def executor(scheduler: distributed.LocalCluster, client: distributed.Client) ->
     "overrides", [(), ("record=summary", "container.mass=.inf,1e7", "cor=1.0")]
 )
 def test_a_cluster_gives_the_bits_of_threads(
-    overrides: tuple[str, ...], snooker: Command, here: Path, executor: str, small_config: str
+    overrides: tuple[str, ...], snooker: Snooker, here: Path, executor: str, small_config: str
 ) -> None:
     """And files that differ in the moment alone; that they are there is seen the next time."""
     local = made(here / "local", small_config, *overrides)
@@ -167,7 +165,7 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
     ],
 )
 def test_what_is_no_scheduler_is_a_usage_error(
-    executor: str, sentence: str, snooker: Command, here: Path, monkeypatch: pytest.MonkeyPatch
+    executor: str, sentence: str, snooker: Snooker, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dask_executor, "ANSWER_TIMEOUT", 0.2)
     ended = snooker("run", "small.yaml", "--executor", executor)
@@ -178,7 +176,7 @@ def test_what_is_no_scheduler_is_a_usage_error(
 
 
 def test_without_dask_its_extra_is_named(
-    snooker: Command, here: Path, monkeypatch: pytest.MonkeyPatch
+    snooker: Snooker, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     ended = snooker("run", "small.yaml", "--executor", "dask=tcp://127.0.0.1:8786")
@@ -187,7 +185,7 @@ def test_without_dask_its_extra_is_named(
 
 
 def test_workers_with_another_engine_are_refused(
-    snooker: Command, here: Path, executor: str, client: distributed.Client
+    snooker: Snooker, here: Path, executor: str, client: distributed.Client
 ) -> None:
     def version(number: int | None) -> int:
         from snooker_cli.runs import dask_executor
@@ -313,7 +311,7 @@ def started(run: Run, repeat: int) -> str:
 
 
 def test_a_killed_worker_costs_the_repeat_that_it_was_at(
-    snooker: Command, here: Path, executor: str, client: distributed.Client, long_config: list[str]
+    snooker: Snooker, here: Path, executor: str, client: distributed.Client, long_config: list[str]
 ) -> None:
     with killing(here / "long", client) as killer:
         ended = snooker(*long_config, "--executor", executor)
@@ -333,7 +331,7 @@ def test_a_killed_worker_costs_the_repeat_that_it_was_at(
 
 
 def test_a_repeat_whose_workers_all_die_fails_alone(
-    snooker: Command,
+    snooker: Snooker,
     here: Path,
     executor: str,
     scheduler: distributed.LocalCluster,

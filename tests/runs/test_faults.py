@@ -7,20 +7,17 @@ import resource
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import Ended
+from command_line import Snooker
 from repeating import contents, done, made
 
 from snooker_cli import runs
 from snooker_cli.runs import Run
 from snooker_cli.runs.status import run_status
-
-Snooker = Callable[..., Ended]
 
 SNOOKER = [sys.executable, "-m", "snooker_cli"]
 
