@@ -246,6 +246,7 @@ def test_a_fit_of_noise_ends_at_the_minimum(seed):
 # -- errors over repeats ---------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_coverage_with_correlated_noise():
     """Noise that starts at zero and adds up: the error over repeats covers, single ones do not."""
     ensembles, repeats, truth = 200, 20, 0.8

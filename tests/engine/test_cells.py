@@ -223,7 +223,8 @@ def crowd(shape: str, *, container_mass: float = math.inf, drift: float = 0.0) -
     ("shape", "container_mass", "drift"),
     [
         ("circle", 100.0, 0.0),
-        ("circle", 100.0, 1e4),  # between two events it is elsewhere than at the last
+        # Between two events it is elsewhere than at the last.
+        pytest.param("circle", 100.0, 1e4, marks=pytest.mark.long),
         ("box", math.inf, 0.0),
         pytest.param("circle", math.inf, 0.0, marks=pytest.mark.long),
         pytest.param("periodic", math.inf, 0.0, marks=pytest.mark.long),
