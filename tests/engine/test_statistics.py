@@ -23,6 +23,8 @@ from snooker_cli.trace import CONTAINER, StopReason, Trace
 N, R, SPEED = 37, 10.0, 10.0
 SIGMAS = 4
 
+LONG = pytest.mark.long
+
 
 def standard_error(values: NDArray[np.float64]) -> float:
     return float(np.std(values, ddof=1)) / math.sqrt(len(values))
@@ -131,9 +133,9 @@ def haff_constant(traces: list[Trace]) -> float:
     ("cor", "wall_cor", "time", "k", "alpha"),
     [
         (0.9, 0.9, (3.38, 0.17, 0.01), (1.06, 0.09, 0.01), 0.717),
-        pytest.param(*(0.9, 1.0, (2.93, 0.15, 0.01), (0.878, 0.074, 0.001), 0.582), marks=pytest.mark.long),
+        pytest.param(0.9, 1.0, (2.93, 0.15, 0.01), (0.878, 0.074, 0.001), 0.582, marks=LONG),
         (0.8, 0.8, (6.6, 0.8, 0.1), (1.93, 0.23, 0.01), 1.300),
-        pytest.param(*(0.8, 1.0, (5.11, 0.43, 0.01), (1.58, 0.19, 0.01), 1.067), marks=pytest.mark.long),
+        pytest.param(0.8, 1.0, (5.11, 0.43, 0.01), (1.58, 0.19, 0.01), 1.067, marks=LONG),
     ],
 )
 def test_cooling_gas_up_to_event_500(cor, wall_cor, time, k, alpha):
