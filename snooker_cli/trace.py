@@ -175,7 +175,7 @@ class Work:
     queue_updates: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trace:
     """One finished repeat.
 

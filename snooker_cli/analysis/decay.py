@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -20,12 +21,10 @@ from snooker_cli.analysis.fitting import LAWS, FitResult, RepeatMean, fit, mean_
 from snooker_cli.analysis.observables import after_collisions, over_first
 from snooker_cli.formatting import listed, plain
 from snooker_cli.scene import EPSILON
-from snooker_cli.trace import StopReason
+from snooker_cli.trace import StopReason, Trace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from snooker_cli.trace import Trace
 
     Array = NDArray[np.float64]
     TimeCourse = tuple[Array, Array]
@@ -217,6 +216,19 @@ def fit_curve(decay: Curve, law: str) -> FitResult:
     )
 
 
+_FITS: WeakKeyDictionary[Trace, dict[str, dict[str, FitResult]]] = WeakKeyDictionary()
+"""Fits of the repeats in memory, by quantity and law."""
+
+
+def repeat_fits(trace: Trace, quantity: str) -> dict[str, FitResult]:
+    """The fits of one repeat by law, made once. Raises ``KeyError`` for an unknown quantity."""
+    known = _FITS.setdefault(trace, {})
+    if quantity not in known:
+        found = curve(trace, quantity)
+        known[quantity] = {law: fit_curve(found, law) for law in LAWS}
+    return known[quantity]
+
+
 def decays(traces: Iterable[Trace], quantities: Sequence[str] = tuple(QUANTITIES)) -> list[Decay]:
     """Decay constants over the repeats of a point, for each quantity and law.
 
@@ -229,9 +241,8 @@ def decays(traces: Iterable[Trace], quantities: Sequence[str] = tuple(QUANTITIES
     for trace in traces:
         ended[trace.stop.reason] += 1
         walls = trace.start.container.has_wall
-        curves = {quantity: curve(trace, quantity) for quantity in quantities}
         for quantity, law in keys:
-            fits[quantity, law].append(fit_curve(curves[quantity], law))
+            fits[quantity, law].append(repeat_fits(trace, quantity)[law])
     return [
         Decay(*key, mean_over_repeats(results), ended, walls, tuple(results))
         for key, results in fits.items()

@@ -10,7 +10,7 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis import observables
-from snooker_cli.analysis.decay import curve, fit_curve, reported_constant
+from snooker_cli.analysis.decay import repeat_fits, reported_constant
 from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic, equal_balls, time_mean
 from snooker_cli.containers import Circle, Container
 from snooker_cli.formatting import listed
@@ -207,16 +207,16 @@ def cooling(trace: Trace) -> Iterator[Row]:
     scene = trace.start
     if elastic(scene) or scene.number == 1 or not equal_balls(scene):
         return
-    energy, reported = curve(trace, "kinetic_energy"), reported_constant(trace)
-    k = fit_curve(energy, "exponential").value
+    energy, reported = repeat_fits(trace, "kinetic_energy"), reported_constant(trace)
+    k = energy["exponential"].value
     yield "decay constant of energy", "source report, −2 ln e/τ", k, reported
-    k = fit_curve(curve(trace, "pressure"), "exponential").value
+    k = repeat_fits(trace, "pressure")["exponential"].value
     yield "decay constant of pressure", "source report, −ln e/τ", k, reported / 2
     start = observables.meeting_temperature(scene.kinetic_energy, scene)
     e, wall_e, enskog = scene.restitution, scene.wall_restitution, scene_rates(scene, start)
     if enskog is not None:
         alpha = theory.haff_rate(theory.cooling_rate(e, enskog.ball_ball, wall_e, enskog.wall))
-        yield "Haff's α", "Enskog rates at the start", fit_curve(energy, "haff").value, alpha
+        yield "Haff's α", "Enskog rates at the start", energy["haff"].value, alpha
     calm = observables.before_collapse(trace)
     left = observables.energy_ratio(observables.series(calm))[-1]
     events = calm.pair_events, wall_e, calm.wall_events

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 from snooker_cli import theory
-from snooker_cli.report.reproduction import StatedResults, checked_claims, stated_results
-from snooker_cli.report.setting_search import TARGETS, Candidate, Search, search, simplest
+from snooker_cli.report.reproduction import Runs, StatedResults, checked_claims, stated_results
+from snooker_cli.report.setting_search import TARGETS, Candidate, Search, simplest
 from snooker_cli.report.source_values import COEFFICIENTS, SOURCE_VALUES, OurValue, SourceValue
-from snooker_cli.runs import open_run
-
-RUNS = ("decay", "temperature", "radius", "dilute", "speeds", "restitution", "audit")
-"""The runs that the audit needs."""
 
 # Verdicts
 REPRODUCED = "reproduced"
@@ -102,14 +97,12 @@ def _json(ours: OurValue | None) -> dict[str, float] | None:
     return None if ours is None else asdict(ours)
 
 
-def audit(folder: Path) -> Audit:
-    """The audit from the runs in a folder.
+def audit(runs: Runs, found: Search) -> Audit:
+    """The audit from the runs of this report and the search in two of them.
 
-    Raises ``RunError`` or ``StoreError`` for a run that is missing or cannot be read.
+    Raises ``RunError`` or ``StoreError`` for a run that cannot be read.
     """
-    runs = {name: open_run(folder / name) for name in RUNS}
     stated = stated_results(runs)
-    found = search(runs["audit"], runs["temperature"])
     formulas = {**_path_and_section(stated, found.factor), **arithmetic()}
     return Audit(
         rows=tuple(_row(number, stated, found, formulas) for number in SOURCE_VALUES.values()),

@@ -5,19 +5,20 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import suppress
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from snooker_cli.analysis import run_analysis
+from snooker_cli.analysis.decay import decays
 from snooker_cli.animation import embedded, film, page
-from snooker_cli.errors import RunError
+from snooker_cli.figures import Selection
 from snooker_cli.figures.drawing import save
+from snooker_cli.figures.selection import repeats
 from snooker_cli.files import write_json
 from snooker_cli.report.audit import audit
 from snooker_cli.report.content import REPORT_FIGURES, RUNS, figure_data, values
 from snooker_cli.report.document import document, require_libraries, write_html, write_pdf
+from snooker_cli.report.setting_search import search
 from snooker_cli.runs import Run, open_run
 
 if TYPE_CHECKING:
@@ -33,14 +34,14 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
     require_libraries()
     opened = {name: open_run(runs / name) for name in RUNS}
     out.mkdir(parents=True, exist_ok=True)
-    # A second process audits, then draws the figures whose data this one has computed.
+    # A second process searches, then draws the figures. This one has all other fits, made once.
     with ProcessPoolExecutor(
         max_workers=1,
         mp_context=get_context("spawn"),
         initializer=signal.signal,
         initargs=(signal.SIGINT, signal.SIG_IGN),
     ) as other:
-        judging = other.submit(audit, runs)
+        searching = other.submit(search, opened["audit"], opened["temperature"])
         pictures: dict[str, FigureData] = {}
         captions: dict[str, tuple[str, str]] = {}
         drawing = []
@@ -49,25 +50,32 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
             pictures[file] = figure_data(opened, **entry)
             captions[file] = entry["label"], pictures[file].caption
             drawing.append(other.submit(save, pictures[file], out / "figures" / file))
-        fits = run_analysis.fits(opened["decay"])
-        with suppress(RunError):  # a run's folder may be read-only
-            fits.save()
+        fits = _fits(opened["decay"])
         report_progress("audit: every printed number compared with ours")
-        judged = judging.result()
+        judged = audit(opened, searching.result())
         for each in drawing:
             each.result()
     numbers = {
         "figures": {name: picture.numbers for name, picture in pictures.items()},
         "audit": judged.as_json(),
-        "fits": fits.rows,
+        "fits": fits,
     }
     write_json(out / "numbers.json", rounded(numbers))
-    content = document(values(opened, pictures, judged, fits.rows), captions)
+    content = document(values(opened, pictures, judged, fits), captions)
     report_progress("pages")
     return [
         write_html(content, _players(opened["decay"]), out),
         write_pdf(content, out),
         out / "numbers.json",
+    ]
+
+
+def _fits(run: Run) -> list[dict[str, Any]]:
+    """The decay constants of a run by point, quantity and law, as JSON."""
+    return [
+        {"parameters": point.as_json(), **one.as_json()}
+        for point in run.points
+        for one in decays(repeats(run, point, Selection()))
     ]
 
 

@@ -8,12 +8,15 @@ import math
 import re
 import shutil
 import threading
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from repeating import created
 
+from snooker_cli.analysis import decay
 from snooker_cli.config import load
 from snooker_cli.errors import RunError
 from snooker_cli.report.audit import ALONE, EXPLAINED, FOLLOWS, REPRODUCED, UNEXPLAINED
@@ -55,11 +58,29 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def report(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def report(runs: Path, fitted: Counter[Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report built from them."""
     folder = tmp_path_factory.mktemp("report")
-    build(runs, folder, lambda message: None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(decay, "fit_curve", counted(decay.fit_curve, fitted))
+        build(runs, folder, lambda message: None)
     return folder
+
+
+@pytest.fixture(scope="module")
+def fitted() -> Counter[Any]:
+    """How often the report fits a law to a curve."""
+    return Counter()
+
+
+def counted(fit: Callable[..., Any], fitted: Counter[Any]) -> Callable[..., Any]:
+    """`fit_curve` that counts its calls."""
+
+    def fit_and_count(curve: decay.Curve, law: str) -> Any:
+        fitted[curve.quantity.label, curve.time.tobytes(), curve.value.tobytes(), law] += 1
+        return fit(curve, law)
+
+    return fit_and_count
 
 
 @pytest.fixture(scope="module")
@@ -105,6 +126,13 @@ def test_every_figure_and_the_pdf_have_their_files(report: Path) -> None:
     content = (report / "report.pdf").read_bytes()
     assert content.startswith(b"%PDF-")
     assert len(content) > 100_000
+
+
+def test_every_repeat_is_fitted_once(report: Path, fitted: Counter[Any]) -> None:
+    """Several figures, the table of fits and the audit show the same runs."""
+    points = len(load(ROOT / "configs" / "restitution.yaml").points())
+    assert len(fitted) > points * REPEATS * len(decay.LAWS)
+    assert set(fitted.values()) == {1}
 
 
 def test_numbers_have_six_digits(report: Path) -> None:
