@@ -71,4 +71,7 @@ def parse(text: str, name: str = "config", overrides: Iterable[str] = ()) -> Loa
     try:
         return Loaded(validated(source.data), source)
     except ConfigError as error:
-        raise source.located(error) from None
+        raise ConfigError(
+            replace(each, position=source.position(each.path, each.about_key))
+            for each in error.problems
+        ) from None

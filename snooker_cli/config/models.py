@@ -230,13 +230,7 @@ def _tag(balls: object) -> str | None:
     """The only key of BALLS that a mapping has, or that of a model; "species" for a list."""
     if isinstance(balls, list | tuple):
         return "species"
-    names = (
-        balls
-        if isinstance(balls, Mapping)
-        else type(balls).model_fields
-        if isinstance(balls, Model)
-        else ()
-    )
+    names = balls if isinstance(balls, Mapping) else getattr(type(balls), "model_fields", ())
     found = [key for key in BALLS if key in names]
     return found[0] if len(found) == 1 else None
 

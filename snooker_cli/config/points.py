@@ -151,13 +151,8 @@ def _in_sweep(problem: Problem, steps: Iterable[_Step]) -> Problem:
 
 def to_json(experiment: Experiment) -> str:
     """The experiment as one line of JSON (and so of YAML); an infinite mass is null."""
-    return json.dumps(_plain(experiment), allow_nan=False, ensure_ascii=False)
-
-
-def _plain(experiment: Experiment) -> dict[str, Any]:
-    """The experiment as dicts, lists and scalars, with null for infinity."""
-    data: dict[str, Any] = json.loads(experiment.model_dump_json())
-    return data
+    data = json.loads(experiment.model_dump_json())  # so that Python writes the numbers
+    return json.dumps(data, allow_nan=False, ensure_ascii=False)
 
 
 def digest(experiment: Experiment, *, limits: bool = True) -> str:
@@ -169,7 +164,8 @@ def digest(experiment: Experiment, *, limits: bool = True) -> str:
     limits : whether it covers collisions and time too
     """
     left_out = _NOT_PHYSICS if limits else (*_NOT_PHYSICS, *LIMITS)
-    physics = {key: value for key, value in _plain(experiment).items() if key not in left_out}
+    data = json.loads(to_json(experiment))
+    physics = {key: value for key, value in data.items() if key not in left_out}
     physics["wall_cor"] = experiment.effective_wall_cor
     for key in _LATER:
         if getattr(experiment, key) == Experiment.model_fields[key].default:

@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -77,13 +77,6 @@ class YamlDocument:
         while path not in self.marks:
             path = path[:-1]
         return self.marks[path].key
-
-    def located(self, error: ConfigError) -> ConfigError:
-        """The error with a position for each problem."""
-        return ConfigError(
-            replace(each, position=self.position(each.path, each.about_key))
-            for each in error.problems
-        )
 
 
 def text_of(path: Path, name: str) -> str:

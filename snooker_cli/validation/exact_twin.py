@@ -45,7 +45,6 @@ SPARE_DIGITS = 30
 DIGITS_PER_EVENT = 0.09
 """Digits lost to chaos: the dilute scene's Lyapunov exponent, 0.196 an event, is 0.085 digits."""
 
-
 MOST_DIGITS = 2000
 """The limit of automatic digits: what is uncertain then, such as a tie, needs no more digits."""
 

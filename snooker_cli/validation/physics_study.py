@@ -21,7 +21,7 @@ from snooker_cli.validation.physics_measurements import (
     haff_rows,
     speed_rows,
 )
-from snooker_cli.validation.study import Cells, Record, Study, header_lines, signed, table
+from snooker_cli.validation.study import Cells, Record, Study, header_lines, table
 
 SIMULATED = tuple(one.packing for one in PUBLISHED_RATIOS if one.packing <= DENSEST_FLUID)
 """Packings with a published simulation of a fluid, the thinnest first."""
@@ -172,7 +172,7 @@ CELLS: Cells = {
     "expected": lambda row: short(row["expected"], 6),
     "difference": lambda row: _signed(row["difference"]),
     "known": lambda row: _signed(row["known"]) if row["known"] else "–",
-    "left, in errors": lambda row: signed(row["left_in_errors"]),
+    "left, in errors": lambda row: f"{row['left_in_errors']:+.1f}".replace("-", "−"),
     "open": lambda row: short(row["systematic"], 2) if row["systematic"] else "–",
     "agrees": lambda row: "yes" if row["agrees"] else "no",
     "source": lambda row: str(row["source"]),

@@ -120,11 +120,6 @@ def table(rows: Sequence[Record], cells: Cells, left: Container[str]) -> list[st
     return table_lines(columns, [[cell(row) for cell in cells.values()] for row in rows])
 
 
-def signed(value: float) -> str:
-    """A number to one decimal with its sign."""
-    return f"{value:+.1f}".replace("-", "−")
-
-
 def small(value: float | None) -> str:
     """An error to two digits, as 1.2e−15; a dash for none."""
     return "–" if value is None else f"{value:.1e}".replace("-", "−")
