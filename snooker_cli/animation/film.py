@@ -177,7 +177,9 @@ def _at_collisions(
         outwards[at_wall] = to_wall[at_wall]
         lengths = np.hypot(*outwards.T)[:, None]
         unit = np.divide(outwards, lengths, out=np.zeros_like(outwards), where=lengths > 0)
+        centre = states.container_positions
         contacts = place + scene.radii[ball][:, None] * unit
+        contacts = centre + scene.container.nearest_image(contacts - centre)
         columns = states.velocities[row, ball], moving, contacts, _energy(trace, states)
         table[chunk] = np.column_stack(columns)
     return table[:, :4], table[:, 4:6], table[:, 6]

@@ -49,6 +49,9 @@ _CURVES = (
 PALETTE_FRAMES = 3
 """Frames from which the palette of a GIF is made: one for all frames, so that nothing flickers."""
 
+SMALLEST = 2.0
+"""Points: the diameter of balls that would be too small to see."""
+
 MOST_FRAMES = 1200
 """In a GIF: each needs 0.4 MB of memory, and pages load it slowly."""
 
@@ -70,7 +73,7 @@ class Screen:
         self._text(0.02, 0.955, film.title, color=INK, size=size, weight="bold")
         self._text(0.02, 0.905, about, color=SOFT)
         self.clock = self._moves(self._text(0.585, 0.955, color=INK, size=11, weight="bold"))
-        self.count = self._moves(self._text(0.985, 0.955, color=SOFT, ha="right"))
+        self.count = self._moves(self._text(0.98, 0.955, color=SOFT, ha="right"))
         self.ending = self._moves(self._text(0.02, 0.025, color="#a8380f", size=7))
         self._add_container(figure.add_axes((0.01, 0.11, 0.53, 0.76)))
         self._add_scale(figure.add_axes((0.175, 0.063, 0.2, 0.018)))
@@ -127,7 +130,8 @@ class Screen:
 
     def _place(self, discs: Any, centres: Floats, radii: Floats, **colours: Any) -> None:
         """Set places, sizes and colours of circles."""
-        discs.set(offsets=centres, sizes=(2 * radii * self.points) ** 2, **colours)
+        sizes = np.maximum(2 * radii * self.points, SMALLEST) ** 2
+        discs.set(offsets=centres, sizes=sizes, **colours)
 
     def _moves(self, artist: Moving) -> Moving:
         """Draw an artist anew in each frame, on top of those added before."""
@@ -190,7 +194,7 @@ class Screen:
         columns = (energy, energy / film.trace.start.number, film.pressure(film.rows))
         self.curves: list[Any] = []
         for row, ((name, unit, shade), values) in enumerate(zip(_CURVES, columns, strict=True)):
-            axes = self.figure.add_axes((0.585, 0.655 - 0.265 * row, 0.4, 0.185))
+            axes = self.figure.add_axes((0.585, 0.655 - 0.265 * row, 0.395, 0.185))
             axes.set_xlim(float(self.steps[0]), max(len(film), 1.0) if by_collision else film.end)
             axes.set_ylim(0, 1.08 * float(np.max(values)) or 1.0)
             axes.tick_params(labelbottom=row == len(_CURVES) - 1)
@@ -256,7 +260,10 @@ def save_movie(
             _write_mp4(path, images, rate)
             return count
         sample = [screen.image(frame) for frame in frames(film, pace, PALETTE_FRAMES, seconds)]
-        palette = Image.fromarray(np.vstack(sample)).quantize(256, Image.Quantize.MAXCOVERAGE)
+        palette = Image.fromarray(np.vstack(sample)).quantize(255, Image.Quantize.MAXCOVERAGE)
+        # The nearest of the colours that cover most would tint the container's large floor.
+        floor = list(bytes.fromhex(FLOOR[1:]))
+        palette.putpalette([*cast(list[int], palette.getpalette())[: 3 * 255], *floor])
         plain: dict[str, Any] = {"palette": palette, "dither": Image.Dither.NONE}
         first, *others = (Image.fromarray(image).quantize(**plain) for image in images)
     first.save(path, save_all=True, append_images=others, duration=1000 / rate, loop=0)

@@ -21,7 +21,7 @@ from scenes import gas
 from snooker_cli.analysis.observables import cumulative_pressure
 from snooker_cli.animation import Film, film, page
 from snooker_cli.animation.frames import FLASH, MOST_FLASHES, container_path, frames, view
-from snooker_cli.animation.movie import SPEED_COLOURS, save_movie
+from snooker_cli.animation.movie import FLOOR, SPEED_COLOURS, save_movie
 from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.errors import FigureError, UserError
@@ -40,15 +40,17 @@ def test_what_is_shown_is_in_the_trace(name: str, films: dict[str, Film]) -> Non
     scene = made.trace.start
     first = scene.kinetic_energy / scene.container.area if not scene.container.has_wall else 0.0
     assert made.pressure(np.zeros(1)) == pytest.approx(first, rel=1e-12)
-    # Contacts are on both bodies.
+    # Contacts are on both bodies and inside the container, also in a periodic box.
+    reach = np.array(scene.container.size) / 2 + slack(made.trace)
     states = replay(made.trace, made.time)
     row = np.arange(len(made))
-    to_ball = made.contacts - states.positions[row, made.i]
+    to_ball = scene.container.nearest_image(made.contacts - states.positions[row, made.i])
     np.testing.assert_allclose(np.hypot(*to_ball.T), scene.radii[made.i], rtol=1e-12)
     pairs = made.j != CONTAINER
     to_other = made.contacts[pairs] - states.positions[row[pairs], made.j[pairs]]
     to_other = scene.container.nearest_image(to_other)
     assert np.max(np.abs(np.hypot(*to_other.T) - scene.radii[made.j[pairs]])) < slack(made.trace)
+    assert np.all(abs(made.contacts - states.container_positions) <= reach)
     out = made.contacts[~pairs] - states.container_positions[~pairs]
     if isinstance(scene.container, Circle):
         gaps = np.hypot(*out.T) - scene.container.radius
@@ -205,6 +207,9 @@ def test_a_gif_has_its_frames_and_nothing_else(films: dict[str, Film], tmp_path:
             pixels.append(np.array(image.convert("RGB")))
     assert all((each[:3] == 255).all() for each in pixels)  # the margin is white, not nearly so
     assert all((a != b).any() for a, b in pairwise(pixels))
+    floor = np.array(list(bytes.fromhex(FLOOR[1:])))
+    for each in pixels:
+        assert np.mean((each == floor).all(axis=2)) > 0.05  # the container has its own colour
     with pytest.raises(UserError) as refused:
         save_movie(films["free"], path, pace="time", seconds=100, rate=20)
     assert refused.value.code == "too-many-frames"

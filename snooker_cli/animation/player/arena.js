@@ -3,6 +3,7 @@
 
 const FLASH = 0.3; // s of showing
 const MOST_FLASHES = 60;
+const SMALLEST = 1.5; // px: the radius of balls that would be too small to see
 const SHADES = 64;
 const AMBER = "#e76300";
 
@@ -85,7 +86,7 @@ class Arena {
       for (const dx of across) {
         for (const dy of along) {
           pen.beginPath();
-          pen.arc(x(px + dx), y(py + dy), Math.max(r * scale - (rim ? 0.5 : 0), 0.7), 0, 2 * Math.PI);
+          pen.arc(x(px + dx), y(py + dy), Math.max(r * scale - (rim ? 0.5 : 0), SMALLEST), 0, 2 * Math.PI);
           pen.fill();
           if (rim) pen.stroke();
         }

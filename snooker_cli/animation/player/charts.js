@@ -2,6 +2,7 @@
 "use strict";
 
 const INK = "#1c2430", SOFT = "#5b6675", RULE = "#e3e7ec";
+const MARGIN = 12; // px to the right of a curve
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
 // A number with this many digits, large and small ones as 1.2 × 10⁻¹⁵.
@@ -77,7 +78,7 @@ class Charts {
     pen.font = "12px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
     const foot = 34, each = (height - foot) / this.panels.length;
     this.panels.forEach((panel, k) => {
-      const box = { left: 52, right: width - 12, top: k * each + 24, bottom: (k + 1) * each - 6 };
+      const box = { left: 52, right: width - MARGIN, top: k * each + 24, bottom: (k + 1) * each - 6 };
       this.panel(pen, box, panel, reel, pace, k === this.panels.length - 1);
     });
   }
@@ -125,14 +126,16 @@ class Charts {
     pen.restore();
 
     pen.textBaseline = "alphabetic";
-    pen.textAlign = "left";
-    pen.fillStyle = INK;
-    pen.fillText(panel.name, box.left, box.top - 9);
+    const text = `${short(value)} ${panel.unit}`, plain = pen.font;
+    pen.font = plain.replace("12px", "600 12px");
+    const room = box.right - box.left - pen.measureText(text).width - 8;
     pen.textAlign = "right";
     pen.fillStyle = panel.colour;
-    pen.font = pen.font.replace("12px", "600 12px");
-    pen.fillText(`${short(value)} ${panel.unit}`, box.right, box.top - 9);
-    pen.font = pen.font.replace("600 ", "");
+    pen.fillText(text, box.right, box.top - 9);
+    pen.font = plain;
+    pen.textAlign = "left";
+    pen.fillStyle = INK;
+    pen.fillText(panel.name, box.left, box.top - 9, Math.max(room, 1));
   }
 
   footer(pen, box, across, low, high, byStep) {
@@ -141,9 +144,10 @@ class Charts {
     pen.textBaseline = "top";
     pen.textAlign = "center";
     for (let value = Math.ceil(low / run) * run; value <= high * (1 + 1e-12); value += run) {
-      pen.fillText(tickLabel(value, run), across(value), box.bottom + 6);
+      const label = tickLabel(value, run), end = box.right + MARGIN - pen.measureText(label).width / 2;
+      pen.fillText(label, Math.min(across(value), end), box.bottom + 6);
     }
     pen.textAlign = "right";
-    pen.fillText(byStep ? "collisions shown" : "time, s", box.right, box.bottom + 21);
+    pen.fillText(byStep ? "collisions shown" : "time (s)", box.right, box.bottom + 21);
   }
 }

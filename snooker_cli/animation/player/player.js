@@ -156,9 +156,10 @@ class Player {
       ArrowDown: () => faster(-1),
       e: () => document.querySelector("input[name=pace]:not(:checked)").click(),
     };
-    if (!keys[event.key]) return;
+    const named = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!named) return;
     event.preventDefault();
-    keys[event.key]();
+    named();
   }
 }
 
