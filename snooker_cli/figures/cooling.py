@@ -323,7 +323,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
             mean = float(np.mean(floors))
             text = f"floor of {kept}, {short(mean, 2)} E(0)"
             build.lines.append(Reference("y", mean, text))
-    at_wall = ", one at the wall (1 − e_w²)E/N" if kept == "L" else ""
+    at_wall = ", one at the wall (1 − e′²)E/N with the wall's CoR e′" if kept == "L" else ""
     return build.figure(
         f"E/E(0) in the end: {build.results_text}. Lines: a collision between balls takes "
         f"(1 − e²)E/N{at_wall}." + (_FLOORS[kept] if floors else "")

@@ -29,17 +29,18 @@ SIMULATED = tuple(one.packing for one in PUBLISHED_RATIOS if one.packing <= DENS
 NOTES = (
     "± and errors are standard errors of means over seeds, with the expected value's own error "
     "where it is known.",
-    "known: what N balls in a periodic box add to the expected value of infinitely many, by "
-    "theory: N − 1 free velocities, and a number that does not fluctuate (Lebowitz & Percus "
-    "1961). left: the difference without it. open: what the expected value leaves out, which is "
-    "correlated collisions and a3 in Haff's law, a3 and squares of a2 in a2.",
+    "“Known” is the effect of N balls in a periodic box instead of infinitely many, by theory: "
+    "N − 1 free velocities, and a number that does not fluctuate (Lebowitz & Percus 1961). “Left” "
+    "is the difference without the known effect, in standard errors. “Open” is the uncertainty of "
+    "the expected value itself: correlated collisions and a3 in Haff's law, a3 and squares of a2 "
+    "in a2.",
     "Temperatures in a periodic box are E/(N − 1). Z and the collision rate of a gas come from the "
     "same repeats and are not independent.",
-    "Haff's law is for a gas that stays homogeneous, so cooling is compared in dilute gases. That "
-    "what is open is of the order of the packing is an estimate, not a bound.",
+    "Haff's law is for a gas that stays homogeneous, so cooling is compared in dilute gases. "
+    "An estimate, not a bound: the open part is of the order of the packing.",
     "Simulated Z are Erpenbeck & Luban's; we assume that they are right to "
     f"{PUBLISHED_PRECISION:g}. Those of Engel et al. 2013 above a packing of 0.69, where disks "
-    "order, are for 1,048,576 disks, which no short run can repeat.",
+    "order, are for 1,048,576 disks, too many for a short run.",
 )
 """What a reader of the rows has to know."""
 

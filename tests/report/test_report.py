@@ -24,6 +24,7 @@ from snooker_cli.report.build import build
 from snooker_cli.report.content import REPORT_FIGURES, RUNS
 from snooker_cli.report.setting_search import TARGETS
 from snooker_cli.report.source_values import CLAIMS, SOURCE_VALUES, TITLE
+from snooker_cli.report.supplements import measurement
 from snooker_cli.runs import open_run
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.plan import scene_classes
@@ -256,3 +257,11 @@ def test_a_missing_run_is_an_error(runs: Path, tmp_path: Path) -> None:
         shutil.copytree(runs / name, partly / name)
     with pytest.raises(RunError, match=RUNS[0]):
         build(partly, tmp_path / "out", lambda message: None)
+
+
+def test_saved_hard_cases_have_the_titles_of_their_configs() -> None:
+    """The report prints the saved title; a changed title needs the same change there."""
+    for name in ("hard", "billion"):
+        for case in measurement(name)["cases"]:
+            config = load(ROOT / "configs" / "hard" / f"{case['name']}.yaml")
+            assert case["why"] == config.experiment.title
