@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
-from snooker_cli.config.axes import overridden, unzipped
+from snooker_cli.config.axes import check_overrides, overridden, unzipped
 from snooker_cli.config.models import BallCount, BallList, Experiment, Rings, schema
 from snooker_cli.config.points import LIMITS, Point, digest, extends, points, to_json, validated
 from snooker_cli.config.problems import ConfigError, Problem, key_path, shown
@@ -62,8 +62,12 @@ def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Loaded:
 
 
 def parse(text: str, name: str = "config", overrides: Iterable[str] = ()) -> Loaded:
-    """The experiment written in `text`, which messages call `name`. Raises ConfigError."""
+    """The experiment written in `text`, which messages call `name`. Raises ConfigError.
+
+    An override replaces what the file or an earlier override of an outer key gives.
+    """
     source = document(text, name)
+    overrides = check_overrides(overrides)
     zipped = {unzipped(path): mark for path, mark in source.marks.items()}
     source = replace(source, marks={**zipped, **source.marks})
     for override in overrides:

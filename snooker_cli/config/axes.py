@@ -6,7 +6,7 @@ together, at the place of `zip`; the groups of a list under `zip` are consecutiv
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from itertools import chain, islice
 from typing import Any, TypeAlias
@@ -161,7 +161,7 @@ def _axis(group: object) -> tuple[Axis, list[Problem]]:
                 raise PathError(
                     f"{top} belongs to the whole run and cannot be swept; give one value"
                 )
-            found[key] = _values(values)
+            found[key] = _values(str(key), values)
         except PathError as error:
             problems.append(_fault(key, str(error)))
     if len({len(values) for values in found.values()}) > 1:
@@ -176,7 +176,7 @@ def _fault(key: str, sentence: str) -> Problem:
     return Problem(("sweep", key), sentence, about_key=True)
 
 
-def _values(values: object) -> tuple[Value, ...]:
+def _values(key: str, values: object) -> tuple[Value, ...]:
     """The values of one key. Raises PathError."""
     if isinstance(values, str):
         try:
@@ -185,7 +185,12 @@ def _values(values: object) -> tuple[Value, ...]:
             raise PathError(f"{given(values)} is given, but {error}") from None
     if not isinstance(values, list | tuple) or not values:
         needs = "a list of values is needed, such as [0.8, 0.9] or 0.5:1.0:11"
-        advice = "; quote range(…) in braces" if str(values).startswith("range(") else ""
+        advice = ""
+        if str(values).startswith("range("):
+            advice = "; quote range(…) in braces"
+        elif type(values) in (str, int, float) and values != "":
+            one = shown(values) if isinstance(values, str) else given(values)
+            advice = f"; write {key}: [{one}], or set {key} outside the sweep"
         raise PathError(f"{given(values)} is given where {needs}{advice}")
     found = tuple(tuple(each) if isinstance(each, list) else each for each in values)
     for value in found:
@@ -197,6 +202,22 @@ def _values(values: object) -> tuple[Value, ...]:
 
 
 # Overrides: KEY=VALUE, or KEY=several values for a sweep over that key.
+
+
+def check_overrides(overrides: Iterable[str]) -> list[str]:
+    """The overrides as a list. Raises ConfigError if two set the same key."""
+    found: dict[str, str] = {}
+    for override in overrides:
+        key = override.partition("=")[0].strip()
+        if key in found:
+            sentence = (
+                f"the key is given twice, here and in -o {shown(found[key])}; keep one of them, or "
+                f"write -o {shown(key)}=VALUE,VALUE to sweep it"
+            )
+            position = Position(source=f"-o {shown(override)}")
+            raise ConfigError([Problem((key,), sentence, position=position)])
+        found[key] = override
+    return list(found.values())
 
 
 def overridden(source: YamlDocument, override: str) -> YamlDocument:

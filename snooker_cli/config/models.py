@@ -27,6 +27,7 @@ from pydantic_core import PydanticCustomError
 from snooker_cli.config.axes import WHOLE_RUN, ZIP, Axes, axes, written
 from snooker_cli.config.problems import ConfigError, KeyPath, Problem
 from snooker_cli.containers import SHAPES, Circle, Container, ShapeName
+from snooker_cli.formatting import listed
 
 # Types of values. Each has a range, and the phrase of an error that states it.
 
@@ -437,14 +438,17 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
         "balls.packing": packings[1] is not None,
     }
     given = [name for name, is_there in there.items() if is_there]
+    packed = [name for name in given if name.endswith("packing")]
     if without and len(without) < len(species):
         sentence = "the radius is missing; give one to each species, or to none if packing is given"
         yield from (Problem((*path, "radius"), sentence, about_key=True) for path in without)
     elif len(given) != 2 or None not in packings:
         sentence = (
             f"two of {size}, the radius of the balls and packing are needed, and the third "
-            f"follows; given is {' and '.join(given) or 'none'}"
+            f"follows; given is {listed(given) or 'none'}"
         )
+        if surplus := packed if len(packed) < len(given) - 1 else packed[1:]:
+            sentence += f", so remove {listed(surplus)}"
         yield Problem(("balls",), sentence)
 
 

@@ -81,19 +81,33 @@ class YamlDocument:
 
 def text_of(path: Path, name: str) -> str:
     """The text of a file, which messages call `name`. Raises ConfigError."""
-    sentence = "there is no file at this path; name a YAML file"
     try:
-        if path.is_file():
-            with path.open("rb") as file:
-                content = file.read(MAX_BYTES + 1)
-            if len(content) <= MAX_BYTES:
-                return content.decode("utf-8-sig")
-            sentence = "the file is over 1 MiB; a configuration is smaller, so check the path"
+        if not path.is_file():
+            raise _error(Position(source=name), _no_file(path))
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+        if len(content) <= MAX_BYTES:
+            return content.decode("utf-8-sig")
+        sentence = "the file is over 1 MiB; a configuration is smaller, so check the path"
     except UnicodeDecodeError as error:
         sentence = f"byte {error.start + 1} is not UTF-8 text; save the file with UTF-8 encoding"
     except OSError as error:
         sentence = f"the file cannot be read ({error.strerror}); check the path"
     raise _error(Position(source=name), sentence)
+
+
+def _no_file(path: Path) -> str:
+    """The sentence about a path without a file, with the config that it may mean.
+
+    That has the same name, or is in this folder.
+    """
+    name = f"{path.name.removesuffix('.yaml')}.yaml"
+    near = (path.with_name(name), Path(name), Path("configs", name)) if path.name else ()
+    found = [each for each in (*near, *sorted(path.glob("*.yaml"))) if each.is_file()]
+    advice = f"did you mean {shown(str(found[0]), 200)}?" if found else "name a config file (YAML)"
+    if path.is_dir():
+        return f"this is a folder, not a config file; {advice}"
+    return f"there is no file at this path; {advice}"
 
 
 def document(text: str, name: str, in_file: bool = True) -> YamlDocument:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from decimal import ROUND_CEILING, Context
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -78,13 +79,30 @@ def _of_rings(balls: Rings, container_radius: float, seed: int, repeat: int) -> 
     extent = balls.ring_extent * container_radius
     largest = min(extent / max(balls.rings, 1) / 2, container_radius - extent)
     if balls.rings and balls.radius > largest * (1 + 1e-12):
-        problem = f"the rings have no space for balls of radius {balls.radius:.6g} m"
-        advice = f"the largest radius that fits is {largest!r} m"
-        raise SceneError("balls.radius", f"{problem}; {advice}")
+        raise _too_tight(balls, container_radius, largest)
     positions = ring_positions(balls.rings, extent)
     number = len(positions)
     velocities = balls.speed * random_directions(number, seed, repeat)
     return [positions, velocities, np.full(number, balls.radius), np.full(number, balls.mass)]
+
+
+def _too_tight(balls: Rings, container_radius: float, largest: float) -> SceneError:
+    """The error about rings that do not fit; balls of the radius ``largest`` (m) would."""
+    margin, choices = 1 - balls.ring_extent, []
+    if balls.radius > margin * container_radius:
+        choices.append("lower ring_extent")
+    elif fewer := int(balls.ring_extent * container_radius / balls.radius / 2 * (1 + 1e-12)):
+        choices.append(f"set rings to {fewer} or less")
+    if margin > 0:
+        needed = balls.radius * max(2 * balls.rings / balls.ring_extent, 1 / margin)
+        rounded = float(Context(4, ROUND_CEILING).create_decimal(repr(needed * (1 - 1e-13))))
+        choices.append(f"set balls.radius to {largest!r} or less")
+        choices.append(f"set container.radius to {rounded:g} or more")
+    problem = (
+        f"rings: {balls.rings} with balls of radius {balls.radius:.6g} m are too large for a "
+        f"container of radius {container_radius:.6g} m"
+    )
+    return SceneError("balls", f"{problem}; {', or '.join(choices)}")
 
 
 # Balls given by count, species after species

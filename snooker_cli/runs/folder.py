@@ -25,6 +25,7 @@ from snooker_cli.config import (
 )
 from snooker_cli.errors import DamagedError, RunError, StoreError
 from snooker_cli.files import atomic_write, unfinished, write_json
+from snooker_cli.formatting import listed
 from snooker_cli.runs.run import ANALYSES, MANIFEST, Run, State
 
 if sys.platform != "win32":
@@ -34,6 +35,9 @@ RUNS = Path("runs")
 
 FAILURES = "failures.jsonl"
 """The repeats that failed in the last attempt, a line of JSON each."""
+
+MOST_NAMED = 5
+"""Runs that a message about their parent folder names."""
 
 LOCK_WAITS = (0.0, 0.02, 0.05, 0.1)
 """Seconds before each try to lock a folder: ``is_locked`` holds the lock for a moment."""
@@ -172,7 +176,10 @@ def open_run(name: str | Path) -> Run:
         others = [path.parent.name for path in folder.glob(f"*/{MANIFEST}")]
         near = difflib.get_close_matches(Path(name).name, others, n=1)
         advice = "make one with `snooker run CONFIG`"
-        if near:
+        if inside := [str(each) for each in runs_in(Path(name))] if Path(name).is_dir() else []:
+            more = [f"{len(inside) - MOST_NAMED:,} more"] if len(inside) > MOST_NAMED else []
+            advice = f"give one of the runs in it: {listed(inside[:MOST_NAMED] + more)}"
+        elif near:
             advice = f"the nearest is {Path(name).with_name(near[0])}, and `snooker ls` lists all"
         raise RunError(f"{name}: there is no run here (no {MANIFEST})", advice)
     manifest = directory / MANIFEST

@@ -166,8 +166,9 @@ def test_override_replaces_a_sweep_at_its_place_or_ends_it(
     assert swept(sweep, *overrides) == swept(left)
 
 
-def test_later_overrides_win() -> None:
-    assert experiment(BASE, "cor=0.1", "cor=0.2") == experiment(BASE, "cor=0.2")
-    assert experiment(BASE, "cor=0.1,0.2", "cor=0.8") == experiment()
+def test_overrides_are_applied_in_order() -> None:
+    whole, part = "balls={rings: 1, radius: 1, speed: 1}", "balls.speed=2"
+    assert experiment(BASE, whole, part) == experiment(BASE, whole.replace("speed: 1", "speed: 2"))
+    assert experiment(BASE, part, whole) == experiment(BASE, whole)
     with pytest.raises(ConfigError, match=r"there are 3 of cor, 2 of balls\.radius"):
         swept(ZIPS, "balls.radius=1,2")

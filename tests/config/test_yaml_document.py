@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -56,13 +57,32 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.yaml")
     (tmp_path / "latin.yaml").write_bytes(b"title: caf\xe9\n")
     (tmp_path / "large.yaml").write_bytes(BASE.encode() + b"#" * (1 << 20))
-    for name in (tmp_path, tmp_path / "absent.yaml", tmp_path / "pipe.yaml", "/dev/zero", "a\0b"):
+    for name in (tmp_path / "absent.yaml", tmp_path / "pipe.yaml", "/dev/zero", "a\0b"):
         with pytest.raises(ConfigError, match="there is no file"):
             load(name)
     with pytest.raises(ConfigError, match="byte 11 is not UTF-8 text"):
         load(tmp_path / "latin.yaml")
     with pytest.raises(ConfigError, match="the file is over 1 MiB"):
         load(tmp_path / "large.yaml")
+
+
+def test_a_run_or_folder_given_as_a_config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for folder in ("configs", "runs/decay", "runs/other"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "configs" / "decay.yaml").write_text(BASE, encoding="utf-8")
+    meant = re.escape("; did you mean configs/decay.yaml?")
+    for name in ("runs/decay", "runs/decay/", "configs"):
+        with pytest.raises(
+            ConfigError, match=f"{name}: this is a folder, not a config file{meant}"
+        ):
+            load(name)
+    for name in ("decay", "decay.yaml"):
+        with pytest.raises(ConfigError, match=f"{name}: there is no file at this path{meant}"):
+            load(name)
+    for name in (".", "runs/other"):
+        with pytest.raises(ConfigError, match=r"; name a config file \(YAML\)$"):
+            load(name)
 
 
 @pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "[{a: "])

@@ -135,10 +135,30 @@ def test_a_ball_outside_is_refused(place, container):
 )
 def test_rings_that_are_too_tight_are_refused_with_the_radius_that_fits(changes, largest):
     error = error_of(experiment(**changes))
-    assert error.key == "balls.radius"
-    assert str(error).endswith(f" {largest} m")
+    assert error.key == "balls"
+    assert f"set balls.radius to {largest} or less" in str(error)
     starting_scene(experiment(**(changes | {"radius": float(largest)})), 0)
     error_of(experiment(**(changes | {"radius": float(largest) + 1e-9})))
+
+
+@pytest.mark.parametrize(
+    ("changes", "advice"),
+    [
+        ({"rings": 30}, "set rings to 4 or less, or set balls.radius to 0.13333333333333333 or "),
+        ({"rings": 30}, "or set container.radius to 75 or more"),
+        ({"radius": 2.2}, "; lower ring_extent, or set balls.radius to 1.3333333333333333 or less"),
+        ({"radius": 2.2}, "or set container.radius to 16.5 or more"),
+        ({"rings": 1, "radius": 3}, "or set container.radius to 15 or more"),
+        ({"ring_extent": 1.0}, "container of radius 10 m; lower ring_extent"),
+    ],
+)
+def test_what_can_be_done_about_rings_that_are_too_tight(changes, advice):
+    message = str(error_of(experiment(**changes)))
+    assert message.startswith(f"rings: {changes.get('rings', 3)} with balls of radius ")
+    assert advice in message
+    if "set rings to 4" in advice:
+        starting_scene(experiment(rings=4), 0)
+        error_of(experiment(rings=5))
 
 
 def test_check_sees_the_container_where_it_is():

@@ -285,3 +285,12 @@ def test_only_what_this_machine_left_is_deleted(finished_run: Run, copied: Path)
     with runs.locked(copied):
         left = {*files(finished_run.directory), str(other.relative_to(copied))}
         assert set(files(copied)) == left
+
+
+def test_a_folder_of_runs_is_no_run_but_names_some(tmp_path: Path) -> None:
+    for name in "abcdefg":
+        (tmp_path / name).mkdir()
+        (tmp_path / name / MANIFEST).touch()
+    named = ", ".join(str(tmp_path / name) for name in "abcde")
+    with pytest.raises(RunError, match=f"give one of the runs in it: {named} and 2 more$"):
+        runs.open_run(tmp_path)
