@@ -92,9 +92,10 @@ def plot(
         raise UserError(f"{opened.name}: {error}") from None
     present = sum(len(opened.present(point)) for point in points)
     shorter = sum(map(opened.shorter, points))
-    for note in (unfinished(opened, selection), shorter_note(shorter, present)):
-        if note:
-            notice(note)
+    if missing_repeats := unfinished(opened, selection):
+        notice(f"{missing_repeats}; run the config again for the rest")
+    if note := shorter_note(shorter, present):
+        notice(note)
     folder = out or opened.figures_folder
     drawn: list[dict[str, Any]] = []
     impossible: dict[tuple[str, str], int] = {}

@@ -17,6 +17,7 @@ from snooker_cli.figures.figure_data import (
     Line,
     LineStyle,
     bands,
+    legend_band,
     thinned,
 )
 from snooker_cli.figures.selection import (
@@ -129,8 +130,9 @@ class FigureBuilder:
             f"Lines: the first repeat; bands: {SPREAD}." if unnamed else "",
             setting(self.run, self.points, self.selection),
         ]
+        legend = [legend_band(SPREAD)] if unnamed else []
         return FigureData(
-            layers=(*self.bands, *references, *self.lines),
+            layers=(*self.bands, *references, *self.lines, *legend),
             caption=" ".join(filter(None, sentences)),
             numbers={**(numbers or {}), **({"points": self.records} if self.records else {})},
             **{**self.fields, **others},
@@ -159,7 +161,7 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
     scene = f"Scene: {', '.join(_constants(points))}; {repeats}{length}"
     sentences = [
         f"{scene}: {early}." if early else f"{scene}.",
-        unfinished(run, selection),
+        f"T{missing[1:]}." if (missing := unfinished(run, selection)) else "",
         _copies(run, points, selection),
     ]
     return " ".join(filter(None, sentences))
@@ -190,7 +192,7 @@ def unfinished(run: Run, selection: Selection) -> str:
     there = sum(len(present(run, point, selection)) for point in points)
     if there == wanted:
         return ""
-    return f"The run is unfinished: {there} of {wanted} repeats are there."
+    return f"the run is unfinished: {there} of {wanted} repeats are there"
 
 
 def _copies(run: Run, points: Sequence[Point], selection: Selection) -> str:

@@ -69,10 +69,13 @@ _FLOORS = {
 }
 """The floor of the energy in a circle, and in a periodic box."""
 
+_KEPT = {"L": "energy kept by the angular momentum L", "p": "energy kept by the momentum p"}
+"""What a legend calls this floor."""
+
 _HAFF: dict[str, tuple[str, LineStyle]] = {
     "fitted": ("Haff's law 2α/(1 + αt), α fitted", "solid"),
     "theory": ("the same, α of kinetic theory", "dashed"),
-    "floor": ("the same above the floor of {}", "dashdot"),
+    "floor": ("the same above the {}", "dashdot"),
 }
 """The forms of Haff's law: in the legend, and how they are drawn."""
 
@@ -161,9 +164,15 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
         build.results.append(f"{model.symbol} from {first} to {last}")
     caption = f"Fits between CoR {cors[0]:g} and {cors[-1]:g}: {listed(build.results)} s⁻¹."
     if known.any():
-        caption += " The source report's k = −2 ln(CoR)⟨v⟩/λ, λ = 1/(√2 n 2πr)."
+        caption += (
+            " The source report's k = −2 ln(CoR)⟨v⟩/λ, with the mean speed ⟨v⟩ and the mean free "
+            "path λ = 1/(√2 n 2πr) of n balls per area."
+        )
     if curves:
-        caption += " Dotted: that k with Enskog's λ and ⟨v⟩ at the start."
+        caption += (
+            " Dotted: k from ⟨v⟩ at the start and the mean free path 1/(√2 n 4rχ) after Enskog, "
+            "where χ corrects for the size of the balls."
+        )
     return build.figure(
         caption, numbers={"ended_early": sum(each["ended_early"] for each in build.records)}
     )
@@ -196,7 +205,7 @@ def _curves_of_theory(build: FigureBuilder) -> list[Layer]:
         loss = theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
         alpha.append(theory.haff_rate(loss))
     return [
-        Line(grid, np.array(report), "k, Enskog's λ, first ⟨v⟩", 0, "dotted"),
+        Line(grid, np.array(report), "k, mean free path after Enskog", 0, "dotted"),
         Line(grid, np.array(alpha), "α, kinetic theory", 1, "solid"),
     ]
 
@@ -211,7 +220,7 @@ def haff_time(build: FigureBuilder) -> FigureData:
         drawn |= dict.fromkeys(_add_rates(build, index, point))
     kept = _kept(build.points)
     build.lines += [
-        legend_line(text.format(kept), style)
+        legend_line(text.format(_KEPT[kept]), style)
         for law, (text, style) in _HAFF.items()
         if law in drawn
     ]
@@ -318,10 +327,10 @@ def event_decay(build: FigureBuilder) -> FigureData:
     build.lines.append(legend_line("expected from the counted collisions", "solid"))
     floors = [record["floor"] for record in build.records if "theory_above_floor" in record]
     if floors:
-        build.lines.append(legend_line(f"the same above the floor of {kept}", "dashed"))
+        build.lines.append(legend_line(f"the same above the {_KEPT[kept]}", "dashed"))
         if max(floors) - min(floors) < SAME_FLOOR * max(floors):
             mean = float(np.mean(floors))
-            text = f"floor of {kept}, {short(mean, 2)} E(0)"
+            text = f"{_KEPT[kept]}, {short(mean, 2)} E(0)"
             build.lines.append(Reference("y", mean, text))
     at_wall = ", one at the wall (1 − e′²)E/N with the wall's CoR e′" if kept == "L" else ""
     return build.figure(

@@ -128,6 +128,11 @@ def legend_line(text: str, style: LineStyle) -> Line:
     return Line(np.empty(0), np.empty(0), text, NEUTRAL, style)
 
 
+def legend_band(text: str) -> Band:
+    """A legend's entry for the bands of all series."""
+    return Band(np.empty(0), np.empty(0), np.empty(0), text, NEUTRAL)
+
+
 def error_bars(errors: Array) -> Array | None:
     """Error bars; ``None`` if one is not known, as for single repeats."""
     return errors if np.all(np.isfinite(errors)) else None

@@ -53,11 +53,11 @@ def test_captions_count_what_ended_early(tmp_path: Path) -> None:
 
 
 def test_figures_of_an_unfinished_run(broken: Run, decaying: Run) -> None:
-    missing = "The run is unfinished: 4 of 9 repeats are there."
+    missing = "the run is unfinished: 4 of 9 repeats are there"
     assert unfinished(broken, Selection()) == missing
     assert unfinished(decaying, Selection()) == ""
     figure = shown(broken, "energy")
-    assert figure.caption.endswith(missing)
+    assert figure.caption.endswith(f" T{missing[1:]}.")
     assert [line.label for line in layers(figure, Line)] == ["CoR 0.8", "CoR 0.9"]
     means = shown(broken, "decay-against-cor")
     assert [record["repeats"] for record in means.numbers["points"]] == [3, 1]

@@ -39,7 +39,7 @@ def test_figures_describe_the_shape_that_is_there(
     for name, figure in figures.items():
         labels = [str(getattr(layer, "label", "")) for layer in figure.layers]
         words = " ".join([figure.title, figure.caption, *labels])
-        for wrong in ("circle", "container", "R − r", "R = ", "floor of L"):
+        for wrong in ("circle", "container", "R − r", "R = ", "momentum L"):
             assert wrong not in words, name
         assert ("periodic box, width 30 m, height 20 m" in words) is (shape == "periodic")
         assert shape == "box" or "wall" not in words, name
