@@ -99,7 +99,7 @@ def hard(
     """Simulate and check scenes that could break an engine.
 
     Both engines simulate them. Everything that must be true is measured beside what rounding alone
-    can do. It takes a minute, and ends with exit code 4 if a case fails.
+    can do. It takes two minutes, and ends with exit code 4 if a case fails.
     """
     from snooker_cli.validation.hard_cases import HardCaseStudy
 
