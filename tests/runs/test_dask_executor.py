@@ -349,5 +349,5 @@ def test_a_repeat_whose_workers_all_die_fails_alone(
     (failed,) = (repeat for repeat in range(5) if not run.path(0, repeat).exists())
     assert failed in killer.under_way
     assert ended.err.startswith(f"snooker: point 0, repeat {failed} failed: "), ended.err
-    assert "1 failed, 4 collisions" in ended.out or "4 collisions, 1 failed" in ended.out
+    assert "1 failed, 4 complete" in ended.out or "4 complete, 1 failed" in ended.out
     assert list(failures(run)) == [(0, failed)]
