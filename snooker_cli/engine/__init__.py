@@ -1,7 +1,7 @@
 """The simulator: arrays and floats in, a trace out. It knows no config, files or plots."""
 
 from snooker_cli.engine.replay import States, replay, series, times_within
-from snooker_cli.engine.simulation import simulate, specialisation
+from snooker_cli.engine.simulation import simulate, simulate_batch, specialisation
 
 __all__ = [
     "ENGINE_VERSION",
@@ -9,6 +9,7 @@ __all__ = [
     "replay",
     "series",
     "simulate",
+    "simulate_batch",
     "specialisation",
     "times_within",
 ]

@@ -21,7 +21,7 @@ from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER, wall_delay
 from snooker_cli.engine.jit import inlined, kernel, lowest_bit
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, Setup, State, U, V, X, Y
-from snooker_cli.engine.sampling import Grid, next_sample, sample_until
+from snooker_cli.engine.sampling import Grid, grid_of, next_sample, sample_until
 from snooker_cli.trace import SLIDE
 
 # Rows of ``Agenda.times``, s: a ball's earliest contact with another, that with the wall, and the
@@ -51,17 +51,16 @@ class Agenda(NamedTuple):
     links: Integers
 
 
-def new_agenda(state: State) -> Agenda:
-    """The agenda at time zero, at which all balls first search their contacts."""
-    number = state.balls.shape[1]
-    times = np.full((TIME_ROWS, -(-number // LANES) * LANES), NEVER)
-    times[:, :number] = 0.0
-    with np.errstate(all="ignore"):
-        for i in range(number):
-            times[WALL_TIME, i] += prediction.time_to_wall(i, 0.0, state, state.container)
-    links = np.full((LINK_ROWS, number), ks.NO_PARTNER, dtype=np.int64)
-    links[[EVENTS, BOUNCES]] = 0
-    links[PARTNER] = ks.NOT_SEARCHED
+def new_agendas(repeats: int, number: int) -> Agenda:
+    """The stacked agendas of repeats at time zero, at which all balls first search their contacts.
+
+    ``advance`` enters the times at the wall.
+    """
+    times = np.full((repeats, TIME_ROWS, -(-number // LANES) * LANES), NEVER)
+    times[:, :, :number] = 0.0
+    links = np.full((repeats, LINK_ROWS, number), ks.NO_PARTNER, dtype=np.int64)
+    links[:, [EVENTS, BOUNCES]] = 0
+    links[:, PARTNER] = ks.NOT_SEARCHED
     return Agenda(times, links)
 
 
@@ -211,82 +210,105 @@ def soonest(times: Floats) -> int:
 
 @kernel
 def advance(
-    state: State,
-    slides: Integers | None,
-    agenda: Agenda,
-    recorded: Recorded,
-    grid: Grid,
+    states: State,
+    all_slides: Integers | None,
+    agendas: Agenda,
+    records: Recorded,
+    grids: Grid,
+    active: Integers,
+    answers: Integers,
     limit: int,
-) -> int:
-    """Simulate at most ``limit`` events; why it stopped. Ties go by time, ball, and wall first."""
-    balls, setup, counts = state.balls, state.setup, state.counts
-    links = agenda.links
-    next_time, pair_time = agenda.times[NEXT_TIME], agenda.times[PAIR_TIME]
-    wall_time = agenda.times[WALL_TIME]
-    for filled in range(limit):
-        while True:
-            i = soonest(next_time)
-            now = next_time[i]
-            at_wall = wall_time[i] <= pair_time[i]
-            j = ks.NO_PARTNER if at_wall else links[PARTNER, i]
-            valid = j >= 0 and links[PARTNER_EVENTS, i] == links[EVENTS, j]
-            if now == NEVER or at_wall or valid:
+) -> None:
+    """Simulate at most ``limit`` events of each active repeat, and answer why each stopped.
+
+    Ties go by time, ball, and wall first.
+
+    states, all_slides, agendas, grids : stacked, of all repeats
+    active : (*a*,), the repeats to simulate
+    records, answers : a row for each of these
+    """
+    for row in range(len(active)):
+        repeat = active[row]
+        state, slides = ks.state_of(states, repeat), ks.row_of(all_slides, repeat)
+        balls, setup, counts, sums = state.balls, state.setup, state.counts, state.sums
+        agenda = Agenda(agendas.times[repeat], agendas.links[repeat])
+        links = agenda.links
+        next_time, pair_time = agenda.times[NEXT_TIME], agenda.times[PAIR_TIME]
+        wall_time = agenda.times[WALL_TIME]
+        grid = grid_of(grids, repeat)
+        recorded = Recorded(records.time[row], records.i[row], records.j[row], records.impulse[row])
+        if counts[ks.PREDICTIONS] == 0:  # the first event is to come
+            for k in range(balls.shape[1]):
+                # The sum makes a negative zero positive: soonest compares bits.
+                wall_time[k] = 0.0 + prediction.time_to_wall(k, 0.0, state, state.container)
+        answers[row] = clock.FULL
+        for filled in range(limit):
+            while True:
+                i = soonest(next_time)
+                now = next_time[i]
+                at_wall = wall_time[i] <= pair_time[i]
+                j = ks.NO_PARTNER if at_wall else links[PARTNER, i]
+                valid = j >= 0 and links[PARTNER_EVENTS, i] == links[EVENTS, j]
+                if now == NEVER or at_wall or valid:
+                    break
+                if all_slides is not None and now > sums[ks.TIME_LIMIT]:
+                    break
+                find_contact(i, now, wall_time[i] - now, state, slides, agenda)
+                counts[ks.STALE] += 1
+            if now == NEVER:
+                answers[row] = clock.NOTHING_LEFT
                 break
-            if slides is not None and now > setup.time_limit:
+            if now > sums[ks.TIME_LIMIT]:
+                answers[row] = clock.TIME
                 break
-            find_contact(i, now, wall_time[i] - now, state, slides, agenda)
-            counts[ks.STALE] += 1
-        if now == NEVER:
-            return clock.NOTHING_LEFT
-        if now > setup.time_limit:
-            return clock.TIME
-        if next_sample(grid, state.sums) < now:
-            sample_until(now, grid, state, slides)
-        clock.begin_event(i, j, now, state.sums, counts)
-        if slides is not None:
-            k = sliding.sliding_ball(i, j, now, balls, slides)
-            if k != ks.NO_PARTNER:
-                begins = slides[k] == sliding.SETTLES
-                size = sliding.slide_on(k, now, state, slides)
-                if begins:
-                    links[EVENTS, k] += 1
-                    links[LAST, k], links[BOUNCES, k] = ks.NO_PARTNER, 0
-                    wall_time[k] = NEVER
-                    find_contact(k, now, NEVER, state, slides, agenda)
-                count(k, SLIDE, size, state)
-                record(recorded, filled, k, SLIDE, now, size, state.labels)
-                continue
-        size = collide(i, j, now, state)
-        count(i, j, size, state)
-        record(recorded, filled, i, j, now, size, state.labels)
-        links[EVENTS, i] += 1
-        trapped = False
-        if at_wall:
-            links[LAST, i] = ks.NO_PARTNER
-            links[BOUNCES, i] += 1
-            predict_walls(now, state, agenda, state.container)
-            delay = prediction.time_to_return(i, now, balls, state.container)
-            wall_time[i] = now + delay
-            find_contact(i, now, delay, state, slides, agenda)
-            if setup.traps and (links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0):
-                patient = links[BOUNCES, i] <= setup.patience
-                trapped = prediction.is_trapped(
-                    i, now, state, state.container, slides, next_time, patient
-                )
-                if slides is not None and (trapped or sliding.has_settled(i, state, now)):
-                    trapped = False
-                    slides[i] = sliding.SETTLES
-                    wall_time[i] = next_time[i] = sliding.bounced(i, NEVER, state)[0].clock
-                    pair_time[i] = NEVER
-        else:
-            links[EVENTS, j] += 1
-            links[LAST, i], links[LAST, j] = j, i
-            links[BOUNCES, i] = links[BOUNCES, j] = 0
-            delay_i = predict_wall_after_pair(i, now, state, slides, agenda)
-            delay_j = predict_wall_after_pair(j, now, state, slides, agenda)
-            find_contacts(i, j, now, delay_i, delay_j, state, slides, agenda)
-        if trapped:
-            return clock.WALL_TRAP
-        if counts[ks.STALLED] > clock.STALL_LIMIT * balls.shape[1]:
-            return clock.COLLAPSE
-    return clock.FULL
+            if next_sample(grid, sums) < now:
+                sample_until(now, grid, state, slides)
+            clock.begin_event(i, j, now, sums, counts)
+            if all_slides is not None:
+                k = sliding.sliding_ball(i, j, now, balls, slides)
+                if k != ks.NO_PARTNER:
+                    begins = slides[k] == sliding.SETTLES
+                    size = sliding.slide_on(k, now, state, slides)
+                    if begins:
+                        links[EVENTS, k] += 1
+                        links[LAST, k], links[BOUNCES, k] = ks.NO_PARTNER, 0
+                        wall_time[k] = NEVER
+                        find_contact(k, now, NEVER, state, slides, agenda)
+                    count(k, SLIDE, size, state)
+                    record(recorded, filled, k, SLIDE, now, size, state.labels)
+                    continue
+            size = collide(i, j, now, state)
+            count(i, j, size, state)
+            record(recorded, filled, i, j, now, size, state.labels)
+            links[EVENTS, i] += 1
+            trapped = False
+            if at_wall:
+                links[LAST, i] = ks.NO_PARTNER
+                links[BOUNCES, i] += 1
+                predict_walls(now, state, agenda, state.container)
+                delay = prediction.time_to_return(i, now, balls, state.container)
+                wall_time[i] = now + delay
+                find_contact(i, now, delay, state, slides, agenda)
+                if setup.traps and (links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0):
+                    patient = links[BOUNCES, i] <= setup.patience
+                    trapped = prediction.is_trapped(
+                        i, now, state, state.container, slides, next_time, patient
+                    )
+                    if all_slides is not None and (trapped or sliding.has_settled(i, state, now)):
+                        trapped = False
+                        slides[i] = sliding.SETTLES
+                        wall_time[i] = next_time[i] = sliding.bounced(i, NEVER, state)[0].clock
+                        pair_time[i] = NEVER
+            else:
+                links[EVENTS, j] += 1
+                links[LAST, i], links[LAST, j] = j, i
+                links[BOUNCES, i] = links[BOUNCES, j] = 0
+                delay_i = predict_wall_after_pair(i, now, state, slides, agenda)
+                delay_j = predict_wall_after_pair(j, now, state, slides, agenda)
+                find_contacts(i, j, now, delay_i, delay_j, state, slides, agenda)
+            if trapped:
+                answers[row] = clock.WALL_TRAP
+                break
+            if counts[ks.STALLED] > clock.STALL_LIMIT * balls.shape[1]:
+                answers[row] = clock.COLLAPSE
+                break

@@ -39,7 +39,7 @@ def check_trap(i: int, now: float, bounces: int, state: State) -> bool:
 @kernel
 def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid, limit: int) -> int:
     """Simulate at most ``limit`` events; why it stopped. Ties go by time and ball."""
-    balls, setup, counts = state.balls, state.setup, state.counts
+    balls, counts = state.balls, state.counts
     links, tags, tree = cells.links, cells.tags, cells.tree
     large, chains = balls.shape[1] >= LARGE, no_chains(tree.bits)
     crossings = filled = 0
@@ -49,7 +49,7 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid, limit: i
         certain = cell_prediction.before_renewal(now, cells.margin)
         if certain == NEVER:
             return clock.NOTHING_LEFT
-        if certain > setup.time_limit:
+        if certain > state.sums[ks.TIME_LIMIT]:
             return clock.TIME
         if certain < now:
             return clock.OUT_OF_MARGIN

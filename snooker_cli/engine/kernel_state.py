@@ -8,7 +8,7 @@ the function, so functions take such a value beside the state.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +18,15 @@ from snooker_cli.engine.jit import inlined
 from snooker_cli.trace import CONTAINER
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from snooker_cli.scene import Scene
 
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Indices: TypeAlias = NDArray[np.int32]
 Flags: TypeAlias = NDArray[np.bool_]
+Array = TypeVar("Array", bound=NDArray[Any])
 
 NO_PARTNER = CONTAINER  # the wall
 SEARCH_AGAIN = -2  # no ball up to a time; search again then
@@ -33,11 +36,11 @@ NOT_SEARCHED = -3  # nothing has been searched yet
 # A ball moves only in its own events. ``container`` has the same five as elements.
 X, Y, U, V, CLOCK, BALL_ROWS = range(6)
 
-# Elements of ``sums``: how long a contact lasts, the time at which clocks show zero, and the clock
-# at the last event (s); the impulse on the wall (kg m/s), the virial of the ball-ball collisions
-# (kg m^2/s), and what rounding has cut off from these two.
-CONTACT_LASTS, EPOCH, NOW = range(3)
-WALL_IMPULSE, PAIR_VIRIAL, WALL_IMPULSE_REST, PAIR_VIRIAL_REST, SUMS = range(3, 8)
+# Elements of ``sums``: how long a contact lasts, the time at which clocks show zero, the clock at
+# the last event, and what clocks show when the run ends (s); the impulse on the wall (kg m/s), the
+# virial of the ball-ball collisions (kg m^2/s), and what rounding has cut off from these two.
+CONTACT_LASTS, EPOCH, NOW, TIME_LIMIT = range(4)
+WALL_IMPULSE, PAIR_VIRIAL, WALL_IMPULSE_REST, PAIR_VIRIAL_REST, SUMS = range(4, 9)
 REST = WALL_IMPULSE_REST - WALL_IMPULSE
 
 # Elements of ``counts``: events at the wall and between balls; the balls of the last event; events
@@ -64,7 +67,6 @@ class Setup(NamedTuple):
     elastic_below : m/s, relative normal speed below which collisions are elastic; zero for never
     traps : whether every hit of a circle loses its share, so that infinitely many may follow
     patience : bounces in a row after which a ball that no other can reach counts as trapped
-    time_limit : s, on the balls' clocks
     """
 
     radius: float
@@ -77,10 +79,9 @@ class Setup(NamedTuple):
     elastic_below: float
     traps: bool
     patience: int
-    time_limit: float
 
     @classmethod
-    def of(cls, scene: Scene, time_limit: float = math.inf) -> Setup:
+    def of(cls, scene: Scene) -> Setup:
         """The constants of a scene."""
         container, lasts = scene.container, scene.contact_duration
         always_loses = scene.wall_restitution < 1.0 and not lasts and scene.elastic_below == 0.0
@@ -95,12 +96,15 @@ class Setup(NamedTuple):
             elastic_below=float(scene.elastic_below),
             traps=bool(isinstance(container, Circle) and always_loses),
             patience=NO_LIMIT if scene.free or scene.slides else PATIENCE,
-            time_limit=float(time_limit),
         )
 
 
 class State(NamedTuple):
     """The state of a run, as both engines and a replay have it.
+
+    The states of many repeats of one point are one state too. Its arrays of what differs between
+    repeats, from balls, container and slides to sums, counts and scratch, are stacked: they have
+    one axis more, the first.
 
     balls : (BALL_ROWS or more, *N*), seen from ``origin_of``
     container : (BALL_ROWS,), or ``None`` if it is fixed
@@ -131,47 +135,85 @@ class State(NamedTuple):
         """Events so far."""
         return int(self.counts[WALL_EVENTS] + self.counts[PAIR_EVENTS])
 
-    def next_epoch(self, epoch: float, shift: float) -> State:
+    def next_epoch(self, epoch: float, shift: float) -> None:
         """Set all clocks back by a shift, s; the epoch is the time at which they then show zero."""
         self.balls[CLOCK] -= shift
         if self.container is not None:
             self.container[CLOCK] -= shift
-        self.sums[NOW] -= shift
+        self.sums[[NOW, TIME_LIMIT]] -= shift
         self.sums[EPOCH] = epoch
-        limit = self.setup.time_limit - shift
-        return self._replace(setup=self.setup._replace(time_limit=limit))
 
 
-def new_state(scene: Scene, setup: Setup, balls: Floats | None = None) -> State:
+def new_state(scene: Scene, time_limit: float = math.inf, balls: Floats | None = None) -> State:
     """The state at the scene's instant, in memory for the balls with BALL_ROWS or more rows."""
+    memory = None if balls is None else balls[np.newaxis]
+    return state_of(new_states([scene], time_limit, memory), 0)
+
+
+def new_states(
+    scenes: Sequence[Scene], time_limit: float = math.inf, balls: Floats | None = None
+) -> State:
+    """The stacked states of repeats of one point; see ``new_state``."""
+    scene, repeats = scenes[0], len(scenes)
     number = scene.number
-    balls = np.zeros((BALL_ROWS, number)) if balls is None else balls
-    balls[[X, Y]] = (scene.positions - origin_of(scene)).T
-    balls[[U, V]] = scene.velocities.T
+    balls = np.zeros((repeats, BALL_ROWS, number)) if balls is None else balls
+    positions = np.stack([each.positions for each in scenes])
+    positions -= np.stack([origin_of(each) for each in scenes])[:, np.newaxis]
+    balls[:, [X, Y]] = positions.transpose(0, 2, 1)
+    balls[:, [U, V]] = np.stack([each.velocities for each in scenes]).transpose(0, 2, 1)
     container, box, period = None, None, None
     if scene.free:
-        container = np.array([*scene.container_position, *scene.container_velocity, 0.0])
+        places = [(*each.container_position, *each.container_velocity, 0.0) for each in scenes]
+        container = np.array(places)
     if isinstance(scene.container, Box):
         box = np.array(scene.container.size) / 2
     if scene.container.period is not None:
         period = np.array(scene.container.period)
     unequal = has_unequal_balls(scene)
-    counts = np.zeros(COUNTS, dtype=np.int64)
-    counts[[FIRST, SECOND]] = NO_PARTNER
+    sums, counts = np.zeros((repeats, SUMS)), np.zeros((repeats, COUNTS), dtype=np.int64)
+    sums[:, TIME_LIMIT] = time_limit
+    counts[:, [FIRST, SECOND]] = NO_PARTNER
     scratch_rows = BALL_ROWS if scene.slides else 1 if scene.contact_duration else 0
     return State(
-        setup=setup,
+        setup=Setup.of(scene),
         balls=balls,
         container=container,
         box=box,
         period=period,
         radii=np.array(scene.radii) if unequal else None,
         masses=np.array(scene.masses) if unequal else None,
-        slides=np.zeros(number, dtype=np.int64) if scene.slides else None,
+        slides=np.zeros((repeats, number), dtype=np.int64) if scene.slides else None,
         labels=np.zeros(0, dtype=np.int32),
-        sums=np.zeros(SUMS),
+        sums=sums,
         counts=counts,
-        scratch=np.zeros((scratch_rows, number)),
+        scratch=np.zeros((repeats, scratch_rows, number)),
+    )
+
+
+@inlined
+def row_of(stacked: Array | None, repeat: int) -> Array | None:
+    """What a repeat has of a stacked array."""
+    if stacked is None:
+        return None
+    return stacked[repeat]
+
+
+@inlined
+def state_of(states: State, repeat: int) -> State:
+    """The state of a repeat, in the memory of the stacked states."""
+    return State(
+        states.setup,
+        states.balls[repeat],
+        row_of(states.container, repeat),
+        states.box,
+        states.period,
+        states.radii,
+        states.masses,
+        row_of(states.slides, repeat),
+        states.labels,
+        states.sums[repeat],
+        states.counts[repeat],
+        states.scratch[repeat],
     )
 
 
@@ -205,10 +247,10 @@ class Recorded(NamedTuple):
         return Recorded(self.time[rows], self.i[rows], self.j[rows], self.impulse[rows])
 
 
-def new_record(events: int) -> Recorded:
-    """Memory for this many events; with none, no events are recorded."""
-    i, j = np.empty((2, events), dtype=np.int32)
-    return Recorded(np.empty(events), i, j, np.empty(events))
+def new_record(*shape: int) -> Recorded:
+    """Memory for events, (*events*,) or (*repeats*, *events*); with none, nothing is recorded."""
+    i, j = np.empty((2, *shape), dtype=np.int32)
+    return Recorded(np.empty(shape), i, j, np.empty(shape))
 
 
 @inlined

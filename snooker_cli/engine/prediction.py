@@ -187,7 +187,7 @@ def is_trapped(
         return False
     left = 2.0 * inward * (x * x + y * y) / ((1.0 - setup.wall_restitution) * cross * cross)
     end = now + left
-    if end > setup.time_limit:
+    if end > state.sums[ks.TIME_LIMIT]:
         return False
     wall_speed = 0.0
     if container is not None:

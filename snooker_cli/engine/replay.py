@@ -112,7 +112,7 @@ class Replay:
         self.events, self.done = trace.events, 0
         self.parts = clock.parts(trace.events, scene.number)
         self.part = next(self.parts)
-        self.state = ks.new_state(scene, ks.Setup.of(scene))
+        self.state = ks.new_state(scene)
 
     def advance(self, end: int, kept: Integers | None = None, rows: Floats | None = None) -> None:
         """Carry out the events before ``end``, with a row after each number of them in ``kept``."""
@@ -131,7 +131,7 @@ class Replay:
             )
             self.done = stop
             if stop == events.stop:
-                self.state = self.state.next_epoch(following, shift)
+                self.state.next_epoch(following, shift)
                 self.part = next(self.parts, self.part)
 
     def measure(self, row: Floats, time: float) -> None:

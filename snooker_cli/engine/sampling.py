@@ -20,6 +20,8 @@ from snooker_cli.engine.sliding import SETTLES, ball_of, bounced, pressing, set_
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, Summary
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from snooker_cli.scene import Scene
 
 
@@ -40,14 +42,18 @@ WALL_EVENTS, PAIR_EVENTS, MEAN_SPEED, ENERGY_MOMENT, COLUMNS = range(4, 9)
 
 
 class Grid(NamedTuple):
-    """Rows at times 0, step, 2 step …, and behind them those put aside, with times of their own.
+    """Rows at times 0, step, 2 step …, and those put aside, with times of their own.
 
-    rows : (ROWS + 1 + EARLY_ROWS, COLUMNS)
-    histogram : (ROWS + 1 + EARLY_ROWS, SPEED_BINS), balls by reduced speed
+    The grids of many repeats are one grid too, with an axis of repeats: the first one, but the
+    second one of the rows put aside. So all that is used of these is together in memory.
+
+    rows : (ROWS + 1, COLUMNS)
+    histogram : (ROWS + 1, SPEED_BINS), balls by reduced speed
     step : (1,), s
     used : (1,), number of filled rows; the last is at time (used - 1) step
     early : (1,), number of rows put aside
-    times : (EARLY_ROWS,), s, of the rows put aside
+    early_times : (EARLY_ROWS,), s
+    early_rows, early_histogram : (EARLY_ROWS, COLUMNS) and (EARLY_ROWS, SPEED_BINS)
     """
 
     rows: Floats
@@ -55,50 +61,81 @@ class Grid(NamedTuple):
     step: Floats
     used: Integers
     early: Integers
-    times: Floats
+    early_times: Floats
+    early_rows: Floats
+    early_histogram: Integers
 
 
-def no_grid() -> Grid:
-    """A grid without rows, for runs that record events."""
-    return _grid(0, 0, math.inf)._replace(used=np.ones(1, dtype=np.int64))
+def no_grids(repeats: int) -> Grid:
+    """The grids of repeats that record events: they have no rows."""
+    grids = _grids(repeats, 0, 0)
+    grids.step[:], grids.used[:] = math.inf, 1
+    return grids
 
 
-def new_grid(scene: Scene) -> Grid:
-    """An empty grid that starts with a 1024th of the time to cross half the container, or less."""
-    speed = max(math.hypot(*velocity) for velocity in scene.velocities.tolist())
-    crossing = min(scene.container.size) / 2 / speed if speed > 0.0 else 1.0
-    step = math.ldexp(1.0, math.frexp(crossing)[1] - 11)
-    return _grid(ROWS + 1 + EARLY_ROWS, EARLY_ROWS, step)
+def new_grids(scenes: Sequence[Scene]) -> Grid:
+    """Empty grids; a step is at first a 1024th of the time to cross half the container, or less."""
+    grids = _grids(len(scenes), ROWS + 1, EARLY_ROWS)
+    for k, scene in enumerate(scenes):
+        speed = max(math.hypot(*velocity) for velocity in scene.velocities.tolist())
+        crossing = min(scene.container.size) / 2 / speed if speed > 0.0 else 1.0
+        grids.step[k] = math.ldexp(1.0, math.frexp(crossing)[1] - 11)
+    return grids
 
 
-def _grid(rows: int, early_rows: int, step: float) -> Grid:
-    used, early = np.zeros((2, 1), dtype=np.int64)
-    columns = np.zeros((rows, COLUMNS))
-    histogram = np.zeros((rows, SPEED_BINS), dtype=np.int64)
-    return Grid(columns, histogram, np.array([step]), used, early, np.zeros(early_rows))
+def _grids(repeats: int, rows: int, early_rows: int) -> Grid:
+    """Memory for grids; what is not used is not touched."""
+    return Grid(
+        rows=np.empty((repeats, rows, COLUMNS)),
+        histogram=np.empty((repeats, rows, SPEED_BINS), dtype=np.int64),
+        step=np.empty((repeats, 1)),
+        used=np.zeros((repeats, 1), dtype=np.int64),
+        early=np.zeros((repeats, 1), dtype=np.int64),
+        early_times=np.empty((early_rows, repeats)),
+        early_rows=np.empty((early_rows, repeats, COLUMNS)),
+        early_histogram=np.empty((early_rows, repeats, SPEED_BINS), dtype=np.int64),
+    )
 
 
-@helper
-def copy_row(one: int, other: int, grid: Grid) -> None:
+@inlined
+def grid_of(grids: Grid, repeat: int) -> Grid:
+    """The grid of a repeat, in the same memory."""
+    return Grid(
+        grids.rows[repeat],
+        grids.histogram[repeat],
+        grids.step[repeat],
+        grids.used[repeat],
+        grids.early[repeat],
+        grids.early_times[:, repeat],
+        grids.early_rows[:, repeat],
+        grids.early_histogram[:, repeat],
+    )
+
+
+@inlined
+def copy_row(row: Floats, histogram: Integers, to_row: Floats, to_histogram: Integers) -> None:
     """Write one row into another."""
     # Number by number: whole rows take seconds to compile.
     for column in range(COLUMNS):
-        grid.rows[other, column] = grid.rows[one, column]
+        to_row[column] = row[column]
     for speed in range(SPEED_BINS):
-        grid.histogram[other, speed] = grid.histogram[one, speed]
+        to_histogram[speed] = histogram[speed]
 
 
 @helper
 def halve(grid: Grid) -> None:
     """Put every second row aside, if it is early, or drop it, and double the step."""
+    rows, histogram = grid.rows, grid.histogram
     kept = (grid.used[0] + 1) // 2
     for k in range(1, EARLY, 2):
-        if grid.early[0] < len(grid.times):
-            copy_row(k, ROWS + 1 + grid.early[0], grid)
-            grid.times[grid.early[0]] = k * grid.step[0]
+        place = grid.early[0]
+        if place < len(grid.early_times):
+            to_row, to_histogram = grid.early_rows[place], grid.early_histogram[place]
+            copy_row(rows[k], histogram[k], to_row, to_histogram)
+            grid.early_times[place] = k * grid.step[0]
             grid.early[0] += 1
     for k in range(1, kept):
-        copy_row(2 * k, k, grid)
+        copy_row(rows[2 * k], histogram[2 * k], rows[k], histogram[k])
     grid.used[0] = kept
     grid.step[0] *= 2.0
 
@@ -192,28 +229,51 @@ def next_sample(grid: Grid, sums: Floats) -> float:
 @kernel
 def sample_until(now: float, grid: Grid, state: State, slides: Integers | None) -> None:
     """Fill the rows whose time is before clocks show ``now``: no velocity has changed since."""
+    rows, histogram = grid.rows, grid.histogram
+    known = False  # whether the row before is of the same velocities
     while next_sample(grid, state.sums) < now:
         k = grid.used[0]
         if k > ROWS:
             halve(grid)
             continue
-        if slides is None:
-            sample(grid.rows[k], grid.histogram[k], 0.0, state, state.container, None)
-        else:
+        if slides is not None:
             sample_slides(k, next_sample(grid, state.sums), grid, state, slides)
+        elif known:
+            copy_row(rows[k - 1], histogram[k - 1], rows[k], histogram[k])
+        else:
+            sample(rows[k], histogram[k], 0.0, state, state.container, None)
+            known = True
         grid.used[0] += 1
 
 
-def summary(now: float, time: float, grid: Grid, state: State) -> Summary:
-    """The rows of a grid before clocks show ``now``, at a time (s), and one more at it."""
-    sample_until(now, grid, state, state.slides)
+@kernel
+def sample_to_end(
+    ends: Floats,
+    grids: Grid,
+    states: State,
+    all_slides: Integers | None,
+    rows: Floats,
+    histograms: Integers,
+) -> None:
+    """``sample_until`` the end of each repeat (s, on its clocks), and a row more at that time."""
+    for repeat in range(len(ends)):
+        end, state = ends[repeat], ks.state_of(states, repeat)
+        slides = ks.row_of(all_slides, repeat)
+        sample_until(end, grid_of(grids, repeat), state, slides)
+        sample(rows[repeat], histograms[repeat], end, state, state.container, slides)
+
+
+def summary(grid: Grid, time: float, row: Floats, histogram: Integers) -> Summary:
+    """The rows of a grid, in order of time, and one more at a time (s)."""
     used, early = int(grid.used[0]), int(grid.early[0])
-    times = np.append(np.arange(used) * grid.step[0], grid.times[:early])
-    rows = np.append(np.arange(used), ROWS + 1 + np.arange(early))[np.argsort(times)]
-    row, histogram = np.zeros(COLUMNS), np.zeros(SPEED_BINS, dtype=np.int64)
-    sample(row, histogram, now, state, state.container, state.slides)
-    columns = np.ascontiguousarray(np.vstack([grid.rows[rows], row]).T)
-    return Summary(
-        series=Series(np.append(np.sort(times), time), *columns),
-        speed_histogram=np.vstack([grid.histogram[rows], histogram]),
-    )
+    times = np.concatenate([np.arange(used) * grid.step[0], grid.early_times[:early]])
+    order = np.argsort(times)
+    rows = np.concatenate([grid.rows[:used], grid.early_rows[:early]])
+    columns = np.empty((COLUMNS + 1, len(times) + 1))
+    columns[0, :-1], columns[0, -1] = times[order], time
+    columns[1:, :-1], columns[1:, -1] = rows[order].T, row
+    speeds = np.empty((len(times) + 1, SPEED_BINS), dtype=np.int64)
+    found = np.concatenate([grid.histogram[:used], grid.early_histogram[:early]])
+    np.take(found, order, axis=0, out=speeds[:-1], mode="clip")
+    speeds[-1] = histogram
+    return Summary(series=Series(*columns), speed_histogram=speeds)

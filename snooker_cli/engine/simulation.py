@@ -6,7 +6,9 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from functools import cached_property
+from operator import attrgetter
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -15,17 +17,32 @@ from snooker_cli.engine import all_pairs, cell_grid, cell_prediction, cells, clo
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.clock import CELL_FULL, FULL, NOTHING_LEFT, OUT_OF_MARGIN
 from snooker_cli.engine.event_queue import new_tree
+from snooker_cli.engine.kernel_state import Recorded
 from snooker_cli.engine.sliding import turn_all
-from snooker_cli.trace import CONTAINER, Events, Stop, StopReason, Trace, Work, joined
+from snooker_cli.trace import (
+    CONTAINER,
+    SPEED_BINS,
+    Events,
+    Stop,
+    StopReason,
+    Summary,
+    Trace,
+    Work,
+    joined,
+)
 
 if TYPE_CHECKING:
-    from snooker_cli.engine.kernel_state import Floats, Recorded, Setup
-    from snooker_cli.engine.sampling import Grid
+    from collections.abc import Sequence
+
+    from snooker_cli.engine.kernel_state import Floats, Integers, State
     from snooker_cli.scene import Scene
 
 Sink: TypeAlias = Callable[[Events], None]
 CHUNK, SMALL_CHUNK = 65536, 8192
 """Events until the user can stop a run, some 30 ms of work; and of ``REORDERED`` balls or more."""
+
+MOST_EVENTS, MOST_SUMMARIES = 1 << 19, 48
+"""Events of a chunk of many repeats, and summaries of one call: some 12 MB."""
 
 REORDERED = 4096
 """Balls from which on those in neighbouring cells are kept near each other in memory."""
@@ -43,106 +60,132 @@ MARGIN, RENEWAL = 0.1, 400
 """Way of a free container, in cells, until all is predicted again, and its cost in crossings."""
 
 
-# A run, and its two engines
+# Repeats under way, and the two engines
 
 
 class Engine(ABC):
-    """A simulation under way: its arrays, and what has been recorded; as in ``simulate``."""
+    """Repeats of one point under way: their arrays, and what has been recorded.
+
+    states : stacked; ``InCells`` shares only sums and counts with it
+    active : (*a*,), the repeats that have not ended; all have had ``done`` events
+    reasons : why each repeat ended; ``INTERRUPTED`` while it is active
+    times : (*repeats*,), of the last event, s
+    chunks : of each repeat, its events so far
+    """
 
     def __init__(
-        self, scene: Scene, setup: Setup, summary: bool = False, sink: Sink | None = None
+        self, scenes: Sequence[Scene], time_limit: float = math.inf, summary: bool = False
     ) -> None:
-        self.scene, self.summary, self.now = scene, summary, 0.0
-        self.state = ks.new_state(scene, setup, self._memory())
-        self.time_limit = setup.time_limit
-        self.grid = sampling.new_grid(scene) if summary else sampling.no_grid()
-        self.chunks: list[Events] = []
-        self.sink = self.chunks.append if sink is None else sink
+        repeats = len(scenes)
+        self.scenes, self.time_limit, self.summary = scenes, time_limit, summary
+        self.states = ks.new_states(scenes, time_limit, self._memory())
+        self.grids = sampling.new_grids(scenes) if summary else sampling.no_grids(repeats)
+        self.active, self.done = np.arange(repeats), 0
+        self.reasons = [StopReason.INTERRUPTED] * repeats
+        self.times = np.zeros(repeats)
+        self.chunks: list[list[Events]] = [[] for _ in scenes]
 
     def _memory(self) -> Floats | None:
         """Memory for the balls."""
         return None
 
     @abstractmethod
-    def advance(self, recorded: Recorded, grid: Grid, limit: int) -> int:
-        """Simulate at most ``limit`` events; why it stopped."""
+    def advance(self, records: Recorded, answers: Integers, limit: int) -> None:
+        """Simulate at most ``limit`` events of each active repeat, and answer why it stopped.
 
-    def next_epoch(self, epoch: float, shift: float) -> None:
-        """Set all clocks back by a shift, s, to the beginning of an epoch."""
-        self.state = self.state.next_epoch(epoch, shift)
+        records, answers : a row for each active repeat
+        """
 
-    def chunk(self, limit: int) -> int:
-        """Simulate and record a chunk of events, at most ``limit``; why it stopped."""
-        before, number = self.state.collisions, self.scene.number
+    @abstractmethod
+    def state_of(self, repeat: int) -> State:
+        """The state of a repeat."""
+
+    @abstractmethod
+    def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
+        """Set all clocks of a repeat back by a shift, s, to the beginning of an epoch."""
+
+    @abstractmethod
+    def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Integers) -> None:
+        """Complete the grids, and write a row for when each repeat's clocks show a time, s."""
+
+    @abstractmethod
+    def scenes_at(self, clocks: Floats) -> list[Scene]:
+        """The scene of each repeat when its clocks show a time, s, at or after the last event."""
+
+    def chunk(self, wanted: int, sink: Sink | None = None) -> int:
+        """Simulate and record a chunk of events, up to ``wanted`` of each repeat; how many."""
+        active, before, number = self.active, self.done, self.scenes[0].number
         epoch_length = clock.length(number)
         size = CHUNK if number < REORDERED else SMALL_CHUNK
-        limit = min(limit, size, epoch_length - before % epoch_length)
-        recorded = ks.new_record(0 if self.summary else limit)
-        answer = self.advance(recorded, self.grid, limit)
-        epoch, now = map(float, self.state.sums[[ks.EPOCH, ks.NOW]])
-        self.now, done = epoch + now, self.state.collisions
+        size = min(size, max(MOST_EVENTS // len(active), 1))
+        limit = min(wanted - before, size, epoch_length - before % epoch_length)
+        records = ks.new_record(len(active), 0 if self.summary else limit)
+        answers = np.zeros(len(active), dtype=np.int64)
+        self.advance(records, answers, limit)
+        epochs, clocks = self.states.sums[active][:, [ks.EPOCH, ks.NOW]].T
+        counts = self.states.counts[active]
+        done = counts[:, ks.WALL_EVENTS] + counts[:, ks.PAIR_EVENTS]
+        self.times[active] = epochs + clocks
         if not self.summary:
-            clocks, i, j, impulse = recorded.part(slice(done - before))
-            time, residual = clock.times(epoch, clocks)
-            self.sink(Events(time, i, j, impulse, residual))
-        if done > before and done % epoch_length == 0:
-            self.next_epoch(*clock.following(epoch, now))
-        return answer
+            self._keep(records, epochs.tolist(), (done - before).tolist(), sink)
+        for row in np.flatnonzero((done > before) & (done % epoch_length == 0)):
+            following = clock.following(float(epochs[row]), float(clocks[row]))
+            self.next_epoch(int(active[row]), *following)
+        ended = (done >= wanted) | (answers != FULL)
+        for row in np.flatnonzero(ended).tolist():
+            reached = done[row] >= wanted
+            reason = StopReason.COLLISIONS if reached else _REASONS[int(answers[row])]
+            self.reasons[active[row]] = reason
+        self.active, self.done = active[~ended], int(np.max(done))
+        return int(np.sum(done - before))
 
-    def scene_at(self, time: float) -> Scene:
-        """The scene when clocks show a time (s), at or after the last event."""
-        scene, state = self.scene, self.state
-        balls, labels, container = state.balls, state.labels, state.container
-        if state.slides is not None:
-            balls = balls.copy()
-            turn_all(time, balls, state.slides)
-        origin = ks.origin_of(scene)
-        positions, velocities = np.empty((2, scene.number, 2))
-        # Not all at once: of a million balls, new memory would take a third of a second.
-        for first in range(0, scene.number, SMALL_CHUNK):
-            some = slice(first, first + SMALL_CHUNK)
-            x, y, u, v, clocks = balls[: ks.BALL_ROWS, some]
-            ages = time - clocks
-            position = np.column_stack([x + u * ages, y + v * ages])
-            if state.period is not None:
-                position -= state.period * np.rint(position / state.period)
-            columns = labels[some] if len(labels) else some
-            positions[columns] = position + origin
-            velocities[columns] = np.column_stack([u, v])
-        moved = replace(scene, positions=positions, velocities=velocities)
-        if container is None:
-            return moved
-        return replace(
-            moved,
-            container_position=container[:2] + container[2:4] * (time - container[4]),
-            container_velocity=container[2:4].copy(),
-        )
+    def _keep(
+        self, records: Recorded, epochs: list[float], numbers: list[int], sink: Sink | None
+    ) -> None:
+        """Keep the recorded events of each active repeat, or give them to the sink."""
+        rows = zip(*records, self.active.tolist(), epochs, numbers, strict=True)
+        for clocks, i, j, impulse, repeat, epoch, number in rows:
+            time, residual = clock.times(epoch, clocks[:number])
+            events = Events(time, i[:number], j[:number], impulse[:number], residual)
+            (self.chunks[repeat].append if sink is None else sink)(events)
 
-    def trace(self, reason: StopReason) -> Trace:
-        """Everything so far, as a finished trace."""
-        stop, counts = self._stop(reason), self.state.counts
-        end = stop.time - float(self.state.sums[ks.EPOCH])
-        summary = sampling.summary(end, stop.time, self.grid, self.state) if self.summary else None
-        walls, pairs, crossings = map(int, counts[[ks.WALL_EVENTS, ks.PAIR_EVENTS, ks.CROSSINGS]])
-        return Trace(
-            start=self.scene,
-            finish=self.scene_at(end),
-            stop=stop,
-            wall_events=walls,
-            pair_events=pairs,
-            events=joined(self.chunks) if self.chunks else None,
-            summary=summary,
-            work=Work(
-                predictions=int(counts[ks.PREDICTIONS]),
-                crossings=crossings,
-                queue_updates=walls + 2 * pairs + crossings + int(counts[ks.STALE]),
-            ),
-        )
+    def traces(self) -> list[Trace]:
+        """Everything so far, as finished traces."""
+        counts = self.states.counts.tolist()
+        stops = [self._stop(repeat, count) for repeat, count in enumerate(counts)]
+        times = [stop.time for stop in stops]
+        clocks = np.array(times) - self.states.sums[:, ks.EPOCH]
+        summaries = self._summaries(clocks, times) if self.summary else [None] * len(stops)
+        finishes = self.scenes_at(clocks)
+        rows = zip(self.scenes, finishes, stops, counts, self.chunks, summaries, strict=True)
+        return [
+            Trace(
+                start=start,
+                finish=finish,
+                stop=stop,
+                wall_events=count[ks.WALL_EVENTS],
+                pair_events=count[ks.PAIR_EVENTS],
+                events=joined(chunks) if chunks else None,
+                summary=summary,
+                work=_work(count),
+            )
+            for start, finish, stop, count, chunks, summary in rows
+        ]
 
-    def _stop(self, reason: StopReason) -> Stop:
-        """How the run ended, with a message."""
-        state, events = self.state, self.state.collisions
-        now, limit = self.now, self.time_limit
+    def _summaries(self, clocks: Floats, times: list[float]) -> list[Summary]:
+        """The summary of each repeat up to a time, given on its clocks too, s."""
+        rows = np.empty((len(times), sampling.COLUMNS))
+        histograms = np.empty((len(times), SPEED_BINS), dtype=np.int64)
+        self.sample_to_end(clocks, rows, histograms)
+        return [
+            sampling.summary(sampling.grid_of(self.grids, repeat), *last)
+            for repeat, last in enumerate(zip(times, rows, histograms, strict=True))
+        ]
+
+    def _stop(self, repeat: int, counts: list[int]) -> Stop:
+        """How a repeat ended, with a message."""
+        reason, now, limit = self.reasons[repeat], float(self.times[repeat]), self.time_limit
+        events = counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS]
         if reason is StopReason.COLLISIONS:
             return Stop(reason, now, (), f"{events:,} collisions reached at {now:.9g} s")
         if reason is StopReason.TIME:
@@ -154,9 +197,10 @@ class Engine(ABC):
         if reason is StopReason.INTERRUPTED:
             return Stop(reason, now, (), f"interrupted after {events:,} collisions at {now:.9g} s")
         saved = "1 collision is saved" if events == 1 else f"{events:,} collisions are saved"
+        labels = self.state_of(repeat).labels
         first, second = (
-            int(state.labels[ball]) if ball >= 0 and len(state.labels) else int(ball)
-            for ball in state.counts[[ks.FIRST, ks.SECOND]]
+            int(labels[ball]) if ball >= 0 and len(labels) else ball
+            for ball in (counts[ks.FIRST], counts[ks.SECOND])
         )
         if reason is StopReason.WALL_TRAP:
             message = (
@@ -167,16 +211,21 @@ class Engine(ABC):
         at_wall = second == CONTAINER
         pair = f"ball {first} and the wall" if at_wall else f"balls {first} and {second}"
         message = (
-            f"{self._endless(first, at_wall)}: collisions continue, but time stays "
+            f"{self._endless(repeat, first, at_wall)}: collisions continue, but time stays "
             f"at {now:.17g} s; the last collision is of {pair}; {saved}"
         )
         return Stop(reason, now, (first,) if at_wall else (first, second), message)
 
-    def _endless(self, ball: int, at_wall: bool) -> str:
+    @cached_property
+    def _last_scenes(self) -> list[Scene]:
+        """The scene of each repeat at its last event."""
+        return self.scenes_at(self.states.sums[:, ks.NOW])
+
+    def _endless(self, repeat: int, ball: int, at_wall: bool) -> str:
         """What has collisions without end, with this ball in the last of them."""
-        scene, digit = self.scene, clock.CLOCK_DIGITS * self.now
+        scene, digit = self.scenes[repeat], clock.CLOCK_DIGITS * float(self.times[repeat])
         if at_wall and isinstance(scene.container, Circle):
-            here = self.scene_at(float(self.state.sums[ks.NOW]))
+            here = self._last_scenes[repeat]
             x, y = here.positions[ball] - here.container_position
             u, v = here.velocities[ball] - here.container_velocity
             square = u * u + v * v
@@ -189,27 +238,77 @@ class Engine(ABC):
         return "inelastic collapse"
 
 
+def _work(counts: list[int]) -> Work:
+    """The kernel's work, from ``State.counts``."""
+    walls, pairs, crossings = (counts[k] for k in (ks.WALL_EVENTS, ks.PAIR_EVENTS, ks.CROSSINGS))
+    return Work(
+        predictions=counts[ks.PREDICTIONS],
+        crossings=crossings,
+        queue_updates=walls + 2 * pairs + crossings + counts[ks.STALE],
+    )
+
+
 class AllPairs(Engine):
-    """Few balls in a circle."""
+    """Few balls in a circle: one call of the kernel simulates all repeats."""
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self.agenda = all_pairs.new_agenda(self.state)
+    def __init__(
+        self, scenes: Sequence[Scene], time_limit: float = math.inf, summary: bool = False
+    ) -> None:
+        super().__init__(scenes, time_limit, summary)
+        self.agendas = all_pairs.new_agendas(len(scenes), scenes[0].number)
 
-    def advance(self, recorded: Recorded, grid: Grid, limit: int) -> int:
-        slides = self.state.slides
-        return int(all_pairs.advance(self.state, slides, self.agenda, recorded, grid, limit))
+    def advance(self, records: Recorded, answers: Integers, limit: int) -> None:
+        states, slides = self.states, self.states.slides
+        all_pairs.advance(
+            states, slides, self.agendas, records, self.grids, self.active, answers, limit
+        )
 
-    def next_epoch(self, epoch: float, shift: float) -> None:
-        super().next_epoch(epoch, shift)
-        self.agenda.times[:] -= shift
+    def state_of(self, repeat: int) -> State:
+        return ks.state_of(self.states, repeat)
+
+    def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
+        self.state_of(repeat).next_epoch(epoch, shift)
+        self.agendas.times[repeat] -= shift
+
+    def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Integers) -> None:
+        states, slides = self.states, self.states.slides
+        sampling.sample_to_end(clocks, self.grids, states, slides, rows, histograms)
+
+    def scenes_at(self, clocks: Floats) -> list[Scene]:
+        balls, container = self.states.balls, self.states.container
+        if self.states.slides is not None:
+            balls = balls.copy()
+            turn_all(clocks, balls, self.states.slides)
+        x, y, u, v, at = balls.transpose(1, 0, 2)
+        ages = clocks[:, np.newaxis] - at
+        positions = np.stack([x + u * ages, y + v * ages], axis=2)
+        positions += np.stack([ks.origin_of(scene) for scene in self.scenes])[:, np.newaxis]
+        moved = [
+            replace(scene, positions=position, velocities=velocity)
+            for scene, position, velocity in zip(
+                self.scenes, positions, np.stack([u, v], axis=2), strict=True
+            )
+        ]
+        if container is None:
+            return moved
+        velocities = container[:, 2:4].copy()
+        places = container[:, :2] + velocities * (clocks - container[:, 4])[:, np.newaxis]
+        return [
+            replace(scene, container_position=place, container_velocity=velocity)
+            for scene, place, velocity in zip(moved, places, velocities, strict=True)
+        ]
 
 
 class InCells(Engine):
-    """Many balls, or a box."""
+    """Many balls, or a box: a single repeat."""
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
+    def __init__(
+        self, scenes: Sequence[Scene], time_limit: float = math.inf, summary: bool = False
+    ) -> None:
+        (self.scene,) = scenes
+        super().__init__(scenes, time_limit, summary)
+        self.state = ks.state_of(self.states, 0)
+        self.grid = sampling.grid_of(self.grids, 0)
         self.cells = cell_grid.new_cells(
             self.scene, cell_side(self.scene), self.state.balls, new_tree(self.scene.number)
         )
@@ -221,16 +320,21 @@ class InCells(Engine):
     def _memory(self) -> Floats:
         """Memory in which each ball is a line of the processor's cache."""
         number = self.scene.number
-        return ks.aligned_zeros(cell_grid.CELL_BALL_ROWS * number).reshape(number, -1).T
+        memory = ks.aligned_zeros(cell_grid.CELL_BALL_ROWS * number)
+        return memory.reshape(number, -1).T[np.newaxis]
 
-    def advance(self, recorded: Recorded, grid: Grid, limit: int) -> int:
+    def advance(self, records: Recorded, answers: Integers, limit: int) -> None:
+        answers[0] = self.advance_one(Recorded(*(column[0] for column in records)), limit)
+
+    def advance_one(self, recorded: Recorded, limit: int) -> int:
+        """Simulate at most ``limit`` events; why it stopped."""
         if self.scene.number >= REORDERED:
             self._keep_order()
         begun, renewals = self.state.collisions, 0
         while True:
             done = self.state.collisions - begun
             rest = recorded.part(slice(done, None))
-            answer = int(cells.advance(self.state, self.cells, rest, grid, limit - done))
+            answer = int(cells.advance(self.state, self.cells, rest, self.grid, limit - done))
             if answer == CELL_FULL:
                 self._fill(2 * self.capacity)
             elif answer == OUT_OF_MARGIN and self.cells.margin is not None:
@@ -243,13 +347,44 @@ class InCells(Engine):
                 idle = answer == FULL and self.state.collisions == begun
                 return NOTHING_LEFT if idle and self._moves_as_one() else answer
 
-    def next_epoch(self, epoch: float, shift: float) -> None:
-        super().next_epoch(epoch, shift)
+    def state_of(self, repeat: int) -> State:
+        return self.state
+
+    def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
+        self.state.next_epoch(epoch, shift)
         self.state.balls[[cell_grid.CONTACT_TIME, cell_grid.CROSSING_TIME]] -= shift
         self.cells.tree.times[:] -= shift  # what is equal stays equal: nodes and children agree
         self.renewed_at -= shift
         if self.cells.margin is not None:
             self.cells.margin.place[cell_grid.UNTIL] -= shift
+
+    def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Integers) -> None:
+        end, state = float(clocks[0]), self.state
+        sampling.sample_until(end, self.grid, state, None)
+        sampling.sample(rows[0], histograms[0], end, state, state.container, None)
+
+    def scenes_at(self, clocks: Floats) -> list[Scene]:
+        scene, state, time = self.scene, self.state, clocks[0]
+        balls, labels, container = state.balls, state.labels, state.container
+        origin = ks.origin_of(scene)
+        positions, velocities = np.empty((2, scene.number, 2))
+        # Not all at once: of a million balls, new memory would take a third of a second.
+        for first in range(0, scene.number, SMALL_CHUNK):
+            some = slice(first, first + SMALL_CHUNK)
+            x, y, u, v, at = balls[: ks.BALL_ROWS, some]
+            ages = time - at
+            position = np.column_stack([x + u * ages, y + v * ages])
+            if state.period is not None:
+                position -= state.period * np.rint(position / state.period)
+            columns = labels[some] if len(labels) else some
+            positions[columns] = position + origin
+            velocities[columns] = np.column_stack([u, v])
+        moved = replace(scene, positions=positions, velocities=velocities)
+        if container is None:
+            return [moved]
+        velocity = container[2:4].copy()
+        place = container[:2] + velocity * (time - container[4])
+        return [replace(moved, container_position=place, container_velocity=velocity)]
 
     def _moves_as_one(self) -> bool:
         """Whether no ball of a periodic box, or in a free container, moves relative to anything."""
@@ -378,20 +513,63 @@ def simulate(
     """
     if collisions is None and time is None:
         raise ValueError("a run needs a number of collisions or a time to end at")
-    setup = ks.Setup.of(scene, math.inf if time is None else time)
-    run = engine_for(scene, engine)(scene, setup, summary, sink)
+    run = engine_for(scene, engine)([scene], math.inf if time is None else time, summary)
     wanted = ks.NO_LIMIT if collisions is None else collisions
-    while True:
-        before = run.state.collisions
-        answer = run.chunk(wanted - before)
-        done = run.state.collisions
-        stop_wanted = watch is not None and watch(done - before)
-        if done >= wanted:
-            return run.trace(StopReason.COLLISIONS)
-        if answer != FULL:
-            return run.trace(_REASONS[answer])
-        if stop_wanted:
-            return run.trace(StopReason.INTERRUPTED)
+    stop_wanted: object = False
+    while len(run.active) and not stop_wanted:
+        number = run.chunk(wanted, sink)
+        stop_wanted = watch is not None and watch(number)
+    (trace,) = run.traces()
+    return trace
+
+
+def simulate_batch(
+    scenes: Sequence[Scene],
+    *,
+    collisions: int | None = None,
+    time: float | None = None,
+    summary: bool = False,
+    watch: Callable[[int], object] | None = None,
+    engine: str | None = None,
+) -> list[Trace]:
+    """Simulate repeats of one point, with few balls in one call; the traces are ``simulate``'s.
+
+    scenes : they differ in positions and velocities only
+    collisions, time, summary, engine : as in ``simulate``
+    watch : called after each chunk with the number of new events of all; it may raise
+
+    Raises ``ValueError`` if scenes differ otherwise, and in the cases of ``simulate``.
+    """
+    if collisions is None and time is None:
+        raise ValueError("a run needs a number of collisions or a time to end at")
+    if not scenes:
+        return []
+    _check_alike(scenes)
+    tell = watch or (lambda _: None)
+    kind = engine_for(scenes[0], engine)
+    # Cells take as long as one repeat after the other: their kernel is called for each.
+    size = 1 if kind is InCells else MOST_SUMMARIES if summary else len(scenes)
+    traces: list[Trace] = []
+    for first in range(0, len(scenes), size):
+        run = kind(scenes[first : first + size], math.inf if time is None else time, summary)
+        while len(run.active):
+            tell(run.chunk(ks.NO_LIMIT if collisions is None else collisions))
+        traces += run.traces()
+    return traces
+
+
+def _check_alike(scenes: Sequence[Scene]) -> None:
+    """Raise ``ValueError`` if scenes differ in more than positions and velocities."""
+    first, *others = scenes
+    rules = _rules(first)
+    for other in others:
+        alike = all(
+            getattr(first, name) is getattr(other, name)
+            or np.array_equal(getattr(first, name), getattr(other, name))
+            for name in ("radii", "masses")
+        )
+        if not alike or _rules(other) != rules:
+            raise ValueError("the scenes of a batch differ in more than positions and velocities")
 
 
 def specialisation(scene: Scene, *, engine: str | None = None) -> dict[str, bool]:
@@ -408,6 +586,16 @@ def specialisation(scene: Scene, *, engine: str | None = None) -> dict[str, bool
         "sliding along the wall": scene.slides,
     }
 
+
+_rules = attrgetter(
+    "container",
+    "container_mass",
+    "restitution",
+    "wall_restitution",
+    "contact_duration",
+    "elastic_below",
+    "slides",
+)
 
 _REASONS = {
     clock.TIME: StopReason.TIME,

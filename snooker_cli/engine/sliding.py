@@ -178,11 +178,13 @@ def pressing(now: float, state: State, slides: Integers) -> float:
 
 
 @kernel
-def turn_all(now: float, balls: Floats, slides: Integers) -> None:
-    """Bring all balls that slide to a time (s)."""
-    for k in range(balls.shape[1]):
-        if slides[k] == SLIDES:
-            set_ball(k, turned(k, now, balls), balls)
+def turn_all(times: Floats, all_balls: Floats, all_slides: Integers) -> None:
+    """Bring all balls that slide to the time of their repeat (s); all arrays are stacked."""
+    for repeat in range(len(times)):
+        now, balls, slides = times[repeat], all_balls[repeat], all_slides[repeat]
+        for k in range(balls.shape[1]):
+            if slides[k] == SLIDES:
+                set_ball(k, turned(k, now, balls), balls)
 
 
 @kernel
