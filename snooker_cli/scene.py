@@ -103,7 +103,7 @@ def check(scene: Scene) -> None:
     """
     slack = 2 * EPSILON * max(scene.container.size)
     _check_places(scene, slack)
-    _check_speeds(scene)
+    check_speeds(scene, scene.velocities[np.newaxis])
     _check_pairs(scene, slack)
 
 
@@ -125,22 +125,27 @@ def _check_places(scene: Scene, slack: float) -> None:
     raise SceneError("balls", f"{problem}: it is {where}; {advice}", ball)
 
 
-def _check_speeds(scene: Scene) -> None:
+def check_speeds(scene: Scene, velocities: NDArray[np.float64]) -> None:
     """Raise ``SceneError`` for balls too slow, fast, light or heavy to be computed with.
+
+    velocities : (*repeats*, *N*, 2), m/s, of the scene's balls in each repeat
 
     The engine computes with squares of speed times distance, which must be doubles of full
     precision. The factor 4 allows for two fast balls that meet across the container.
     """
     shortest = min(scene.container.shortest_way(scene.radii), 1.0)
     longest = max(4 * max(scene.container.size), 1.0)
-    speeds = np.hypot(scene.velocities[:, 0], scene.velocities[:, 1])
+    speeds = np.hypot(velocities[..., 0], velocities[..., 1])
     with np.errstate(over="ignore", under="ignore"):
         slow = (speeds > 0) & ((speeds * shortest) ** 2 < TINY)
         wrong = slow | ~np.isfinite((speeds * longest) ** 2)
-        energy = float(np.sum(scene.masses * speeds**2)) / 2
-    if np.any(speeds > 0) and (np.any(wrong) or not TINY <= energy < math.inf):
-        ball = int(np.argmax(wrong if np.any(wrong) else scene.masses))
-        which = f"ball {ball} of {scene.masses[ball]:.6g} kg at {speeds[ball]:.6g} m/s"
+        energies = np.sum(scene.masses * speeds**2, axis=1) / 2
+    usable = (energies >= TINY) & (energies < math.inf) & ~np.any(wrong, axis=1)
+    unusable = np.any(speeds > 0, axis=1) & ~usable
+    if np.any(unusable):
+        repeat = int(np.argmax(unusable))
+        ball = int(np.argmax(wrong[repeat] if np.any(wrong[repeat]) else scene.masses))
+        which = f"ball {ball} of {scene.masses[ball]:.6g} kg at {speeds[repeat, ball]:.6g} m/s"
         problem = f"{which} has squares of speed times distance, or an energy, that are no doubles"
         advice = "choose units in which speeds, distances and masses are nearer to 1"
         raise SceneError("balls", f"{problem}; {advice}", ball)

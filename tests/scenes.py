@@ -89,7 +89,7 @@ def gas(
     height = math.sqrt(area / math.pi) * 2 if circle else math.sqrt(area / aspect)
     width = height if circle else height * aspect
     places = lattice(number, width, height, float(radii.max()) if circle else None)
-    velocities = random_normals(number, seed, 0) * np.sqrt(50.0 / masses)[:, np.newaxis]
+    velocities = random_normals(number, seed, [0])[0] * np.sqrt(50.0 / masses)[:, np.newaxis]
     if number > 1:
         velocities -= np.sum(masses[:, np.newaxis] * velocities, axis=0) / masses.sum()
     energy = 0.5 * math.fsum(masses * np.sum(velocities**2, axis=1))

@@ -265,15 +265,18 @@ def sample_to_end(
 
 def summary(grid: Grid, time: float, row: Floats, histogram: Integers) -> Summary:
     """The rows of a grid, in order of time, and one more at a time (s)."""
-    used, early = int(grid.used[0]), int(grid.early[0])
-    times = np.concatenate([np.arange(used) * grid.step[0], grid.early_times[:early]])
-    order = np.argsort(times)
-    rows = np.concatenate([grid.rows[:used], grid.early_rows[:early]])
-    columns = np.empty((COLUMNS + 1, len(times) + 1))
-    columns[0, :-1], columns[0, -1] = times[order], time
-    columns[1:, :-1], columns[1:, -1] = rows[order].T, row
-    speeds = np.empty((len(times) + 1, SPEED_BINS), dtype=np.int64)
-    found = np.concatenate([grid.histogram[:used], grid.early_histogram[:early]])
-    np.take(found, order, axis=0, out=speeds[:-1], mode="clip")
-    speeds[-1] = histogram
+    used, early, step = int(grid.used[0]), int(grid.early[0]), float(grid.step[0])
+    # Rows put aside are at most at 31 steps before the last doubling: they end before row 16.
+    mixed = min(used, EARLY // 2)
+    found = np.concatenate([grid.early_times[:early], np.arange(mixed) * step])
+    order = np.argsort(found)
+    first, last = len(order), early + used
+    columns = np.empty((COLUMNS + 1, last + 1))
+    columns[0, :first], columns[0, first:last] = found[order], np.arange(mixed, used) * step
+    columns[1:, :first] = np.concatenate([grid.early_rows[:early], grid.rows[:mixed]])[order].T
+    columns[1:, first:last] = grid.rows[mixed:used].T
+    columns[0, last], columns[1:, last] = time, row
+    speeds = np.empty((last + 1, SPEED_BINS), dtype=np.int64)
+    speeds[:first] = np.concatenate([grid.early_histogram[:early], grid.histogram[:mixed]])[order]
+    speeds[first:last], speeds[last] = grid.histogram[mixed:used], histogram
     return Summary(series=Series(*columns), speed_histogram=speeds)

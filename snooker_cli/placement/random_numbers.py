@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from snooker_cli.neighbours import Floats, Indices
 
 PLACES, MAXWELL = 1, 2
@@ -27,39 +29,50 @@ def stream(seed: int, repeat: int, *purpose: int) -> np.random.PCG64:
     return np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(repeat, *purpose)))
 
 
-def random_directions(number: int, seed: int, repeat: int) -> Floats:
-    """Random unit vectors, (*number*, 2): points of an annulus, normalised."""
-    inside = points_in_disc(stream(seed, repeat), number, 0.0625)
-    return np.asarray(inside / np.sqrt(inside[:, :1] ** 2 + inside[:, 1:] ** 2))
+def random_directions(number: int, seed: int, repeats: Sequence[int]) -> Floats:
+    """Random unit vectors, (*repeats*, *number*, 2): points of an annulus, normalised."""
+    streams = [stream(seed, repeat) for repeat in repeats]
+    inside = points_in_disc(streams, number, 0.0625)
+    return np.asarray(inside / np.sqrt(inside[..., :1] ** 2 + inside[..., 1:] ** 2))
 
 
-def random_normals(number: int, seed: int, repeat: int) -> Floats:
-    """Pairs of independent normal deviates of variance 1, (*number*, 2).
+def random_normals(number: int, seed: int, repeats: Sequence[int]) -> Floats:
+    """Pairs of independent normal deviates of variance 1, (*repeats*, *number*, 2).
 
     Marsaglia's polar method: doi:10.1137/1006063.
     """
-    inside = points_in_disc(stream(seed, repeat, MAXWELL), number, 0.0)
-    squares = inside[:, 0] ** 2 + inside[:, 1] ** 2
-    return np.asarray(inside * np.sqrt(-2.0 * logarithm(squares) / squares)[:, None])
+    streams = [stream(seed, repeat, MAXWELL) for repeat in repeats]
+    inside = points_in_disc(streams, number, 0.0)
+    squares = inside[..., 0] ** 2 + inside[..., 1] ** 2
+    return np.asarray(inside * np.sqrt(-2.0 * logarithm(squares) / squares)[..., None])
 
 
-def points_in_disc(generator: np.random.PCG64, number: int, least: float) -> Floats:
-    """Uniform points of the unit disk, (*number*, 2), whose squared radius is over ``least``."""
-    found: list[Floats] = []
-    missing = number
-    while missing > 0:
-        points = 2.0 * uniforms(generator, missing + missing // 2 + 8) - 1.0
-        squares = points[:, 0] ** 2 + points[:, 1] ** 2
-        inside = points[(squares > least) & (squares <= 1.0)][:missing]
-        found.append(inside)
-        missing -= len(inside)
-    return np.concatenate(found) if found else np.empty((0, 2))
+def points_in_disc(streams: Sequence[np.random.PCG64], number: int, least: float) -> Floats:
+    """Uniform points of the unit disk from each stream, (*streams*, *number*, 2).
+
+    least : their squared radius is larger
+    """
+    found = np.empty((len(streams), number, 2))
+    if number == 0 or not streams:
+        return found
+    points = 2.0 * uniforms(streams, number + number // 2 + 8) - 1.0
+    squares = points[..., 0] ** 2 + points[..., 1] ** 2
+    inside = (squares > least) & (squares <= 1.0)
+    numbers = np.cumsum(inside, axis=1)
+    enough = numbers[:, -1] >= number
+    found[enough] = points[inside & (numbers <= number) & enough[:, None]].reshape(-1, number, 2)
+    for k in np.flatnonzero(~enough):
+        first = points[k, inside[k]]
+        found[k, : len(first)] = first
+        found[k, len(first) :] = points_in_disc([streams[k]], number - len(first), least)[0]
+    return found
 
 
-def uniforms(generator: np.random.PCG64, number: int) -> Floats:
-    """Uniform points of the unit square, (*number*, 2), in multiples of 2^-53."""
-    raw = generator.random_raw(2 * number)
-    return np.asarray((raw >> np.uint64(11)).astype(np.float64) * 2.0**-53).reshape(-1, 2)
+def uniforms(streams: Sequence[np.random.PCG64], number: int) -> Floats:
+    """Uniform points of the unit square, (*streams*, *number*, 2), in multiples of 2^-53."""
+    raw = np.stack([each.random_raw(2 * number) for each in streams])
+    points = (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53
+    return np.asarray(points).reshape(len(streams), number, 2)
 
 
 def shuffled(generator: np.random.PCG64, number: int) -> Indices:

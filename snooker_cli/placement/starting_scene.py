@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from decimal import ROUND_CEILING, Context
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,72 +18,88 @@ from snooker_cli.placement.random_numbers import (
     shuffled,
     stream,
 )
-from snooker_cli.scene import Scene, check
+from snooker_cli.scene import Scene, check, check_speeds
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from snooker_cli.config import Experiment
     from snooker_cli.containers import Container
     from snooker_cli.neighbours import Floats
 
 
 def starting_scene(experiment: Experiment, repeat: int) -> Scene:
-    """The scene at the start of a repeat of a point.
+    """The scene at the start of a repeat of a point; see ``starting_scenes``."""
+    (scene,) = starting_scenes(experiment, [repeat])
+    return scene
+
+
+def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scene]:
+    """The scenes at the start of repeats of a point; they share what is the same in all.
 
     A repeat has the same random directions at every point of a sweep (common random numbers).
     Raises ``SceneError`` if balls overlap or stick out of the container.
     """
-    container, balls = experiment.container.given, experiment.balls
+    container, balls, seed = experiment.container.given, experiment.balls, experiment.seed
     if isinstance(balls, BallList):
         names = ("position", "velocity", "radius", "mass")
-        positions, velocities, radii, masses = (
+        places, velocities, radii, masses = (
             np.array([getattr(ball, name) for ball in balls.list]) for name in names
         )
+        positions = [places] * len(repeats)
+        velocities = np.repeat(velocities[np.newaxis], len(repeats), axis=0)
     elif isinstance(balls, Rings):
         assert container is not None
-        positions, velocities, radii, masses = _of_rings(
-            balls, container.size[0] / 2, experiment.seed, repeat
-        )
+        places = _on_rings(balls, container.size[0] / 2)
+        positions, number = [places] * len(repeats), len(places)
+        velocities = balls.speed * random_directions(number, seed, repeats)
+        radii, masses = np.full(number, balls.radius), np.full(number, balls.mass)
     else:
         container, sizes = _container_and_radii(experiment)
         counts = [each.count for each in experiment.species]
         masses = np.repeat([each.mass for each in experiment.species], counts)
-        positions = _positions(experiment, container, sizes, repeat)
-        velocities, radii = _velocities(experiment, masses, repeat), np.repeat(sizes, counts)
+        positions = _positions(experiment, container, sizes, repeats)
+        velocities, radii = _velocities(experiment, masses, repeats), np.repeat(sizes, counts)
     assert container is not None
-    scene = Scene(
-        positions,
-        velocities,
-        radii,
-        masses,
-        container=container,
-        container_mass=experiment.container.mass,
-        container_position=np.zeros(2),
-        container_velocity=np.zeros(2),
-        restitution=experiment.cor,
-        wall_restitution=experiment.effective_wall_cor,
-        contact_duration=experiment.contact_duration,
-        elastic_below=experiment.elastic_below,
-        slides=experiment.collapse == "slide",
-    )
+    same: dict[str, Any] = {
+        "container": container,
+        "container_mass": experiment.container.mass,
+        "container_position": np.zeros(2),
+        "container_velocity": np.zeros(2),
+        "restitution": experiment.cor,
+        "wall_restitution": experiment.effective_wall_cor,
+        "contact_duration": experiment.contact_duration,
+        "elastic_below": experiment.elastic_below,
+        "slides": experiment.collapse == "slide",
+    }
+    scenes = [Scene(*one, radii, masses, **same) for one in zip(positions, velocities, strict=True)]
     try:
-        check(scene)
+        _check(scenes, velocities)
     except SceneError as error:
         if isinstance(balls, BallList) and error.ball is not None:
             raise SceneError(f"balls.list[{error.ball}]", str(error), error.ball) from None
         raise
-    return scene
+    return scenes
 
 
-def _of_rings(balls: Rings, container_radius: float, seed: int, repeat: int) -> list[Floats]:
-    """Positions, velocities, radii and masses of balls on rings, in SI units."""
+def _check(scenes: list[Scene], velocities: Floats) -> None:
+    """``check`` all scenes, and shared positions once."""
+    places = None
+    for scene in scenes:
+        if scene.positions is not places:
+            check(scene)
+        places = scene.positions
+    if scenes:
+        check_speeds(scenes[0], velocities)
+
+
+def _on_rings(balls: Rings, container_radius: float) -> Floats:
+    """Places on rings; (*N*, 2), m. Raises ``SceneError``."""
     extent = balls.ring_extent * container_radius
     largest = min(extent / max(balls.rings, 1) / 2, container_radius - extent)
     if balls.rings and balls.radius > largest * (1 + 1e-12):
         raise _too_tight(balls, container_radius, largest)
-    positions = ring_positions(balls.rings, extent)
-    number = len(positions)
-    velocities = balls.speed * random_directions(number, seed, repeat)
-    return [positions, velocities, np.full(number, balls.radius), np.full(number, balls.mass)]
+    return ring_positions(balls.rings, extent)
 
 
 def _too_tight(balls: Rings, container_radius: float, largest: float) -> SceneError:
@@ -125,53 +141,62 @@ def _container_and_radii(experiment: Experiment) -> tuple[Container, tuple[float
 
 
 def _positions(
-    experiment: Experiment, container: Container, radii: tuple[float, ...], repeat: int
-) -> Floats:
-    """Places on a lattice or at random; (*N*, 2), m. Raises ``SceneError``."""
+    experiment: Experiment,
+    container: Container,
+    radii: tuple[float, ...],
+    repeats: Sequence[int],
+) -> list[Floats]:
+    """Places of each repeat on a lattice or at random; (*N*, 2), m. Raises ``SceneError``."""
     counts = [each.count for each in experiment.species]
     packing = container.packing_fraction(_sum_of_squares(np.repeat(radii, counts)))
     if not container.has_wall:
         container.check_radii(np.array(radii))
-    generator = stream(experiment.seed, repeat, PLACES)
+    streams = (stream(experiment.seed, repeat, PLACES) for repeat in repeats)
     if experiment.start == "random":
         try:
-            return random_places(container, radii, counts, packing, generator)
+            return [random_places(container, radii, counts, packing, each) for each in streams]
         except JammedError as jammed:
             raise _too_dense(experiment, container, radii, packing, jammed.packing) from None
     positions, diameter = lattice(container, sum(counts))
     scale = diameter / (2 * max(radii))
     if scale < 1:
         raise _too_dense(experiment, container, radii, packing, scale * scale * packing)
-    return positions if len(counts) == 1 else positions[shuffled(generator, len(positions))]
+    if len(counts) == 1:
+        return [positions] * len(repeats)
+    return [positions[shuffled(each, len(positions))] for each in streams]
 
 
-def _velocities(experiment: Experiment, masses: Floats, repeat: int) -> Floats:
-    """Random velocities; (*N*, 2), m/s.
+def _velocities(experiment: Experiment, masses: Floats, repeats: Sequence[int]) -> Floats:
+    """Random velocities; (*repeats*, *N*, 2), m/s.
 
     Each species has the kinetic energy of balls that all have its speed. In a periodic box the
     total momentum is zero, and one factor restores the energy.
     """
     species, number = experiment.species, len(masses)
-    velocities = random_directions(number, experiment.seed, repeat)
+    velocities = random_directions(number, experiment.seed, repeats)
     if any(each.speeds == "maxwell" for each in species):
-        normals = random_normals(number, experiment.seed, repeat)
+        normals = random_normals(number, experiment.seed, repeats)
     first = 0
     for each in species:
         part = slice(first, first + each.count)
         if each.speeds == "maxwell":
-            drawn = normals[part]
-            velocities[part] = drawn / math.sqrt(_sum_of_squares(drawn) / each.count)
-        velocities[part] *= each.speed
+            drawn = normals[:, part]
+            for velocity, normal in zip(velocities[:, part], drawn, strict=True):
+                velocity[:] = normal / math.sqrt(_sum_of_squares(normal) / each.count)
+        velocities[:, part] *= each.speed
         first += each.count
     if experiment.container.shape_class.has_wall:
         return velocities
     roots = np.sqrt(masses)[:, None]
-    energy = _sum_of_squares(roots * velocities)
     mass = math.fsum(masses.tolist())
-    for axis in (0, 1):
-        velocities[:, axis] -= math.fsum((masses * velocities[:, axis]).tolist()) / mass
-    left = _sum_of_squares(roots * velocities)
-    return velocities * math.sqrt(energy / left) if left > 0 else velocities
+    for velocity in velocities:
+        energy = _sum_of_squares(roots * velocity)
+        for axis in (0, 1):
+            velocity[:, axis] -= math.fsum((masses * velocity[:, axis]).tolist()) / mass
+        left = _sum_of_squares(roots * velocity)
+        if left > 0:
+            velocity *= math.sqrt(energy / left)
+    return velocities
 
 
 def _sum_of_squares(values: Floats) -> float:

@@ -69,7 +69,7 @@ def test_every_point_of_a_sweep_has_the_same_directions():
     assert np.max(abs(np.hypot(*start.velocities.T) - 10.0)) <= 2 * 10 * EPSILON
     same = gas("radius: 10", "{count: 37, radius: 1, speed: 10}", 4)
     assert np.array_equal(same.velocities, start.velocities)
-    assert np.array_equal(same.velocities, 10.0 * random_directions(37, 1, 4))
+    assert np.array_equal(same.velocities, 10.0 * random_directions(37, 1, [4])[0])
 
 
 def test_a_scene_of_rings():
