@@ -137,7 +137,7 @@ class Replay:
     def measure(self, row: Floats, time: float) -> None:
         """Write the observables at a time (s) into a row."""
         state = self.state
-        histogram = np.zeros(SPEED_BINS, dtype=np.int64)  # of no interest here
+        histogram = np.zeros(SPEED_BINS, dtype=np.int32)  # of no interest here
         clock = time - state.sums[ks.EPOCH]
         sampling.sample(row, histogram, clock, state, state.container, state.slides)
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.jit import helper, inlined, kernel
-from snooker_cli.engine.kernel_state import Floats, Integers, Setup, State, U, V, mass_of
+from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Setup, State, U, V, mass_of
 from snooker_cli.engine.sliding import SETTLES, ball_of, bounced, pressing, set_ball
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, Summary
 
@@ -57,13 +57,13 @@ class Grid(NamedTuple):
     """
 
     rows: Floats
-    histogram: Integers
+    histogram: Indices
     step: Floats
     used: Integers
     early: Integers
     early_times: Floats
     early_rows: Floats
-    early_histogram: Integers
+    early_histogram: Indices
 
 
 def no_grids(repeats: int) -> Grid:
@@ -87,13 +87,13 @@ def _grids(repeats: int, rows: int, early_rows: int) -> Grid:
     """Memory for grids; what is not used is not touched."""
     return Grid(
         rows=np.empty((repeats, rows, COLUMNS)),
-        histogram=np.empty((repeats, rows, SPEED_BINS), dtype=np.int64),
+        histogram=np.empty((repeats, rows, SPEED_BINS), dtype=np.int32),
         step=np.empty((repeats, 1)),
         used=np.zeros((repeats, 1), dtype=np.int64),
         early=np.zeros((repeats, 1), dtype=np.int64),
         early_times=np.empty((early_rows, repeats)),
         early_rows=np.empty((early_rows, repeats, COLUMNS)),
-        early_histogram=np.empty((early_rows, repeats, SPEED_BINS), dtype=np.int64),
+        early_histogram=np.empty((early_rows, repeats, SPEED_BINS), dtype=np.int32),
     )
 
 
@@ -113,7 +113,7 @@ def grid_of(grids: Grid, repeat: int) -> Grid:
 
 
 @inlined
-def copy_row(row: Floats, histogram: Integers, to_row: Floats, to_histogram: Integers) -> None:
+def copy_row(row: Floats, histogram: Indices, to_row: Floats, to_histogram: Indices) -> None:
     """Write one row into another."""
     # Number by number: whole rows take seconds to compile.
     for column in range(COLUMNS):
@@ -184,7 +184,7 @@ def measure(
 @kernel
 def sample(
     row: Floats,
-    histogram: Integers,
+    histogram: Indices,
     time: float,
     state: State,
     container: Floats | None,
@@ -253,7 +253,7 @@ def sample_to_end(
     states: State,
     all_slides: Integers | None,
     rows: Floats,
-    histograms: Integers,
+    histograms: Indices,
 ) -> None:
     """``sample_until`` the end of each repeat (s, on its clocks), and a row more at that time."""
     for repeat in range(len(ends)):
@@ -263,7 +263,7 @@ def sample_to_end(
         sample(rows[repeat], histograms[repeat], end, state, state.container, slides)
 
 
-def summary(grid: Grid, time: float, row: Floats, histogram: Integers) -> Summary:
+def summary(grid: Grid, time: float, row: Floats, histogram: Indices) -> Summary:
     """The rows of a grid, in order of time, and one more at a time (s)."""
     used, early, step = int(grid.used[0]), int(grid.early[0]), float(grid.step[0])
     # Rows put aside are at most at 31 steps before the last doubling: they end before row 16.

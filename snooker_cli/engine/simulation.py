@@ -34,15 +34,15 @@ from snooker_cli.trace import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from snooker_cli.engine.kernel_state import Floats, Integers, State
+    from snooker_cli.engine.kernel_state import Floats, Indices, Integers, State
     from snooker_cli.scene import Scene
 
 Sink: TypeAlias = Callable[[Events], None]
 CHUNK, SMALL_CHUNK = 65536, 8192
 """Events until the user can stop a run, some 30 ms of work; and of ``REORDERED`` balls or more."""
 
-MOST_EVENTS, MOST_SUMMARIES = 1 << 19, 48
-"""Events of a chunk of many repeats, and summaries of one call: some 12 MB."""
+MOST_EVENTS, MOST_SUMMARIES = 700_000, 64
+"""Events of a chunk of many repeats, and summaries of one call: some 16 MB."""
 
 REORDERED = 4096
 """Balls from which on those in neighbouring cells are kept near each other in memory."""
@@ -105,7 +105,7 @@ class Engine(ABC):
         """Set all clocks of a repeat back by a shift, s, to the beginning of an epoch."""
 
     @abstractmethod
-    def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Integers) -> None:
+    def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Indices) -> None:
         """Complete the grids, and write a row for when each repeat's clocks show a time, s."""
 
     @abstractmethod
@@ -175,7 +175,7 @@ class Engine(ABC):
     def _summaries(self, clocks: Floats, times: list[float]) -> list[Summary]:
         """The summary of each repeat up to a time, given on its clocks too, s."""
         rows = np.empty((len(times), sampling.COLUMNS))
-        histograms = np.empty((len(times), SPEED_BINS), dtype=np.int64)
+        histograms = np.empty((len(times), SPEED_BINS), dtype=np.int32)
         self.sample_to_end(clocks, rows, histograms)
         return [
             sampling.summary(sampling.grid_of(self.grids, repeat), *last)
@@ -270,7 +270,7 @@ class AllPairs(Engine):
         self.state_of(repeat).next_epoch(epoch, shift)
         self.agendas.times[repeat] -= shift
 
-    def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Integers) -> None:
+    def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Indices) -> None:
         states, slides = self.states, self.states.slides
         sampling.sample_to_end(clocks, self.grids, states, slides, rows, histograms)
 
@@ -358,7 +358,7 @@ class InCells(Engine):
         if self.cells.margin is not None:
             self.cells.margin.place[cell_grid.UNTIL] -= shift
 
-    def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Integers) -> None:
+    def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Indices) -> None:
         end, state = float(clocks[0]), self.state
         sampling.sample_until(end, self.grid, state, None)
         sampling.sample(rows[0], histograms[0], end, state, state.container, None)

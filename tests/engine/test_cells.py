@@ -11,7 +11,7 @@ import pytest
 from scenes import EPSILON, gas, lattice, scene_of
 
 from snooker_cli.containers import SHAPES, Box, Circle
-from snooker_cli.engine import cell_grid, clock, sampling
+from snooker_cli.engine import cell_grid, clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.simulation import InCells
 from snooker_cli.scene import Scene
@@ -21,10 +21,10 @@ ROOM = 8192
 
 def advance(engine: InCells, events: int) -> None:
     """Simulate this many events."""
-    recorded, grid = ks.new_record(ROOM), sampling.no_grid()
+    recorded = ks.new_record(ROOM)
     done = engine.state.collisions + events
     while engine.state.collisions < done:
-        assert engine.advance(recorded, grid, done - engine.state.collisions) == clock.FULL
+        assert engine.advance_one(recorded, done - engine.state.collisions) == clock.FULL
 
 
 def places(engine: InCells, now: float) -> np.ndarray:
@@ -171,7 +171,7 @@ def test_a_gas(name, mixed, number, packing):
     packing = min(packing, 0.35) if mixed else packing
     changes = {"number": number, "packing": packing, "mixed": mixed, **CONTAINERS[name]}
     scene = gas(**changes, cor=0.97, wall_cor=1.0)
-    engine = InCells(scene, ks.Setup.of(scene))
+    engine = InCells([scene])
     dice = np.random.default_rng(number)
     assert_consistent(engine)
     for events in dice.integers(1, 6 * number + 6, size=8):
@@ -232,7 +232,7 @@ def crowd(shape: str, *, container_mass: float = math.inf, drift: float = 0.0) -
 )
 def test_cells_that_overflow_get_more_room(shape, container_mass, drift):
     scene = crowd(shape, container_mass=container_mass, drift=drift)
-    engine = InCells(scene, ks.Setup.of(scene))
+    engine = InCells([scene])
     assert engine.capacity > 4  # they overflowed when they were filled
     overflows = 0
     for _ in range(100):

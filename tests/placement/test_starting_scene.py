@@ -12,8 +12,13 @@ from snooker_cli.analysis.observables import total_momentum
 from snooker_cli.config import Experiment, digest, parse, points
 from snooker_cli.containers import SHAPES, Box, Circle
 from snooker_cli.errors import SceneError
-from snooker_cli.placement.random_numbers import random_directions
-from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.placement.random_numbers import (
+    points_in_disc,
+    random_directions,
+    stream,
+    uniforms,
+)
+from snooker_cli.placement.starting_scene import starting_scene, starting_scenes
 from snooker_cli.scene import Scene, check
 
 BOX = {"shape": "box", "width": 20.0, "height": 10.0}
@@ -340,3 +345,71 @@ def test_every_key_can_be_swept():
     mixed = counted(*MIXTURE, "balls[1].count=60,6", "container.packing=0.2,0.3")
     numbers = [starting_scene(point.experiment, 0).number for point in points(mixed)]
     assert numbers == [90, 90, 36, 36]
+
+
+# All repeats of a point at once
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        experiment(),
+        experiment(rings=0, container_mass=5.0),
+        listed(ball(0, 0), ball(3, 4, 0.5)),
+        counted("radius: 10", "{count: 37, radius: 0.1, speed: 10}"),
+        counted("radius: 10", "{count: 20, radius: 0.3, speed: 2, speeds: maxwell}"),
+        counted("radius: 10", "{count: 20, radius: 0.3, speed: 2, start: random}"),
+        counted("shape: box, width: 9", "{count: 30, radius: 0.3, speed: 2, speeds: maxwell}"),
+        counted("shape: periodic, width: 9", "{count: 30, radius: 0.3, speed: 2}"),
+        counted(
+            "shape: periodic, packing: 0.3",
+            "[{count: 30, radius: 1, speed: 1, mass: 2}, "
+            "{count: 60, radius: 0.5, speed: 3, speeds: maxwell}]",
+        ),
+        counted(*MIXTURE),
+    ],
+    ids=lambda start: f"{start.container.shape}, {type(start.balls).__name__}",
+)
+def test_all_repeats_at_once(start):
+    repeats = [7, 0, 1, 2, 3, 4, 5, 6, 40]
+    scenes = starting_scenes(start, repeats)
+    for repeat, scene in zip(repeats, scenes, strict=True):
+        alone = starting_scene(start, repeat)
+        for name, expected in vars(alone).items():
+            assert np.array_equal(getattr(scene, name), expected), name
+        for array in (scene.positions, scene.velocities, scene.radii, scene.masses):
+            assert not array.flags.writeable
+    assert starting_scenes(start, []) == []
+
+
+def test_repeats_share_what_is_the_same():
+    first, second = starting_scenes(experiment(), [0, 1])
+    for name in ("positions", "radii", "masses", "container"):
+        assert getattr(first, name) is getattr(second, name)
+    assert not np.array_equal(first.velocities, second.velocities)
+
+
+def test_points_of_many_repeats():
+    """Of 1,000 repeats some need more random numbers than are drawn at first."""
+    together = points_in_disc([stream(1, repeat) for repeat in range(1000)], 5, 0.0625)
+    rounds = []
+    for repeat, found in enumerate(together):
+        generator, expected = stream(1, repeat), np.empty((0, 2))
+        rounds.append(0)
+        while (missing := 5 - len(expected)) > 0:
+            points = 2.0 * uniforms([generator], missing + missing // 2 + 8)[0] - 1.0
+            squares = points[:, 0] ** 2 + points[:, 1] ** 2
+            inside = points[(squares > 0.0625) & (squares <= 1.0)]
+            expected = np.concatenate([expected, inside[:missing]])
+            rounds[-1] += 1
+        assert np.array_equal(found, expected)
+    assert max(rounds) > 1
+
+
+def test_an_error_of_any_repeat_is_raised():
+    """Speeds so small that their squares are no doubles, in a list and in a Maxwellian."""
+    start = counted("radius: 10", "{count: 20, radius: 0.3, speed: 1e-160, speeds: maxwell}")
+    with pytest.raises(SceneError, match="no doubles"):
+        starting_scenes(start, range(3))
+    with pytest.raises(SceneError, match="overlap"):
+        starting_scenes(listed(ball(0, 0), ball(1, 0)), range(3))
