@@ -8,7 +8,7 @@ the function, so functions take such a value beside the state.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,6 @@ Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Indices: TypeAlias = NDArray[np.int32]
 Flags: TypeAlias = NDArray[np.bool_]
-Array = TypeVar("Array", bound=NDArray[Any])
 
 NO_PARTNER = CONTAINER  # the wall
 SEARCH_AGAIN = -2  # no ball up to a time; search again then
@@ -191,8 +190,8 @@ def new_states(
 
 
 @inlined
-def row_of(stacked: Array | None, repeat: int) -> Array | None:
-    """What a repeat has of a stacked array."""
+def row_of(stacked: NDArray[Any] | None, repeat: int) -> Any:
+    """What a repeat has of a stacked array, or ``None``."""
     if stacked is None:
         return None
     return stacked[repeat]

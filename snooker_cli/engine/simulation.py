@@ -86,7 +86,7 @@ class Engine(ABC):
         self.chunks: list[list[Events]] = [[] for _ in scenes]
 
     def _memory(self) -> Floats | None:
-        """Memory for the balls."""
+        """Memory for the balls, stacked; ``None`` for an array in rows."""
         return None
 
     @abstractmethod
@@ -128,7 +128,7 @@ class Engine(ABC):
         self.times[active] = epochs + clocks
         if not self.summary:
             self._keep(records, epochs.tolist(), (done - before).tolist(), sink)
-        for row in np.flatnonzero((done > before) & (done % epoch_length == 0)):
+        for row in np.flatnonzero((done > before) & (done % epoch_length == 0)).tolist():
             following = clock.following(float(epochs[row]), float(clocks[row]))
             self.next_epoch(int(active[row]), *following)
         ended = (done >= wanted) | (answers != FULL)
@@ -318,7 +318,7 @@ class InCells(Engine):
         self._fill(capacity=4)
 
     def _memory(self) -> Floats:
-        """Memory in which each ball is a line of the processor's cache."""
+        """Stacked memory in which each ball is a line of the processor's cache."""
         number = self.scene.number
         memory = ks.aligned_zeros(cell_grid.CELL_BALL_ROWS * number)
         return memory.reshape(number, -1).T[np.newaxis]
@@ -430,7 +430,7 @@ class InCells(Engine):
         order = np.argsort(old.links[cell_grid.CELL], kind="stable")
         place = np.empty(number, dtype=np.int32)
         place[order] = np.arange(number, dtype=np.int32)
-        balls = self._memory()
+        balls = self._memory()[0]
         np.take(state.balls.T, order, axis=0, out=balls.T)
         self.state = state._replace(
             balls=balls,

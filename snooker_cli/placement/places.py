@@ -269,7 +269,8 @@ def _uniform_places(
 ) -> Floats:
     """Uniform places of centres of balls of a radius (m); (*number*, 2), m."""
     if isinstance(container, Circle):
-        return (container.radius - radius) * points_in_disc([generator], number, 0.0)[0]
+        (inside,) = points_in_disc([generator], number, 0.0)
+        return np.asarray((container.radius - radius) * inside)
     margin = 2 * radius if container.has_wall else 0.0
     return np.asarray(
         (uniforms([generator], number)[0] - 0.5) * (np.array(container.size) - margin)

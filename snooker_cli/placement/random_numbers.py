@@ -61,7 +61,7 @@ def points_in_disc(streams: Sequence[np.random.PCG64], number: int, least: float
     numbers = np.cumsum(inside, axis=1)
     enough = numbers[:, -1] >= number
     found[enough] = points[inside & (numbers <= number) & enough[:, None]].reshape(-1, number, 2)
-    for k in np.flatnonzero(~enough):
+    for k in np.flatnonzero(~enough).tolist():
         first = points[k, inside[k]]
         found[k, : len(first)] = first
         found[k, len(first) :] = points_in_disc([streams[k]], number - len(first), least)[0]

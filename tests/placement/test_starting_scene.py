@@ -391,12 +391,12 @@ def test_repeats_share_what_is_the_same():
 
 def test_points_of_many_repeats():
     """Of 1,000 repeats some need more random numbers than are drawn at first."""
-    together = points_in_disc([stream(1, repeat) for repeat in range(1000)], 5, 0.0625)
+    together = points_in_disc([stream(1, repeat) for repeat in range(1000)], 37, 0.0625)
     rounds = []
     for repeat, found in enumerate(together):
         generator, expected = stream(1, repeat), np.empty((0, 2))
         rounds.append(0)
-        while (missing := 5 - len(expected)) > 0:
+        while (missing := 37 - len(expected)) > 0:
             points = 2.0 * uniforms([generator], missing + missing // 2 + 8)[0] - 1.0
             squares = points[:, 0] ** 2 + points[:, 1] ** 2
             inside = points[(squares > 0.0625) & (squares <= 1.0)]
