@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -184,6 +184,8 @@ class Trace:
     summary : observables on a grid, or ``None`` if events were recorded
     wall_events, pair_events : collisions with the wall and between balls
     work : of the kernel; ``None`` if the trace was read from a file
+    checkpoint : the engine's arrays by name, with which ``simulate`` continues; of a repeat that
+        was interrupted
     """
 
     start: Scene
@@ -194,6 +196,7 @@ class Trace:
     events: Events | None
     summary: Summary | None
     work: Work | None = None
+    checkpoint: dict[str, NDArray[Any]] | None = None
 
     @property
     def collisions(self) -> int:

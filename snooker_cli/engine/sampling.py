@@ -86,14 +86,14 @@ def new_grids(scenes: Sequence[Scene]) -> Grid:
 def _grids(repeats: int, rows: int, early_rows: int) -> Grid:
     """Memory for grids; what is not used is not touched."""
     return Grid(
-        rows=np.empty((repeats, rows, COLUMNS)),
-        histogram=np.empty((repeats, rows, SPEED_BINS), dtype=np.int32),
+        rows=np.zeros((repeats, rows, COLUMNS)),
+        histogram=np.zeros((repeats, rows, SPEED_BINS), dtype=np.int32),
         step=np.empty((repeats, 1)),
         used=np.zeros((repeats, 1), dtype=np.int64),
         early=np.zeros((repeats, 1), dtype=np.int64),
-        early_times=np.empty((early_rows, repeats)),
-        early_rows=np.empty((early_rows, repeats, COLUMNS)),
-        early_histogram=np.empty((early_rows, repeats, SPEED_BINS), dtype=np.int32),
+        early_times=np.zeros((early_rows, repeats)),
+        early_rows=np.zeros((early_rows, repeats, COLUMNS)),
+        early_histogram=np.zeros((early_rows, repeats, SPEED_BINS), dtype=np.int32),
     )
 
 

@@ -7,8 +7,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
+from itertools import chain
 from operator import attrgetter
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -32,7 +33,9 @@ from snooker_cli.trace import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
 
     from snooker_cli.engine.kernel_state import Floats, Indices, Integers, State
     from snooker_cli.scene import Scene
@@ -103,6 +106,22 @@ class Engine(ABC):
     @abstractmethod
     def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
         """Set all clocks of a repeat back by a shift, s, to the beginning of an epoch."""
+
+    @abstractmethod
+    def parts(self) -> dict[str, Any]:
+        """All arrays and numbers that decide how the repeats go on, in named tuples, by name."""
+
+    def restore(self, saved: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+        """Continue a single repeat from what ``saved`` gave; returns the new parts."""
+        found = {name: _restored(name, part, saved) for name, part in self.parts().items()}
+        sums, counts = self.states.sums[0], self.states.counts[0]
+        self.times[0] = sums[ks.EPOCH] + sums[ks.NOW]
+        self.done = int(counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS])
+        return found
+
+    def saved(self) -> dict[str, NDArray[Any]]:
+        """Copies of all arrays and numbers of a single repeat, for ``restore``."""
+        return dict(chain.from_iterable(_saved(*part) for part in self.parts().items()))
 
     @abstractmethod
     def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Indices) -> None:
@@ -238,6 +257,26 @@ class Engine(ABC):
         return "inelastic collapse"
 
 
+def _saved(name: str, part: Any) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Copies of the arrays and numbers of a part, by name."""
+    if isinstance(part, tuple):
+        for field, value in part._asdict().items():  # type: ignore[attr-defined]  # a NamedTuple
+            yield from _saved(f"{name}.{field}", value)
+    elif part is not None:
+        yield name, np.array(part, order="C")
+
+
+def _restored(name: str, part: Any, saved: Mapping[str, NDArray[Any]]) -> Any:
+    """A part with what was saved: arrays keep their memory and its order."""
+    if isinstance(part, tuple):
+        values = part._asdict()  # type: ignore[attr-defined]  # a NamedTuple
+        return type(part)(*(_restored(f"{name}.{key}", values[key], saved) for key in values))
+    if isinstance(part, np.ndarray):
+        part[...] = saved[name]
+        return part
+    return None if part is None else type(part)(saved[name])
+
+
 def _work(counts: list[int]) -> Work:
     """The kernel's work, from ``State.counts``."""
     walls, pairs, crossings = (counts[k] for k in (ks.WALL_EVENTS, ks.PAIR_EVENTS, ks.CROSSINGS))
@@ -269,6 +308,9 @@ class AllPairs(Engine):
     def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
         self.state_of(repeat).next_epoch(epoch, shift)
         self.agendas.times[repeat] -= shift
+
+    def parts(self) -> dict[str, Any]:
+        return {"states": self.states, "agendas": self.agendas, "grids": self.grids}
 
     def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Indices) -> None:
         states, slides = self.states, self.states.slides
@@ -357,6 +399,17 @@ class InCells(Engine):
         self.renewed_at -= shift
         if self.cells.margin is not None:
             self.cells.margin.place[cell_grid.UNTIL] -= shift
+
+    def parts(self) -> dict[str, Any]:
+        names = ("state", "cells", "grid", "ordered_at", "renewed_at")
+        return {name: getattr(self, name) for name in names}
+
+    def restore(self, saved: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+        self.state = self.state._replace(labels=np.zeros_like(saved["state.labels"]))
+        self._fill(saved["cells.members"].shape[1])
+        found = super().restore(saved)
+        vars(self).update(found)
+        return found
 
     def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Indices) -> None:
         end, state = float(clocks[0]), self.state
@@ -499,6 +552,7 @@ def simulate(
     watch: Callable[[int], bool] | None = None,
     sink: Sink | None = None,
     engine: str | None = None,
+    checkpoint: Mapping[str, NDArray[Any]] | None = None,
 ) -> Trace:
     """Simulate a scene until a number of collisions or a time, whichever comes first.
 
@@ -508,6 +562,8 @@ def simulate(
     watch : called after each chunk with the number of new events; a true answer stops the run
     sink : called with the events of each chunk; the trace then has none, so memory stays bounded
     engine : "allpairs" or "cells" instead of the faster one
+    checkpoint : of the trace of the same call that ``watch`` stopped; the repeat then goes on from
+        there with the same bits, and only later events are recorded
 
     Raises ``ValueError`` if neither limit is given, or if the engine cannot simulate the scene.
     """
@@ -515,12 +571,15 @@ def simulate(
         raise ValueError("a run needs a number of collisions or a time to end at")
     run = engine_for(scene, engine)([scene], math.inf if time is None else time, summary)
     wanted = ks.NO_LIMIT if collisions is None else collisions
+    if checkpoint is not None:
+        run.restore(checkpoint)
     stop_wanted: object = False
     while len(run.active) and not stop_wanted:
         number = run.chunk(wanted, sink)
         stop_wanted = watch is not None and watch(number)
+    saved = run.saved() if len(run.active) else None  # before the last row of a summary
     (trace,) = run.traces()
-    return trace
+    return replace(trace, checkpoint=saved)
 
 
 def simulate_batch(

@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike
 from scenes import digest, gas, mixed_scene, report_scene
 
 from snooker_cli.containers import Box, Container, PeriodicBox
-from snooker_cli.engine import ENGINE_VERSION, replay, series, simulate
+from snooker_cli.engine import ENGINE_VERSION, replay, series, simulate, simulation
 from snooker_cli.scene import Scene
-from snooker_cli.trace import StopReason, Trace
+from snooker_cli.trace import Events, StopReason, Trace, joined
 
 GOLDEN = json.loads(Path(__file__).parents[1].joinpath("golden/engine.json").read_text("utf-8"))
 
@@ -149,6 +149,40 @@ def test_other_bits_are_another_engine_version(name):
 def test_every_hash_has_its_case_and_all_differ():
     assert GOLDEN["hashes"].keys() == CASES.keys()
     assert len(set(GOLDEN["hashes"].values())) == len(CASES)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.long) if case.long else name
+        for name, case in CASES.items()
+    ],
+)
+def test_a_repeat_that_is_continued_has_the_same_bits(name, monkeypatch):
+    """Also from arrays in another memory, as they are read from a file."""
+    case = CASES[name]
+    # Not the chunks of many balls: balls are put into the order of their cells between these.
+    monkeypatch.setattr(simulation, "CHUNK", 30 if case.stop is TRAP else 280)
+    parts: list[Events] = []
+    checkpoint, stops = None, 0
+    while True:
+        trace = simulate(
+            case.scene(),
+            collisions=case.collisions,
+            engine=case.engine,
+            summary=case.summary,
+            sink=parts.append,
+            watch=lambda _: True,
+            checkpoint=checkpoint,
+        )
+        if trace.checkpoint is None:
+            break
+        assert trace.stop.reason is StopReason.INTERRUPTED
+        stops += 1
+        checkpoint = {key: values.copy() for key, values in trace.checkpoint.items()}
+    assert stops >= 5 or case.collisions == 5000
+    whole = trace if case.summary else replace(trace, events=joined(parts))
+    assert bits(whole) == GOLDEN["hashes"][name]
 
 
 # --- other processors, and no compiler --------------------------------------------------------
