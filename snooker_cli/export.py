@@ -146,22 +146,27 @@ def write_parquet(
 
 
 def write_states(
-    path: Path, header: RepeatHeader, times: NDArray[np.float64], batches: Iterable[States]
+    path: Path,
+    start: Scene,
+    header: RepeatHeader,
+    times: NDArray[np.float64],
+    batches: Iterable[States],
 ) -> None:
     """Write states as H5MD in three dimensions, z = 0, whole or not at all.
 
-    header : of the repeat, with its start
+    start, header : of the repeat
     times : (*t*,) s, of all frames; batches : the frames, some at a time, in order
 
     Raises ``UserError`` if the file cannot be written.
     """
-    assert header.start is not None
     with _exported(path) as part, h5py.File(part, "x", libver=hdf5.FORMAT, locking=False) as file:
         write_h5md_group(file)
         parameters = file.create_group("parameters/snooker")
         parameters.attrs["bits"] = header.fingerprint
-        parameters.attrs["provenance"] = json.dumps(asdict(header.provenance))
-        datasets = _create_states(file, header.start, times)
+        parameters.attrs["provenance"] = json.dumps(
+            asdict(header.provenance) | {"repeat": header.repeat}
+        )
+        datasets = _create_states(file, start, times)
         row = 0
         for batch in batches:
             rows = slice(row, row + len(batch.time))

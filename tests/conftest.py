@@ -6,7 +6,7 @@ import gc
 import os
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -17,6 +17,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line has it
 import figure_runs
 import moving_pictures
 import pytest
+import repeating
 import typer.main
 from command_line import SMALL, Ended
 from compile_ahead import compile_ahead
@@ -67,6 +68,20 @@ def finished_run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 @pytest.fixture(scope="session")
+def finished_one_each(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """The same run in batches of one repeat: one file for each. Copy it before changing it."""
+    with repeating.batches_of(1):
+        return figure_runs.made(tmp_path_factory.mktemp("one-each") / "small", text=SMALL)
+
+
+@pytest.fixture
+def one_each() -> Iterator[None]:
+    """Batches of one repeat, for tests of files whose subject is not the batch."""
+    with repeating.batches_of(1):
+        yield
+
+
+@pytest.fixture(scope="session")
 def decaying(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """Nineteen balls at three CoR, every collision recorded. Copy it before changing it."""
     return figure_runs.made(tmp_path_factory.mktemp("decaying") / "run", *figure_runs.DECAYING)
@@ -108,7 +123,6 @@ def provenance() -> Provenance:
         digest="0" * 64,
         parameters='{"cor": 0.9}',
         point=3,
-        repeat=7,
         engine_version=1,
         versions='{"python": "3.11.9"}',
         machine="x86_64",
@@ -130,6 +144,12 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def finished(here: Path, finished_run: Run) -> Path:
     """That directory with the config's run in it, ``runs/small``."""
     return Path(shutil.copytree(finished_run.directory, here / "runs" / "small"))
+
+
+@pytest.fixture
+def separate(here: Path, finished_one_each: Run) -> Path:
+    """The same, with one file for each repeat."""
+    return Path(shutil.copytree(finished_one_each.directory, here / "runs" / "small"))
 
 
 @pytest.fixture

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+
+import pytest
 
 from snooker_cli import runs, store
 from snooker_cli.config import Experiment, parse, points
-from snooker_cli.runs import Run
+from snooker_cli.runs import Run, execution
+from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
-from snooker_cli.runs.repeat import RepeatResult
 
 
 class StopsAfter(Watcher):
@@ -23,6 +27,14 @@ class StopsAfter(Watcher):
         self.left -= number
         if self.left <= 0:
             self.cancelled.set()
+
+
+@contextmanager
+def batches_of(repeats: int) -> Iterator[None]:
+    """Inside, this process cuts the repeats of every point into batches of this size."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(execution, "batch_size", lambda *_: repeats)
+        yield
 
 
 def done(run: Run, *, workers: int = 1, watcher: Watcher | None = None) -> list[RepeatResult]:
@@ -49,17 +61,23 @@ def made(directory: Path, text: str, *overrides: str) -> Run:
 
 
 def contents(run: Run) -> dict[tuple[int, int], str]:
-    """The content hash of every repeat; each file is read and checked for it."""
+    """The content hash of every repeat, each read and checked. Raises ``StoreError``."""
     return {
-        (point.index, repeat): store.content_hash(store.read(run.path(point.index, repeat))[0])
+        (status.point, status.repeat): store.content_hash(trace)
         for point in run.points
-        for repeat in range(run.experiment.repeats)
+        for status in run.statuses(point.index)
+        for trace, _ in store.read(status.path, [status.repeat])
     }
 
 
+def file_of(run: Run, point: int, repeat: int) -> Path:
+    """The file that has a repeat, or would have it alone."""
+    return run.status(point, repeat).path
+
+
 def bytes_of(directory: Path) -> dict[str, bytes]:
-    """The files of all repeats. A repeat made again differs, by its provenance's seconds."""
+    """The files of all batches. A batch made again differs, by its provenance's seconds."""
     return {
         str(path.relative_to(directory)): path.read_bytes()
-        for path in directory.glob("point-*/repeat-*")
+        for path in directory.glob("point-*/repeats-*")
     }

@@ -14,7 +14,7 @@ import pytest
 from pyh5md import File, element
 from scenes import gas
 
-from snooker_cli import export, runs, store
+from snooker_cli import export, store
 from snooker_cli.engine import replay, simulate
 from snooker_cli.export import (
     EVENTS,
@@ -32,12 +32,14 @@ from snooker_cli.trace import Trace
 Snooker = Callable[..., Any]
 
 POINT = ("small", "--point", "1", "--repeat", "2")
+FILE = Path("point-0001/repeats-0000-0002.h5")
 
 
 @pytest.fixture
 def trace(finished: Path) -> Trace:
     """Point 1, repeat 2, of the finished run."""
-    return store.read(finished / "point-0001" / "repeat-0002.h5")[0]
+    ((found, _),) = store.read(finished / FILE, [2])
+    return found
 
 
 def exported(snooker: Snooker, out: str, *options: str) -> Path:
@@ -118,7 +120,7 @@ def read_parquet(path: Path) -> Any:
 def test_parquet_has_the_same_numbers_their_units_and_origin(
     trace: Trace, snooker: Snooker
 ) -> None:
-    header = store.check(Path("runs/small/point-0001/repeat-0002.h5"))
+    header = store.check(Path("runs/small") / FILE)[2]
     some = ("--states", "--times", "0,0.5")
     states = states_table(replay(trace, [0.0, 0.5]))
     for options, units, expected, size in (
@@ -136,7 +138,7 @@ def test_parquet_has_the_same_numbers_their_units_and_origin(
         about = json.loads(table.schema.metadata[b"snooker"])
         assert about.items() >= size.items()
         assert about["bits"] == header.fingerprint
-        assert about["provenance"] == vars(header.provenance)
+        assert about["provenance"] == vars(header.provenance) | {"repeat": 2}
         assert about["ending"] == {**vars(header.stop), "balls": list(header.stop.balls)}
 
 
@@ -196,8 +198,8 @@ def written(
     times = np.linspace(0, trace.stop.time, 7)
     batches = frames(trace, times, batch=2 * trace.start.number)
     path = tmp_path / "states.h5md"
-    header = RepeatHeader(trace.stop, 60, provenance, trace.start, "bits")
-    export.write_states(path, header, times, batches)
+    header = RepeatHeader(7, trace.stop, 60, provenance, "bits")
+    export.write_states(path, trace.start, header, times, batches)
     return path, trace, replay(trace, times)
 
 
@@ -241,11 +243,10 @@ def test_mdanalysis_reads_the_states(written: tuple[Path, Trace, Any]) -> None:
     assert universe.trajectory.units["velocity"] == "m/s"
 
 
-def test_a_damaged_repeat_is_not_exported(finished: Path, snooker: Snooker) -> None:
-    run = runs.open_run("small")
-    path = run.path(1, 2)
+def test_a_damaged_repeat_is_not_exported(finished: Path, trace: Trace, snooker: Snooker) -> None:
+    path = finished / FILE
     image = bytearray(path.read_bytes())
-    image[image.index(store.read(path)[0].finish.velocities.tobytes()) + 2] ^= 16
+    image[image.index(trace.events.impulse.tobytes()) + 2] ^= 16
     path.write_bytes(image)
     for options in ((), ("--out", "a.csv"), ("--out", "a.parquet"), ("--out", "a.h5md")):
         ended = snooker("export", *POINT, *options)

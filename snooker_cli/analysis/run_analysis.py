@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -82,7 +82,7 @@ def _read_or_made(
     """
     path = run.directory / name
     present = {point.index: run.present(point) for point in run.points}
-    made_from = _made_from(run, present)
+    made_from = _made_from(run)
     try:
         saved = json.loads(path.read_text(encoding="utf-8"))
         if saved["made_from"] == made_from:
@@ -111,9 +111,9 @@ def _missing_notes(run: Run, point: Point, present: int) -> list[str]:
     return list(filter(None, [rest, shorter_note(run.shorter(point), present)]))
 
 
-def _made_from(run: Run, present: Mapping[int, list[int]]) -> str:
-    """SHA-256 over the run, the size and date of each repeat's file, and the code."""
-    paths = [run.path(index, repeat) for index, numbers in present.items() for repeat in numbers]
+def _made_from(run: Run) -> str:
+    """SHA-256 over the run, the size and date of each file, and the code."""
+    paths = [path for point in run.points for path in run.batches(point.index)]
     files = [(path.parent.name, path.name, store.file_info(path)) for path in paths]
     return hashlib.sha256(repr((run.manifest(), files, _code())).encode()).hexdigest()
 

@@ -80,23 +80,23 @@ def export(
     if chosen.experiment.record == "summary":
         what = "states" if states else "events"
         raise UserError(f"{opened.name} was run with `record: summary`: it has no {what} to export")
-    path = opened.path(point, repeat)
+    status = opened.status(point, repeat)
+    status.accept()
+    path = status.path
     if not states:
         # Checked first, and then read in parts: memory stays bounded.
-        header = store.check(path)
-        opened.accept(chosen, repeat, header)
-        tables = (exporting.events_table(events) for events in store.read_events(path))
+        (header,) = (header for header in store.check(path) if header.repeat == repeat)
+        tables = (exporting.events_table(events) for events in store.read_events(path, repeat))
         _write_tables(exporting.EVENTS, tables, out, {"events": header.collisions}, header)
     else:
-        trace, header = store.read(path)
-        opened.accept(chosen, repeat, header)
+        ((trace, header),) = store.read(path, [repeat])
         wanted = _times(times, every, frames, trace.stop.time)
         try:
             batches = exporting.frames(trace, wanted)
         except ValueError as error:
             raise UserError(f"--times {times}: {error}") from None
         if out is not None and form == "H5MD":
-            exporting.write_states(out, header, wanted, batches)
+            exporting.write_states(out, trace.start, header, wanted, batches)
         else:
             tables = (exporting.states_table(batch) for batch in batches)
             _write_tables(exporting.STATES, tables, out, {"frames": len(wanted)}, header)
@@ -125,7 +125,7 @@ def _write_tables(
             "snooker": __version__,
             "bits": header.fingerprint,
             "ending": asdict(header.stop),
-            "provenance": asdict(header.provenance),
+            "provenance": asdict(header.provenance) | {"repeat": header.repeat},
         }
         exporting.write_parquet(out, units, tables, number | source)
 

@@ -26,8 +26,8 @@ from rich.progress import (
 from snooker_cli.cli.exit_codes import bug_message, wants_traceback
 from snooker_cli.formatting import Column, table_lines
 from snooker_cli.runs import RepeatStatus
+from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher
-from snooker_cli.runs.repeat import RepeatResult
 from snooker_cli.trace import StopReason
 
 MOST_ROWS = 200

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -30,9 +29,9 @@ from snooker_cli.config import Point
 from snooker_cli.errors import ExitCode, UserError
 from snooker_cli.formatting import counted, duration, listed, size
 from snooker_cli.runs import Run
-from snooker_cli.runs.execution import POLL_INTERVAL, execute
+from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
+from snooker_cli.runs.execution import POLL_INTERVAL, execute, processors
 from snooker_cli.runs.plan import is_excessive, run_plan
-from snooker_cli.runs.repeat import RepeatResult
 from snooker_cli.trace import StopReason
 
 if TYPE_CHECKING:
@@ -61,6 +60,12 @@ def run(
     engine: Annotated[
         EngineName | None, typer.Option("--engine", help="Of all points [the best for each].")
     ] = None,
+    checkpoint: Annotated[
+        float,
+        typer.Option(
+            "--checkpoint", metavar="MINUTES", min=0.0, help="Save unfinished repeats this often."
+        ),
+    ] = CHECKPOINT_INTERVAL / 60,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Only show what is modelled, time and disk.")
     ] = False,
@@ -75,13 +80,14 @@ def run(
 ) -> None:
     """Simulate all points and repeats of CONFIG and store them.
 
-    Stored repeats are checked and kept. After an interrupt, run the same command again to finish.
+    Stored repeats are checked and kept. After an interrupt, run the same command again to finish; a
+    long repeat continues where it was saved.
     More repeats, collisions or time extend the run. During an extension, analyses use the existing
     data. A repeat that ends in a wall trap or inelastic collapse is kept up to that time. Results
     of a forced --engine have other bits, so they never mix with others.
 
-    The workers of a dask scheduler must share the run's folder. The scheduler has --jobs repeats at
-    a time [1024].
+    The workers of a dask scheduler must share the run's folder. The scheduler has --jobs batches of
+    repeats at a time [1024].
     """
     cancelled = threading.Event()
     with _stopping_on_signals(cancelled), ExitStack() as exits:
@@ -90,10 +96,10 @@ def run(
         )
         target = Run(out or runs.RUNS / config.stem, loaded.experiment, points, engine)
         cluster = _awaited(lambda: _cluster(executor, jobs, cancelled), cancelled)
-        workers = threads = jobs or os.cpu_count() or 1
+        workers = threads = jobs or processors()
         if cluster is not None:
             exits.enter_context(cluster)
-            workers = os.cpu_count() or 1
+            workers = processors()
             threads = max(1, min(cluster.threads, jobs or cluster.threads))
 
         def plan(fresh: bool) -> dict[str, Any]:
@@ -118,7 +124,12 @@ def run(
             _print_change(runs.create(target, fresh=fresh))
             with RunProgress(len(points), loaded.experiment.repeats, not no_progress) as watcher:
                 outcomes = execute(
-                    target, workers=workers, watcher=watcher, cancelled=cancelled, executor=cluster
+                    target,
+                    workers=workers,
+                    watcher=watcher,
+                    cancelled=cancelled,
+                    executor=cluster,
+                    interval=60 * checkpoint,
                 )
     if removed := [path for path in analyses if not path.exists()]:
         again = listed([f"`snooker {path.stem} {target.directory}`" for path in removed])

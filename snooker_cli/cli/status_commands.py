@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
@@ -23,9 +22,10 @@ from snooker_cli.cli.output import (
     print_result,
     table,
 )
-from snooker_cli.errors import ExitCode, RunError
+from snooker_cli.errors import ExitCode, RunError, StoreError
 from snooker_cli.formatting import counted, listed, size
 from snooker_cli.runs import State, open_run, runs_in
+from snooker_cli.runs.execution import processors
 from snooker_cli.runs.status import RunStatus, run_status
 from snooker_cli.runs.verification import verify as verdicts
 
@@ -177,7 +177,7 @@ def verify(
     """
     opened = open_run(run)
     checked = track(
-        verdicts(opened, replay=replay, workers=jobs or os.cpu_count() or 1),
+        verdicts(opened, replay=replay, workers=jobs or processors()),
         "",
         total=len(opened.points) * opened.experiment.repeats,
         console=Console(stderr=True),
@@ -192,7 +192,7 @@ def verify(
             "point": each.point,
             "repeat": each.repeat,
             "path": str(each.path),
-            "error": str(each.error),
+            "error": str(StoreError(each.path, each.reason, each.advice)),
         }
         for each in found
         if each.state is State.UNUSABLE
@@ -205,10 +205,10 @@ def verify(
 
 def _verification_lines(content: Mapping[str, Any]) -> Iterator[str]:
     """What ``verify`` prints as text."""
-    for one in content["bad"]:
-        yield one["error"]
+    yield from dict.fromkeys(one["error"] for one in content["bad"])
     how = "read and simulated again" if content["replayed"] else "read again"
-    bad = f", {counted(len(content['bad']), 'bad file')}" if content["bad"] else ""
+    files = {one["path"] for one in content["bad"]}
+    bad = f", {counted(len(files), 'bad file')}" if files else ""
     complete = counted(content["done"], "complete repeat")
     yield f"{content['run']}: {complete}{bad}, {how}"
     states = (

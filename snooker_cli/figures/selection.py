@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from snooker_cli import store
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import listed, short
+from snooker_cli.runs import State
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from snooker_cli.config import Point
     from snooker_cli.runs import Run
     from snooker_cli.trace import StopReason, Trace
@@ -26,9 +23,6 @@ if TYPE_CHECKING:
 
 MOST_SERIES = 6
 """A figure with more series than this is unreadable."""
-
-REMEMBERED_SIZE = 100_000
-"""Repeats whose file is at most this long (bytes) stay in memory for the next figure."""
 
 
 @dataclass(frozen=True)
@@ -154,26 +148,20 @@ def present(run: Run, point: Point, selection: Selection) -> list[int]:
 
 def repeats(run: Run, point: Point, selection: Selection) -> Iterator[Trace]:
     """The selected repeats of a point that are there. Raises ``StoreError``."""
-    for number in present(run, point, selection):
-        path = run.path(point.index, number)
-        info = store.file_info(path)
-        small = info is not None and info.size <= REMEMBERED_SIZE
-        trace, header = _remembered(store.read, path, info) if small else store.read(path)
-        run.accept(point, number, header)
-        yield trace
+    yield from run.traces(point, present(run, point, selection))
 
 
 def stop_reasons(run: Run, points: Sequence[Point], selection: Selection) -> Counter[StopReason]:
     """How many of the selected repeats ended for each reason. Raises ``StoreError``."""
-    paths = [run.path(p.index, number) for p in points for number in present(run, p, selection)]
-    headers = [_remembered(store.read_header, path, store.file_info(path)) for path in paths]
-    return Counter(header.stop.reason for header in headers)
-
-
-@lru_cache(maxsize=8192)
-def _remembered(read: Callable[[Path], Any], path: Path, info: tuple[int, int] | None) -> Any:
-    """What is read from a file, as long as its size and age stay."""
-    return read(path)
+    statuses = [
+        status
+        for point in points
+        for status in run.statuses(point.index)
+        if selection.repeat in (None, status.repeat) and status.state is not State.MISSING
+    ]
+    for status in statuses:
+        status.accept()
+    return Counter(status.header.stop.reason for status in statuses if status.header)
 
 
 # Their words.

@@ -1,4 +1,4 @@
-"""Simulate repeats by the workers of a dask scheduler; only this file imports ``distributed``."""
+"""Simulate batches by the workers of a dask scheduler; only this file imports ``distributed``."""
 
 from __future__ import annotations
 
@@ -16,26 +16,28 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-from snooker_cli import __version__
+from snooker_cli import __version__, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import RunError, SceneError
-from snooker_cli.runs.execution import Executor, Watcher
-from snooker_cli.runs.folder import open_run
-from snooker_cli.runs.plan import first_scene
-from snooker_cli.runs.repeat import (
+from snooker_cli.runs.batch import (
+    Batch,
     Begun,
+    Job,
     RepeatResult,
     cached,
     compile_for,
-    simulate_repeat,
+    simulate_and_store,
     unexpected,
 )
+from snooker_cli.runs.execution import Executor, Watcher
+from snooker_cli.runs.folder import open_run
+from snooker_cli.runs.plan import first_scene
 from snooker_cli.runs.run import Run
 from snooker_cli.runs.status import target_of
 from snooker_cli.store import SCHEMA_VERSION
 
 AT_ONCE = 1024
-"""Repeats that the scheduler has at a time, by default."""
+"""Batches that the scheduler has at a time, by default."""
 
 ANSWER_TIMEOUT = 10.0
 """Seconds within which a scheduler must answer."""
@@ -64,7 +66,7 @@ class RemoteRun:
     name : unique for one `snooker run`
     directory : the run's folder, the same on all machines
     identity, engine : of the run, to notice another run in the folder
-    command : stored in each provenance
+    command, interval : as in ``Job``
     """
 
     name: str
@@ -73,6 +75,7 @@ class RemoteRun:
     identity: str
     engine: str | None
     command: str
+    interval: float
 
 
 _begun: dict[str, Begun] = {}
@@ -84,15 +87,15 @@ def begun(name: str) -> Begun:
     return _begun.setdefault(name, Begun(threading.Event()))
 
 
-def stop(name: str) -> set[tuple[int, int]]:
-    """Stop an interrupted run in this process; the repeats that are or will be stored."""
+def stop(name: str) -> set[Batch]:
+    """Stop an interrupted run in this process; the batches that are or will be stored."""
     return begun(name).stop()
 
 
-def simulate_remotely(remote: RemoteRun, item: tuple[int, int]) -> RepeatResult | None:
-    """Simulate and store a repeat; None if its run was interrupted before there was any event.
+def simulate_remotely(remote: RemoteRun, batch: Batch) -> list[RepeatResult] | None:
+    """Simulate and store a batch; None if its run was interrupted before that.
 
-    A repeat is not simulated again if a worker stored it and died before it could report.
+    A batch is not simulated again if a worker stored it and died before it could report.
     """
     mine = begun(remote.name)
     if mine.stopped.is_set():
@@ -101,14 +104,15 @@ def simulate_remotely(remote: RemoteRun, item: tuple[int, int]) -> RepeatResult 
         if remote.software != software():
             raise _other_software(f"the worker on {platform.node()}", software(), remote.software)
         run = _opened(remote)
-        if result := cached(run.repeat_status(*item)):
-            return replace(result, cached=False)
-        compile_for(first_scene(run.points[item[0]].experiment, item[1]), run.engine)
-        return simulate_repeat(run, item, mine, remote.command)
+        stored = [cached(status) for status in run.file_statuses(run.path(*batch), store.check)]
+        if len(stored) == len(batch.repeats) and all(stored):
+            return [replace(result, cached=False) for result in stored if result]
+        compile_for(first_scene(run.points[batch.point].experiment, 0), run.engine)
+        return simulate_and_store(Job(run, remote.command, remote.interval), batch, mine)
     except (RunError, SceneError) as error:
-        return RepeatResult(*item, error=str(error))
-    except Exception as error:  # as in ``simulate_repeat``
-        return unexpected(*item, error)
+        return [RepeatResult(batch.point, repeat, error=str(error)) for repeat in batch.repeats]
+    except Exception as error:  # as in ``simulate_and_store``
+        return unexpected(batch, error)
 
 
 def _other_software(worker: str, theirs: object, mine: str) -> RunError:
@@ -150,7 +154,7 @@ def check_address(address: str) -> None:
 class DaskExecutor(Executor):
     """The workers of a dask scheduler, which gives the repeats of one that dies to others.
 
-    at_once : repeats that the scheduler has at a time
+    at_once : batches that the scheduler has at a time
     threads : of all workers at the beginning; others may come and go
 
     Raises ``RunError`` if there is no scheduler or a worker has other software.
@@ -168,8 +172,8 @@ class DaskExecutor(Executor):
         self.address = address
         self._name = secrets.token_hex(8)
         self._lost = False
-        self._stopping: Future[dict[str, set[tuple[int, int]]]] | None = None
-        self._given: set[tuple[int, int]] = set()
+        self._stopping: Future[dict[str, set[Batch]]] | None = None
+        self._given: set[Batch] = set()
         self._deadline = 0.0
         with ExitStack() as exits:
             exits.enter_context(silence_logging_cmgr("critical"))
@@ -197,18 +201,18 @@ class DaskExecutor(Executor):
             self._exits.close()
 
     def simulate(
-        self, run: Run, missing: Sequence[tuple[int, int]], watcher: Watcher, command: str
-    ) -> Iterator[RepeatResult | None]:
+        self, job: Job, missing: Sequence[Batch], watcher: Watcher
+    ) -> Iterator[list[RepeatResult] | None]:
         watcher.simulating(0.0)  # each worker compiles what it needs
+        run, folder = job.run, job.run.directory.absolute()
         remote = RemoteRun(
-            self._name, software(), run.directory.absolute(), run.identity, run.engine, command
+            self._name, software(), folder, run.identity, run.engine, job.command, job.interval
         )
         self._given = set(missing)
         items = takewhile(lambda _: not self._lost, missing)
-        for result in self.each(partial(simulate_remotely, remote), items):
-            if result is not None:
-                watcher.events(result.collisions)
-            yield result
+        for results in self.each(partial(simulate_remotely, remote), items):
+            watcher.events(sum(result.collisions for result in results or ()))
+            yield results
         if not self._cancelled.is_set():
             _delete_unfinished(run, missing)
 
@@ -237,7 +241,6 @@ class DaskExecutor(Executor):
         return set().union(*self._stopping.result().values())
 
     def _result(self, future: Future[Any], item: Any) -> Any:
-        point, repeat = item
         try:
             return future.result()
         except CancelledError:
@@ -247,18 +250,18 @@ class DaskExecutor(Executor):
             from distributed import KilledWorker
 
             if not isinstance(unknown, KilledWorker):
-                return unexpected(point, repeat, unknown)
+                return unexpected(item, unknown)
             error = (
-                "the scheduler stopped retrying this repeat because "
+                "the scheduler stopped retrying this batch because "
                 f"{unknown.allowed_failures + 1} of its workers died, "
                 f"the last at {unknown.last_worker.address}; their logs may say why"
             )
-        return RepeatResult(point, repeat, error=error)
+        return [RepeatResult(item.point, repeat, error=error) for repeat in item.repeats]
 
 
-def _delete_unfinished(run: Run, items: Sequence[tuple[int, int]]) -> None:
-    """Delete what workers that died left of repeats that others have stored."""
-    stored = {path for item in items if (path := run.path(*item)).exists()}
+def _delete_unfinished(run: Run, batches: Sequence[Batch]) -> None:
+    """Delete what workers that died left of batches that others have stored."""
+    stored = {path for batch in batches if (path := run.path(*batch)).exists()}
     for part in run.directory.glob("point-*/*.part"):
         if target_of(part) in stored:
             with suppress(OSError):

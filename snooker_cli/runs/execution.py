@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
 import threading
@@ -10,19 +11,38 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from concurrent import futures
 from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, Self, TypeVar
 
+from snooker_cli import store
+from snooker_cli.runs.batch import (
+    CHECKPOINT_INTERVAL,
+    Batch,
+    Begun,
+    Job,
+    RepeatResult,
+    cached,
+    compile_for,
+    simulate_and_store,
+)
 from snooker_cli.runs.folder import record_failure, record_failures
-from snooker_cli.runs.plan import alike, first_scene
-from snooker_cli.runs.repeat import Begun, RepeatResult, cached, compile_for, simulate_repeat
+from snooker_cli.runs.plan import alike, batch_size, first_scene
 from snooker_cli.runs.run import RepeatStatus, Run, State
 
 POLL_INTERVAL = 0.02
 """Seconds between two looks whether a run was cancelled."""
 
 Result = TypeVar("Result")
+
+
+def processors() -> int:
+    """How many processors this process may use: a batch system or `taskset` may allow a part."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 class Watcher:
@@ -60,13 +80,11 @@ class Executor(ABC):
 
     @abstractmethod
     def simulate(
-        self, run: Run, missing: Sequence[tuple[int, int]], watcher: Watcher, command: str
-    ) -> Iterator[RepeatResult | None]:
-        """The results of the missing repeats as they come; None for an abandoned one.
+        self, job: Job, missing: Sequence[Batch], watcher: Watcher
+    ) -> Iterator[list[RepeatResult] | None]:
+        """The results of the missing batches as they come; None for an abandoned one.
 
-        missing : numbers of point and repeat
         watcher : its ``simulating`` and ``events`` are called
-        command : stored in each provenance
         """
 
     def each(self, function: Callable[[Any], Result], items: Iterable[Any]) -> Iterator[Result]:
@@ -102,8 +120,8 @@ class Executor(ABC):
 class ThreadExecutor(Executor):
     """Threads of this process.
 
-    A cancelled run waits only for repeats that have events. It leaves threads alone that compile
-    or place balls.
+    A cancelled run waits only for long repeats that have events. It leaves threads alone that
+    compile, place balls or simulate a batch of short repeats.
     """
 
     def __init__(self, workers: int, cancelled: threading.Event) -> None:
@@ -114,9 +132,9 @@ class ThreadExecutor(Executor):
         self._pool.shutdown(wait=not self._cancelled.is_set(), cancel_futures=True)
 
     def simulate(
-        self, run: Run, missing: Sequence[tuple[int, int]], watcher: Watcher, command: str
-    ) -> Iterator[RepeatResult | None]:
-        clock = time.perf_counter()
+        self, job: Job, missing: Sequence[Batch], watcher: Watcher
+    ) -> Iterator[list[RepeatResult] | None]:
+        clock, run = time.perf_counter(), job.run
         points = [run.points[point] for point in sorted({point for point, _ in missing})]
         scenes = [same[0].experiment for same in alike(points).values()]
         for _ in self.each(lambda each: compile_for(first_scene(each, 0), run.engine), scenes):
@@ -124,7 +142,8 @@ class ThreadExecutor(Executor):
         if not self._cancelled.is_set():
             watcher.simulating(time.perf_counter() - clock)
         yield from self.each(
-            lambda item: simulate_repeat(run, item, self._begun, command, watcher.events), missing
+            lambda batch: simulate_and_store(job, batch, self._begun, watcher.events),
+            missing,
         )
 
     def _stored(self) -> Set[Any]:
@@ -138,22 +157,23 @@ def execute(
     watcher: Watcher,
     cancelled: threading.Event,
     executor: Executor | None = None,
+    interval: float = CHECKPOINT_INTERVAL,
 ) -> list[RepeatResult]:
     """Simulate what is missing of a run. Returns all results, by point and repeat.
 
     workers : threads; the bits of the results do not depend on it
     cancelled : once set, repeats in simulation are stored as interrupted, and no others begin
     executor : simulates instead of these threads, which then only check files
+    interval : seconds after which a long repeat saves a checkpoint
 
     An error in one repeat does not stop the others. Interrupts are the caller's: it turns signals
     into ``cancelled``. Saved fits and comparisons of fewer repeats are deleted.
     """
     results: list[RepeatResult] = []
     missing: list[tuple[int, int]] = []
-    present: list[tuple[int, int]] = []
-    unusable: list[RepeatStatus] = []
-    for item in run.repeats():
-        (present if run.path(*item).exists() else missing).append(item)
+    found: dict[int, list[RepeatStatus]] = {point.index: [] for point in run.points}
+    needless: set[Path] = set()
+    damaged: dict[Path, store.FileInfo | None] = {}
 
     def finish(result: RepeatResult) -> None:
         results.append(result)
@@ -162,26 +182,54 @@ def execute(
         watcher.finished(result)
 
     with ThreadExecutor(workers, cancelled) as threads:
-        for status in threads.each(lambda item: run.repeat_status(*item), present):
-            if result := cached(status):
-                finish(result)
-                continue
-            missing.append((status.point, status.repeat))
-            if status.state is State.UNUSABLE:
-                unusable.append(status)
-        for status in sorted(unusable, key=lambda status: status.path):
-            watcher.unusable(status)
+        paths = [path for point in found for path in run.batches(point)]
+        for statuses in threads.each(lambda path: run.file_statuses(path, store.check), paths):
+            for status in statuses:
+                found[status.point].append(status)
+        for point, statuses in found.items():
+            best = run.best(point, statuses)
+            for status in best:
+                if result := cached(status):
+                    finish(result)
+                else:
+                    missing.append((point, status.repeat))
+            needless |= {each.path for each in statuses} - {each.path for each in best}
+            bad = {each.path for each in statuses if each.state is State.UNUSABLE}
+            damaged |= {path: store.file_info(path) for path in bad}
+            unusable = {each.path: each for each in best if each.state is State.UNUSABLE}
+            for status in unusable.values():
+                watcher.unusable(status)
         record_failures(run, {})
-        if missing and not cancelled.is_set():
+        all_checked = not cancelled.is_set()
+        if missing and all_checked:
             for path in run.analyses():
                 path.unlink(missing_ok=True)
             simulating = executor or threads
-            for found in simulating.simulate(run, sorted(missing), watcher, _command()):
-                if found is not None:
-                    finish(found)
+            job = Job(run, _command(), interval)
+            for ended in simulating.simulate(job, _batches(run, missing), watcher):
+                for result in ended or ():
+                    finish(result)
+        if all_checked and (missing or needless):
+            left = {path for path, info in damaged.items() if store.file_info(path) == info}
+            run.delete_superseded(left)
     # Again, because temporary files that filled the disk are gone.
     record_failures(run, {(each.point, each.repeat): each.error for each in results if each.error})
     return sorted(results, key=lambda result: (result.point, result.repeat))
+
+
+def _batches(run: Run, missing: Iterable[tuple[int, int]]) -> list[Batch]:
+    """The missing repeats, in batches of consecutive ones."""
+    found: list[Batch] = []
+    for point, repeats in groupby(missing, key=itemgetter(0)):
+        size = batch_size(run.points[point].experiment, run.engine)
+        batch: tuple[int, ...] = ()
+        for _, repeat in repeats:
+            if batch and (repeat != batch[-1] + 1 or len(batch) == size):
+                found.append(Batch(point, batch))
+                batch = ()
+            batch += (repeat,)
+        found.append(Batch(point, batch))
+    return found
 
 
 def _command() -> str:

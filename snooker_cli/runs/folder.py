@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -158,8 +159,12 @@ def _changed_limits(before: Run, now: Run) -> str:
 
 def _has_longer_repeat(run: Run) -> bool:
     """Whether a readable repeat in the folder is longer than a run's config asks for."""
-    found = (run.repeat_status(*item, store.read_header) for item in run.repeats())
-    return any(each.state is State.UNUSABLE and each.header is not None for each in found)
+    files = chain.from_iterable(run.batches(point.index) for point in run.points)
+    found = chain.from_iterable(map(run.file_statuses, files))
+    return any(
+        each.state is State.UNUSABLE and each.header and each.repeat < run.experiment.repeats
+        for each in found
+    )
 
 
 def open_run(name: str | Path) -> Run:
@@ -195,6 +200,7 @@ def open_run(name: str | Path) -> Run:
         )
         if [point["digest"] for point in content["points"]] != list(run.digests):
             raise ValueError("its points are not those of its experiment")
+        version = int(content["schema_version"])
     except (OSError, ValueError, KeyError, TypeError, RecursionError, ConfigError) as error:
         why = f"no {error}" if isinstance(error, KeyError) else str(error).splitlines()[0]
         raise DamagedError(
@@ -202,6 +208,13 @@ def open_run(name: str | Path) -> Run:
             "put a copy of it back, or run the config with --fresh, which replaces the results",
             code="damaged",
         ) from None
+    if version != store.SCHEMA_VERSION:
+        raise RunError(
+            f"{directory}: its files have version {version} of the schema, and this snooker reads "
+            f"version {store.SCHEMA_VERSION}",
+            "run its config with --fresh, which replaces the results, or with --out",
+            code="other_schema",
+        )
     return run
 
 
@@ -224,7 +237,7 @@ def holds_results(path: Path) -> bool:
     if path.name in (MANIFEST, FAILURES, *ANALYSES):
         return _is_run(path.parent)
     with suppress(StoreError):
-        store.read_header(path)
+        store.read_headers(path)
         return True
     return False
 

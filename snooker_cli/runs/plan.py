@@ -7,15 +7,18 @@ import shutil
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from snooker_cli import store
 from snooker_cli.config import BallList, Experiment, Point
 from snooker_cli.containers import Circle, Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import Run, State
+from snooker_cli.scene import Scene
 
 first_scene = lru_cache(maxsize=1)(starting_scene)
 """Keeps the last scene: placing a million balls takes seconds, and a run needs it twice."""
@@ -23,12 +26,14 @@ first_scene = lru_cache(maxsize=1)(starting_scene)
 MOST_SECONDS = 7 * 86400.0
 """A run whose estimate is longer needs ``--yes``."""
 
-BYTES_OF_REPEAT = 16_000
+BATCH_SECONDS, BATCH_BYTES = 1.0, 16e6
+"""About the time and memory of a batch of short repeats."""
+
+BYTES_OF_REPEAT = 500
 BYTES_OF_BALL = 80
 BYTES_OF_SUMMARY = 60_000
-BYTES_OF_EVENT, BYTES_OF_SHORT_EVENT = 14.5, 32
-SHORT = 4096
-"""Repeats with fewer events are not compressed."""
+BYTES_OF_EVENT = 14.5
+EVENT_IN_MEMORY = 24
 
 COLD = 2.0**-104
 """The part of the energy that is left when speeds are those of rounding."""
@@ -111,6 +116,40 @@ def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
     return found
 
 
+def batch_size(experiment: Experiment, engine: str | None) -> int:
+    """How many repeats of a point are simulated and stored together; the same on every machine."""
+    scene = first_scene(experiment, 0)
+    collisions = _most_collisions(experiment, scene)
+    seconds = _seconds(scene.number, specialisation(scene, engine=engine)["cells"], collisions)
+    stored = EVENT_IN_MEMORY * collisions
+    if experiment.record == "summary":
+        stored = BYTES_OF_SUMMARY
+    size = stored + BYTES_OF_REPEAT + BYTES_OF_BALL * scene.number
+    return max(1, int(min(BATCH_SECONDS / seconds, BATCH_BYTES / size)))
+
+
+def _most_collisions(experiment: Experiment, scene: Scene) -> float:
+    """About the largest number of collisions of a repeat: that of elastic balls."""
+    limits = [] if experiment.collisions is None else [float(experiment.collisions)]
+    if experiment.time is not None and scene.number:
+        squares = math.fsum((scene.velocities * scene.velocities).ravel().tolist())
+        speed = math.sqrt(squares / scene.number)
+        limits.append(experiment.time * speed * scene.number / scene.mean_free_path)
+    return min(limits)
+
+
+def _seconds(balls: int, in_cells: bool, collisions: float) -> float:
+    """The time of a repeat on one thread, s.
+
+    The rates are those of `snooker bench speed`. More balls in cells need slower memory. Dilute
+    gases among cells take longer.
+    """
+    time_of_event = 1.5e-7 + 5e-9 * balls
+    if in_cells:
+        time_of_event = 6e-7 * max(1.0, balls / 1000) ** 0.3
+    return 3e-4 + 5e-6 * balls + collisions * time_of_event
+
+
 def _check_repeats(experiment: Experiment) -> None:
     """Raise ``SceneError`` for repeats that would all have the same bits."""
     if experiment.repeats > 1 and isinstance(experiment.balls, BallList):
@@ -138,8 +177,10 @@ def run_plan(
     """
     to_do = dict.fromkeys((point.index for point in run.points), run.experiment.repeats)
     if not fresh and run.directory.is_dir():
-        for point, repeat in run.repeats():
-            to_do[point] -= run.repeat_status(point, repeat).state is State.DONE
+        for point in to_do:
+            checked = (run.file_statuses(path, store.check) for path in run.batches(point))
+            best = run.best(point, chain.from_iterable(checked))
+            to_do[point] -= sum(status.state is State.DONE for status in best)
     missing = sum(to_do.values())
     threads = max(1, min(workers, missing))
     kinds = [_class_plan(each, to_do, run.engine) for each in classes]
@@ -203,21 +244,13 @@ def _because(each: SceneClass, engine: str | None) -> str:
 def _estimates(
     each: SceneClass, experiment: Experiment, balls: int, repeats: int
 ) -> dict[str, float | None]:
-    """Collisions, time on one thread (s) and disk for some repeats; None if not known.
-
-    The rates are those of `snooker bench speed`. More balls in cells need slower memory. Dilute
-    gases among cells take longer.
-    """
+    """Collisions, time on one thread (s) and disk for some repeats; None if not known."""
     collisions, events = experiment.collisions or 0, each.models["events"]
-    time_of_event = 1.5e-7 + 5e-9 * balls
-    if each.models["cells"]:
-        time_of_event = 6e-7 * max(1.0, balls / 1000) ** 0.3
-    bytes_of_event = BYTES_OF_SHORT_EVENT if collisions < SHORT else BYTES_OF_EVENT
-    stored = collisions * bytes_of_event if events else BYTES_OF_SUMMARY
+    stored = collisions * BYTES_OF_EVENT if events else BYTES_OF_SUMMARY
     found: dict[str, float | None] = {
         "collisions": repeats * collisions,
-        "processor_seconds": repeats * (3e-3 + 5e-6 * balls + collisions * time_of_event),
-        "bytes": repeats * (BYTES_OF_REPEAT + BYTES_OF_BALL * balls + stored),
+        "processor_seconds": repeats * _seconds(balls, each.models["cells"], collisions),
+        "bytes": round(repeats * (BYTES_OF_REPEAT + BYTES_OF_BALL * balls + stored)),
     }
     if experiment.collisions is None and repeats:
         found |= {name: None for name in found if events or name != "bytes"}

@@ -1,26 +1,34 @@
-"""A run: its points, the files of its repeats, and whether each file is valid and complete."""
+"""A run: its points, the files of its repeats, and whether each repeat is valid and complete."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property, lru_cache
+from itertools import chain, groupby
 from pathlib import Path
 from typing import Any
 
 from snooker_cli import store
 from snooker_cli.config import ConfigError, Experiment, Point, digest, extends, parse, to_json
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import RunError, StoreError
+from snooker_cli.errors import AbsentError, RunError, StoreError
+from snooker_cli.files import discard
 from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason, Trace
 
 MANIFEST = "run.json"
 ANALYSES = ("fit.json", "compare.json")
+REMEMBERED_SIZE = 1_000_000
+"""Bytes of a file up to which its repeats stay in memory: several figures and fits use them."""
+
+REPLACES = "run the config again, which replaces it"
+
 FIGURE_KEYS = {"kind", "title", "caption", "numbers", "layers"}
 """In the JSON that ``plot`` writes beside each figure."""
 
@@ -37,9 +45,10 @@ class State(StrEnum):
 
 @dataclass(frozen=True)
 class RepeatStatus:
-    """Whether a repeat's file belongs to a run and is complete.
+    """Whether a repeat belongs to a run and is complete.
 
     point, repeat : their numbers
+    path : of the batch's file
     header : None without a readable file
     reason, advice : why the repeat is not done, if there is a file, and what to do
     """
@@ -52,10 +61,24 @@ class RepeatStatus:
     reason: str = ""
     advice: str = ""
 
-    @property
-    def error(self) -> StoreError:
-        """The error of a file that is not usable."""
-        return StoreError(self.path, self.reason, self.advice)
+    def accept(self) -> None:
+        """Raise ``StoreError`` if the repeat has no file of this run."""
+        if self.state is State.MISSING:
+            raise AbsentError(
+                self.path,
+                "there is no such result",
+                "run the config, which simulates what is missing",
+            )
+        if self.state is State.UNUSABLE:
+            raise StoreError(self.path, self.reason, self.advice)
+
+    def worth(self) -> tuple[bool, int]:
+        """Of several files of a repeat the best is done, or has the most collisions."""
+        if self.state is State.MISSING:
+            return False, -2
+        if self.state is State.UNUSABLE or self.header is None:
+            return False, -1
+        return self.state is State.DONE, self.header.collisions
 
 
 @dataclass(frozen=True)
@@ -101,7 +124,7 @@ class Run:
             ],
         }
 
-    # The files of repeats.
+    # The files of batches.
 
     def repeats(self) -> Iterator[tuple[int, int]]:
         """The numbers of every point and repeat."""
@@ -109,28 +132,29 @@ class Run:
             for repeat in range(self.experiment.repeats):
                 yield point.index, repeat
 
-    def path(self, point: int, repeat: int) -> Path:
-        """A repeat's file."""
-        return self.directory / f"point-{point:04d}" / f"repeat-{repeat:04d}.h5"
+    def path(self, point: int, repeats: Sequence[int]) -> Path:
+        """The file of a batch: of repeats in order, from the first to the last of them."""
+        name = f"repeats-{repeats[0]:04d}-{repeats[-1]:04d}.h5"
+        return self.directory / f"point-{point:04d}" / name
 
     def files(self) -> list[Path]:
-        """All repeats' files in the folder, also those that are not of the config."""
-        return sorted(self.directory.glob("point-*/repeat-*.h5"))
+        """All batches' files in the folder, also those that are not of the config."""
+        return sorted(self.directory.glob("point-*/repeat*.h5"))
 
-    def holds(self, point: Point, repeat: int) -> bool:
-        """Whether a repeat has a file, with any content."""
-        return store.file_info(self.path(point.index, repeat)) is not None
+    def batches(self, point: int) -> list[Path]:
+        """The files of a point's batches."""
+        files = (self.directory / f"point-{point:04d}").glob("repeats-*-*.h5")
+        return sorted(path for path in files if _FILE.fullmatch(f"{path.parent.name}/{path.name}"))
 
     def present(self, point: Point) -> list[int]:
-        """The repeats of a point that have a file."""
-        return [number for number in range(self.experiment.repeats) if self.holds(point, number)]
+        """The repeats of a point that have a file, with any content."""
+        return [
+            each.repeat for each in self.statuses(point.index) if each.state is not State.MISSING
+        ]
 
     def shorter(self, point: Point) -> int:
         """The number of a point's repeats that are older than an extension of the run."""
-        return sum(
-            self.repeat_status(point.index, repeat, store.read_header).state is State.SHORTER
-            for repeat in range(self.experiment.repeats)
-        )
+        return sum(each.state is State.SHORTER for each in self.statuses(point.index))
 
     def traces(self, point: Point, present: Sequence[int] | None = None) -> Iterator[Trace]:
         """The repeats of a point that have a file, or these repeats, in order.
@@ -140,10 +164,14 @@ class Run:
         Raises ``RunError`` if there is none, and ``StoreError`` for one that cannot be read or is
         not of this run.
         """
-        present = self.present(point) if present is None else present
-        for repeat in present:
-            yield self.read(point, repeat)
-        if not present:
+        statuses = [
+            each
+            for each in self.statuses(point.index)
+            if each.state is not State.MISSING and (present is None or each.repeat in present)
+        ]
+        for path, same in groupby(statuses, key=lambda status: status.path):
+            yield from self._read(path, list(same))
+        if not statuses:
             setting = ", ".join(f"{key}={value}" for key, value in point.parameters)
             which = f"the point {setting}" if setting else "it"
             raise RunError(
@@ -153,41 +181,91 @@ class Run:
 
     def read(self, point: Point, repeat: int) -> Trace:
         """A repeat. Raises ``StoreError`` if it cannot be read or is not of this run."""
-        trace, header = store.read(self.path(point.index, repeat))
-        self.accept(point, repeat, header)
-        return trace
+        status = self.status(point.index, repeat)
+        return self._read(status.path, [status])[0]
 
-    def accept(self, point: Point, repeat: int, header: RepeatHeader) -> None:
-        """Raise ``StoreError`` if a file with this header is not of this run."""
-        status = self._classified(point.index, repeat, header)
-        if status.state is State.UNUSABLE:
-            raise status.error
+    def _read(self, path: Path, statuses: Sequence[RepeatStatus]) -> list[Trace]:
+        """Repeats of a file. Raises ``StoreError``."""
+        for status in statuses:
+            status.accept()
+        numbers = tuple(status.repeat for status in statuses)
+        info = store.file_info(path)
+        if info is not None and info.size <= REMEMBERED_SIZE:
+            return _remembered(path, numbers, info)
+        return [trace for trace, _ in store.read(path, numbers)]
 
-    def repeat_status(
-        self, point: int, repeat: int, read: Callable[[Path], RepeatHeader] = store.check
-    ) -> RepeatStatus:
-        """Whether a repeat's file belongs to this run and is complete.
+    def status(self, point: int, repeat: int) -> RepeatStatus:
+        """Whether a repeat is done, by the header of its file."""
+        return self.statuses(point)[repeat]
 
-        read : ``store.check``, or ``store.read_header`` to trust the content
+    def statuses(self, point: int) -> list[RepeatStatus]:
+        """Whether each repeat of a point is done, by the headers of their files."""
+        found = chain.from_iterable(map(self.file_statuses, self.batches(point)))
+        return self.best(point, found)
+
+    def best(self, point: int, statuses: Iterable[RepeatStatus]) -> list[RepeatStatus]:
+        """The best status of each repeat of a point, of all files that may hold it."""
+        found = {
+            repeat: RepeatStatus(point, repeat, self.path(point, [repeat]), State.MISSING)
+            for repeat in range(self.experiment.repeats)
+        }
+        for status in statuses:
+            if status.repeat in found:
+                found[status.repeat] = max(found[status.repeat], status, key=RepeatStatus.worth)
+        return list(found.values())
+
+    def delete_superseded(self, damaged: Collection[Path] = ()) -> None:
+        """Delete files whose repeats are all better in other files.
+
+        damaged : files whose content has changed, which their headers do not show
         """
-        path = self.path(point, repeat)
-        if store.file_info(path) is None:
-            return RepeatStatus(point, repeat, path, State.MISSING)
-        try:
-            header = read(path)
-        except StoreError as error:
-            return RepeatStatus(
-                point, repeat, path, State.UNUSABLE, None, error.reason, error.advice
-            )
-        return self._classified(point, repeat, header)
+        for point in self.points:
+            files = {
+                path: [] if path in damaged else self.file_statuses(path)
+                for path in self.batches(point.index)
+            }
+            best = self.best(point.index, chain.from_iterable(files.values()))
+            kept = {each.path for each in best}
+            usable = {each.repeat for each in best if each.worth() >= (False, 0)}
+            for path, statuses in files.items():
+                repeats = [each.repeat for each in statuses] or named(path)[1]
+                if path not in kept and usable.issuperset(repeats):
+                    discard(path)
 
-    def _classified(self, point: int, repeat: int, header: RepeatHeader) -> RepeatStatus:
-        """Whether a file with this header belongs to this run and is complete."""
+    def file_statuses(
+        self, path: Path, read: Callable[[Path], list[RepeatHeader]] | None = None
+    ) -> list[RepeatStatus]:
+        """Whether the repeats of a file belong to this run and are complete.
+
+        read : ``store.check``, or ``None`` to trust the content; headers are then read once, as
+            long as the file's size and age stay
+        """
+        point, repeats = named(path)
+        try:
+            info = store.file_info(path)
+            trusts = read is None and info is not None
+            headers = _headers(path, info) if trusts else (read or store.read_headers)(path)
+        except AbsentError:  # another process has just deleted it
+            return []
+        except StoreError as error:
+            return [
+                RepeatStatus(point, repeat, path, State.UNUSABLE, None, error.reason, error.advice)
+                for repeat in repeats[: self.experiment.repeats]
+            ]
+        for header in headers:
+            if header.provenance.point != point or header.repeat not in repeats:
+                reason = f"is repeat {header.repeat} of point {header.provenance.point}"
+                return [
+                    RepeatStatus(point, repeat, path, State.UNUSABLE, header, reason, REPLACES)
+                    for repeat in repeats[: self.experiment.repeats]
+                ]
+        return [self._classified(path, point, header) for header in headers]
+
+    def _classified(self, path: Path, point: int, header: RepeatHeader) -> RepeatStatus:
+        """Whether a repeat with this header belongs to this run and is complete."""
         source, own = header.provenance, self.points[point]
-        state, reason, advice = State.UNUSABLE, "", "run the config again, which replaces it"
-        if (source.point, source.repeat) != (point, repeat):
-            reason = f"is repeat {source.repeat} of point {source.point}"
-        elif source.engine_version != self.engine_version:
+        state, reason, advice = State.UNUSABLE, "", REPLACES
+        if source.engine_version != self.engine_version:
             reason = f"is of engine version {source.engine_version}, not {self.engine_version}"
         elif source.engine != self.engine:
             reason = "was simulated without --engine"
@@ -201,7 +279,7 @@ class Run:
             state, reason, advice = State.INTERRUPTED, header.stop.message, ""
         else:
             state, advice = State.DONE, ""
-        return RepeatStatus(point, repeat, self.path(point, repeat), state, header, reason, advice)
+        return RepeatStatus(point, header.repeat, path, state, header, reason, advice)
 
     # Files that are made from the repeats.
 
@@ -223,6 +301,29 @@ class Run:
                 if isinstance(content, dict) and content.keys() >= FIGURE_KEYS:
                     found += [path, path.with_suffix(".svg"), path.with_suffix(".png")]
         return [path for path in found if path.is_file()]
+
+
+_FILE = re.compile(r"point-(\d+)/repeats-(\d+)-(\d+)\.h5")
+
+
+def named(path: Path) -> tuple[int, range]:
+    """The point and the repeats in the name of a batch's file."""
+    match = _FILE.fullmatch(f"{path.parent.name}/{path.name}")
+    assert match is not None
+    point, first, last = map(int, match.groups())
+    return point, range(first, last + 1)
+
+
+@lru_cache(maxsize=128)
+def _remembered(path: Path, repeats: tuple[int, ...], _info: store.FileInfo) -> list[Trace]:
+    """Repeats of a file of this size and age. Raises ``StoreError``."""
+    return [trace for trace, _ in store.read(path, repeats)]
+
+
+@lru_cache(maxsize=1024)
+def _headers(path: Path, _info: store.FileInfo | None) -> list[RepeatHeader]:
+    """The headers of a file of this size and age. Raises ``StoreError``."""
+    return store.read_headers(path)
 
 
 @lru_cache(maxsize=1024)

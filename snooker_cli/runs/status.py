@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 
 from snooker_cli import store
 from snooker_cli.config import Point
 from snooker_cli.files import unfinished
 from snooker_cli.runs.folder import failures, is_locked
-from snooker_cli.runs.run import RepeatStatus, Run, State
+from snooker_cli.runs.run import RepeatStatus, Run, State, named
 
 
 @dataclass
@@ -65,19 +66,20 @@ def run_status(run: Run) -> RunStatus:
     """The status of a run by the headers of its files, whose content is not checked."""
     locked = is_locked(run.directory)
     folders = run.directory.glob("point-*") if locked else ()
-    writing = {target_of(part) for folder in folders for part in unfinished(folder)}
+    parts = chain.from_iterable(map(unfinished, folders))
+    writing = [named(target_of(part)) for part in parts if ".h5." in part.name]
     failed = failures(run)
     points = tuple(PointStatus(point) for point in run.points)
-    files: list[tuple[store.FileInfo, RepeatStatus]] = []
-    for item in run.repeats():
-        status, mine = run.repeat_status(*item, store.read_header), points[item[0]]
-        if info := store.file_info(status.path):
-            files.append((info, status))
+    files: dict[Path, tuple[store.FileInfo, RepeatStatus]] = {}
+    for status in chain.from_iterable(run.statuses(point.index) for point in run.points):
+        item, mine = (status.point, status.repeat), points[status.point]
+        if status.path not in files and (info := store.file_info(status.path)):
+            files[status.path] = info, status
         if status.state is State.DONE and status.header is not None:
             mine.done += 1
             mine.ended[str(status.header.stop.reason)] += 1
             mine.collisions += status.header.collisions
-        elif status.path in writing:
+        elif any(point == status.point and status.repeat in some for point, some in writing):
             mine.running += 1
         elif item in failed:
             mine.failed += 1
@@ -87,7 +89,7 @@ def run_status(run: Run) -> RunStatus:
             if status.reason:
                 remark = "; ".join(filter(None, (status.reason, status.advice)))
                 mine.remarks.append((status.repeat, remark))
-    last, newest = max(files, key=lambda file: file[0].modified, default=(None, None))
+    last, newest = max(files.values(), key=lambda file: file[0].modified, default=(None, None))
     header = newest.header if newest else None
     return RunStatus(
         run,
@@ -96,10 +98,10 @@ def run_status(run: Run) -> RunStatus:
         finished=last.modified / 1e9 if last else None,
         command=header.provenance.command if header else "",
         files=len(files),
-        bytes=sum(info.size for info, _ in files),
+        bytes=sum(info.size for info, _ in files.values()),
     )
 
 
 def target_of(part: Path) -> Path:
-    """The repeat's file that a temporary file becomes."""
+    """The batch's file that a temporary file becomes."""
     return part.with_name(f"{part.name.partition('.h5.')[0]}.h5")

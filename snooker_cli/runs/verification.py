@@ -6,12 +6,13 @@ import json
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 from snooker_cli import store
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.errors import RunError
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import ThreadExecutor
-from snooker_cli.runs.plan import first_scene
 from snooker_cli.runs.run import RepeatStatus, Run, State
 from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason
@@ -35,24 +36,35 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
     cancelled = threading.Event()
     with ThreadExecutor(workers, cancelled) as threads:
         try:
-            yield from threads.each(
-                lambda item: _verified(run, item, replay, cancelled), run.repeats()
-            )
+            for point in run.points:
+                found: list[RepeatStatus] = []
+                for statuses in threads.each(
+                    lambda path: _verified(run, path, replay, cancelled), run.batches(point.index)
+                ):
+                    found += statuses
+                yield from run.best(point.index, found)
         finally:
             cancelled.set()
 
 
-def _verified(
-    run: Run, item: tuple[int, int], replay: bool, cancelled: threading.Event
-) -> RepeatStatus:
-    """The status of one repeat."""
-    status = run.repeat_status(*item)
-    if not replay or status.header is None or status.state is State.UNUSABLE:
-        return status
-    if _is_repeatable(run, status.header, cancelled):
-        return status
-    reason, advice = "simulating it again gives other bits", "delete it and run again"
-    return replace(status, state=State.UNUSABLE, reason=reason, advice=advice)
+def _verified(run: Run, path: Path, replay: bool, cancelled: threading.Event) -> list[RepeatStatus]:
+    """The statuses of a file's repeats."""
+    found = run.file_statuses(path, store.check)
+    if not replay:
+        return found
+    return [
+        status
+        if status.header is None
+        or status.state is State.UNUSABLE
+        or _is_repeatable(run, status.header, cancelled)
+        else replace(
+            status,
+            state=State.UNUSABLE,
+            reason=f"simulating repeat {status.repeat} again gives other bits",
+            advice="delete it and run again",
+        )
+        for status in found
+    ]
 
 
 def _is_repeatable(run: Run, header: RepeatHeader, cancelled: threading.Event) -> bool:
@@ -63,7 +75,7 @@ def _is_repeatable(run: Run, header: RepeatHeader, cancelled: threading.Event) -
     interrupted = header.stop.reason is StopReason.INTERRUPTED
     fingerprint = store.Fingerprint()
     again = simulate(
-        first_scene(experiment, source.repeat),
+        starting_scene(experiment, header.repeat),
         collisions=header.collisions if interrupted else config["collisions"],
         time=config["time"],
         summary=config["record"] == "summary",

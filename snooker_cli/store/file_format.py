@@ -1,4 +1,4 @@
-"""What a repeat's file holds: its header, where it comes from, and the hash of its content.
+"""What a batch's file holds: headers of its repeats, where it comes from, hashes of its content.
 
 docs/file-format.md names every dataset and attribute.
 """
@@ -6,9 +6,13 @@ docs/file-format.md names every dataset and attribute.
 from __future__ import annotations
 
 import hashlib
+import json
 import math
-from collections.abc import Iterator
+import struct
+import sys
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, pairwise
 from typing import Any
 
 import h5py
@@ -19,32 +23,40 @@ from snooker_cli.containers import Box, Circle
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
 
-SCHEMA_VERSION = 2
-"""Goes up when the files change; 2 hashes each column of events by itself."""
+SCHEMA_VERSION = 3
+"""Goes up when the files change; from 3 on, a file holds the repeats of a batch."""
 
 BALLS, CONTAINER = "particles/balls", "particles/container"
 COLLISIONS = "connectivity/collisions"
-IMPULSE, RESIDUAL = "observables/impulse", "observables/residual"
+TIME, IMPULSE, RESIDUAL = (f"observables/{name}" for name in ("time", "impulse", "residual"))
+EVENTS = (COLLISIONS, TIME, IMPULSE, RESIDUAL)
 SUMMARY = "observables/summary"
-SUMMARY_TIME = f"{SUMMARY}/kinetic_energy"
-"""The quantity whose steps and times all others of a summary share."""
 
 PARAMETERS = "parameters/snooker"
+STEP = f"{PARAMETERS}/step"
+"""The step of all elements of H5MD: the rows of each are numbered from 0."""
+REPEATS, ROWS, ENDINGS, CONTENTS = (
+    f"{PARAMETERS}/{name}" for name in ("repeat", "rows", "ending", "content")
+)
+
+CHECKPOINT = "checkpoint"
+HASHES = "hashes"
+"""In the checkpoint, the hashes of past events."""
 
 RULES = ("restitution", "wall_restitution", "contact_duration", "elastic_below", "slides")
-"""The fields of a scene that are stored in the JSON of the ending."""
+"""The fields of a scene that are stored as JSON."""
 
 
 @dataclass(frozen=True)
 class Provenance:
-    """All that is needed to simulate a repeat again.
+    """All that is needed to simulate a batch again.
 
     config : the point's experiment as JSON
     digest : of what in it determines the physics
     parameters : the point's swept keys and values as JSON
     versions : of Python and the libraries, as JSON
     started : ISO 8601, UTC
-    seconds : that the simulation took
+    seconds : that the simulation of all repeats took
     engine : "allpairs" or "cells" if the user chose one
     """
 
@@ -52,7 +64,6 @@ class Provenance:
     digest: str
     parameters: str
     point: int
-    repeat: int
     engine_version: int
     versions: str
     machine: str
@@ -64,52 +75,80 @@ class Provenance:
 
 @dataclass(frozen=True)
 class RepeatHeader:
-    """What a repeat's file says of itself, without its events.
+    """What a file says of one of its repeats, without its events.
 
-    start : the scene at time 0; None if the content was not checked
     fingerprint : ``content_hash`` of the trace; empty if the content was not checked
     """
 
+    repeat: int
     stop: Stop
     collisions: int
     provenance: Provenance
-    start: Scene | None = None
     fingerprint: str = ""
 
 
+HASHED_ROWS = 65536
+"""Events that are hashed together."""
+
 HASHED_IF_SET = ("contact_duration", "elastic_below", "slides")
-"""Fields of a scene that older files lack: they are hashed only if not zero or false."""
+"""Fields of a scene that are hashed only if not zero or false, so that earlier hashes stay."""
 
 HASHED_LENGTHS = (*Circle.keys, *Box.keys)
 """Lengths of containers that are always hashed, as nan if a shape lacks them."""
 
 
 class Fingerprint:
-    """SHA-256 of all that a repeat's file holds; events may be added in pieces."""
+    """SHA-256 of all that a file holds of a repeat; events may be added in pieces.
+
+    Each ``HASHED_ROWS`` of a column are hashed by themselves, and then their hashes. So a repeat
+    that is continued needs only the hashes of its past events.
+    """
 
     def __init__(self) -> None:
         self._columns = {name: hashlib.sha256() for name in ("time", "i", "j", "impulse")}
+        self._hashes: dict[str, list[bytes]] = {name: [] for name in self._columns}
         self._number = 0
 
     def add(self, events: Events) -> None:
-        """Add the next events. Residuals before the first one count as zero."""
-        if events.residual is not None and "residual" not in self._columns:
-            self._columns["residual"] = hashlib.sha256(bytes(8 * self._number))
-        for name, column in self._columns.items():
-            column.update(_bytes(getattr(events, name)))
-        self._number += len(events)
+        """Add the next events. Residuals are hashed if one is not zero."""
+        room = HASHED_ROWS - self._number % HASHED_ROWS
+        for begin, end in pairwise([0, *range(room, len(events), HASHED_ROWS), len(events)]):
+            if begin < end:
+                self._add(events[begin:end])
 
-    def content(self, trace: Trace, provenance: str = "") -> str:
-        """The hash of the events added, the rest of a trace, and the provenance's JSON."""
-        digest = hashlib.sha256(provenance.encode())
-        for scene in (trace.start, trace.finish):
-            for value in _hashed_values(scene):
-                text = isinstance(value, str)
-                digest.update(
-                    value.encode() if text else _bytes(np.asarray(value, dtype=np.float64))
-                )
-        for column in self._columns.values():
-            digest.update(column.digest())
+    def _add(self, events: Events) -> None:
+        full, rest = divmod(self._number, HASHED_ROWS)
+        rounded = events.residual is not None and events.residual.any()
+        if rounded and "residual" not in self._columns:
+            self._columns["residual"] = hashlib.sha256(bytes(8 * rest))
+            self._hashes["residual"] = [hashlib.sha256(bytes(8 * HASHED_ROWS)).digest()] * full
+        self._number += len(events)
+        for name, column in self._columns.items():
+            values = getattr(events, name)
+            column.update(bytes(8 * len(events)) if values is None else _bytes(values))
+            if self._number % HASHED_ROWS == 0:
+                self._hashes[name].append(column.digest())
+                self._columns[name] = hashlib.sha256()
+
+    def hashes(self) -> NDArray[np.uint8]:
+        """(*columns*, *n*, 32) The hashes of all full ``HASHED_ROWS``."""
+        columns = [b"".join(hashes) for hashes in self._hashes.values()]
+        return np.array([[*column] for column in columns], np.uint8).reshape(len(columns), -1, 32)
+
+    def restore(self, hashes: NDArray[np.uint8]) -> None:
+        """Begin after as many rows as ``hashes`` gave hashes for."""
+        for name, column in zip((*self._columns, "residual"), hashes, strict=False):
+            self._columns[name] = hashlib.sha256()
+            self._hashes[name] = [each.tobytes() for each in column]
+        self._number = HASHED_ROWS * hashes.shape[1]
+
+    def content(self, trace: Trace) -> str:
+        """The hash of the events added and of the rest of a trace."""
+        values = chain(_hashed_values(trace.start), _hashed_values(trace.finish))
+        digest = hashlib.sha256(b"".join(map(_bytes, values)))
+        for name, column in self._columns.items():
+            last, hashes = column.digest(), self._hashes[name]
+            digest.update(hashlib.sha256(b"".join([*hashes, last])).digest() if hashes else last)
         if trace.summary is not None:
             for values in vars(trace.summary.series).values():
                 digest.update(_bytes(values))
@@ -117,6 +156,20 @@ class Fingerprint:
         counts = (trace.wall_events, trace.pair_events)
         digest.update(repr((sorted(vars(trace.stop).items()), counts)).encode())
         return digest.hexdigest()
+
+
+def seal(provenance: str, repeats: Sequence[int], contents: Sequence[str]) -> str:
+    """SHA-256 of a file: its provenance as JSON, and the numbers and hashes of its repeats."""
+    return hashlib.sha256(json.dumps([provenance, [*repeats], [*contents]]).encode()).hexdigest()
+
+
+def checkpoint_hash(checkpoint: Mapping[str, NDArray[Any]]) -> str:
+    """SHA-256 of the arrays of a checkpoint, by their names."""
+    found = hashlib.sha256()
+    for name, values in sorted(checkpoint.items()):
+        found.update(f"{name} {values.dtype.str} {values.shape}".encode())
+        found.update(_bytes(values))
+    return found.hexdigest()
 
 
 def content_hash(trace: Trace) -> str:
@@ -139,9 +192,15 @@ def _hashed_values(scene: Scene) -> Iterator[Any]:
             yield from (name, value)
 
 
-def _bytes(values: NDArray[Any]) -> memoryview:
-    """The values' bytes in little-endian order."""
-    return np.ascontiguousarray(values, values.dtype.newbyteorder("<")).data
+def _bytes(value: NDArray[Any] | float | str) -> bytes | memoryview:
+    """An array's bytes in little-endian order, those of a number as a double, or of text."""
+    if isinstance(value, str):
+        return value.encode()
+    if not isinstance(value, np.ndarray):
+        return struct.pack("<d", value)
+    if sys.byteorder == "big":
+        value = value.byteswap()
+    return np.ascontiguousarray(value).data
 
 
 def write_h5md_group(file: h5py.File) -> None:

@@ -26,8 +26,11 @@ ZLIB_HEADER, LAST_BLOCK = b"\x78\x01", b"\x03\x00"
 
 NOISE_SAMPLE = 4096
 
+SMALL = 1024
+"""Bytes of a dataset up to which it is stored in its header."""
 
-def open_file(path: Path, mode: Literal["r", "x", "memory"] = "r") -> h5py.File:
+
+def open_file(path: Path, mode: Literal["r", "r+", "x", "memory"] = "r") -> h5py.File:
     """A file to read, a new one, or one in memory with a name that is unique among threads.
 
     There are no locks: while written a file has one user, then it never changes.
@@ -93,6 +96,14 @@ def length(file: h5py.File, path: str) -> int:
     return int(h5d.open(file.id, path.encode()).shape[0])
 
 
+def read_text(file: h5py.File, path: str) -> list[str]:
+    """A dataset of ASCII text of fixed length."""
+    data = h5d.open(file.id, path.encode())
+    values = np.empty(data.shape, data.dtype)
+    data.read(h5s.ALL, h5s.ALL, values)
+    return [text.decode() for text in values.tolist()]
+
+
 def write_rows(
     file: h5py.File,
     path: str,
@@ -121,7 +132,7 @@ def _create(file: h5py.File, path: str, values: NDArray[Any], unit: str | None, 
     rest, space = values.shape[1:], h5s.create_simple(values.shape)
     if chunk:
         space = h5s.create_simple((0, *rest), (h5s.UNLIMITED, *rest))
-    settings = _settings((chunk, *rest) if chunk else None)
+    settings = _settings((chunk, *rest) if chunk else None, 0 < values.nbytes <= SMALL)
     data = h5d.create(file.id, path.encode(), native(values.dtype), space, *settings)
     if unit is not None:  # H5MD wants a string of fixed length
         text = np.array(unit.encode())
@@ -131,7 +142,7 @@ def _create(file: h5py.File, path: str, values: NDArray[Any], unit: str | None, 
 
 
 @lru_cache(maxsize=64)
-def _settings(chunk: tuple[int, ...] | None) -> tuple[Any, Any]:
+def _settings(chunk: tuple[int, ...] | None, small: bool) -> tuple[Any, Any]:
     """How datasets with such chunks are made, and the groups above them."""
     settings, links = h5p.create(h5p.DATASET_CREATE), h5p.create(h5p.LINK_CREATE)
     settings.set_obj_track_times(False)
@@ -139,15 +150,15 @@ def _settings(chunk: tuple[int, ...] | None) -> tuple[Any, Any]:
         settings.set_chunk(chunk)
         settings.set_shuffle()
         settings.set_deflate(1)
+    elif small:  # in the header, which has a checksum
+        settings.set_layout(h5d.COMPACT)
     links.set_create_intermediate_group(True)
     return settings, links
 
 
-def share_time(file: h5py.File, element: str, source: str) -> None:
-    """Link steps and times of an element to those of another."""
-    for name in ("step", "time"):
-        new, old = f"{element}/{name}".encode(), f"{source}/{name}".encode()
-        file.id.links.create_hard(new, file.id, old)
+def link(file: h5py.File, new: str, old: str) -> None:
+    """Give an object another name."""
+    file.id.links.create_hard(new.encode(), file.id, old.encode())
 
 
 # A chunk's bytes, compressed here because zlib, unlike HDF5, lets other threads run.

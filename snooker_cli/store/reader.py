@@ -1,11 +1,12 @@
-"""Read a repeat's file: checked against its hash, or its header only."""
+"""Read a batch's file: its repeats, checked against their hashes, or their headers only."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields, replace
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,14 +27,14 @@ EVENTS_AT_A_TIME = 1 << 20
 
 
 class FileInfo(NamedTuple):
-    """Size in bytes and time of the last change, ns since 1970, of a repeat's file."""
+    """Size in bytes and time of the last change, ns since 1970, of a batch's file."""
 
     size: int
     modified: int
 
 
 def file_info(path: Path) -> FileInfo | None:
-    """Size and age of a repeat's file; None if there is none."""
+    """Size and age of a batch's file; None if there is none."""
     try:
         status = path.stat()
     except (FileNotFoundError, NotADirectoryError):
@@ -41,45 +42,55 @@ def file_info(path: Path) -> FileInfo | None:
     return FileInfo(status.st_size, status.st_mtime_ns)
 
 
-def read(path: Path) -> tuple[Trace, RepeatHeader]:
-    """Read a repeat's file and check its content. Raises ``StoreError``."""
-    with _opened(path) as file:
-        return _checked(file, path, keep_events=True)
+def read(path: Path, wanted: Collection[int] | None = None) -> list[tuple[Trace, RepeatHeader]]:
+    """Read and check all repeats of a batch's file, or those of some numbers, in order.
 
-
-def check(path: Path) -> RepeatHeader:
-    """Check a repeat's file in bounded memory. Raises ``StoreError``.
-
-    Checks the hash of the content, that HDF5 can open every object, and the numbers and times
-    that only other readers use.
+    Raises ``StoreError``.
     """
     with _opened(path) as file:
-        trace, header = _checked(file, path, keep_events=False)
-        hdf5.open_all(file.id)
-        if not _is_numbered(file, trace):
-            raise _changed(path)
-    return header
+        return list(_checked(file, path, wanted, keep_events=True))
 
 
-def read_header(path: Path) -> RepeatHeader:
-    """Read a file's header without checking its content. Raises ``StoreError``."""
+def check(path: Path) -> list[RepeatHeader]:
+    """Check a batch's file in bounded memory. Raises ``StoreError``.
+
+    Checks the hash of the content, and that HDF5 can open every object.
+    """
     with _opened(path) as file:
-        ending, provenance = (
-            json.loads(_parameter(file, name)) for name in ("ending", "provenance")
-        )
-        collisions = ending["wall_events"] + ending["pair_events"]
-        return RepeatHeader(_stop(ending), collisions, Provenance(**provenance))
+        headers = [header for _, header in _checked(file, path, None, keep_events=False)]
+        hdf5.open_all(file.id)
+    return headers
 
 
-def read_events(path: Path) -> Iterator[Events]:
+def read_headers(path: Path) -> list[RepeatHeader]:
+    """Read the headers of a file's repeats without checking the content. Raises ``StoreError``."""
+    with _opened(path) as file:
+        return _headers(file, path)
+
+
+def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
+    """The arrays from which a repeat is continued; ``None`` without. Raises ``StoreError``."""
+    with _opened(path) as file:
+        if layout.CHECKPOINT not in file:
+            return None
+        group = file[layout.CHECKPOINT]
+        found = {name: np.asarray(data[()]) for name, data in group.items()}
+        if layout.checkpoint_hash(found) != group.attrs["content"]:
+            raise _changed(path)
+        return found
+
+
+def read_events(path: Path, repeat: int) -> Iterator[Events]:
     """A repeat's events in pieces, in bounded memory and unchecked. Raises ``StoreError``."""
     with _opened(path) as file:
-        yield from _events(file, EVENTS_AT_A_TIME)
+        numbers = [header.repeat for header in _headers(file, path)]
+        rows = _rows(file)[numbers.index(repeat)]
+        yield from map(_without_zeros, events_in(file, rows, EVENTS_AT_A_TIME))
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[h5py.File]:
-    """A repeat's file. Raises ``StoreError``."""
+    """A batch's file. Raises ``StoreError``."""
     try:
         with hdf5.open_file(path) as file:
             version = _parameter(file, "schema_version")
@@ -107,117 +118,153 @@ def _parameter(file: h5py.File, name: str) -> Any:
     return hdf5.read_attribute(file, layout.PARAMETERS, name)
 
 
-def _checked(file: h5py.File, path: Path, *, keep_events: bool) -> tuple[Trace, RepeatHeader]:
-    """A repeat whose content has the hash that was written, with or without its events."""
-    fingerprint = Fingerprint()
-    trace = _trace(file, json.loads(_parameter(file, "ending")))
-    if trace.summary is None:
-        for events in _events(file, None if keep_events else EVENTS_AT_A_TIME):
-            fingerprint.add(events)
-            if keep_events:
-                trace = replace(trace, events=events)
+def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
+    """What a file says of its repeats."""
+    numbers = hdf5.read_rows(file, layout.REPEATS, np.int64).tolist()
+    contents = hdf5.read_text(file, layout.CONTENTS)
     source = _parameter(file, "provenance")
-    if fingerprint.content(trace, source) != _parameter(file, "content"):
+    if layout.seal(source, numbers, contents) != _parameter(file, "content"):
         raise _changed(path)
-    content, provenance = fingerprint.content(trace), Provenance(**json.loads(source))
-    return trace, RepeatHeader(trace.stop, trace.collisions, provenance, trace.start, content)
+    provenance = Provenance(**json.loads(source))
+    endings = map(json.loads, hdf5.read_text(file, layout.ENDINGS))
+    return [
+        RepeatHeader(
+            number, _stop(one), one["wall_events"] + one["pair_events"], provenance, content
+        )
+        for number, one, content in zip(numbers, endings, contents, strict=True)
+    ]
+
+
+def _rows(file: h5py.File) -> list[slice]:
+    """Which rows of the events or summaries each repeat has."""
+    ends = hdf5.read_rows(file, layout.ROWS, np.int64).tolist()
+    return [slice(*each) for each in pairwise(ends)]
+
+
+def _checked(
+    file: h5py.File, path: Path, wanted: Collection[int] | None, *, keep_events: bool
+) -> Iterator[tuple[Trace, RepeatHeader]]:
+    """Repeats whose content has the hash that was written, with or without their events."""
+    headers, rows = _headers(file, path), _rows(file)
+    chosen = [k for k, header in enumerate(headers) if wanted is None or header.repeat in wanted]
+    if wanted is not None and len(chosen) < len(wanted):
+        raise _changed(path)
+    traces = _traces(file, chosen)
+    columns = None
+    if keep_events and "connectivity" in file and len(chosen) > 1:
+        columns = next(events_in(file, slice(None), None))
+    for k, trace in zip(chosen, traces, strict=True):
+        fingerprint = Fingerprint()
+        if trace.summary is None:
+            at_a_time = None if keep_events else EVENTS_AT_A_TIME
+            parts = events_in(file, rows[k], at_a_time) if columns is None else [columns[rows[k]]]
+            for events in map(_without_zeros, parts):
+                fingerprint.add(events)
+                if keep_events:
+                    trace = replace(trace, events=events)
+        if fingerprint.content(trace) != headers[k].fingerprint:
+            raise _changed(path)
+        yield trace, headers[k]
 
 
 def _changed(path: Path) -> StoreError:
     return StoreError(path, "its content has changed since it was written", "run it again")
 
 
-def _is_numbered(file: h5py.File, trace: Trace) -> bool:
-    """Whether collisions or rows are counted from the first on, and both scenes have their step."""
-    for group in (layout.BALLS, layout.CONTAINER):
-        steps = hdf5.read_rows(file, f"{group}/position/step", np.int64)
-        times = hdf5.read_rows(file, f"{group}/position/time")
-        if [*steps, *times] != [0, trace.collisions, 0.0, trace.stop.time]:
-            return False
-    element, first = (layout.COLLISIONS, 1) if trace.summary is None else (layout.SUMMARY_TIME, 0)
-    counted = f"{element}/step"
-    return all(
-        np.array_equal(
-            hdf5.read_rows(file, counted, np.int64, rows),
-            np.arange(first + rows.start, first + rows.stop),
-        )
-        for rows in _pieces(hdf5.length(file, counted), EVENTS_AT_A_TIME)
-    )
-
-
-def _pieces(number: int, at_a_time: int) -> Iterator[slice]:
-    """Slices that cover ``number`` rows; at least one."""
-    for start in range(0, max(number, 1), at_a_time):
-        yield slice(start, min(start + at_a_time, number))
-
-
-def _trace(file: h5py.File, ending: dict[str, Any]) -> Trace:
-    """A trace without its events."""
-    positions, velocities, masses, radii = _particles(file, layout.BALLS)
-    places, motions, container_mass, lengths = _particles(file, layout.CONTAINER)
-    shape = SHAPES[ending["shape"]]
+def _traces(file: h5py.File, chosen: Sequence[int]) -> list[Trace]:
+    """Some of the traces of a file, without their events."""
+    balls, container = (_particles(file, group) for group in (layout.BALLS, layout.CONTAINER))
+    lengths = container.radius
+    rules = json.loads(_parameter(file, "scene"))
+    shape = SHAPES[rules.pop("shape")]
     if not issubclass(shape, Circle):
         lengths = hdf5.read_rows(file, f"{layout.BALLS}/box/edges")[: len(shape.keys)]
     common = {
-        "radii": radii,
-        "masses": masses,
+        "radii": balls.radius,
+        "masses": balls.mass,
         "container": shape(*lengths.tolist()),
-        "container_mass": float(container_mass[0]),
-        **{name: ending[name] for name in layout.RULES if name in ending},
+        "container_mass": float(container.mass[0]),
+        **rules,
     }
-    start, finish = (
-        Scene(
-            positions=positions[k],
-            velocities=velocities[k],
-            container_position=places[k, 0],
-            container_velocity=motions[k, 0],
-            **common,
+    endings = [json.loads(each) for each in hdf5.read_text(file, layout.ENDINGS)]
+    summaries = [None] * len(endings) if "connectivity" in file else _summaries(file)
+    found = []
+    for k in chosen:
+        start, finish = (
+            Scene(
+                positions=balls.position[row],
+                velocities=balls.velocity[row],
+                container_position=container.position[row, 0],
+                container_velocity=container.velocity[row, 0],
+                **common,
+            )
+            for row in (2 * k, 2 * k + 1)
         )
-        for k in (0, 1)
-    )
-    return Trace(
-        start=start,
-        finish=finish,
-        stop=_stop(ending),
-        wall_events=ending["wall_events"],
-        pair_events=ending["pair_events"],
-        events=None,
-        summary=None if "connectivity" in file else _summary(file),
-    )
+        found.append(
+            Trace(
+                start=start,
+                finish=finish,
+                stop=_stop(endings[k]),
+                wall_events=endings[k]["wall_events"],
+                pair_events=endings[k]["pair_events"],
+                events=None,
+                summary=summaries[k],
+            )
+        )
+    return found
 
 
-def _particles(file: h5py.File, group: str) -> list[NDArray[np.float64]]:
-    """Positions and velocities at the start and the finish, masses and radii."""
+class Particles(NamedTuple):
+    """Of balls or the container: at the start and the finish of each repeat, and for good."""
+
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    mass: NDArray[np.float64]
+    radius: NDArray[np.float64]
+
+
+def _particles(file: h5py.File, group: str) -> Particles:
     names = ("position/value", "velocity/value", "mass", "radius")
-    return [hdf5.read_rows(file, f"{group}/{name}") for name in names]
+    return Particles(*(hdf5.read_rows(file, f"{group}/{name}") for name in names))
 
 
 def _stop(ending: dict[str, Any]) -> Stop:
-    names = (field.name for field in fields(Stop))
-    stop = Stop(**{name: ending[name] for name in names})
-    return replace(stop, reason=StopReason(stop.reason), balls=tuple(stop.balls))
+    return Stop(
+        StopReason(ending["reason"]), ending["time"], tuple(ending["balls"]), ending["message"]
+    )
 
 
-def _events(file: h5py.File, at_a_time: int | None) -> Iterator[Events]:
-    """The events in pieces, or all at once."""
-    number = hdf5.length(file, f"{layout.COLLISIONS}/time")
+def events_in(file: h5py.File, rows: slice, at_a_time: int | None) -> Iterator[Events]:
+    """The events in these rows, in pieces or all at once; at least one piece."""
+    first, last, _ = rows.indices(hdf5.length(file, f"{layout.TIME}/value"))
     has_residual = file.id.links.exists(layout.RESIDUAL.encode())
-    for rows in _pieces(number, at_a_time or max(number, 1)):
-        pairs = hdf5.read_rows(file, f"{layout.COLLISIONS}/value", np.int32, rows)
+    at_a_time = at_a_time or max(last - first, 1)
+    for start in range(first, max(last, first + 1), at_a_time):
+        some = slice(start, min(start + at_a_time, last))
+        pairs = hdf5.read_rows(file, f"{layout.COLLISIONS}/value", np.int32, some)
         i, j = np.ascontiguousarray(pairs[:, 0].T)
-        time = hdf5.read_rows(file, f"{layout.COLLISIONS}/time", rows=rows)
-        impulse = hdf5.read_rows(file, f"{layout.IMPULSE}/value", rows=rows)
+        time = hdf5.read_rows(file, f"{layout.TIME}/value", rows=some)
+        impulse = hdf5.read_rows(file, f"{layout.IMPULSE}/value", rows=some)
         residual = None
         if has_residual:
-            residual = hdf5.read_rows(file, f"{layout.RESIDUAL}/value", rows=rows)
+            residual = hdf5.read_rows(file, f"{layout.RESIDUAL}/value", rows=some)
         yield Events(time, i, j, impulse, residual)
 
 
-def _summary(file: h5py.File) -> Summary:
-    """A summary's columns."""
-    names = [name for name in SERIES_UNITS if name != "time"]
-    columns = {name: hdf5.read_rows(file, f"{layout.SUMMARY}/{name}/value") for name in names}
-    return Summary(
-        Series(time=hdf5.read_rows(file, f"{layout.SUMMARY_TIME}/time"), **columns),
-        hdf5.read_rows(file, f"{layout.SUMMARY}/speed_histogram/value", np.int64),
-    )
+def _without_zeros(events: Events) -> Events:
+    """Events without residuals if those are all zero: another repeat of the file has some."""
+    if events.residual is None or events.residual.any():
+        return events
+    return replace(events, residual=None)
+
+
+def _summaries(file: h5py.File) -> list[Summary]:
+    """The summaries of all repeats."""
+    columns = {
+        name: hdf5.read_rows(file, f"{layout.SUMMARY}/{name}/value") for name in SERIES_UNITS
+    }
+    counts = hdf5.read_rows(file, f"{layout.SUMMARY}/speed_histogram/value", np.int64)
+    return [
+        Summary(Series(**{name: values[rows] for name, values in columns.items()}), counts[rows])
+        for rows in _rows(file)
+    ]

@@ -1,15 +1,16 @@
-"""Write a repeat's file: short repeats at their end, long ones while they are simulated."""
+"""Write a batch's file: short repeats at its end, a long one while it is simulated."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
+from shutil import copyfile
 from typing import Any, Self
 
 import h5py
@@ -19,14 +20,14 @@ from numpy.typing import NDArray
 from snooker_cli.containers import Circle
 from snooker_cli.errors import AbsentError
 from snooker_cli.files import discard, move_into_place, temporary_path
-from snooker_cli.scene import Scene
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, write_h5md_group
-from snooker_cli.trace import SERIES_UNITS, Events, Summary, Trace, joined
+from snooker_cli.store.reader import events_in
+from snooker_cli.trace import SERIES_UNITS, Events, Trace, joined
 
 ROWS = 65536
-"""Events in a chunk of a file, 24 to 32 bytes each; longer repeats are written in chunks."""
+"""Events in a chunk of a file, 24 to 32 bytes each; longer files are written in chunks."""
 
 WAITING = 4
 """Chunks that may wait to be written before the simulation has to wait."""
@@ -35,31 +36,44 @@ COMPRESS_FROM = 4096
 """Smaller datasets are not compressed: that would cost more time and space than it saves."""
 
 
-def write(path: Path, trace: Trace, provenance: Provenance) -> None:
-    """Write a repeat's file, whole or not at all. Raises ``AbsentError``."""
-    with Recorder(path, trace.start) as recorder:
-        if trace.events is not None:
-            recorder.add(trace.events)
-        recorder.finish(trace, provenance)
+def write(path: Path, repeats: Sequence[tuple[int, Trace]], provenance: Provenance) -> None:
+    """Write a batch's file, whole or not at all. Raises ``AbsentError``.
+
+    repeats : number and trace of each, in order
+    """
+    with Recorder(path) as recorder:
+        for repeat, trace in repeats:
+            if trace.events is not None:
+                recorder.add(trace.events)
+            recorder.end(repeat, trace)
+        recorder.finish(provenance)
 
 
 class Recorder:
-    """Takes a repeat's events while they are simulated and writes its file, in bounded memory.
+    """Takes the events of one repeat after another and writes their file, in bounded memory.
 
     Another thread compresses and writes events beyond the first chunk. Without ``finish``, the
     end of the ``with`` block leaves no file. All methods raise ``AbsentError`` for a file that
     cannot be written.
+
+    continues : with the events of the single repeat in the file at this path, a checkpoint
     """
 
-    def __init__(self, path: Path, start: Scene) -> None:
-        self.path, self.start = path, start
+    def __init__(self, path: Path, continues: bool = False) -> None:
+        self.path = path
         self._part = temporary_path(path)
         self._fingerprint = Fingerprint()
+        self._ended: list[tuple[int, Trace, Fingerprint]] = []
+        self._rows = [0]
         self._pending: list[Events] = []
+        self.number = 0  # of events in all
         self._written = 0
         self._file: h5py.File | None = None
         self._thread = ThreadPoolExecutor(1)
         self._chunks: deque[Future[None]] = deque()
+        if continues:
+            with self._refusals():
+                self._continue()
 
     def __enter__(self) -> Self:
         return self
@@ -72,80 +86,124 @@ class Recorder:
         discard(self._part)
 
     def add(self, events: Events) -> None:
-        """Take the next events."""
+        """Take the next events of a repeat."""
         self._pending.append(events)
-        number = sum(map(len, self._pending))
-        if self._file is None and number <= ROWS:
+        self.number += len(events)
+        if self._file is None and self.number <= ROWS:
             return
         with self._refusals():
             if self._file is None:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
                 self._file = hdf5.open_file(self._part, "x")
-            while number >= ROWS:
+            while self.number - self._written >= ROWS:
                 self._wait(WAITING)
                 pending = joined(self._pending)
                 self._pending = [pending[ROWS:]]
-                number -= ROWS
-                chunk = self._thread.submit(self._write_events, self._file, pending[:ROWS], ROWS)
-                self._chunks.append(chunk)
+                self._chunks.append(
+                    self._thread.submit(self._part_of(pending[:ROWS]), self._file, ROWS)
+                )
 
-    def finish(self, trace: Trace, provenance: Provenance) -> None:
-        """Write the rest and put the file in its place.
+    def end(self, repeat: int, trace: Trace) -> None:
+        """Take the ending of a repeat. Its own events are ignored; those that were added count."""
+        summary = trace.summary
+        rows = self.number if summary is None else self._rows[-1] + len(summary.series.time)
+        self._ended.append((repeat, trace, self._fingerprint))
+        self._rows.append(rows)
+        self._fingerprint = Fingerprint()
 
-        trace : its own events are ignored; those that were added are written
-        """
+    def finish(self, provenance: Provenance) -> None:
+        """Write the rest and put the file in its place."""
         with self._refusals():
             if self._file is not None:
                 self._wait(0)
-                self._write_rest(self._file, trace, provenance)
+                self._write_rest(self._file, provenance)
                 self._file.close()
             else:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
                 # In memory first: HDF5 may crash if a full disk refuses a whole file.
                 with hdf5.open_file(self._part, "memory") as file:
-                    self._write_rest(file, trace, provenance)
+                    self._write_rest(file, provenance)
                     file.flush()
                     self._part.write_bytes(file.id.get_file_image())
             move_into_place(self._part, self.path)
 
-    def _write_rest(self, file: h5py.File, trace: Trace, provenance: Provenance) -> None:
-        """Write the summary or the last events, and all that is not events."""
-        if trace.summary is not None:
-            _write_summary(file, trace.summary)
+    def _write_rest(self, file: h5py.File, provenance: Provenance) -> None:
+        """Write the summaries or the last events, and all that is not events."""
+        repeats, traces, fingerprints = zip(*self._ended, strict=True)
+        file.create_group(layout.BALLS)
+        hdf5.write_rows(file, layout.STEP, np.array(1))
+        if traces[0].summary is not None:
+            _write_summaries(file, traces)
         else:
             rest = joined(self._pending)
-            self._write_events(file, rest, ROWS if self._file else _chunk(rest.time))
-        _write_scenes(file, trace)
-        _write_parameters(file, trace, provenance, self._fingerprint)
+            if len(rest) or not self._written:
+                self._part_of(rest)(file, ROWS if self._file else _chunk(rest.time))
+            _link_events(file)
+        _write_scenes(file, traces)
+        contents = [
+            fingerprint.content(trace)
+            for trace, fingerprint in zip(traces, fingerprints, strict=True)
+        ]
+        _write_parameters(file, repeats, traces, contents, self._rows, provenance)
+        checkpoint = traces[-1].checkpoint
+        if checkpoint is not None:
+            _write_checkpoint(file, {**checkpoint, layout.HASHES: fingerprints[-1].hashes()})
+
+    def _continue(self) -> None:
+        """Begin with a copy of the file's events in full chunks, and with the rest of them."""
+        with hdf5.open_file(self.path) as old:
+            number = hdf5.length(old, f"{layout.TIME}/value") if layout.TIME in old else 0
+            full = number - number % ROWS
+            rest = [*events_in(old, slice(full, number), None)] if full < number else []
+            hashes = old[f"{layout.CHECKPOINT}/{layout.HASHES}"][()]
+        if full:
+            copyfile(self.path, self._part)
+            self._file = hdf5.open_file(self._part, "r+")
+            columns = [path for path in layout.EVENTS if path in self._file]
+            for name in (
+                "particles",
+                "parameters",
+                "h5md",
+                layout.CHECKPOINT,
+                *(f"{path}/step" for path in columns),
+            ):
+                del self._file[name]
+            del self._file[layout.COLLISIONS].attrs["particles_group"]
+            for path in columns:
+                data = self._file[f"{path}/value"].id
+                data.set_extent((full, *data.shape[1:]))
+        self._fingerprint.restore(hashes)
+        self._written = self.number = full
+        for events in rest:
+            self.add(events)
+
+    def _part_of(self, events: Events) -> Callable[[h5py.File, int], None]:
+        """What hashes and writes the next events, into chunks of a file."""
+        first, last = self._written, self._written + len(events)
+        self._written = last
+        begins = zip(
+            self._rows,
+            [*self._rows[1:], last],
+            [*(fingerprint for *_, fingerprint in self._ended), self._fingerprint],
+            strict=True,
+        )
+        spans = [
+            (fingerprint, slice(max(begin, first) - first, min(end, last) - first))
+            for begin, end, fingerprint in begins
+            if begin < last and end > first
+        ]
+
+        def write(file: h5py.File, chunk: int) -> None:
+            for fingerprint, rows in spans:
+                fingerprint.add(events[rows])
+            _write_events(file, events, chunk, first)
+
+        return write
 
     def _wait(self, most: int) -> None:
         """Wait until at most this many chunks are left to write. Raises the error of one."""
         while len(self._chunks) > most:
             self._chunks.popleft().result()
-
-    def _write_events(self, file: h5py.File, events: Events, chunk: int) -> None:
-        """Write the next events, as a chunk or, with 0, all at once without compression."""
-        before, self._written = self._written, self._written + len(events)
-        if before and not len(events):
-            return
-        self._fingerprint.add(events)
-        steps = np.arange(before + 1, self._written + 1, dtype=np.int64)
-        pairs = np.stack([events.i, events.j], axis=1)[:, None, :]
-        for path, values, unit in (
-            (f"{layout.COLLISIONS}/value", pairs, "1"),
-            (f"{layout.COLLISIONS}/step", steps, None),
-            (f"{layout.COLLISIONS}/time", events.time, "s"),
-            (f"{layout.IMPULSE}/value", events.impulse, "kg m s-1"),
-        ):
-            hdf5.write_rows(file, path, values, unit, chunk, before)
-        if before == 0:
-            file[layout.COLLISIONS].attrs["particles_group"] = file.create_group(layout.BALLS).ref
-            hdf5.share_time(file, layout.IMPULSE, layout.COLLISIONS)
-        if events.residual is not None:
-            first = layout.RESIDUAL not in file
-            hdf5.write_rows(file, f"{layout.RESIDUAL}/value", events.residual, "s", chunk, before)
-            if first:
-                hdf5.share_time(file, layout.RESIDUAL, layout.COLLISIONS)
 
     @contextmanager
     def _refusals(self) -> Iterator[None]:
@@ -168,32 +226,61 @@ def _chunk(values: NDArray[Any]) -> int:
     return len(values) if values.size >= COMPRESS_FROM else 0
 
 
-def _write_summary(file: h5py.File, summary: Summary) -> None:
-    """Write the columns of a summary, which share one grid of times."""
-    columns = {**vars(summary.series), "speed_histogram": summary.speed_histogram}
-    time = columns.pop("time")
-    hdf5.write_rows(file, f"{layout.SUMMARY_TIME}/step", np.arange(len(time)), None, _chunk(time))
-    hdf5.write_rows(file, f"{layout.SUMMARY_TIME}/time", time, "s", _chunk(time))
-    for name, values in columns.items():
-        element, unit = f"{layout.SUMMARY}/{name}", SERIES_UNITS.get(name, "1")
-        hdf5.write_rows(file, f"{element}/value", values, unit, _chunk(values))
-        if element != layout.SUMMARY_TIME:
-            hdf5.share_time(file, element, layout.SUMMARY_TIME)
+def _write_events(file: h5py.File, events: Events, chunk: int, before: int) -> None:
+    """Write the next events, as a chunk or, with 0, all at once without compression."""
+    pairs = np.stack([events.i, events.j], axis=1)[:, None, :]
+    residual = events.residual
+    if residual is None and layout.RESIDUAL in file:  # of an earlier repeat
+        residual = np.zeros(len(events))
+    for path, values, unit in (
+        (layout.COLLISIONS, pairs, "1"),
+        (layout.TIME, events.time, "s"),
+        (layout.IMPULSE, events.impulse, "kg m s-1"),
+        (layout.RESIDUAL, residual, "s"),
+    ):
+        if values is not None:
+            hdf5.write_rows(file, f"{path}/value", values, unit, chunk, before)
 
 
-def _write_scenes(file: h5py.File, trace: Trace) -> None:
-    """Write the balls and the container at the start and the finish."""
-    start, finish = trace.start, trace.finish
-    step, time = np.array([0, trace.collisions]), np.array([0.0, trace.stop.time])
+def _link_events(file: h5py.File) -> None:
+    """Make elements of H5MD from the columns of events."""
+    file[layout.COLLISIONS].attrs["particles_group"] = file[layout.BALLS].ref
+    for path in layout.EVENTS:
+        if path in file:
+            hdf5.link(file, f"{path}/step", layout.STEP)
+
+
+def _write_element(
+    file: h5py.File, path: str, values: NDArray[Any], unit: str, chunk: int = 0
+) -> None:
+    """Write an element of H5MD whose rows are numbered from 0."""
+    hdf5.write_rows(file, f"{path}/value", values, unit, chunk)
+    hdf5.link(file, f"{path}/step", layout.STEP)
+
+
+def _write_summaries(file: h5py.File, traces: Sequence[Trace]) -> None:
+    """Write the columns of the summaries, one repeat after the other."""
+    summaries = [trace.summary for trace in traces if trace.summary is not None]
+    for name, unit in SERIES_UNITS.items():
+        values = np.concatenate([getattr(each.series, name) for each in summaries])
+        _write_element(file, f"{layout.SUMMARY}/{name}", values, unit, _chunk(values))
+    counts = np.concatenate([each.speed_histogram for each in summaries])
+    _write_element(file, f"{layout.SUMMARY}/speed_histogram", counts, "1", _chunk(counts))
+
+
+def _write_scenes(file: h5py.File, traces: Sequence[Trace]) -> None:
+    """Write the balls and the container at the start and the finish of each repeat."""
+    scenes = [scene for trace in traces for scene in (trace.start, trace.finish)]
+    start = scenes[0]
     balls = (
-        np.stack([start.positions, finish.positions]),
-        np.stack([start.velocities, finish.velocities]),
+        np.array([scene.positions for scene in scenes]),
+        np.array([scene.velocities for scene in scenes]),
         start.masses,
         start.radii,
     )
     container = (
-        np.stack([start.container_position, finish.container_position])[:, None, :],
-        np.stack([start.container_velocity, finish.container_velocity])[:, None, :],
+        np.array([[scene.container_position] for scene in scenes]),
+        np.array([[scene.container_velocity] for scene in scenes]),
         np.array([start.container_mass]),
         np.array([getattr(start.container, "radius", math.nan)]),
     )
@@ -201,16 +288,11 @@ def _write_scenes(file: h5py.File, trace: Trace) -> None:
         (layout.BALLS, balls),
         (layout.CONTAINER, container),
     ):
-        for name, values, unit in (
-            ("position/value", positions, "m"),
-            ("position/step", step, None),
-            ("position/time", time, "s"),
-            ("velocity/value", velocities, "m s-1"),
-            ("mass", masses, "kg"),
-            ("radius", radii, "m"),
-        ):
-            hdf5.write_rows(file, f"{group}/{name}", values, unit)
-        hdf5.share_time(file, f"{group}/velocity", f"{group}/position")
+        chunk = _chunk(positions) if len(traces) > 1 else 0
+        _write_element(file, f"{group}/position", positions, "m", chunk)
+        _write_element(file, f"{group}/velocity", velocities, "m s-1", chunk)
+        hdf5.write_rows(file, f"{group}/mass", masses, "kg")
+        hdf5.write_rows(file, f"{group}/radius", radii, "m")
         box = file.create_group(f"{group}/box")
         box.attrs["dimension"] = 2
         boundary = b"none" if start.container.has_wall else b"periodic"
@@ -219,21 +301,38 @@ def _write_scenes(file: h5py.File, trace: Trace) -> None:
             hdf5.write_rows(file, f"{group}/box/edges", np.array(start.container.size), "m")
 
 
+def _write_checkpoint(file: h5py.File, checkpoint: Mapping[str, NDArray[Any]]) -> None:
+    """Write arrays by name, and their hash."""
+    for name, values in checkpoint.items():
+        hdf5.write_rows(file, f"{layout.CHECKPOINT}/{name}", values)
+    file[layout.CHECKPOINT].attrs["content"] = layout.checkpoint_hash(checkpoint)
+
+
 def _write_parameters(
-    file: h5py.File, trace: Trace, provenance: Provenance, fingerprint: Fingerprint
+    file: h5py.File,
+    repeats: Sequence[int],
+    traces: Sequence[Trace],
+    contents: Sequence[str],
+    rows: Sequence[int],
+    provenance: Provenance,
 ) -> None:
-    """Write the h5md group, how the repeat ended, its provenance and the hash of all."""
+    """Write the h5md group, how each repeat ended, the provenance and the hash of all."""
     write_h5md_group(file)
-    start, source = trace.start, json.dumps(asdict(provenance))
-    ending = {
-        **asdict(trace.stop),
-        "wall_events": trace.wall_events,
-        "pair_events": trace.pair_events,
-        "shape": start.container.name,
-        **{name: getattr(start, name) for name in layout.RULES},
-    }
-    parameters = file.create_group(layout.PARAMETERS).attrs
+    start, source = traces[0].start, json.dumps(asdict(provenance))
+    endings = [
+        json.dumps(
+            vars(trace.stop) | {"wall_events": trace.wall_events, "pair_events": trace.pair_events}
+        )
+        for trace in traces
+    ]
+    hdf5.write_rows(file, layout.REPEATS, np.array(repeats, dtype=np.int64))
+    hdf5.write_rows(file, layout.ROWS, np.array(rows, dtype=np.int64))
+    hdf5.write_rows(file, layout.ENDINGS, np.array(endings, dtype=np.bytes_))
+    hdf5.write_rows(file, layout.CONTENTS, np.array(contents, dtype=np.bytes_))
+    parameters = file[layout.PARAMETERS].attrs
     parameters["schema_version"] = layout.SCHEMA_VERSION
-    parameters["content"] = fingerprint.content(trace, source)
+    parameters["scene"] = json.dumps(
+        {"shape": start.container.name, **{name: getattr(start, name) for name in layout.RULES}}
+    )
     parameters["provenance"] = source
-    parameters["ending"] = json.dumps(ending)
+    parameters["content"] = layout.seal(source, repeats, contents)

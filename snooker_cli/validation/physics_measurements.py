@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from snooker_cli.config import parse
 from snooker_cli.containers import SHAPES
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.runs.execution import processors
 from snooker_cli.trace import Series
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ class GasSample:
             assert summary is not None
             return measure(self, evenly(summary.series))
 
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
+        with ThreadPoolExecutor(processors()) as pool:
             found = np.array(list(pool.map(one, range(self.seeds))))
         return np.array([mean_and_error(column) for column in found.T])
 

@@ -204,11 +204,12 @@ def recording(case: SpeedCase, collisions: int, repeats: int) -> Record:
 
 def _stored(scene: Scene, collisions: int, summary: bool, path: Path) -> float:
     """Seconds of a run with its file."""
-    provenance = store.Provenance("{}", "", "{}", 0, 0, ENGINE_VERSION, "{}", "", "", "", 0.0)
+    provenance = store.Provenance("{}", "", "{}", 0, ENGINE_VERSION, "{}", "", "", "", 0.0)
     began = time.perf_counter()
-    with store.Recorder(path, scene) as recorder:
+    with store.Recorder(path) as recorder:
         trace = simulate(scene, collisions=collisions, summary=summary, sink=recorder.add)
-        recorder.finish(trace, provenance)
+        recorder.end(0, trace)
+        recorder.finish(provenance)
     return time.perf_counter() - began
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import platform
 import time
 from abc import ABC, abstractmethod
@@ -17,6 +16,7 @@ from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.figures import FigureData, plain
 from snooker_cli.formatting import Column, counted, table_lines
+from snooker_cli.runs.execution import processors
 
 Record = dict[str, Any]
 """A measurement, or a part of it, as JSON stores it."""
@@ -71,7 +71,7 @@ class Study(ABC):
                 "machine": {
                     "platform": platform.platform(),
                     "processor": _processor(),
-                    "processors": os.cpu_count(),
+                    "processors": processors(),
                 },
                 "versions": {"python": platform.python_version()}
                 | {library: version(library) for library in self.libraries},

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from figure_runs import made
+from repeating import batches_of, file_of
 
 from snooker_cli.analysis import run_analysis
 from snooker_cli.errors import RunError
@@ -18,7 +19,8 @@ ANALYSES = {"fit.json": run_analysis.fits, "compare.json": run_analysis.comparis
 
 @pytest.fixture
 def run(tmp_path: Path) -> Run:
-    return made(tmp_path / "run", "cor=0.9,1.0", "repeats=2")
+    with batches_of(1):
+        return made(tmp_path / "run", "cor=0.9,1.0", "repeats=2")
 
 
 def no_analysis(*_: Any) -> Any:
@@ -47,7 +49,7 @@ def test_other_repeats_or_other_code_make_a_new_analysis(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run_analysis.fits(run).save()
-    one, other = run.path(0, 0), run.path(0, 1)
+    one, other = file_of(run, 0, 0), file_of(run, 0, 1)
     whole = one.read_bytes()
     one.unlink()
     fewer = run_analysis.fits(run)
@@ -61,7 +63,7 @@ def test_other_repeats_or_other_code_make_a_new_analysis(
     assert run_analysis.fits(run).saved
     monkeypatch.setattr(run_analysis, "_code", lambda: "other code")
     assert not run_analysis.fits(run).saved
-    for path in (one, other, run.path(1, 0), run.path(1, 1)):
+    for path in (one, other, file_of(run, 1, 0), file_of(run, 1, 1)):
         path.unlink()
     with pytest.raises(RunError):
         run_analysis.fits(run)

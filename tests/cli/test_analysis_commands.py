@@ -15,23 +15,23 @@ from snooker_cli.analysis import run_analysis
 
 @pytest.mark.parametrize("command", ["fit", "compare"])
 def test_an_unfinished_run_is_analysed_as_far_as_it_is(
-    command: str, finished: Path, snooker: Snooker
+    command: str, separate: Path, snooker: Snooker
 ) -> None:
-    (finished / "point-0001" / "repeat-0001.h5").unlink()
+    (separate / "point-0001" / "repeats-0001-0001.h5").unlink()
     ended = snooker(command, "small", "--json")
     assert (ended.code, ended.err) == (0, "")
     rows = json.loads(ended.out)
-    content = json.loads((finished / f"{command}.json").read_text(encoding="utf-8"))
+    content = json.loads((separate / f"{command}.json").read_text(encoding="utf-8"))
     assert content["rows"] == rows
     assert {row["repeats"] for row in rows if row["parameters"] == {"cor": 1.0}} <= {0, 2}
     printed = snooker(command, "small").out
     assert "cor=1.0: 2 of 3 repeats" in printed
     assert all(note["note"] in printed for note in content["notes"])
-    shutil.rmtree(finished / "point-0001")
+    shutil.rmtree(separate / "point-0001")
     assert "cor=1.0: 0 of 3 repeats" in snooker(command, "small").out
     rows = json.loads(snooker(command, "small", "--json").out)
     assert {row["parameters"]["cor"] for row in rows} == {0.85}
-    shutil.rmtree(finished / "point-0000")
+    shutil.rmtree(separate / "point-0000")
     ended = snooker(command, "small")
     assert (ended.code, ended.out, ended.err.count("\n")) == (2, "", 1)
 

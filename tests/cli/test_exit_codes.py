@@ -80,7 +80,7 @@ def test_an_unexpected_error_is_a_sentence_and_a_traceback_on_request(
     last = ended.err.splitlines()[-1]
     assert last.startswith("snooker: unexpected KeyError: 'lost'; ")
     assert ("SNOOKER_TRACEBACK=1" in last) == (wanted != "1")
-    monkeypatch.setattr("snooker_cli.runs.repeat.versions", lost)
+    monkeypatch.setattr("snooker_cli.runs.batch.versions", lost)
     many = ("-o", "repeats=8", "-j", "1", "--fresh")
     ended = snooker("run", "small.yaml", "--no-progress", *many)
     assert ended.code == 4

@@ -1,8 +1,9 @@
 """What every command prints, held in ``golden/cli`` as transcripts of a terminal.
 
 A transcript has commands after ``$ ``, their stdout, their stderr after ``2> ``, their exit code,
-and notes after ``#: ``. It starts in a new folder with ``small.yaml`` and its finished run. A
-refused command (exit code 2 or 3, no output) must also leave all files as they were.
+and notes after ``#: ``. It starts in a new folder with ``small.yaml`` and its finished run,
+which has one file for each repeat; runs that a transcript makes have batches. A refused command
+(exit code 2 or 3, no output) must also leave all files as they were.
 
 To add a case, add a line ``$ snooker ...`` and run this file's tests with ``--write-goldens``.
 """
@@ -94,7 +95,7 @@ def played(transcript: str, snooker: Callable[..., Any], here: Path) -> str:
 @pytest.mark.parametrize("path", sorted(GOLDEN.glob("*.txt")), ids=lambda path: path.stem)
 def test_commands_print_what_the_transcripts_say(
     path: Path,
-    finished: Path,
+    separate: Path,
     snooker: Callable[..., Any],
     monkeypatch: pytest.MonkeyPatch,
     pytestconfig: pytest.Config,
@@ -103,7 +104,7 @@ def test_commands_print_what_the_transcripts_say(
     for name in ("FORCE_COLOR", "SNOOKER_TRACEBACK", "TERMINAL_WIDTH"):
         monkeypatch.delenv(name, raising=False)
     transcript = path.read_text(encoding="utf-8")
-    now = played(transcript, snooker, finished.parents[1])
+    now = played(transcript, snooker, separate.parents[1])
     if pytestconfig.getoption("--write-goldens"):
         path.write_text(now, encoding="utf-8")
     else:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from command_line import Snooker
 
-from snooker_cli import runs, store
+from snooker_cli import runs
 from snooker_cli.cli import output
 from snooker_cli.trace import StopReason
 
@@ -95,7 +95,7 @@ def test_a_forced_engine_is_stored_and_used_again(here: Path, snooker: Snooker) 
     arguments = ["small.yaml", *overrides("container.mass=.inf", "cor=0.9"), "--engine", "cells"]
     ran(snooker, *arguments)
     run = runs.open_run("small")
-    assert run.engine == store.check(run.path(0, 0)).provenance.engine == "cells"
+    assert run.engine == run.status(0, 0).header.provenance.engine == "cells"
     assert ran(snooker, *arguments)["points"][0]["cached"] == 3
     assert snooker("run", *arguments[:-2]).code == 2
 
@@ -167,12 +167,12 @@ def test_a_plan_writes_nothing_and_adds_up(here: Path, snooker: Snooker) -> None
     assert plan["seconds"] == pytest.approx(spent / 2)
 
 
-def test_a_plan_counts_stored_repeats(finished: Path, snooker: Snooker) -> None:
+def test_a_plan_counts_stored_repeats(separate: Path, snooker: Snooker) -> None:
     plan = planned(snooker, "small.yaml")
     assert (plan["cached"], plan["to_do"], plan["collisions"], plan["bytes"]) == (6, 0, 0, 0)
     assert planned(snooker, "small.yaml", "-o", "repeats=5")["to_do"] == 4
     assert planned(snooker, "small.yaml", "--fresh")["to_do"] == 6
-    (finished / "point-0001" / "repeat-0002.h5").write_bytes(b"")
+    (separate / "point-0001" / "repeats-0002-0002.h5").write_bytes(b"")
     assert planned(snooker, "small.yaml")["to_do"] == 1
 
 
@@ -267,12 +267,12 @@ def test_a_run_of_very_much_does_not_begin(here: Path, snooker: Snooker) -> None
 def test_a_run_begins_on_a_full_disk_with_yes(
     here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    full = shutil.disk_usage(here)._replace(free=50_000)
+    full = shutil.disk_usage(here)._replace(free=10_000)
     monkeypatch.setattr("shutil.disk_usage", lambda _: full)
     arguments = ("run", "small.yaml", "-j", "2", "--no-progress")
     refused = snooker(*arguments)
     assert refused.code == 2
-    assert "only 50 kB are free" in refused.err
+    assert "only 10 kB are free" in refused.err
     assert snooker(*arguments, "--yes").code == 0
     # Stored repeats need no more disk, and two more repeats need less than is free.
     assert snooker(*arguments).code == 0

@@ -42,17 +42,17 @@ def shown(snooker: Snooker) -> dict[str, Any]:
 
 def interrupt(path: Path) -> None:
     """Make a file one that an interrupt has saved."""
-    trace, header = store.read(path)
+    ((trace, header),) = store.read(path)
     stop = replace(trace.stop, reason=StopReason.INTERRUPTED, message="cut")
-    store.write(path, replace(trace, stop=stop), header.provenance)
+    store.write(path, [(header.repeat, replace(trace, stop=stop))], header.provenance)
 
 
-def test_each_repeat_is_in_one_column(finished: Path, snooker: Snooker) -> None:
+def test_each_repeat_is_in_one_column(separate: Path, snooker: Snooker) -> None:
     run = runs.open_run("small")
-    run.path(0, 0).unlink()
-    run.path(0, 1).write_text("not HDF5")
-    run.path(1, 1).unlink()
-    interrupt(run.path(1, 2))
+    run.path(0, [0]).unlink()
+    run.path(0, [1]).write_text("not HDF5")
+    run.path(1, [1]).unlink()
+    interrupt(run.path(1, [2]))
     record_failures(run, {(0, 0): "no room", (1, 0): "of an attempt before; it is done now"})
     (one,) = listed(snooker)
     assert one["state"] == "unfinished"
@@ -65,18 +65,21 @@ def test_each_repeat_is_in_one_column(finished: Path, snooker: Snooker) -> None:
     assert second["remarks"] == [{"repeat": 2, "remark": "cut"}]
 
 
-def test_a_locked_folder_is_running(finished: Path, snooker: Snooker) -> None:
+def test_a_locked_folder_is_running(separate: Path, snooker: Snooker) -> None:
     """The lock counts, and the unfinished file; without the lock the file is a leftover."""
     run = runs.open_run("small")
-    run.path(1, 0).unlink()
-    with runs.locked(finished):
-        temporary_path(run.path(1, 0)).touch()
-        (one,) = listed(snooker)
-        assert one["state"] == "running"
-        assert [one[name] for name in COUNTS] == [5, 1, 0, 0]
+    for repeat in (0, 1):
+        run.path(1, [repeat]).unlink()
+    with runs.locked(separate):
+        for missing, running in (([0], 1), ([0, 1], 2), ([1, 2], 2)):
+            part = temporary_path(run.path(1, missing))
+            part.touch()
+            (one,) = listed(snooker)
+            assert one["state"] == "running"
+            assert [one[name] for name in COUNTS] == [4, running, 0, 2 - running]
     (one,) = listed(snooker)
     assert one["state"] == "unfinished"
-    assert [one[name] for name in COUNTS] == [5, 0, 0, 1]
+    assert [one[name] for name in COUNTS] == [4, 0, 0, 2]
 
 
 def test_reading_the_lock_does_not_stop_a_run_from_starting(
@@ -118,16 +121,16 @@ def verified(snooker: Snooker, *arguments: str) -> dict[str, Any]:
 
 
 def test_repeats_that_are_not_done_are_no_error(
-    finished: Path, snooker: Snooker, small_config: str
+    separate: Path, snooker: Snooker, small_config: str
 ) -> None:
     run = runs.open_run("small")
-    run.path(0, 0).unlink()
+    run.path(0, [0]).unlink()
     content = verified(snooker)
     assert (content["done"], content["missing"]) == (5, 1)
-    made(finished, small_config, "repeats=2")
+    made(separate, small_config, "repeats=2")
     content = verified(snooker, "--replay")
     assert (content["done"], content["missing"], content["bad"]) == (3, 1, [])
-    made(finished, small_config, "collisions=151", "repeats=3")
+    made(separate, small_config, "collisions=151", "repeats=3")
     assert [point["to_do"] for point in shown(snooker)["ledger"]] == [3, 3]
     content = verified(snooker, "--replay")
     assert (content["done"], content["shorter"], content["missing"]) == (0, 5, 1)
@@ -162,8 +165,9 @@ def test_repeats_of_another_engine_version_are_to_do(finished: Path, snooker: Sn
 def test_another_engine_version_cannot_be_replayed(finished: Path, snooker: Snooker) -> None:
     old = of_another_engine_version(finished)
     for path in finished.glob("point-*/*.h5"):
-        trace, header = store.read(path)
-        store.write(path, trace, replace(header.provenance, engine_version=old))
+        traces, headers = zip(*store.read(path), strict=True)
+        source = replace(headers[0].provenance, engine_version=old)
+        store.write(path, [*zip(range(3), traces, strict=True)], source)
     assert verified(snooker)["done"] == 6
     ended = snooker("verify", "small", "--replay")
     assert (ended.code, ended.out) == (2, "")
@@ -189,15 +193,17 @@ def test_a_replay_finds_one_bit(
     part: str, column: str, index: Any, finished: Path, snooker: Snooker
 ) -> None:
     """Though the file is written with a hash that fits."""
-    path = Path("runs/small/point-0001/repeat-0002.h5")
-    trace, header = store.read(path)
-    whole: Any = getattr(trace, part)
+    path = Path("runs/small/point-0001/repeats-0000-0002.h5")
+    found = store.read(path)
+    traces = {header.repeat: trace for trace, header in found}
+    whole: Any = getattr(traces[2], part)
     changed = replace(whole, **{column: nudged(getattr(whole, column), index)})
-    store.write(path, replace(trace, **{part: changed}), header.provenance)
+    traces[2] = replace(traces[2], **{part: changed})
+    store.write(path, [*traces.items()], found[0][1].provenance)
     assert verified(snooker)["bad"] == []
     (bad,) = verified(snooker, "--replay", "-j", "1")["bad"]
     assert (bad["point"], bad["repeat"]) == (1, 2)
-    assert bad["error"].startswith(f"{path}: simulating it again gives other bits; ")
+    assert bad["error"].startswith(f"{path}: simulating repeat 2 again gives other bits; ")
 
 
 @pytest.mark.parametrize("record", ["events", "summary"])
@@ -215,12 +221,12 @@ def test_every_end_can_be_replayed(record: str, tmp_path: Path, small_config: st
     assert (verdict.state, verdict.header.collisions) == (StopReason.INTERRUPTED, LEAST_EVENTS)
 
 
-def test_every_bad_file_is_found(finished: Path, snooker: Snooker) -> None:
+def test_every_bad_file_is_found(separate: Path, snooker: Snooker) -> None:
     """Truncated, flipped, foreign, and not where it belongs."""
     files = sorted(Path("runs/small").glob("point-*/*.h5"))
     files[0].write_bytes(files[0].read_bytes()[:-500])
     image = bytearray(files[1].read_bytes())
-    image[image.index(store.read(files[1])[0].start.positions.tobytes()) + 9] ^= 4
+    image[image.index(store.read(files[1])[0][0].events.impulse.tobytes()) + 9] ^= 4
     files[1].write_bytes(image)
     shutil.copy(files[4], files[3])
     content = verified(snooker)

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
-from figure_runs import BASE, BOX, ELASTIC, layers, made, shown, traces, why_not
+from figure_runs import BASE, BOX, DECAYING, ELASTIC, layers, made, shown, traces, why_not
+from repeating import batches_of, file_of
 
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Line, Points, Selection, described, selected, unfinished
 from snooker_cli.figures.selection import evenly
-from snooker_cli.runs import Run, open_run
+from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
 
 
 @pytest.fixture
-def broken(decaying: Run, tmp_path: Path) -> Run:
-    """That run, interrupted: CoR 0.8 is whole, of 0.9 the last repeat is there, of 1.0 none."""
-    shutil.copytree(decaying.directory, tmp_path / "broken")
-    run = open_run(tmp_path / "broken")
+def broken(tmp_path: Path) -> Run:
+    """The run ``decaying``, interrupted: CoR 0.8 is whole, 0.9 has its last repeat, 1.0 none."""
+    with batches_of(1):
+        run = made(tmp_path / "broken", *DECAYING)
     for point, repeat in ((1, 0), (1, 1), (2, 0), (2, 1), (2, 2)):
-        run.path(point, repeat).unlink()
+        file_of(run, point, repeat).unlink()
     return run
 
 

@@ -24,6 +24,7 @@ from snooker_cli import runs, store
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run, dask_executor
+from snooker_cli.runs.batch import Batch
 from snooker_cli.runs.dask_executor import RemoteRun, simulate_remotely, software, stop
 from snooker_cli.runs.folder import failures
 from snooker_cli.trace import StopReason
@@ -35,17 +36,17 @@ pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="processes are stopped by signals"),
 ]
 
-FIRST = (0, 0)
-"""The first repeat of the first point."""
+FIRST = Batch(0, (0, 1, 2))
+"""The repeats of the first point of the finished run."""
 
 LONG = """\
 container: {radius: 10.0}
 balls: {rings: 1, radius: 1.0, speed: 10.0}
 cor: 1
-collisions: 120000
+collisions: 400000
 repeats: 5
 """
-"""Repeats that are written as they come, so that a worker that has begun one can be seen."""
+"""Batches of one repeat, written as it comes, so that a worker that has begun one can be seen."""
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +76,7 @@ def executor(scheduler: distributed.LocalCluster, client: distributed.Client) ->
     def compile_first() -> None:
         from snooker_cli.config import parse
         from snooker_cli.placement.starting_scene import starting_scene
-        from snooker_cli.runs.repeat import compile_for
+        from snooker_cli.runs.batch import compile_for
 
         compile_for(starting_scene(parse(LONG).experiment, 0), None)
 
@@ -102,16 +103,17 @@ def test_a_cluster_gives_the_bits_of_threads(
     assert (ended.code, ended.err) == (0, "")
     far = runs.open_run(here / "far")
     assert contents(far) == contents(local)
+    assert bytes_of(far.directory).keys() == bytes_of(local.directory).keys()
     for path in far.directory.glob("point-*/*.h5"):
-        there = store.read(path)[1].provenance
-        mine = store.read(local.directory / path.relative_to(far.directory))[1].provenance
+        there = store.check(path)[0].provenance
+        mine = store.check(local.directory / path.relative_to(far.directory))[0].provenance
         moment = {"started": there.started, "seconds": there.seconds, "command": there.command}
         assert replace(mine, **moment) == there
         assert there.command == " ".join(["snooker", *command, *options])
     before = bytes_of(far.directory)
     again = snooker(*command, *options)
     assert again.code == 0
-    assert f"{len(before)} repeats were already stored" in again.out
+    assert f"{len(contents(far))} repeats were already stored" in again.out
     assert bytes_of(far.directory) == before
 
 
@@ -143,7 +145,7 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
     _, stderr = process.communicate()
     assert process.returncode == 130
     assert stderr.startswith("snooker: stopping; saving the current repeats\n")
-    there = {path: store.check(path).stop.reason for path in point.glob("*.h5")}
+    there = {path: store.check(path)[0].stop.reason for path in point.glob("*.h5")}
     assert set(there.values()) <= {StopReason.COLLISIONS, StopReason.INTERRUPTED}
     whole = [reason for reason in there.values() if reason is StopReason.COLLISIONS]
     assert f"interrupted: {len(whole)} of 10,000 repeats complete" in stderr
@@ -214,22 +216,36 @@ def remote(finished: Path) -> RemoteRun:
     """The finished run, as a worker gets it."""
     run = runs.open_run(finished)
     name, directory = str(finished), finished.absolute()
-    return RemoteRun(name, software(), directory, run.identity, None, "snooker")
+    return RemoteRun(name, software(), directory, run.identity, None, "snooker", 600.0)
 
 
-def test_a_stored_repeat_is_not_simulated_again(remote: RemoteRun, finished: Path) -> None:
+def test_a_stored_batch_is_not_simulated_again(remote: RemoteRun, finished: Path) -> None:
     """Of a worker that died before it could report. A stopped run begins nothing."""
     before = bytes_of(finished)
-    result = simulate_remotely(remote, FIRST)
-    assert result is not None
-    assert (result.error, result.work) == (None, None)
-    path = finished / "point-0000" / "repeat-0000.h5"
-    assert result.stop == store.read(path)[0].stop
+    results = simulate_remotely(remote, FIRST)
+    assert results is not None
+    path = finished / "point-0000" / "repeats-0000-0002.h5"
+    for result, header in zip(results, store.check(path), strict=True):
+        assert (result.error, result.work) == (None, None)
+        assert (result.repeat, result.stop) == (header.repeat, header.stop)
     assert bytes_of(finished) == before
     path.unlink()
     assert stop(remote.name) == set()
     assert simulate_remotely(remote, FIRST) is None
     assert not path.exists()
+
+
+def test_a_stored_batch_that_lacks_a_repeat_is_simulated_again(
+    remote: RemoteRun, finished: Path
+) -> None:
+    """That repeat failed, and its error must be reported."""
+    path = finished / "point-0000" / "repeats-0000-0002.h5"
+    kept = [(header.repeat, trace) for trace, header in store.read(path, [0, 2])]
+    store.write(path, kept, store.check(path)[0].provenance)
+    results = simulate_remotely(remote, FIRST)
+    assert results is not None
+    assert [each.repeat for each in results] == [0, 1, 2]
+    assert not any(each.work is None for each in results)
 
 
 @pytest.mark.parametrize(
@@ -243,9 +259,10 @@ def test_a_stored_repeat_is_not_simulated_again(remote: RemoteRun, finished: Pat
 def test_a_worker_refuses_what_it_must_not_simulate(
     change: dict[str, Any], problem: str, remote: RemoteRun
 ) -> None:
-    result = simulate_remotely(replace(remote, **change), FIRST)
-    assert result is not None
-    assert problem in str(result.error)
+    results = simulate_remotely(replace(remote, **change), FIRST)
+    assert results is not None
+    assert [each.repeat for each in results] == [0, 1, 2]
+    assert all(problem in str(each.error) for each in results)
 
 
 # Workers that die
@@ -291,7 +308,7 @@ class Killer(threading.Thread):
     def _begun(self) -> set[int]:
         """The repeats whose files are being written."""
         found = self.directory.glob("point-0000/*.part")
-        return {int(path.name[len("repeat-") :].partition(".")[0]) for path in found}
+        return {int(path.name.split("-")[1]) for path in found}
 
 
 @contextmanager
@@ -307,7 +324,7 @@ def killing(directory: Path, client: distributed.Client) -> Iterator[Killer]:
 
 
 def started(run: Run, repeat: int) -> str:
-    return store.read_header(run.path(0, repeat)).provenance.started
+    return store.read_headers(run.path(0, [repeat]))[0].provenance.started
 
 
 def test_a_killed_worker_costs_the_repeat_that_it_was_at(
@@ -326,7 +343,7 @@ def test_a_killed_worker_costs_the_repeat_that_it_was_at(
         alone = simulate(
             starting_scene(run.experiment, repeat), collisions=run.experiment.collisions
         )
-        there = store.check(run.path(0, repeat))
+        (there,) = store.check(run.path(0, [repeat]))
         assert there.fingerprint == store.content_hash(alone)
 
 
@@ -346,7 +363,7 @@ def test_a_repeat_whose_workers_all_die_fails_alone(
         ended = snooker(*long_config, "--executor", executor, "-j", "2")
     assert ended.code == 4
     run = runs.open_run(here / "long")
-    (failed,) = (repeat for repeat in range(5) if not run.path(0, repeat).exists())
+    (failed,) = (repeat for repeat in range(5) if not run.path(0, [repeat]).exists())
     assert failed in killer.under_way
     assert ended.err.startswith(f"snooker: point 0, repeat {failed} failed: "), ended.err
     assert "1 failed, 4 complete" in ended.out or "4 complete, 1 failed" in ended.out

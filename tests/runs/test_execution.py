@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from repeating import StopsAfter, bytes_of, contents, done, made
+from repeating import StopsAfter, bytes_of, contents, done, file_of, made
 
 from snooker_cli import runs, store
 from snooker_cli.config import digest, parse
@@ -19,9 +19,9 @@ from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.errors import RunError, StoreError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import RepeatStatus, Run
+from snooker_cli.runs.batch import AbandonedError, Batch, Begun, RepeatResult
 from snooker_cli.runs.execution import ThreadExecutor, Watcher, execute
 from snooker_cli.runs.folder import FAILURES, failures, record_failure
-from snooker_cli.runs.repeat import AbandonedError, Begun, RepeatResult
 from snooker_cli.runs.status import run_status
 from snooker_cli.trace import StopReason
 
@@ -50,9 +50,9 @@ class Notes(Watcher):
 
 
 @pytest.fixture
-def copied(finished_run: Run, tmp_path: Path) -> Run:
-    """A copy of the finished run, to be changed."""
-    shutil.copytree(finished_run.directory, tmp_path / "copied")
+def copied(finished_one_each: Run, tmp_path: Path) -> Run:
+    """A copy of the finished run with one file for each repeat, to be changed."""
+    shutil.copytree(finished_one_each.directory, tmp_path / "copied")
     return runs.open_run(tmp_path / "copied")
 
 
@@ -65,7 +65,7 @@ def test_a_second_run_simulates_nothing(copied: Run) -> None:
     assert [(each.point, each.repeat) for each in results] == list(copied.repeats())
     assert sorted(notes.results, key=lambda each: (each.point, each.repeat)) == results
     for result in results:
-        trace = store.read(copied.path(result.point, result.repeat))[0]
+        trace = copied.read(copied.points[result.point], result.repeat)
         assert (result.stop, result.collisions) == (trace.stop, trace.collisions)
         assert (result.cached, result.error, result.work) == (True, None, None)
     assert (notes.collisions, notes.begun) == (0, 0)
@@ -74,14 +74,15 @@ def test_a_second_run_simulates_nothing(copied: Run) -> None:
 
 def flip_a_bit(path: Path) -> None:
     image = bytearray(path.read_bytes())
-    image[image.index(store.read(path)[0].start.velocities.tobytes()) + 5] ^= 1
+    image[image.index(store.read(path)[0][0].events.impulse.tobytes()) + 5] ^= 1
     path.write_bytes(image)
 
 
 def changed(**provenance: Any) -> Callable[[Path], None]:
     def change(path: Path) -> None:
-        trace, header = store.read(path)
-        store.write(path, trace, replace(header.provenance, **provenance))
+        ((trace, header),) = store.read(path)
+        source = replace(header.provenance, **provenance)
+        store.write(path, [(header.repeat, trace)], source)
 
     return change
 
@@ -91,7 +92,10 @@ DAMAGES: list[tuple[Callable[[Path], object], str]] = [
     (lambda path: path.write_bytes(path.read_bytes()[:-1000]), "not a readable result of snooker"),
     (lambda path: path.write_bytes(b""), "not a readable result of snooker"),
     (flip_a_bit, "its content has changed since it was written"),
-    (lambda path: shutil.copy(path.with_name("repeat-0002.h5"), path), "is repeat 2 of point 1"),
+    (
+        lambda path: shutil.copy(path.with_name("repeats-0002-0002.h5"), path),
+        "is repeat 2 of point 1",
+    ),
     (changed(point=0), "is repeat 1 of point 0"),
     (changed(engine_version=ENGINE_VERSION - 1), f"is of engine version {ENGINE_VERSION - 1}, not"),
     (changed(engine="cells"), "was simulated with --engine cells"),
@@ -104,7 +108,7 @@ def test_one_bad_file_is_done_again_and_only_that(
     damage: Callable[[Path], object], reason: str, copied: Run, finished_run: Run
 ) -> None:
     before = bytes_of(copied.directory)
-    path = copied.path(1, 1)
+    path = copied.path(1, [1])
     damage(path)
     notes = Notes()
     if reason:
@@ -113,7 +117,7 @@ def test_one_bad_file_is_done_again_and_only_that(
     results = done(copied, watcher=notes)
     assert [(each.point, each.repeat) for each in results if not each.cached] == [(1, 1)]
     after = bytes_of(copied.directory)
-    name = "point-0001/repeat-0001.h5"
+    name = "point-0001/repeats-0001-0001.h5"
     assert after.pop(name) != before.pop(name)
     assert after == before
     assert contents(copied) == contents(finished_run)
@@ -126,7 +130,7 @@ def test_new_repeats_delete_what_was_made_of_fewer(copied: Run, small_config: st
         (copied.directory / name).write_text("[]")
     done(copied)
     assert len(copied.analyses()) == 2
-    copied.path(0, 0).unlink()
+    file_of(copied, 0, 0).unlink()
     done(copied)
     assert copied.analyses() == []
 
@@ -191,7 +195,8 @@ def test_an_interrupt_while_extending_loses_no_collision(
     assert stopped.stop.reason is StopReason.INTERRUPTED
     assert (bytes_of(longer.directory) != before) == replaced
     assert stopped.unstored == (not replaced)
-    assert store.check(longer.path(0, 0)).collisions == (81_920 if replaced else 70_000)
+    (header,) = store.check(longer.path(0, [0]))
+    assert header.collisions == (81_920 if replaced else 70_000)
     assert longer.shorter(longer.points[0]) == (not replaced)
     assert not list(tmp_path.rglob("*.part"))
     done(longer)
@@ -239,9 +244,9 @@ def test_results_do_not_depend_on_the_number_of_threads(
 def test_a_file_has_all_that_is_needed_to_make_the_repeat_again(finished_run: Run) -> None:
     for point in finished_run.points:
         for repeat in range(3):
-            trace, header = store.read(finished_run.path(point.index, repeat))
+            ((trace, header),) = store.read(file_of(finished_run, point.index, repeat), [repeat])
             source = header.provenance
-            assert (source.point, source.repeat) == (point.index, repeat)
+            assert (source.point, header.repeat) == (point.index, repeat)
             assert source.engine_version == ENGINE_VERSION
             assert json.loads(source.parameters) == dict(point.parameters)
             assert {"python", "snooker", "numpy", "numba", "h5py"} <= set(
@@ -254,7 +259,7 @@ def test_a_file_has_all_that_is_needed_to_make_the_repeat_again(finished_run: Ru
             assert experiment == point.experiment
             assert source.digest == digest(experiment)
             again = simulate(
-                starting_scene(experiment, source.repeat),
+                starting_scene(experiment, header.repeat),
                 collisions=experiment.collisions,
                 time=experiment.time,
             )
@@ -264,22 +269,24 @@ def test_a_file_has_all_that_is_needed_to_make_the_repeat_again(finished_run: Ru
 # Failures
 
 
-def test_one_failing_repeat_does_not_stop_the_others(copied: Run, finished_run: Run) -> None:
+def test_one_failing_repeat_does_not_stop_the_others(
+    copied: Run, finished_run: Run, one_each: None
+) -> None:
     for path in copied.directory.glob("point-*/*"):
         path.unlink()
-    copied.path(0, 1).mkdir()
+    copied.path(0, [1]).mkdir()
     notes = Notes()
     results = done(copied, workers=2, watcher=notes)
     failed = [result for result in results if result.error]
     assert [(result.point, result.repeat) for result in failed] == [(0, 1)]
     assert failed[0].error is not None
-    assert "repeat-0001.h5: cannot write the result" in failed[0].error
+    assert "repeats-0001-0001.h5: cannot write the result" in failed[0].error
     assert failed[0] in notes.results
     assert failures(copied) == {(0, 1): failed[0].error}
     first, second = run_status(copied).points
     assert (first.done, first.failed, first.to_do, second.done) == (2, 1, 0, 3)
     assert first.remarks == [(1, f"failed: {failed[0].error}")]
-    copied.path(0, 1).rmdir()
+    copied.path(0, [1]).rmdir()
     assert [each.cached for each in done(copied)] == [True, False, True, True, True, True]
     assert failures(copied) == {}
     assert not (copied.directory / FAILURES).exists()
@@ -308,8 +315,8 @@ class Recorded(Watcher):
 def test_a_failure_is_recorded_as_it_happens_or_at_the_end(refused: bool, copied: Run) -> None:
     """A full disk refuses the record; a folder in its place does the same."""
     for point, repeat in ((0, 1), (1, 0)):
-        copied.path(point, repeat).unlink()
-        copied.path(point, repeat).mkdir()
+        file_of(copied, point, repeat).unlink()
+        copied.path(point, [repeat]).mkdir()
     watcher = Recorded(copied, refused=refused)
     done(copied, watcher=watcher)
     assert watcher.failed == ([0] * 7 if refused else [0, 0, 0, 0, 0, 1, 2])
@@ -326,7 +333,9 @@ def test_a_cut_line_of_the_record_hides_no_other(copied: Run) -> None:
 # Interrupts
 
 
-def test_an_interrupted_repeat_is_saved_and_done_again(small_config: str, tmp_path: Path) -> None:
+def test_an_interrupted_repeat_is_saved_and_done_again(
+    small_config: str, tmp_path: Path, one_each: None
+) -> None:
     overrides = ("cor=1", "collisions=150000", "repeats=2")
     whole = made(tmp_path / "whole", small_config, *overrides)
     done(whole)
@@ -336,13 +345,13 @@ def test_an_interrupted_repeat_is_saved_and_done_again(small_config: str, tmp_pa
     (stopped,) = results
     assert stopped.stop is not None
     assert stopped.stop.reason is StopReason.INTERRUPTED
-    saved = store.read(run.path(0, 0))[0]
+    saved = run.read(run.points[0], 0)
     assert saved.collisions == stopped.collisions
     assert 100_000 <= saved.collisions < 150_000
     assert [result.cached for result in done(run)] == [False, False]
     assert contents(run) == contents(whole)
     # What was saved is the beginning of the whole.
-    events, all_events = saved.events, store.read(whole.path(0, 0))[0].events
+    events, all_events = saved.events, whole.read(whole.points[0], 0).events
     assert events is not None
     assert all_events is not None
     for name in ("time", "i", "j", "impulse"):
@@ -369,14 +378,18 @@ def test_a_cancelled_run_leaves_threads_alone_that_have_nothing_to_store() -> No
     continues.set()
 
 
-def test_a_repeat_that_begins_too_late_is_abandoned() -> None:
+def test_what_begins_too_late_is_abandoned() -> None:
+    long, stored, short = Batch(0, (0,)), Batch(1, (0, 1)), Batch(1, (2, 3))
     mine = Begun(threading.Event())
-    mine.add((0, 0))
-    assert mine.stop() == {(0, 0)}
-    mine.add((0, 0))
-    with pytest.raises(AbandonedError):
-        mine.add((0, 1))
-    assert mine.stop() == {(0, 0)}
+    mine.add(long, stores=True)
+    mine.add(stored, stores=True)
+    mine.add(short, stores=False)
+    assert mine.stop() == {long, stored}
+    mine.add(long, stores=True)
+    for late in (short, Batch(0, (1,))):
+        with pytest.raises(AbandonedError):
+            mine.add(late, stores=True)
+    assert mine.stop() == {long, stored}
 
 
 def test_nothing_begins_in_a_cancelled_run(small_config: str, tmp_path: Path) -> None:

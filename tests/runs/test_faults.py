@@ -27,10 +27,10 @@ balls: {rings: 1, radius: 1.0, speed: 10.0}
 cor: 1
 collisions: 100
 repeats: 3
-sweep: {collisions: [100, 70000]}
+sweep: {collisions: [100, 400000]}
 """
 
-REPEAT = Path("runs/small/point-0000/repeat-0000.h5")
+REPEAT = Path("runs/small/point-0000/repeats-0000-0000.h5")
 
 
 @pytest.mark.long
@@ -101,14 +101,14 @@ print(json.dumps([(one.returncode, one.stdout, one.stderr) for one in ended]))
 @pytest.mark.long
 @pytest.mark.skipif(not mounts(), reason="a process may not mount file systems here")
 def test_a_read_only_folder_is_read_and_nothing_else(
-    finished_run: Run, small_config: str, tmp_path: Path
+    finished_one_each: Run, small_config: str, tmp_path: Path
 ) -> None:
     config, folder = tmp_path / "small.yaml", tmp_path / "run"
     config.write_text(small_config)
-    shutil.copytree(finished_run.directory, folder)
+    shutil.copytree(finished_one_each.directory, folder)
     half = folder / "half"  # another run, in the same read-only place, with a repeat to do
-    shutil.copytree(finished_run.directory, half)
-    (half / "point-0001" / "repeat-0002.h5").unlink()
+    shutil.copytree(finished_one_each.directory, half)
+    (half / "point-0001" / "repeats-0002-0002.h5").unlink()
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     run = ["run", str(config), "--no-progress"]
     commands = [
@@ -146,9 +146,9 @@ def test_a_read_only_folder_is_read_and_nothing_else(
     ],
 )
 def test_a_repeat_of_another_run_is_used_by_no_command(
-    command: str, finished: Path, snooker: Snooker
+    command: str, separate: Path, snooker: Snooker
 ) -> None:
-    shutil.copy(REPEAT.with_name("repeat-0001.h5"), REPEAT)
+    shutil.copy(REPEAT.with_name("repeats-0001-0001.h5"), REPEAT)
     ended = snooker(*command.split())
     assert ended.code == 1
     output = ended.out if command.startswith("verify") else ended.err
@@ -157,7 +157,7 @@ def test_a_repeat_of_another_run_is_used_by_no_command(
     assert not [*Path().glob("film*"), *Path().glob("states*")]
 
 
-def test_an_export_replaces_exports_but_no_results(finished: Path, snooker: Snooker) -> None:
+def test_an_export_replaces_exports_but_no_results(separate: Path, snooker: Snooker) -> None:
     snooker("fit", "small")
     shutil.copy(REPEAT, "copy.h5")
     states, events = ("export", "small", "--states"), ("export", "small")

@@ -18,9 +18,9 @@ from snooker_cli.runs import MANIFEST, Run
 
 
 @pytest.fixture
-def copied(finished_run: Run, tmp_path: Path) -> Path:
-    """A copy of the finished run's folder, to be changed."""
-    return Path(shutil.copytree(finished_run.directory, tmp_path / "copied"))
+def copied(finished_one_each: Run, tmp_path: Path) -> Path:
+    """A copy of the folder of a finished run with one file for each repeat, to be changed."""
+    return Path(shutil.copytree(finished_one_each.directory, tmp_path / "copied"))
 
 
 def files(directory: Path) -> dict[str, bytes]:
@@ -88,15 +88,20 @@ def test_a_fixed_and_a_free_container_can_be_swept(tmp_path: Path, small_config:
 # The repeats of a run
 
 
-def test_traces_come_in_the_order_of_the_repeats(copied: Path) -> None:
+def test_traces_come_in_the_order_of_the_repeats(copied: Path, finished_run: Run) -> None:
     run = runs.open_run(copied)
     found = {
         point.index: [store.content_hash(t) for t in run.traces(point)] for point in run.points
     }
-    for index, hashes in found.items():
-        assert hashes == [store.check(run.path(index, repeat)).fingerprint for repeat in range(3)]
+    for point in finished_run.points:
+        hashes = found[point.index]
+        headers = store.check(finished_run.path(point.index, range(3)))
+        assert hashes == [header.fingerprint for header in headers]
+        assert hashes == [store.content_hash(t) for t in finished_run.traces(point)]
+        assert hashes[::2] == [store.content_hash(t) for t in finished_run.traces(point, [0, 2])]
+        assert hashes[1] == store.content_hash(finished_run.read(point, 1))
         assert len(set(hashes)) == 3
-    run.path(0, 1).unlink()
+    run.path(0, [1]).unlink()
     first, second = run.points
     assert (run.present(first), run.present(second)) == ([0, 2], [0, 1, 2])
     assert [store.content_hash(t) for t in run.traces(first)] == found[0][::2]
@@ -219,7 +224,7 @@ def test_an_empty_folder_becomes_a_run(tmp_path: Path, small_config: str) -> Non
     assert not (tmp_path / "new").exists()
     run = made(tmp_path, small_config)
     assert list(files(tmp_path)) == [MANIFEST]
-    assert run.path(12, 345) == tmp_path / "point-0012" / "repeat-0345.h5"
+    assert run.path(12, [345, 346]) == tmp_path / "point-0012" / "repeats-0345-0346.h5"
 
 
 @pytest.mark.parametrize("fresh", [False, True])
@@ -261,6 +266,24 @@ def test_fresh_deletes_what_was_made_of_the_old_results(copied: Path, small_conf
     assert runs.open_run(copied) == other
 
 
+def test_results_of_the_older_layout_are_refused_or_replaced(
+    copied: Path, small_config: str
+) -> None:
+    """They have a file for each repeat, ``repeat-0000.h5``."""
+    for path in copied.glob("point-*/*.h5"):
+        path.rename(path.with_name(f"repeat-{path.stem[-4:]}.h5"))
+    manifest = json.loads((copied / MANIFEST).read_text()) | {"schema_version": 2}
+    write_json(copied / MANIFEST, manifest)
+    run = run_of(copied, small_config)
+    assert refusal(run) == "other_schema"
+    sentence = r"copied: its files have version 2 of the schema, and .* version 3; run .* --fresh"
+    with pytest.raises(RunError, match=sentence):
+        runs.open_run(copied)
+    runs.create(run, fresh=True)
+    assert list(files(copied)) == [MANIFEST]
+    assert runs.open_run(copied) == run
+
+
 # Lock and clear away
 
 
@@ -275,15 +298,15 @@ def test_a_folder_is_locked_once_at_a_time(tmp_path: Path) -> None:
         pass
 
 
-def test_only_what_this_machine_left_is_deleted(finished_run: Run, copied: Path) -> None:
+def test_only_what_this_machine_left_is_deleted(finished_one_each: Run, copied: Path) -> None:
     """Another machine, on the same disk, may still be writing."""
     run = runs.open_run(copied)
-    for path in (run.path(0, 1), run.path(1, 2), copied / "fit.json"):
+    for path in (run.path(0, [1]), run.path(1, [2]), copied / "fit.json"):
         temporary_path(path).write_text("left by a kill")
-    other = copied / "point-0000" / "repeat-0000.h5.elsewhere-0123456789abcdef.part"
+    other = copied / "point-0000" / "repeats-0000-0000.h5.elsewhere-0123456789abcdef.part"
     other.write_text("being written")
     with runs.locked(copied):
-        left = {*files(finished_run.directory), str(other.relative_to(copied))}
+        left = {*files(finished_one_each.directory), str(other.relative_to(copied))}
         assert set(files(copied)) == left
 
 

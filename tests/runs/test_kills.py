@@ -17,6 +17,7 @@ from repeating import contents, done, made
 
 from snooker_cli import runs, store
 from snooker_cli.runs import State
+from snooker_cli.store import RepeatHeader
 
 pytestmark = pytest.mark.long
 
@@ -47,13 +48,13 @@ def started(config: Path, directory: Path) -> subprocess.Popen[str]:
     )
 
 
-def repeats_in(directory: Path) -> list[Path]:
-    return sorted(directory.glob("point-0000/repeat-*.h5"))
+def files_in(directory: Path) -> list[Path]:
+    return sorted(directory.glob("point-0000/repeats-*.h5"))
 
 
-def wait_for_repeats(number: int, directory: Path, process: Process) -> None:
-    """Return as soon as this many repeats exist; looks more often for the last one."""
-    while (found := len(repeats_in(directory))) < number:
+def wait_for_files(number: int, directory: Path, process: Process) -> None:
+    """Return as soon as this many files exist; looks more often for the last one."""
+    while (found := len(files_in(directory))) < number:
         assert process.poll() is None, process.communicate()
         time.sleep(0.002 if found < number - 1 else 0.0002)
 
@@ -61,17 +62,17 @@ def wait_for_repeats(number: int, directory: Path, process: Process) -> None:
 def assert_completes(directory: Path, text: str, reference: Path) -> None:
     """What is there is whole, and a run that does the rest gives an uninterrupted run's bits."""
     left = list(directory.glob("point-0000/*"))
-    for path in repeats_in(directory):
+    for path in files_in(directory):
         store.read(path)
-    repeats = 1 + max(int(path.name[7:].split(".")[0]) for path in left)
-    run = made(directory, text, f"repeats={repeats}")
-    found = [run.repeat_status(*item) for item in run.repeats()]
-    kept = [each.path for each in found if each.state is State.DONE]
+    last = max(int(path.name.split(".")[0].split("-")[2]) for path in left)
+    repeats = f"repeats={last + 1}"
+    run = made(directory, text, repeats)
+    kept = [each.repeat for each in run.statuses(0) if each.state is State.DONE]
     with runs.locked(directory):
         outcomes = done(run, workers=2)
-    assert [run.path(0, each.repeat) for each in outcomes if each.cached] == kept
+    assert [each.repeat for each in outcomes if each.cached] == kept
     assert not list(directory.rglob("*.part"))
-    uninterrupted = made(reference, text, f"repeats={repeats}")
+    uninterrupted = made(reference, text, repeats)
     done(uninterrupted)
     assert contents(run) == contents(uninterrupted)
 
@@ -87,10 +88,10 @@ def one_point(small_config: str) -> str:
 
 def wait_for_part(directory: Path, process: Process) -> None:
     """Return as soon as a file is being written; none may be seen of those that are short."""
-    number = len(repeats_in(directory))
+    number = len(files_in(directory))
     while not list(directory.glob("point-0000/*.part")):
         assert process.poll() is None, process.communicate()
-        if len(repeats_in(directory)) > number + 3:
+        if len(files_in(directory)) > number + 3:
             return
         time.sleep(0.0002)
 
@@ -99,8 +100,8 @@ def kill(process: Process, directory: Path, chance: random.Random, moment: str) 
     """SIGKILL a run: as files appear or are written, up to about a file's time later, or any time
     from its first instruction on."""
     if moment == "file":
-        number = len(repeats_in(directory)) + chance.randrange(1, 6)
-        wait_for_repeats(number, directory, process)
+        number = len(files_in(directory)) + chance.randrange(1, 3)
+        wait_for_files(number, directory, process)
     elif moment == "part":
         wait_for_part(directory, process)
     else:
@@ -113,16 +114,18 @@ def kill(process: Process, directory: Path, chance: random.Random, moment: str) 
     assert "Traceback" not in stderr
 
 
-@pytest.mark.parametrize(("collisions", "kills"), [(150, KILLS - KILLS // 2), (70_000, KILLS // 2)])
+@pytest.mark.parametrize(
+    ("collisions", "kills"), [(5_000, KILLS - KILLS // 2), (400_000, KILLS // 2)]
+)
 def test_no_kill_leaves_a_torn_file(
     collisions: int, kills: int, one_point: str, tmp_path: Path
 ) -> None:
-    """Of short repeats, which are written at once, and of long ones, written as they come."""
+    """Of batches of about 130 repeats, and of long repeats, which are written as they come."""
     chance = random.Random(collisions)
     config, directory = tmp_path / "kill.yaml", tmp_path / "killed"
     text = one_point.replace("collisions: 150", f"collisions: {collisions}")
     config.write_text(text)
-    whole: dict[Path, str] = {}
+    whole: dict[Path, list[RepeatHeader]] = {}
     with forge(config, tmp_path / "forge") as making:
         for number in range(kills):
             if number % 20 == 1:
@@ -130,40 +133,43 @@ def test_no_kill_leaves_a_torn_file(
             else:
                 moment = chance.choice(["file", "part", "time"])
                 kill(Forged(making, arguments(config, directory)), directory, chance, moment)
-            there = repeats_in(directory)
+            there = files_in(directory)
             assert whole.keys() <= set(there)
             for path in set(there) - whole.keys():
-                whole[path] = store.check(path).fingerprint
+                whole[path] = store.check(path)
     assert "Traceback" not in (tmp_path / "forge" / "talk").read_text()
-    if not repeats_in(directory):  # of kills before the first one alone
+    if not files_in(directory):  # of kills before the first one alone
         done(made(directory, text, "repeats=1"))
     assert_completes(directory, text, tmp_path / "uninterrupted")
-    assert all(store.check(path).fingerprint == bits for path, bits in whole.items())
+    assert all(store.check(path) == headers for path, headers in whole.items())
 
 
 def test_no_kill_of_an_extension_loses_a_repeat(one_point: str, tmp_path: Path) -> None:
-    """Every repeat stays what it was or becomes what it is to be."""
+    """Every repeat stays what it was or becomes what it is to be, in smaller batches."""
     config, directory = tmp_path / "extend.yaml", tmp_path / "killed"
-    before = done(made(directory, one_point, "repeats=60"))
-    text = one_point.replace("collisions: 150", "collisions: 1000")
+    done(made(directory, one_point, "repeats=200"))
+    (older,) = files_in(directory)
+    text = one_point.replace("collisions: 150", "collisions: 20000")
     config.write_text(text)
     process = started(config, directory)
-    while store.read_header(repeats_in(directory)[4]).collisions == 150:
-        assert process.poll() is None, process.communicate()
+    wait_for_files(2, directory, process)
     process.kill()
     process.communicate()
-    lengths = [store.check(path).collisions for path in repeats_in(directory)]
-    assert len(lengths) >= len(before)
-    assert set(lengths) <= {150, 1000}
+    assert older in files_in(directory)
+    run = runs.open_run(directory)
+    lengths = [trace.collisions for trace in run.traces(run.points[0], range(200))]
+    assert len(lengths) == 200
+    assert set(lengths) == {150, 20000}
     assert_completes(directory, text, tmp_path / "uninterrupted")
 
 
 def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None:
     config, directory = tmp_path / "stop.yaml", tmp_path / "stopped"
-    config.write_text(one_point)
+    text = one_point.replace("collisions: 150", "collisions: 5000")
+    config.write_text(text)
     for number in (signal.SIGINT, signal.SIGTERM):
         process = started(config, directory)
-        wait_for_repeats(len(repeats_in(directory)) + 3, directory, process)
+        wait_for_files(len(files_in(directory)) + 1, directory, process)
         process.send_signal(number)
         _, stderr = process.communicate()
         assert process.returncode == 130
@@ -176,7 +182,7 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
             rest,
         )
         assert not list(directory.rglob("*.part"))
-    assert_completes(directory, one_point, tmp_path / "uninterrupted")
+    assert_completes(directory, text, tmp_path / "uninterrupted")
 
 
 def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path) -> None:
@@ -223,8 +229,8 @@ for result in done(made(Path(sys.argv[1]), sys.argv[2]), workers=2):
 
 def test_two_runs_that_meet_leave_whole_files(one_point: str, tmp_path: Path) -> None:
     """On a disk without locks; the repeats are long, so they are written as they come."""
-    text = one_point.replace("collisions: 150", "collisions: 70000").replace(
-        "repeats: 3", "repeats: 12"
+    text = one_point.replace("collisions: 150", "collisions: 400000").replace(
+        "repeats: 3", "repeats: 6"
     )
     command = [sys.executable, "-c", UNLOCKED, str(tmp_path / "shared"), text]
     processes = [subprocess.Popen(command, cwd=Path(__file__).parents[1]) for _ in range(2)]

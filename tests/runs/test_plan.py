@@ -8,7 +8,15 @@ from snooker_cli.config import parse, points
 from snooker_cli.containers import Circle
 from snooker_cli.errors import SceneError
 from snooker_cli.runs import Run
-from snooker_cli.runs.plan import SceneClass, is_excessive, run_plan, scene_classes
+from snooker_cli.runs.plan import (
+    BATCH_BYTES,
+    EVENT_IN_MEMORY,
+    SceneClass,
+    batch_size,
+    is_excessive,
+    run_plan,
+    scene_classes,
+)
 
 GAS = """\
 container: {radius: 10.0}
@@ -141,3 +149,39 @@ def test_a_plan_counts_what_is_left_to_do(finished_run: Run) -> None:
     plan = run_plan(finished_run, classes, workers=2, fresh=True)
     assert (plan["to_do"], plan["collisions"], plan["threads"]) == (6, 900, 2)
     assert not is_excessive(plan)
+
+
+def sizes(*overrides: str, engine: str | None = None) -> list[int]:
+    """The batch size of a small gas for each of several limits."""
+    common = ("balls.count=37", *overrides)
+    return [
+        batch_size(parse(GAS, overrides=[*common, f"collisions={10**k}"]).experiment, engine)
+        for k in range(2, 8)
+    ]
+
+
+def test_batches_are_of_about_a_second_or_16_megabytes() -> None:
+    """By the plan's own estimates, so they are equal on all machines; long repeats are alone."""
+    events, summaries = sizes(), sizes("record=summary")
+    assert events == sorted(events, reverse=True)
+    assert events[0] > 100
+    assert events[-2:] == [1, 1]
+    for k, size in enumerate(events, 2):
+        assert size == 1 or size * EVENT_IN_MEMORY * 10**k < BATCH_BYTES
+    assert summaries[0] < events[0]
+    assert summaries[-2] > events[-2]  # a summary of long repeats takes less memory
+    assert sizes("repeats=500", "seed=7") == events
+    assert min(sizes(engine="cells")) == 1
+
+
+def test_the_size_of_a_batch_that_ends_at_a_time() -> None:
+    """By the collisions of elastic balls in that time."""
+    gas = GAS.replace("collisions: 10\n", "")
+    found = [
+        batch_size(parse(gas, overrides=[f"time={seconds}"]).experiment, None)
+        for seconds in (1e-3, 1, 1e2, 1e4)
+    ]
+    assert found == sorted(found, reverse=True)
+    assert (found[0] > 100, found[-1]) == (True, 1)
+    both = parse(gas, overrides=["time=1e4", "collisions=10"]).experiment
+    assert batch_size(both, None) == batch_size(parse(GAS).experiment, None)

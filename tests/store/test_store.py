@@ -31,6 +31,7 @@ from snooker_cli.trace import (
     StopReason,
     Summary,
     Trace,
+    joined,
 )
 
 
@@ -53,7 +54,7 @@ def image(
 ) -> bytes:
     """The bytes of a file with events."""
     path = tmp_path_factory.mktemp("image") / "whole.h5"
-    store.write(path, traces["events"], provenance)
+    store.write(path, [(7, traces["events"])], provenance)
     return path.read_bytes()
 
 
@@ -94,22 +95,29 @@ def scenes(draw: st.DrawFn, number: int) -> Scene:
 
 
 @st.composite
-def any_traces(draw: st.DrawFn) -> Trace:
-    start = draw(scenes(draw(st.integers(1, 4))))
-    moved = draw(scenes(start.number))
+def batches(draw: st.DrawFn) -> list[tuple[int, Trace]]:
+    """Traces of the same balls and container, by the numbers of their repeats."""
+    scene, summaries = draw(scenes(draw(st.integers(1, 4)))), draw(st.booleans())
+    numbers = draw(st.lists(st.integers(0, 10**6), min_size=1, max_size=3, unique=True))
+    return [(number, draw(any_traces(scene, summaries))) for number in sorted(numbers)]
+
+
+@st.composite
+def any_traces(draw: st.DrawFn, scene: Scene, summaries: bool) -> Trace:
     names = ("radii", "masses", "container", "container_mass", *RULES)
-    finish = replace(
-        moved,
-        **{name: getattr(start, name) for name in names},
-    )
+    common = {name: getattr(scene, name) for name in names}
+    start, finish = (replace(draw(scenes(scene.number)), **common) for _ in range(2))
     # From 4096 numbers on, columns are compressed.
     length = draw(st.sampled_from([0, 1, 5, 4095, 4096, 5000]))
     events = summary = None
-    if draw(st.booleans()):
+    if not summaries:
         balls = np.random.default_rng(draw(st.integers(0, 2**32))).integers(
             -1, 2**31, (2, length), dtype=np.int32
         )
         events = Events(draw(columns(length)), balls[0], balls[1], draw(columns(length)))
+        residual = draw(columns(length))
+        if draw(st.booleans()) and residual.any():
+            events = replace(events, residual=residual)
     else:
         length = min(length, 600)
         counts = arrays(np.int64, (length, SPEED_BINS), elements=st.integers(-(2**63), 2**63 - 1))
@@ -125,18 +133,29 @@ def any_traces(draw: st.DrawFn) -> Trace:
 
 
 @settings(max_examples=40, deadline=None)
-@given(trace=any_traces())
-def test_any_trace_comes_back_bit_for_bit(
-    trace: Trace, tmp_path_factory: pytest.TempPathFactory, provenance: Provenance
+@given(batch=batches())
+def test_any_batch_comes_back_bit_for_bit(
+    batch: list[tuple[int, Trace]],
+    tmp_path_factory: pytest.TempPathFactory,
+    provenance: Provenance,
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "any.h5"
-    store.write(path, trace, provenance)
-    found, header = store.read(path)
-    assert same_bits(found, trace)
-    assert header.provenance == provenance
-    checked = store.check(path)
-    assert (checked.collisions, checked.provenance) == (trace.collisions, provenance)
-    assert same_bits(checked.stop, trace.stop)
+    store.write(path, batch, provenance)
+    found = store.read(path)
+    assert [header.repeat for _, header in found] == [repeat for repeat, _ in batch]
+    for (repeat, trace), (again, header), checked in zip(
+        batch, found, store.check(path), strict=True
+    ):
+        assert same_bits(again, trace)
+        assert (header, checked.stop) == (checked, header.stop)
+        assert header.fingerprint == store.content_hash(trace)
+        assert (header.collisions, header.provenance) == (trace.collisions, provenance)
+        assert same_bits(header.stop, trace.stop)
+        ((alone, _),) = store.read(path, [repeat])
+        assert same_bits(alone, trace)
+        if trace.events is not None:
+            pieces = joined([*store.read_events(path, repeat)])
+            assert same_bits(pieces, trace.events)
 
 
 def test_a_simulated_trace_comes_back_bit_for_bit_and_replaces_what_was_there(
@@ -144,10 +163,11 @@ def test_a_simulated_trace_comes_back_bit_for_bit_and_replaces_what_was_there(
 ) -> None:
     path = tmp_path / "a" / "b" / "new.h5"
     for trace in traces.values():
-        store.write(path, trace, provenance)
-        found, header = store.read(path)
+        store.write(path, [(7, trace)], provenance)
+        ((found, header),) = store.read(path)
         assert same_bits(found, trace)
-        assert store.check(path).fingerprint == header.fingerprint == store.content_hash(trace)
+        assert store.check(path) == [header]
+        assert header.fingerprint == store.content_hash(trace)
         assert header.collisions == trace.collisions == 300
         assert [entry.name for entry in path.parent.iterdir()] == ["new.h5"]
 
@@ -157,8 +177,8 @@ def test_a_config_of_many_balls_fits(
 ) -> None:
     """HDF5 keeps attributes of more than 64 KiB elsewhere than small ones."""
     long = replace(provenance, config=json.dumps({"list": [0.1] * 100_000}))
-    store.write(tmp_path / "long.h5", traces["events"], long)
-    assert store.read(tmp_path / "long.h5")[1].provenance == long
+    store.write(tmp_path / "long.h5", [(7, traces["events"])], long)
+    assert store.read(tmp_path / "long.h5")[0][1].provenance == long
 
 
 def test_content_hash_sees_every_array_and_the_ending(traces: dict[str, Trace]) -> None:
@@ -217,7 +237,7 @@ def old_schema(path: Path) -> None:
         (lambda path: path.write_bytes(b"\x89HDF\r\n\x1a\n"), "not a readable result"),
         (foreign_hdf5, "not a readable result"),
         (foreign_h5md, "not a readable result"),
-        (old_schema, "is in version 1 of the files' schema"),
+        (old_schema, "is in version 2 of the files' schema"),
         (lambda path: path.mkdir(), "is a folder"),
         (lambda path: path.parent.rmdir() or path.parent.touch(), "not a readable result"),
     ],
@@ -228,7 +248,7 @@ def test_a_file_that_is_no_repeat_is_refused(
     path = tmp_path / "in" / "other.h5"
     path.parent.mkdir()
     make(path)
-    for reading in (store.read, store.check, store.read_header):
+    for reading in (store.read, store.check, store.read_headers):
         with pytest.raises(StoreError) as caught:
             reading(path)
         assert reason in caught.value.reason
@@ -261,17 +281,20 @@ def test_a_flipped_byte_is_noticed_or_holds_nothing(image: bytes, tmp_path: Path
     """In every array, in what HDF5 itself reads, and everywhere else: no reader overlooks one."""
     path = tmp_path / "flipped.h5"
     path.write_bytes(image)
-    whole, content = everything(path), store.read(path)[1].fingerprint
-    in_arrays: set[int] = set()
+    whole, content = everything(path), store.read(path)[0][1].fingerprint
+    arrays: dict[str, int] = {}
     with h5py.File(path) as file:
 
-        def note(_name: str, item: object) -> None:
+        def note(name: str, item: object) -> None:
             if isinstance(item, h5py.Dataset):
-                in_arrays.add(item.id.get_offset() + item.id.get_storage_size() // 2)
+                values = item[()].tobytes()
+                start = image.find(values)
+                assert start > 0
+                arrays[name] = start + len(values) // 2
 
         file.visititems(note)
-    assert len(in_arrays) == 16
-    places = {*in_arrays, *range(0, 300, 3), *range(5, len(image), 97)}
+    assert len(arrays) == 16
+    places = {*arrays.values(), *range(0, 300, 3), *range(5, len(image), 97)}
     for name in (b"SNOD", b"HEAP", b"TREE", b"content", b"provenance", b"ending"):
         if (start := image.find(name)) >= 0:
             places |= set(range(max(0, start - 40), start + 40, 3))
@@ -286,8 +309,8 @@ def test_a_flipped_byte_is_noticed_or_holds_nothing(image: bytes, tmp_path: Path
             noticed.add(place)
         else:
             assert everything(path) == whole, place
-            assert store.read(path)[1].fingerprint == content, place
-    assert noticed >= in_arrays
+            assert store.read(path)[0][1].fingerprint == content, place
+    assert noticed >= set(arrays.values())
     assert len(noticed) > len(places) / 2
 
 
@@ -301,7 +324,7 @@ def test_a_place_that_cannot_be_written_is_refused(
     (tmp_path / "folder").mkdir()
     for place in ("plain/one.h5", "plain/in/one.h5", "folder"):
         with pytest.raises(AbsentError, match="cannot write the result"):
-            store.write(tmp_path / place, traces["events"], provenance)
+            store.write(tmp_path / place, [(7, traces["events"])], provenance)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["folder", "plain"]
 
 
@@ -313,9 +336,9 @@ def test_reading_makes_no_h5py_object_for_a_dataset(
 ) -> None:
     """They take three times as long as low-level calls, and most files are short."""
     for name, trace in traces.items():
-        store.write(tmp_path / name, trace, provenance)
+        store.write(tmp_path / name, [(7, trace)], provenance)
     monkeypatch.setattr(h5py.Group, "__getitem__", lambda *_: pytest.fail("an object of h5py"))
     for name in traces:
         path = tmp_path / name
-        assert store.read(path)[1].fingerprint == store.check(path).fingerprint
-        assert store.read_header(path).provenance == provenance
+        assert [header for _, header in store.read(path)] == store.check(path)
+        assert store.read_headers(path)[0].provenance == provenance

@@ -48,9 +48,10 @@ def test_a_streamed_repeat_is_read_as_the_same_bits(
     scene: Scene, trace: Trace, tmp_path: Path, provenance: Provenance
 ) -> None:
     path = tmp_path / "point" / "streamed.h5"
-    with Recorder(path, scene) as recorder:
-        recorder.finish(simulate(scene, collisions=LONG, sink=recorder.add), provenance)
-    found, header = store.read(path)
+    with Recorder(path) as recorder:
+        recorder.end(0, simulate(scene, collisions=LONG, sink=recorder.add))
+        recorder.finish(provenance)
+    ((found, header),) = store.read(path)
     assert header.fingerprint == store.content_hash(found) == store.content_hash(trace)
     assert header.provenance == provenance
     assert [entry.name for entry in path.parent.iterdir()] == ["streamed.h5"]
@@ -62,36 +63,38 @@ def test_the_pieces_do_not_matter(
     number: int, piece: int, trace: Trace, tmp_path: Path, provenance: Provenance
 ) -> None:
     events = events_of(trace)[:number]
-    with Recorder(tmp_path / "pieces.h5", trace.start) as recorder:
-        for start in range(0, max(number, 1), piece):
-            recorder.add(events[start : min(start + piece, number)])
-        recorder.finish(replace(trace, events=None), provenance)
-    found = store.read(tmp_path / "pieces.h5")[0]
-    assert store.content_hash(found) == store.content_hash(replace(trace, events=events))
-    assert len(events_of(found)) == number
-    assert store.check(tmp_path / "pieces.h5").stop == trace.stop
+    with Recorder(tmp_path / "pieces.h5") as recorder:
+        for repeat in (3, 5):
+            for start in range(0, max(number, 1), piece):
+                recorder.add(events[start : min(start + piece, number)])
+            recorder.end(repeat, replace(trace, events=None))
+        recorder.finish(provenance)
+    for found, header in store.read(tmp_path / "pieces.h5"):
+        whole = store.content_hash(replace(trace, events=events))
+        assert store.content_hash(found) == header.fingerprint == whole
+        assert len(events_of(found)) == number
+    assert [each.stop for each in store.check(tmp_path / "pieces.h5")] == [trace.stop] * 2
 
 
 def test_a_long_file_is_valid_h5md_in_chunks(
     trace: Trace, tmp_path: Path, provenance: Provenance
 ) -> None:
-    store.write(tmp_path / "long.h5", trace, provenance)
+    store.write(tmp_path / "long.h5", [(0, trace)], provenance)
     events = events_of(trace)
     with File(str(tmp_path / "long.h5"), "r") as file:
         collisions = element(file["connectivity"], "collisions")
-        assert np.array_equal(collisions.step[:], np.arange(1, LONG + 1))
-        assert np.array_equal(collisions.time[:], events.time)
+        time = element(file["observables"], "time")
+        assert np.array_equal(time.value[:], events.time)
         assert np.array_equal(collisions.value[:, 0, 1], events.j)
         impulse = element(file["observables"], "impulse")
         assert np.array_equal(impulse.value[:], events.impulse)
-        assert impulse.time == collisions.time
-        for data in (collisions.value, collisions.step, collisions.time, impulse.value):
+        for data in (collisions.value, time.value, impulse.value):
             assert (data.chunks[0], data.compression, data.shuffle) == (ROWS, "gzip", True)
 
 
 def test_what_is_not_finished_leaves_nothing(trace: Trace, tmp_path: Path) -> None:
     threads = threading.active_count()
-    with Recorder(tmp_path / "one.h5", trace.start) as recorder:
+    with Recorder(tmp_path / "one.h5") as recorder:
         recorder.add(events_of(trace))
         assert len(list(tmp_path.iterdir())) == 1
         assert threading.active_count() == threads + 1
@@ -106,12 +109,13 @@ def test_memory_is_bounded_by_chunks(trace: Trace, tmp_path: Path, provenance: P
 
     def most(times: int) -> int:
         tracemalloc.start()
-        with Recorder(tmp_path / "one.h5", trace.start) as recorder:
+        with Recorder(tmp_path / "one.h5") as recorder:
             for _ in range(times):
                 for start in range(0, 3 * ROWS, ROWS // 2):
                     piece = events[start : start + ROWS // 2]
                     recorder.add(joined([piece, piece[:0]]))
-            recorder.finish(replace(trace, events=None), provenance)
+            recorder.end(0, replace(trace, events=None))
+            recorder.finish(provenance)
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return peak
@@ -160,7 +164,7 @@ from snooker_cli.config import parse
 from snooker_cli.engine import simulate
 
 scene = starting_scene(parse(sys.stdin.read()).experiment, 0)
-source = store.Provenance("{}", "", "{}", 0, 0, 1, "{}", "", "", "", 0.0)
+source = store.Provenance("{}", "", "{}", 0, 1, "{}", "", "", "", 0.0)
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 for case in sys.argv[2:]:
     collisions, room = map(int, case.split(","))
@@ -168,7 +172,7 @@ for case in sys.argv[2:]:
     resource.setrlimit(resource.RLIMIT_FSIZE, (room, resource.RLIM_INFINITY))
     for _ in range(2):
         try:
-            store.write(Path(sys.argv[1]), trace, source)
+            store.write(Path(sys.argv[1]), [(0, trace)], source)
         except errors.StoreError as error:
             print(error)
     resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))

@@ -1,0 +1,294 @@
+"""Simulate a batch of repeats and store it, on this machine or on another."""
+
+from __future__ import annotations
+
+import json
+import platform
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import version
+from typing import Any, NamedTuple
+
+from snooker_cli import __version__, store
+from snooker_cli.config import to_json
+from snooker_cli.engine import ENGINE_VERSION, simulate, simulate_batch, specialisation
+from snooker_cli.errors import SceneError, StoreError
+from snooker_cli.placement.starting_scene import starting_scenes
+from snooker_cli.runs.plan import first_scene
+from snooker_cli.runs.run import RepeatStatus, Run, State
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Stop, StopReason, Work
+
+CHECKPOINT_INTERVAL = 600.0
+"""Seconds after which a long repeat saves a checkpoint, by default."""
+
+SAVING_SHARE = 20
+"""A checkpoint is saved not before this many times as long as it took to save the last one."""
+
+_compiled: set[tuple[str | None, frozenset[tuple[str, bool]]]] = set()
+"""What this process has compiled or loaded, by the chosen engine and what is modelled."""
+
+
+def compile_for(scene: Scene, engine: str | None) -> None:
+    """Compile what simulating a scene needs, or load it from the cache, once in a process."""
+    models = specialisation(scene, engine=engine)
+    key = engine, frozenset(models.items())
+    if key in _compiled:
+        return
+    simulate(scene, collisions=1, summary=True, engine=engine)
+    _compiled.add(key)
+
+
+class Batch(NamedTuple):
+    """Consecutive repeats of a point, which are simulated and stored together."""
+
+    point: int
+    repeats: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class RepeatResult:
+    """How a repeat ended: its stop, or the error that prevented it.
+
+    point, repeat : their numbers
+    cached : its file existed and was checked instead
+    traceback : of an internal error
+    work : what simulating it took
+    unstored : it was interrupted, and its older file, which is as long or longer, was kept
+    """
+
+    point: int
+    repeat: int
+    stop: Stop | None = None
+    collisions: int = 0
+    cached: bool = False
+    error: str | None = None
+    traceback: str = ""
+    work: Work | None = None
+    unstored: bool = False
+
+
+class AbandonedError(Exception):
+    """The run no longer waits for a batch; the batch stores nothing."""
+
+
+class Begun:
+    """Batches of this process that are worth waiting for: they are or will be stored.
+
+    These are single repeats that have events, and batches whose file is being written.
+
+    stopped : once set, such a single repeat is stored as interrupted, and others are abandoned
+    """
+
+    def __init__(self, stopped: threading.Event) -> None:
+        self.stopped = stopped
+        self._batches: set[Batch] = set()
+        self._lock = threading.Lock()
+
+    def add(self, batch: Batch, *, stores: bool) -> None:
+        """Note that a batch has events. Raises ``AbandonedError`` if it comes too late.
+
+        stores : whether it will be stored even if the run is stopped now
+        """
+        with self._lock:
+            if self.stopped.is_set() and batch not in self._batches:
+                raise AbandonedError
+            if stores:
+                self._batches.add(batch)
+
+    def stop(self) -> set[Batch]:
+        """Stop the run here. Returns the batches that are or will be stored."""
+        with self._lock:
+            self.stopped.set()
+            return set(self._batches)
+
+
+@dataclass(frozen=True)
+class Job:
+    """What all batches of one `snooker run` have in common.
+
+    command : stored in each provenance
+    interval : seconds after which a long repeat saves a checkpoint
+    """
+
+    run: Run
+    command: str
+    interval: float = CHECKPOINT_INTERVAL
+
+    def provenance(self, point: int, started: datetime, seconds: float) -> store.Provenance:
+        """Where a batch that is stored now comes from."""
+        given = self.run.points[point]
+        return store.Provenance(
+            config=to_json(given.experiment),
+            digest=self.run.digests[point],
+            parameters=json.dumps(given.as_json()),
+            point=point,
+            engine_version=ENGINE_VERSION,
+            versions=versions(),
+            machine=f"{platform.machine()} {platform.processor()}".strip(),
+            command=self.command,
+            started=started.isoformat(timespec="milliseconds"),
+            seconds=seconds,
+            engine=self.run.engine,
+        )
+
+    def limits(self, point: int) -> dict[str, Any]:
+        """The arguments of ``simulate`` that a point has."""
+        experiment = self.run.points[point].experiment
+        return {
+            "collisions": experiment.collisions,
+            "time": experiment.time,
+            "summary": experiment.record == "summary",
+            "engine": self.run.engine,
+        }
+
+
+def simulate_and_store(
+    job: Job, batch: Batch, begun: Begun, events: Callable[[int], object] = lambda _: None
+) -> list[RepeatResult] | None:
+    """Simulate and store a batch; None if it was abandoned.
+
+    begun : of the run in this process
+    events : called with the number of new collisions
+    """
+    if begun.stopped.is_set():
+        return None
+
+    def watch(number: int) -> None:
+        begun.add(batch, stores=len(batch.repeats) == 1)
+        events(number)
+
+    scenes: dict[int, Scene] = {}
+    failed: list[RepeatResult] = []
+    try:
+        scenes, failed = _scenes(job.run, batch)
+        if len(scenes) == 1:
+            ((repeat, scene),) = scenes.items()
+            return [*failed, _simulated_long(job, batch, repeat, scene, begun, watch)]
+        return failed + _simulated_short(job, batch, scenes, begun, watch)
+    except AbandonedError:
+        return None
+    except StoreError as error:
+        return failed + [RepeatResult(batch.point, each, error=str(error)) for each in scenes]
+    except Exception as error:  # the failure of one batch does not stop the others
+        return unexpected(batch, error)
+
+
+def _simulated_short(
+    job: Job,
+    batch: Batch,
+    scenes: dict[int, Scene],
+    begun: Begun,
+    watch: Callable[[int], object],
+) -> list[RepeatResult]:
+    """Simulate repeats together and store them at their end."""
+    started, clock, point = datetime.now(UTC), time.perf_counter(), batch.point
+    traces = simulate_batch([*scenes.values()], watch=watch, **job.limits(point))
+    found = list(zip(scenes, traces, strict=True))
+    if found:
+        begun.add(batch, stores=True)
+        provenance = job.provenance(point, started, time.perf_counter() - clock)
+        store.write(job.run.path(*batch), found, provenance)
+    return [
+        RepeatResult(point, repeat, trace.stop, trace.collisions, work=trace.work)
+        for repeat, trace in found
+    ]
+
+
+def _simulated_long(
+    job: Job,
+    batch: Batch,
+    repeat: int,
+    scene: Scene,
+    begun: Begun,
+    watch: Callable[[int], object],
+) -> RepeatResult:
+    """Simulate one repeat from its checkpoint, if there is one, and store it as it goes on.
+
+    A checkpoint is the file of a repeat that was interrupted, with the engine's arrays. It does not
+    replace an older file of this run that has more collisions.
+    """
+    run, point = job.run, batch.point
+    path, older = run.path(*batch), run.status(point, repeat)
+    started, seconds, checkpoint = datetime.now(UTC), 0.0, None
+    if older.state is State.INTERRUPTED and older.header is not None and older.path == path:
+        with suppress(StoreError):  # damaged: the repeat begins again
+            checkpoint = store.read_checkpoint(path)
+        if checkpoint is not None:
+            seconds = older.header.provenance.seconds
+    usable = older.state in (State.SHORTER, State.INTERRUPTED)
+    least = older.header.collisions if usable and older.header is not None else 0
+    interval, begins = job.interval, time.perf_counter()
+    while True:
+        due = time.monotonic() + interval
+        with store.Recorder(path, continues=checkpoint is not None) as recorder:
+
+            def stops(number: int, recorder: store.Recorder = recorder, due: float = due) -> bool:
+                watch(number)
+                saves = time.monotonic() >= due and recorder.number > least
+                return begun.stopped.is_set() or saves
+
+            trace = simulate(
+                scene, sink=recorder.add, watch=stops, checkpoint=checkpoint, **job.limits(point)
+            )
+            interrupted = trace.stop.reason is StopReason.INTERRUPTED
+            unstored = interrupted and trace.collisions <= least
+            if not unstored:
+                clock = time.monotonic()
+                recorder.end(repeat, trace)
+                now = seconds + time.perf_counter() - begins
+                recorder.finish(job.provenance(point, started, now))
+                # Saving takes a small part of the time, however long the file is.
+                interval = max(interval, SAVING_SHARE * (time.monotonic() - clock))
+        if not interrupted or begun.stopped.is_set():
+            return RepeatResult(
+                point, repeat, trace.stop, trace.collisions, work=trace.work, unstored=unstored
+            )
+        checkpoint = trace.checkpoint
+
+
+def _scenes(run: Run, batch: Batch) -> tuple[dict[int, Scene], list[RepeatResult]]:
+    """The scenes of a batch by their repeats, and the results of those that have none."""
+    point, repeats = batch
+    experiment = run.points[point].experiment
+    if len(repeats) > 1:
+        with suppress(SceneError):
+            return dict(zip(repeats, starting_scenes(experiment, repeats), strict=True)), []
+    scenes, failed = {}, []
+    for repeat in repeats:
+        try:
+            scenes[repeat] = first_scene(experiment, repeat)
+        except SceneError as error:
+            failed.append(RepeatResult(point, repeat, error=str(error)))
+    return scenes, failed
+
+
+def cached(status: RepeatStatus) -> RepeatResult | None:
+    """The result of a repeat that is done already; None if it is not."""
+    header = status.header
+    if status.state is not State.DONE or header is None:
+        return None
+    return RepeatResult(status.point, status.repeat, header.stop, header.collisions, cached=True)
+
+
+def unexpected(batch: Batch, error: BaseException) -> list[RepeatResult]:
+    """The results of a batch with an internal error."""
+    where = "".join(traceback.format_exception(error))
+    text = f"{type(error).__name__}: {error}"
+    return [
+        RepeatResult(batch.point, repeat, error=text, traceback=where) for repeat in batch.repeats
+    ]
+
+
+@cache
+def versions() -> str:
+    """The versions of Python and the libraries that decide the numbers, as JSON."""
+    libraries = {name: version(name) for name in ("numpy", "numba", "h5py")}
+    own = {"python": platform.python_version(), "snooker": __version__}
+    return json.dumps(own | libraries)

@@ -1,0 +1,339 @@
+"""Repeats in batches: how they are cut and stored, which file counts, and what fails alone."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from repeating import StopsAfter, batches_of, bytes_of, contents, done, made
+
+from snooker_cli import store
+from snooker_cli.config import Experiment, to_json
+from snooker_cli.engine import simulate, simulate_batch
+from snooker_cli.errors import RunError, SceneError, StoreError
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.runs import Run, State, batch
+from snooker_cli.runs.batch import RepeatResult
+from snooker_cli.runs.execution import Watcher, execute
+from snooker_cli.runs.folder import failures
+from snooker_cli.runs.verification import verify
+from snooker_cli.scene import Scene
+from snooker_cli.trace import StopReason, Trace
+
+
+@pytest.fixture
+def one_point(small_config: str) -> str:
+    """The small config at a CoR of 1, where every repeat reaches its last collision."""
+    return small_config.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
+
+
+def names(run: Run, point: int = 0) -> list[str]:
+    """The repeats in the names of a point's files: ``0000-0002``."""
+    return [path.stem.removeprefix("repeats-") for path in run.batches(point)]
+
+
+# How repeats are cut
+
+
+@pytest.mark.parametrize("record", ["events", "summary"])
+def test_files_do_not_depend_on_the_number_of_threads(
+    record: str, small_config: str, tmp_path: Path
+) -> None:
+    """Eight repeats of each point in batches of three, which have the bits of single repeats."""
+    overrides = ("repeats=8", f"record={record}")
+    alone = made(tmp_path / "alone", small_config, *overrides)
+    with batches_of(1):
+        done(alone)
+    assert names(alone) == [f"{k:04d}-{k:04d}" for k in range(8)]
+    for workers in (1, 2, 4):
+        run = made(tmp_path / str(workers), small_config, *overrides)
+        with batches_of(3):
+            done(run, workers=workers)
+        assert names(run, 0) == names(run, 1) == ["0000-0002", "0003-0005", "0006-0007"]
+        assert contents(run) == contents(alone)
+
+
+def test_missing_repeats_get_files_of_their_own(one_point: str, tmp_path: Path) -> None:
+    """They never join repeats that are not next to them."""
+    run = made(tmp_path, one_point, "repeats=8")
+    with batches_of(2):
+        done(run)
+    bits = contents(run)
+    for repeats in ((0, 1), (4, 5), (6, 7)):
+        run.path(0, repeats).unlink()
+    kept = bytes_of(tmp_path)
+    results = done(run)
+    assert [each.repeat for each in results if each.cached] == [2, 3]
+    assert names(run) == ["0000-0001", "0002-0003", "0004-0007"]
+    assert kept.items() <= bytes_of(tmp_path).items()
+    assert contents(run) == bits
+
+
+def test_more_repeats_keep_the_files(one_point: str, tmp_path: Path) -> None:
+    done(made(tmp_path, one_point))
+    before = bytes_of(tmp_path)
+    run = made(tmp_path, one_point, "repeats=5")
+    assert [each.repeat for each in done(run) if not each.cached] == [3, 4]
+    assert names(run) == ["0000-0002", "0003-0004"]
+    assert before.items() <= bytes_of(tmp_path).items()
+    fewer = made(tmp_path, one_point, "repeats=1")
+    after = bytes_of(tmp_path)
+    assert [each.repeat for each in done(fewer)] == [0]
+    assert bytes_of(tmp_path) == after
+
+
+# Several files of one repeat
+
+
+class Looks(Watcher):
+    """The lengths of all repeats and the files while each batch is simulated."""
+
+    def __init__(self, run: Run) -> None:
+        self.run = run
+        self.seen: list[tuple[list[int], list[str]]] = []
+
+    def events(self, number: int) -> None:
+        (point,) = self.run.points
+        lengths = [trace.collisions for trace in self.run.traces(point)]
+        if (lengths, names(self.run)) not in self.seen:
+            self.seen.append((lengths, names(self.run)))
+
+
+def test_an_extension_with_smaller_batches_replaces_the_files_at_its_end(
+    one_point: str, tmp_path: Path
+) -> None:
+    with batches_of(4):
+        done(made(tmp_path / "run", one_point, "repeats=4"))
+    run = made(tmp_path / "run", one_point, "repeats=4", "collisions=400")
+    looks = Looks(run)
+    with batches_of(2):
+        done(run, watcher=looks)
+    assert looks.seen == [
+        ([150, 150, 150, 150], ["0000-0003"]),
+        ([400, 400, 150, 150], ["0000-0001", "0000-0003"]),
+    ]
+    assert names(run) == ["0000-0001", "0002-0003"]
+    at_once = made(tmp_path / "at once", one_point, "repeats=4", "collisions=400")
+    done(at_once)
+    assert contents(run) == contents(at_once)
+
+
+def test_an_interrupted_extension_keeps_the_older_file(one_point: str, tmp_path: Path) -> None:
+    """Until the rest is done, also if that run is killed before it deletes the file."""
+    with batches_of(4):
+        done(made(tmp_path, one_point, "repeats=4"))
+    run = made(tmp_path, one_point, "repeats=4", "collisions=400")
+    cancelled = threading.Event()
+
+    class StopsAtFirst(Watcher):
+        def finished(self, result: RepeatResult) -> None:
+            cancelled.set()
+
+    with batches_of(1):
+        execute(run, workers=1, watcher=StopsAtFirst(), cancelled=cancelled)
+    (point,) = run.points
+    left = run.shorter(point)
+    assert 0 < left < 4
+    assert "0000-0003" in names(run)
+    older = run.path(0, range(4)).read_bytes()
+    with batches_of(1):
+        results = done(run)
+    assert sum(each.cached for each in results) == 4 - left
+    singles = [f"{k:04d}-{k:04d}" for k in range(4)]
+    assert names(run) == singles
+    run.path(0, range(4)).write_bytes(older)
+    assert [trace.collisions for trace in run.traces(point)] == [400] * 4
+    assert all(each.cached for each in done(run))
+    assert names(run) == singles
+
+
+def test_of_two_files_the_done_one_counts_or_else_the_longer(
+    one_point: str, tmp_path: Path
+) -> None:
+    """Repeats of 150 collisions, some of which an extension to 400 has begun or done."""
+    short = made(tmp_path, one_point, "repeats=4")
+    done(short)
+    run = made(tmp_path, one_point, "repeats=4", "collisions=400")
+    (header, *_), (point,) = store.read_headers(short.path(0, range(4))), run.points
+    source = replace(
+        header.provenance, config=to_json(point.experiment), digest=run.digests[point.index]
+    )
+    for repeat, collisions in enumerate((100, 200, 400)):
+        trace = simulate(starting_scene(run.experiment, repeat), collisions=collisions)
+        if collisions < 400:
+            trace = replace(trace, stop=replace(trace.stop, reason=StopReason.INTERRUPTED))
+        store.write(run.path(0, [repeat]), [(repeat, trace)], source)
+    assert [trace.collisions for trace in run.traces(point)] == [150, 200, 400, 150]
+    states = [status.state for status in run.statuses(0)]
+    assert states == [State.SHORTER, State.INTERRUPTED, State.DONE, State.SHORTER]
+    with pytest.raises(RunError) as caught:  # for a longer file, though a shorter one is there
+        made(tmp_path, one_point, "repeats=4")
+    assert caught.value.code == "shorter_limits"
+    assert [each.repeat for each in done(run) if each.cached] == [2]
+    assert names(run) == ["0000-0001", "0002-0002", "0003-0003"]
+    assert [trace.collisions for trace in run.traces(point)] == [400] * 4
+
+
+def test_damaged_files_are_deleted_once_their_repeats_are_stored_elsewhere(
+    one_point: str, tmp_path: Path
+) -> None:
+    """Their headers are as they were, so only reading the content shows the damage."""
+    run = made(tmp_path, one_point, "repeats=4")
+    with batches_of(2):
+        done(run)
+    bits = contents(run)
+    for path in run.batches(0):
+        image = bytearray(path.read_bytes())
+        image[image.index(store.read(path)[1][0].events.impulse.tobytes()) + 5] ^= 1
+        path.write_bytes(image)
+    assert {status.state for status in run.statuses(0)} == {State.DONE}
+    with pytest.raises(StoreError, match="its content has changed"):
+        list(run.traces(run.points[0]))
+    assert not any(each.cached for each in done(run))
+    assert names(run) == ["0000-0003"]
+    assert contents(run) == bits
+
+
+def test_a_file_with_other_repeats_than_its_name_has_is_not_used(
+    one_point: str, tmp_path: Path
+) -> None:
+    run = made(tmp_path, one_point, "repeats=4")
+    with batches_of(2):
+        done(run)
+    bits = contents(run)
+    shutil.copy(run.path(0, [2, 3]), run.path(0, [0, 1]))
+    states = [status.state for status in run.statuses(0)]
+    assert states == [State.UNUSABLE] * 2 + [State.DONE] * 2
+    assert {status.reason for status in run.statuses(0)} == {"is repeat 2 of point 0", ""}
+    assert [each.cached for each in done(run)] == [False, False, True, True]
+    assert contents(run) == bits
+
+
+# Failures
+
+
+def unplaceable(*repeats: int) -> Callable[..., Scene]:
+    """Places balls, but not those of some repeats."""
+
+    def place(experiment: Experiment, repeat: int) -> Scene:
+        if repeat in repeats:
+            raise SceneError("balls", f"no place in repeat {repeat}")
+        return starting_scene(experiment, repeat)
+
+    return place
+
+
+def refuse_to_place(monkeypatch: pytest.MonkeyPatch, *repeats: int) -> None:
+    """Let these repeats fail in ``simulate_and_store``, together and alone."""
+    place = unplaceable(*repeats)
+    monkeypatch.setattr(batch, "first_scene", place)
+    monkeypatch.setattr(
+        batch, "starting_scenes", lambda experiment, some: [place(experiment, k) for k in some]
+    )
+
+
+def test_a_repeat_without_a_place_for_its_balls_fails_alone(
+    one_point: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = made(tmp_path / "run", one_point, "repeats=4")
+    with monkeypatch.context() as patched:
+        refuse_to_place(patched, 1)
+        results = done(run)
+    errors = [each.error or "" for each in results]
+    assert [bool(error) for error in errors] == [False, True, False, False]
+    assert "no place in repeat 1" in errors[1]
+    assert failures(run) == {(0, 1): errors[1]}
+    assert names(run) == ["0000-0003"]
+    assert run.present(run.points[0]) == [0, 2, 3]
+    assert [status.repeat for status in verify(run, replay=True, workers=1)] == [0, 1, 2, 3]
+    assert [each.cached for each in done(run)] == [True, False, True, True]
+    assert names(run) == ["0000-0003", "0001-0001"]
+    assert failures(run) == {}
+    whole = made(tmp_path / "whole", one_point, "repeats=4")
+    done(whole)
+    assert contents(run) == contents(whole)
+
+
+def test_a_batch_without_any_place_for_balls_leaves_no_file(
+    one_point: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = made(tmp_path, one_point)
+    refuse_to_place(monkeypatch, 0, 1, 2)
+    assert [each.repeat for each in done(run) if each.error] == [0, 1, 2]
+    assert bytes_of(tmp_path) == {}
+
+
+def test_each_repeat_of_a_batch_that_cannot_be_stored_fails_once(
+    one_point: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = made(tmp_path, one_point)
+    run.path(0, range(3)).mkdir(parents=True)
+    refuse_to_place(monkeypatch, 1)
+    results = done(run)
+    assert [each.repeat for each in results] == [0, 1, 2]
+    messages = ["cannot write the result", "no place in repeat 1", "cannot write the result"]
+    for result, message in zip(results, messages, strict=True):
+        assert message in str(result.error)
+
+
+def test_an_internal_error_is_reported_for_each_repeat_of_its_batch(
+    small_config: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The other batches are stored."""
+
+    def fails_at_a_loss(scenes: Sequence[Scene], **limits: Any) -> list[Trace]:
+        if scenes[0].restitution < 1.0:
+            raise KeyError("lost")
+        return simulate_batch(scenes, **limits)
+
+    monkeypatch.setattr(batch, "simulate_batch", fails_at_a_loss)
+    run = made(tmp_path, small_config)
+    results = done(run, workers=2)
+    assert [each.error for each in results] == ["KeyError: 'lost'"] * 3 + [None] * 3
+    assert all("in fails_at_a_loss" in each.traceback for each in results[:3])
+    assert failures(run).keys() == {(0, 0), (0, 1), (0, 2)}
+    assert (names(run, 0), names(run, 1)) == ([], ["0000-0002"])
+
+
+# Interrupts
+
+
+def test_an_interrupted_batch_of_several_repeats_is_abandoned(
+    one_point: str, tmp_path: Path
+) -> None:
+    overrides = ("collisions=150000", "repeats=2")
+    run = made(tmp_path / "run", one_point, *overrides)
+    cancelled = threading.Event()
+    watcher = StopsAfter(100_000, cancelled)
+    assert execute(run, workers=1, watcher=watcher, cancelled=cancelled) == []
+    assert bytes_of(run.directory) == {}
+    assert [each.cached for each in done(run)] == [False, False]
+    whole = made(tmp_path / "whole", one_point, *overrides)
+    done(whole)
+    assert contents(run) == contents(whole)
+
+
+def test_an_interrupt_waits_for_a_batch_that_is_being_written(
+    one_point: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All its repeats are simulated then, and no temporary file is left."""
+    cancelled = threading.Event()
+
+    def slow(self: store.Recorder, provenance: store.Provenance) -> None:
+        cancelled.set()
+        time.sleep(0.2)
+        finish(self, provenance)
+
+    finish = store.Recorder.finish
+    monkeypatch.setattr(store.Recorder, "finish", slow)
+    run = made(tmp_path, one_point, "repeats=4")
+    with batches_of(2):
+        results = execute(run, workers=1, watcher=Watcher(), cancelled=cancelled)
+    assert [each.repeat for each in results] == [0, 1]
+    assert list(bytes_of(tmp_path)) == ["point-0000/repeats-0000-0001.h5"]

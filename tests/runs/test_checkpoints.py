@@ -1,0 +1,135 @@
+"""A long repeat that was interrupted or killed goes on from its checkpoint with the same bits."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from repeating import contents, file_of, made
+from repeating import done as finish
+
+from snooker_cli import store
+from snooker_cli.engine import simulation
+from snooker_cli.errors import StoreError
+from snooker_cli.runs.execution import Watcher, execute
+from snooker_cli.runs.run import State
+
+FEW = """\
+container: {radius: 10.0}
+balls: {rings: 2, radius: 0.5, speed: 10}
+cor: 0.9
+collisions: 140000
+"""
+MANY = """\
+container: {radius: 10.0}
+balls: {count: 300, packing: 0.3, speed: 10}
+cor: 0.95
+collisions: 100000
+"""
+SLIDES = ("collapse=slide", "wall_cor=0.95", "cor=1")
+CONFIGS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "all pairs, slides": (FEW, SLIDES),
+    "all pairs, free": (FEW, ("cor=1", "container.mass=50")),
+    "all pairs, tc": (FEW, ("collapse={tc: 0.1}",)),
+    "all pairs, summary": (FEW, ("cor=1", "record=summary")),
+    "cells, free": (MANY, ("cor=1", "container.mass=500")),
+    "cells, tc": (MANY, ("collapse={tc: 0.1}",)),
+    "cells, summary": (MANY, ("cor=1", "record=summary")),
+}
+PIECE = 13_000
+
+
+class Stops(Watcher):
+    """Cancels a run after some chunks."""
+
+    def __init__(self, chunks: int) -> None:
+        self.cancelled, self.left = threading.Event(), chunks
+
+    def events(self, number: int) -> None:
+        self.left -= 1
+        if self.left == 0:
+            self.cancelled.set()
+
+
+@pytest.mark.parametrize("name", CONFIGS)
+def test_checkpoints_do_not_change_a_bit(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Saved after every chunk, and with an interrupt after every third one."""
+    text, overrides = CONFIGS[name]
+    whole = made(tmp_path / "whole", text, *overrides)
+    finish(whole)
+    monkeypatch.setattr(simulation, "CHUNK", PIECE)
+    run = made(tmp_path / "pieces", text, *overrides)
+    interrupts = 0
+    while run.status(0, 0).state is not State.DONE:
+        watcher = Stops(3)
+        (result,) = execute(
+            run, workers=1, watcher=watcher, cancelled=watcher.cancelled, interval=0.0
+        )
+        assert result.error is None
+        interrupts += run.status(0, 0).state is State.INTERRUPTED
+    assert interrupts >= 2
+    assert contents(run) == contents(whole)
+    with pytest.raises(StoreError):  # a repeat that is done has none
+        store.read_checkpoint(file_of(run, 0, 0).with_name("none.h5"))
+    assert store.read_checkpoint(file_of(run, 0, 0)) is None
+    assert store.check(file_of(run, 0, 0)) == store.read_headers(file_of(run, 0, 0))
+
+
+def test_a_damaged_checkpoint_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its repeat is simulated from its start."""
+    text, overrides = CONFIGS["all pairs, free"]
+    monkeypatch.setattr(simulation, "CHUNK", PIECE)
+    run = made(tmp_path / "run", text, *overrides)
+    watcher = Stops(2)
+    execute(run, workers=1, watcher=watcher, cancelled=watcher.cancelled)
+    path = file_of(run, 0, 0)
+    checkpoint = store.read_checkpoint(path)
+    assert checkpoint is not None
+    image = path.read_bytes()
+    place = image.find(checkpoint["agendas.times"].tobytes())
+    assert place > 0
+    path.write_bytes(image[: place + 9] + bytes([image[place + 9] ^ 1]) + image[place + 10 :])
+    with pytest.raises(StoreError, match=r"has changed|not a readable"):
+        store.read_checkpoint(path)
+    (result,) = finish(run)
+    assert (result.error, result.collisions) == (None, 140_000)
+    whole = made(tmp_path / "whole", text, *overrides)
+    finish(whole)
+    assert contents(run) == contents(whole)
+
+
+@pytest.mark.long
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no SIGKILL")
+@pytest.mark.parametrize("name", ["all pairs, slides", "all pairs, free", "cells, tc"])
+def test_killed_processes_lose_only_what_is_after_the_last_checkpoint(
+    name: str, tmp_path: Path
+) -> None:
+    text, overrides = CONFIGS[name]
+    overrides = (*overrides, "collisions=700000")
+    whole = made(tmp_path / "whole", text, *overrides)
+    finish(whole)
+    run = made(tmp_path / "run", text, *overrides)
+    config = tmp_path / "config.yaml"
+    config.write_text(text)
+    command = [sys.executable, "-m", "snooker_cli", "run", config, "--out", run.directory]
+    command += ["--checkpoint", "0", *(f"--override={each}" for each in overrides)]
+    lengths = []
+    for _ in range(4):
+        before = store.file_info(run.path(0, [0]))
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as one:
+            while store.file_info(run.path(0, [0])) == before and one.poll() is None:
+                time.sleep(0.001)
+            time.sleep(0.02 * len(lengths))
+            one.kill()
+        (header,) = store.check(run.path(0, [0]))
+        lengths.append(header.collisions)
+    assert lengths == sorted(lengths)
+    assert 0 < lengths[0] < lengths[-1]
+    finish(run)
+    assert contents(run) == contents(whole)
