@@ -23,7 +23,7 @@ Snooker = Callable[..., Any]
 
 pytestmark = pytest.mark.filterwarnings("error")
 
-CASES = int(os.environ.get("SNOOKER_FUZZ", "300"))
+CASES = int(os.environ.get("SNOOKER_FUZZ", "150"))
 
 FUZZ = settings(
     derandomize="SNOOKER_FUZZ" not in os.environ,

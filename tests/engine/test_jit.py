@@ -118,6 +118,7 @@ def test_the_cache_is_in_a_folder_of_the_user(tmp_path: Path) -> None:
     assert Path(output_of(FOLDER, **places).strip()).parent == tmp_path
 
 
+@pytest.mark.long
 def test_changed_sources_have_another_folder(tmp_path: Path) -> None:
     """Numba itself would not notice that a function has changed that a kernel calls."""
     copy = tmp_path / "snooker_cli"
@@ -149,6 +150,7 @@ def test_a_folder_that_is_not_writable_is_reported_once(
     assert "NUMBA_CACHE_DIR" in record.getMessage()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="it has other locks")
 def test_no_two_processes_save_at_the_same_moment(cache: Path) -> None:
     """Numba could then load the kernel of other arguments, without noticing."""

@@ -145,6 +145,7 @@ save(pickle.loads(Path("shown").read_bytes()), Path("third"))
 """
 
 
+@pytest.mark.long
 def test_the_same_bytes_every_time(saved: list[Path], tmp_path: Path) -> None:
     before = dict(matplotlib.rcParams)
     first = [path.read_bytes() for path in saved]

@@ -41,8 +41,8 @@ def quick(config: Path, folder: Path) -> None:
     """Run a config with few repeats and collisions."""
     given = load(config).experiment
     overrides = [f"repeats={min(given.repeats, REPEATS)}"]
-    if given.collisions and given.collisions > 1000:
-        overrides.append("collisions=1000")
+    if given.collisions and given.collisions > 500:
+        overrides.append("collisions=500")
     experiment = load(config, overrides).experiment
     run = created(folder / config.stem, experiment)
     outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())

@@ -132,7 +132,7 @@ def any_traces(draw: st.DrawFn, scene: Scene, summaries: bool) -> Trace:
     return Trace(start, finish, stop, draw(count), draw(count), events, summary)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(batch=batches())
 def test_any_batch_comes_back_bit_for_bit(
     batch: list[tuple[int, Trace]],
@@ -294,7 +294,7 @@ def test_a_flipped_byte_is_noticed_or_holds_nothing(image: bytes, tmp_path: Path
 
         file.visititems(note)
     assert len(arrays) == 16
-    places = {*arrays.values(), *range(0, 300, 3), *range(5, len(image), 97)}
+    places = {*arrays.values(), *range(0, 300, 3), *range(5, len(image), 193)}
     for name in (b"SNOD", b"HEAP", b"TREE", b"content", b"provenance", b"ending"):
         if (start := image.find(name)) >= 0:
             places |= set(range(max(0, start - 40), start + 40, 3))
