@@ -152,7 +152,7 @@ class Fingerprint:
         if trace.summary is not None:
             for values in vars(trace.summary.series).values():
                 digest.update(_bytes(values))
-            digest.update(_bytes(trace.summary.speed_histogram))
+            digest.update(_bytes(smallest(trace.summary.speed_histogram)))
         counts = (trace.wall_events, trace.pair_events)
         digest.update(repr((sorted(vars(trace.stop).items()), counts)).encode())
         return digest.hexdigest()
@@ -190,6 +190,13 @@ def _hashed_values(scene: Scene) -> Iterator[Any]:
     for name, value in later.items():
         if value:
             yield from (name, value)
+
+
+def smallest(counts: NDArray[np.int64]) -> NDArray[Any]:
+    """Counts as the smallest unsigned integers that hold all of them."""
+    if not counts.size or counts.min() < 0:
+        return counts
+    return counts.astype(np.min_scalar_type(counts.max()))
 
 
 def _bytes(value: NDArray[Any] | float | str) -> bytes | memoryview:

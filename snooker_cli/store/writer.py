@@ -264,7 +264,7 @@ def _write_summaries(file: h5py.File, traces: Sequence[Trace]) -> None:
     for name, unit in SERIES_UNITS.items():
         values = np.concatenate([getattr(each.series, name) for each in summaries])
         _write_element(file, f"{layout.SUMMARY}/{name}", values, unit, _chunk(values))
-    counts = np.concatenate([each.speed_histogram for each in summaries])
+    counts = layout.smallest(np.concatenate([each.speed_histogram for each in summaries]))
     _write_element(file, f"{layout.SUMMARY}/speed_histogram", counts, "1", _chunk(counts))
 
 
