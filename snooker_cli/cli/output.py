@@ -157,6 +157,11 @@ class RunProgress(Watcher):
         """Time since the simulation began, s; 0 if it never has."""
         return 0.0 if self._began is None else time.perf_counter() - self._began
 
+    @property
+    def simulated(self) -> int:
+        """Collisions that were simulated, without those before a checkpoint."""
+        return self._events
+
     def unusable(self, status: RepeatStatus) -> None:
         self._unusable += 1
         if self._unusable <= MOST_FAILURES:

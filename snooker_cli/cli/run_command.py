@@ -256,8 +256,7 @@ def _estimate(plan: dict[str, Any]) -> str:
 
 def _summary(run: Run, outcomes: Sequence[RepeatResult], watcher: RunProgress) -> dict[str, Any]:
     """What ``--json`` prints."""
-    simulated = sum(each.collisions for each in outcomes if not each.cached)
-    seconds = watcher.seconds
+    simulated, seconds = watcher.simulated, watcher.seconds
     by_point: list[list[RepeatResult]] = [[] for _ in run.points]
     for each in outcomes:
         by_point[each.point].append(each)
