@@ -148,7 +148,8 @@ def present(run: Run, point: Point, selection: Selection) -> list[int]:
 
 def repeats(run: Run, point: Point, selection: Selection) -> Iterator[Trace]:
     """The selected repeats of a point that are there. Raises ``StoreError``."""
-    yield from run.traces(point, present(run, point, selection))
+    chosen = None if selection.repeat is None else [selection.repeat]
+    yield from run.traces(point, chosen)
 
 
 def stop_reasons(run: Run, points: Sequence[Point], selection: Selection) -> Counter[StopReason]:

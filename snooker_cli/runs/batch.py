@@ -222,8 +222,7 @@ def _simulated_long(
             checkpoint = store.read_checkpoint(path)
         if checkpoint is not None:
             seconds = older.header.provenance.seconds
-    usable = older.state in (State.SHORTER, State.INTERRUPTED)
-    least = older.header.collisions if usable and older.header is not None else 0
+    least = max(older.collisions, 0)
     interval, begins = job.interval, time.perf_counter()
     while True:
         due = time.monotonic() + interval

@@ -62,23 +62,20 @@ class RepeatStatus:
     advice: str = ""
 
     def accept(self) -> None:
-        """Raise ``StoreError`` if the repeat has no file of this run."""
-        if self.state is State.MISSING:
-            raise AbsentError(
-                self.path,
-                "there is no such result",
-                "run the config, which simulates what is missing",
-            )
+        """Raise ``StoreError`` for a file that cannot be used; reading reports a missing one."""
         if self.state is State.UNUSABLE:
             raise StoreError(self.path, self.reason, self.advice)
 
+    @property
+    def collisions(self) -> int:
+        """Of a file that can be used; -1 for one that cannot, and -2 without a file."""
+        if self.state in (State.MISSING, State.UNUSABLE) or self.header is None:
+            return -2 if self.state is State.MISSING else -1
+        return self.header.collisions
+
     def worth(self) -> tuple[bool, int]:
         """Of several files of a repeat the best is done, or has the most collisions."""
-        if self.state is State.MISSING:
-            return False, -2
-        if self.state is State.UNUSABLE or self.header is None:
-            return False, -1
-        return self.state is State.DONE, self.header.collisions
+        return self.state is State.DONE, self.collisions
 
 
 @dataclass(frozen=True)
@@ -125,12 +122,6 @@ class Run:
         }
 
     # The files of batches.
-
-    def repeats(self) -> Iterator[tuple[int, int]]:
-        """The numbers of every point and repeat."""
-        for point in self.points:
-            for repeat in range(self.experiment.repeats):
-                yield point.index, repeat
 
     def path(self, point: int, repeats: Sequence[int]) -> Path:
         """The file of a batch: of repeats in order, from the first to the last of them."""
@@ -226,7 +217,7 @@ class Run:
             }
             best = self.best(point.index, chain.from_iterable(files.values()))
             kept = {each.path for each in best}
-            usable = {each.repeat for each in best if each.worth() >= (False, 0)}
+            usable = {each.repeat for each in best if each.collisions >= 0}
             for path, statuses in files.items():
                 repeats = [each.repeat for each in statuses] or named(path)[1]
                 if path not in kept and usable.issuperset(repeats):
@@ -243,9 +234,10 @@ class Run:
         point, repeats = named(path)
         try:
             info = store.file_info(path)
-            trusts = read is None and info is not None
-            headers = _headers(path, info) if trusts else (read or store.read_headers)(path)
-        except AbsentError:  # another process has just deleted it
+            if info is None:  # another process has just deleted it
+                return []
+            headers = read(path) if read else _headers(path, info)
+        except AbsentError:
             return []
         except StoreError as error:
             return [
@@ -321,7 +313,7 @@ def _remembered(path: Path, repeats: tuple[int, ...], _info: store.FileInfo) -> 
 
 
 @lru_cache(maxsize=1024)
-def _headers(path: Path, _info: store.FileInfo | None) -> list[RepeatHeader]:
+def _headers(path: Path, _info: store.FileInfo) -> list[RepeatHeader]:
     """The headers of a file of this size and age. Raises ``StoreError``."""
     return store.read_headers(path)
 

@@ -180,14 +180,19 @@ def test_of_two_files_the_done_one_counts_or_else_the_longer(
     assert [trace.collisions for trace in run.traces(point)] == [400] * 4
 
 
+def in_twos(directory: Path, text: str) -> tuple[Run, dict[tuple[int, int], str]]:
+    """A run of four repeats in two files, and its contents."""
+    run = made(directory, text, "repeats=4")
+    with batches_of(2):
+        done(run)
+    return run, contents(run)
+
+
 def test_damaged_files_are_deleted_once_their_repeats_are_stored_elsewhere(
     one_point: str, tmp_path: Path
 ) -> None:
     """Their headers are as they were, so only reading the content shows the damage."""
-    run = made(tmp_path, one_point, "repeats=4")
-    with batches_of(2):
-        done(run)
-    bits = contents(run)
+    run, bits = in_twos(tmp_path, one_point)
     for path in run.batches(0):
         image = bytearray(path.read_bytes())
         image[image.index(store.read(path)[1][0].events.impulse.tobytes()) + 5] ^= 1
@@ -203,10 +208,7 @@ def test_damaged_files_are_deleted_once_their_repeats_are_stored_elsewhere(
 def test_a_file_with_other_repeats_than_its_name_has_is_not_used(
     one_point: str, tmp_path: Path
 ) -> None:
-    run = made(tmp_path, one_point, "repeats=4")
-    with batches_of(2):
-        done(run)
-    bits = contents(run)
+    run, bits = in_twos(tmp_path, one_point)
     shutil.copy(run.path(0, [2, 3]), run.path(0, [0, 1]))
     states = [status.state for status in run.statuses(0)]
     assert states == [State.UNUSABLE] * 2 + [State.DONE] * 2

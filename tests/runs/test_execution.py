@@ -62,7 +62,11 @@ def copied(finished_one_each: Run, tmp_path: Path) -> Run:
 def test_a_second_run_simulates_nothing(copied: Run) -> None:
     before, notes = bytes_of(copied.directory), Notes()
     results = done(copied, watcher=notes)
-    assert [(each.point, each.repeat) for each in results] == list(copied.repeats())
+    assert [(each.point, each.repeat) for each in results] == [
+        (point.index, repeat)
+        for point in copied.points
+        for repeat in range(copied.experiment.repeats)
+    ]
     assert sorted(notes.results, key=lambda each: (each.point, each.repeat)) == results
     for result in results:
         trace = copied.read(copied.points[result.point], result.repeat)
