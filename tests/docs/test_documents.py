@@ -64,6 +64,12 @@ def sentences_of(path: Path) -> str:
     return " ".join(text_of(path).split())
 
 
+def headings_of(path: Path) -> set[str]:
+    """The headings as links name them."""
+    found = re.findall(r"^#+ (.*)", text_of(path), flags=re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in found}
+
+
 def block(path: Path, language: str) -> str:
     """The only block in a language."""
     (found,) = re.findall(rf"```{language}\n(.*?)```", text_of(path), flags=re.DOTALL)
@@ -154,9 +160,12 @@ def test_the_schema_of_the_configs_is_the_commands(snooker: Callable[..., Any]) 
 @pytest.mark.parametrize(
     "path", [*ROOT.glob("*.md"), *DOCS.glob("*.md")], ids=lambda path: path.name
 )
-def test_links_lead_to_files(path: Path) -> None:
-    for link in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", text_of(path)):
-        assert link.startswith("https://") or (path.parent / link).exists(), link
+def test_links_lead_to_files_and_headings(path: Path) -> None:
+    for link, heading in re.findall(r"\]\(([^)#]*)#?([^)]*)\)", text_of(path)):
+        if not link.startswith("https://"):
+            target = path.parent / link if link else path
+            assert target.exists(), link
+            assert not heading or heading in headings_of(target), f"{link}#{heading}"
 
 
 def test_errors_and_costs_are_the_saved_measurements() -> None:
