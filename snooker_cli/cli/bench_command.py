@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -39,16 +40,30 @@ def speed(
     everything: Annotated[
         bool, typer.Option("--all", help="Also a million balls, which takes some minutes more.")
     ] = False,
+    compare: Annotated[
+        Path | None,
+        typer.Option(
+            "--compare", metavar="FILE", help="Compare with the speed.json of an earlier --out."
+        ),
+    ] = None,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Measure collisions per second, cost of storage, and memory.
+    """Measure repeats and collisions per second, storage, memory.
 
-    One thread simulates several gases. It takes a minute or two. Run nothing else meanwhile.
+    All threads run and store many short repeats. Then one thread simulates several gases. It takes
+    two or three minutes. Run nothing else meanwhile.
     """
-    from snooker_cli.validation.speed_study import ALL_STUDY, FULL_STUDY, QUICK_STUDY
+    from snooker_cli.validation.speed_study import (
+        ALL_STUDY,
+        FULL_STUDY,
+        QUICK_STUDY,
+        earlier_record,
+    )
 
-    _carry_out(QUICK_STUDY if quick else ALL_STUDY if everything else FULL_STUDY, out, as_json)
+    study = QUICK_STUDY if quick else ALL_STUDY if everything else FULL_STUDY
+    earlier = None if compare is None else earlier_record(compare)
+    _carry_out(replace(study, earlier=earlier), out, as_json)
 
 
 @bench.command()

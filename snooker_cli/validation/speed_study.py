@@ -1,9 +1,12 @@
-"""``snooker bench speed``: collisions per second of one thread, cost of storage, and memory."""
+"""``snooker bench speed``: short repeats and collisions per second, cost of storage, and memory."""
 
 from __future__ import annotations
 
+import json
+import math
 import statistics
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
@@ -13,8 +16,13 @@ import numpy as np
 
 from snooker_cli import store
 from snooker_cli.config import parse
-from snooker_cli.engine import ENGINE_VERSION, simulate, simulation
-from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.engine import ENGINE_VERSION, simulate, simulate_batch, simulation
+from snooker_cli.errors import UserError
+from snooker_cli.placement.starting_scene import starting_scene, starting_scenes
+from snooker_cli.runs import Run, create
+from snooker_cli.runs.batch import Job
+from snooker_cli.runs.execution import Watcher, execute, processors
+from snooker_cli.runs.plan import batch_size
 from snooker_cli.scene import Scene
 from snooker_cli.validation.study import Cells, Record, Study, header_lines, table
 
@@ -28,6 +36,19 @@ cor: 1
 collisions: 1
 seed: 1
 """
+
+SHORT = """
+container: {{radius: 10.0}}
+balls: {{rings: 3, radius: 0.1, speed: 10.0}}
+cor: 0.9
+collisions: 500
+repeats: {repeats}
+seed: 1
+record: {record}
+"""
+
+HEADER = ("machine", "snooker", "engine_version", "versions", "date", "seconds", "quick")
+"""What a comparison keeps of the earlier record besides its rates."""
 
 PAGE_COUNTS = Path("/proc/self/statm")
 
@@ -74,8 +95,10 @@ BOTH_ENGINES = tuple(
 
 @dataclass(frozen=True)
 class SpeedStudy(Study):
-    """Which gases to time, and how long.
+    """What to time, and how long.
 
+    short : short repeats in a run; ``rounds`` runs are timed
+    earlier : a record to compare with, see ``earlier_record``
     events : collisions in a repeat; more for many balls, so that the engine sorts them once
     stirring : collisions a ball before timing
     recorded : collisions of a run that is stored
@@ -91,12 +114,19 @@ class SpeedStudy(Study):
     events: int = 200_000
     repeats: int = 5
     stirring: int = 10
+    short: int = 6000
+    rounds: int = 3
     quick: bool = False
+    earlier: Record | None = None
 
     def results(self, report: Callable[[str], None]) -> Record:
         """Measure memory, speeds and recording."""
         report(f"memory of {self.resident.balls:,} balls")
         used = {"balls": self.resident.balls, "bytes_a_ball": memory(self.resident)}
+        short = []
+        for kept in ("events", "summary"):
+            report(f"{self.short:,} short repeats, record: {kept}")
+            short.append(short_repeats(kept, self.short, self.rounds))
         timings = []
         for number, case in enumerate(self.cases, start=1):
             gas = f"{case.balls:,} balls at packing {case.packing:g}"
@@ -104,7 +134,10 @@ class SpeedStudy(Study):
             timings.append(self.timing(case))
         report("recording")
         stored = recording(SpeedCase(37, 0.37, free=True), self.recorded, self.repeats)
-        return {"cases": timings, "recording": stored, "memory": used}
+        found = {"short_repeats": short, "cases": timings, "recording": stored, "memory": used}
+        return (
+            found if self.earlier is None else found | {"comparison": compared(self.earlier, found)}
+        )
 
     def events_of(self, case: SpeedCase) -> int:
         """Collisions in a repeat of a case."""
@@ -142,8 +175,11 @@ class SpeedStudy(Study):
 
     @staticmethod
     def tables(record: Record) -> Iterator[str]:
-        """Speeds and costs."""
+        """Speeds and costs, and the comparison with an earlier record if there is one."""
         yield from header_lines(record)
+        yield ""
+        yield from table(record["short_repeats"], SHORT_CELLS, left=("record",))
+        yield SHARE
         yield ""
         yield from table(record["cases"], CELLS, left=("container", "engine"))
         yield ""
@@ -156,6 +192,10 @@ class SpeedStudy(Study):
         )
         if used["bytes_a_ball"] is not None:
             yield f"memory with {used['balls']:,} balls: {used['bytes_a_ball']:.0f} bytes a ball"
+        if "comparison" in record:
+            earlier = record["comparison"]
+            yield from ("", "then:", *header_lines(earlier["then"]), "")
+            yield from table(earlier["rates"], COMPARISON_CELLS, left=("rate",))
 
 
 FULL_STUDY = SpeedStudy()
@@ -167,11 +207,68 @@ QUICK_STUDY = SpeedStudy(
     events=20_000,
     repeats=2,
     stirring=2,
+    short=100,
+    rounds=2,
     quick=True,
 )
 
 
 # What is measured
+
+
+def short_repeats(kept: str, repeats: int, rounds: int) -> Record:
+    """Repeats per second of whole runs with the default number of threads.
+
+    kept : what is recorded, "events" or "summary"
+
+    Median, lowest and highest are of ``rounds`` runs after a small one, which compiles.
+    ``kernel_share`` is a median too. Raises ``UserError`` if a repeat fails.
+    """
+    _short_run(kept, 2)
+    rates, shares = zip(*(_short_run(kept, repeats) for _ in range(rounds)), strict=True)
+    experiment = parse(SHORT.format(record=kept, repeats=repeats)).experiment
+    return {
+        "balls": starting_scene(experiment, 0).number,
+        "collisions": experiment.collisions,
+        "record": kept,
+        "median": statistics.median(rates),
+        "lowest": min(rates),
+        "highest": max(rates),
+        "kernel_share": statistics.median(shares),
+        "repeats": repeats,
+        "files": math.ceil(repeats / batch_size(experiment, None)),
+        "threads": processors(),
+        "rounds": rounds,
+    }
+
+
+def _short_run(kept: str, repeats: int) -> tuple[float, float]:
+    """Repeats per second of a run as `snooker run` does it, and the kernel's share.
+
+    The run places balls, simulates and writes files. The share is the processor time of simulating
+    the same batches again, without placing and storing, divided by the processor time of the run.
+    """
+    loaded = parse(SHORT.format(record=kept, repeats=repeats))
+    with tempfile.TemporaryDirectory() as folder:
+        run = Run(Path(folder, "short"), loaded.experiment, loaded.points())
+        began, clock = time.perf_counter(), time.process_time()
+        create(run)
+        results = execute(run, workers=processors(), watcher=Watcher(), cancelled=threading.Event())
+        seconds, of_run = time.perf_counter() - began, time.process_time() - clock
+        if failed := [each.error for each in results if each.error]:
+            raise UserError(
+                f"a repeat in the temporary folder failed: {failed[0]}",
+                "make room there, or set TMPDIR to another folder",
+            )
+        limits = Job(run, "").limits(0)
+    (point,) = run.points
+    size, of_kernel = batch_size(point.experiment, None), 0.0
+    for first in range(0, repeats, size):
+        scenes = starting_scenes(point.experiment, range(first, min(first + size, repeats)))
+        clock = time.process_time()
+        simulate_batch(scenes, **limits)
+        of_kernel += time.process_time() - clock
+    return repeats / seconds, of_kernel / of_run
 
 
 def recording(case: SpeedCase, collisions: int, repeats: int) -> Record:
@@ -236,8 +333,103 @@ def _resident() -> int:
     return int(PAGE_COUNTS.read_text(encoding="ascii").split()[1]) * resource.getpagesize()
 
 
-# The record as a table
+# Two records side by side
 
+
+def earlier_record(path: Path) -> Record:
+    """The record in a JSON file that ``bench speed`` wrote.
+
+    Raises ``UserError`` if the file cannot be read or is not such a record.
+    """
+
+    def unusable(problem: str) -> UserError:
+        return UserError(
+            f"{path}: {problem}", "give a speed.json that `snooker bench speed --out DIR` wrote"
+        )
+
+    try:
+        record: Record = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise unusable(f"cannot be read ({error.strerror})") from None
+    except (ValueError, RecursionError) as error:
+        where = f", line {error.lineno}" if isinstance(error, json.JSONDecodeError) else ""
+        raise unusable(f"is not JSON{where}") from None
+    study = record.get("measurement") if isinstance(record, dict) else None
+    if study != SpeedStudy.name:
+        raise unusable(
+            f"has a measurement of `snooker bench {study}`" if study else "has no measurement"
+        )
+    record.pop("comparison", None)
+    try:
+        list(SpeedStudy.tables(record))
+        usable = all(0 < rate < math.inf for rate in _rates(record).values())
+    except KeyError as error:
+        raise unusable(f"has no key {error.args[0]}") from None
+    except (TypeError, ValueError, AttributeError, ArithmeticError):
+        usable = False
+    if not usable:
+        raise unusable("has a value that is not of a measurement")
+    return record
+
+
+def compared(then: Record, now: Record) -> Record:
+    """The header of an earlier record, and the rates of both with their ratio now/then.
+
+    A rate is ``None`` where only the other record has its row.
+    """
+    before, after = _rates(then), _rates(now)
+    rates = []
+    for name in after | before:
+        old, new = before.get(name), after.get(name)
+        ratio = None if old is None or new is None else new / old
+        rates.append({"rate": name, "then": old, "now": new, "ratio": ratio})
+    return {"then": {key: then[key] for key in HEADER}, "rates": rates}
+
+
+def _rates(record: Record) -> dict[str, float]:
+    """The median rate of each row of the tables, 1/s, by what the row measures."""
+    short = {
+        f"repeats/s: {one['repeats']:,} of {one['balls']:,} balls, "
+        f"{one['collisions']:,} collisions, {one['record']}": one["median"]
+        for one in record["short_repeats"]
+    }
+    names = ("balls", "packing", "container", "engine")
+    gases = {
+        "collisions/s: {} balls, packing {}, {}, {}".format(
+            *(CELLS[name](one) for name in names)
+        ): (one["median"])
+        for one in record["cases"]
+    }
+    return short | gases
+
+
+# The record as tables
+
+
+def _rate(value: float | None) -> str:
+    """A rate of repeats or collisions; a dash for none."""
+    if value is None:
+        return "–"
+    return f"{value / 1e6:.2f} M" if value >= 1e5 else f"{value:,.0f}"
+
+
+SHARE = (
+    "kernel: processor time of simulating the same scenes again, without placing and storing, "
+    "divided by that of the run"
+)
+
+SHORT_CELLS: Cells = {
+    "balls": lambda one: f"{one['balls']:,}",
+    "collisions": lambda one: f"≤ {one['collisions']:,}",
+    "record": lambda one: str(one["record"]),
+    "repeats/s": lambda one: _rate(one["median"]),
+    "lowest to highest": lambda one: f"{_rate(one['lowest'])} to {_rate(one['highest'])}",
+    "kernel": lambda one: f"{100 * one['kernel_share']:.0f} %",
+    "repeats": lambda one: f"{one['repeats']:,}",
+    "files": lambda one: f"{one['files']:,}",
+    "threads": lambda one: f"{one['threads']:,}",
+    "runs": lambda one: f"{one['rounds']:,}",
+}
 CELLS: Cells = {
     "balls": lambda case: f"{case['balls']:,}",
     "packing": lambda case: f"{case['packing']:g}",
@@ -247,4 +439,11 @@ CELLS: Cells = {
     "lowest to highest": lambda c: f"{c['lowest'] / 1e6:.2f} to {c['highest'] / 1e6:.2f} M",
     "repeats": lambda case: str(case["repeats"]),
     "collisions each": lambda case: f"{case['events']:,}",
+}
+
+COMPARISON_CELLS: Cells = {
+    "rate": lambda one: str(one["rate"]),
+    "then": lambda one: _rate(one["then"]),
+    "now": lambda one: _rate(one["now"]),
+    "now/then": lambda one: "–" if one["ratio"] is None else f"{one['ratio']:.2f}",
 }
