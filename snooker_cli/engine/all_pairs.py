@@ -19,7 +19,7 @@ from snooker_cli.engine import clock, prediction, sliding
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER, wall_delay
-from snooker_cli.engine.jit import inlined, kernel, lowest_bit
+from snooker_cli.engine.jit import inlined, kernel, lowest_bit, row_of
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, Setup, State, U, V, X, Y
 from snooker_cli.engine.sampling import Grid, grid_of, next_sample, sample_until
 from snooker_cli.trace import SLIDE
@@ -214,7 +214,7 @@ def advance(
     all_slides: Integers | None,
     agendas: Agenda,
     records: Recorded,
-    grids: Grid,
+    grids: Grid | None,
     active: Integers,
     answers: Integers,
     limit: int,
@@ -223,19 +223,21 @@ def advance(
 
     Ties go by time, ball, and wall first.
 
-    states, all_slides, agendas, grids : stacked, of all repeats
+    states, all_slides, agendas, grids : stacked, of all repeats; without grids events are recorded
     active : (*a*,), the repeats to simulate
     records, answers : a row for each of these
     """
     for row in range(len(active)):
         repeat = active[row]
-        state, slides = ks.state_of(states, repeat), ks.row_of(all_slides, repeat)
+        state, slides = ks.state_of(states, repeat), row_of(all_slides, repeat)[0]
         balls, setup, counts, sums = state.balls, state.setup, state.counts, state.sums
         agenda = Agenda(agendas.times[repeat], agendas.links[repeat])
         links = agenda.links
         next_time, pair_time = agenda.times[NEXT_TIME], agenda.times[PAIR_TIME]
         wall_time = agenda.times[WALL_TIME]
-        grid = grid_of(grids, repeat)
+        sample_time = NEVER
+        if grids is not None:
+            sample_time = next_sample(grid_of(grids, repeat), sums)
         recorded = Recorded(records.time[row], records.i[row], records.j[row], records.impulse[row])
         if counts[ks.PREDICTIONS] == 0:  # the first event is to come
             for k in range(balls.shape[1]):
@@ -261,8 +263,8 @@ def advance(
             if now > sums[ks.TIME_LIMIT]:
                 answers[row] = clock.TIME
                 break
-            if next_sample(grid, sums) < now:
-                sample_until(now, grid, state, slides)
+            if grids is not None and now > sample_time:
+                sample_time = sample_until(now, grid_of(grids, repeat), state, slides)
             clock.begin_event(i, j, now, sums, counts)
             if all_slides is not None:
                 k = sliding.sliding_ball(i, j, now, balls, slides)
@@ -275,11 +277,13 @@ def advance(
                         wall_time[k] = NEVER
                         find_contact(k, now, NEVER, state, slides, agenda)
                     count(k, SLIDE, size, state)
-                    record(recorded, filled, k, SLIDE, now, size, state.labels)
+                    if grids is None:
+                        record(recorded, filled, k, SLIDE, now, size, state.labels)
                     continue
             size = collide(i, j, now, state)
             count(i, j, size, state)
-            record(recorded, filled, i, j, now, size, state.labels)
+            if grids is None:
+                record(recorded, filled, i, j, now, size, state.labels)
             links[EVENTS, i] += 1
             trapped = False
             if at_wall:

@@ -37,12 +37,15 @@ def check_trap(i: int, now: float, bounces: int, state: State) -> bool:
 
 
 @kernel
-def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid, limit: int) -> int:
+def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid | None, limit: int) -> int:
     """Simulate at most ``limit`` events; why it stopped. Ties go by time and ball."""
     balls, counts = state.balls, state.counts
     links, tags, tree = cells.links, cells.tags, cells.tree
     large, chains = balls.shape[1] >= LARGE, no_chains(tree.bits)
     crossings = filled = 0
+    sample_time = NEVER
+    if grid is not None:
+        sample_time = next_sample(grid, state.sums)
     while filled < limit:
         i = first(tree.bits)
         now = tree.times[1]
@@ -69,12 +72,13 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid, limit: i
         happens = known or j == ks.NO_PARTNER
         trapped = False
         if happens:
-            if next_sample(grid, state.sums) < now:
-                sample_until(now, grid, state, None)
+            if grid is not None and now > sample_time:
+                sample_time = sample_until(now, grid, state, None)
             clock.begin_event(i, j, now, state.sums, counts)
             size = collide(i, j, now, state)
             count(i, j, size, state)
-            record(recorded, filled, i, j, now, size, state.labels)
+            if grid is None:
+                record(recorded, filled, i, j, now, size, state.labels)
             filled += 1
             tags[cell_grid.EVENTS, i] += 1
             tags[cell_grid.FORMER, i] = j

@@ -205,9 +205,7 @@ def count(i: int, j: int, impulse: float, state: State) -> None:
 def record(
     recorded: Recorded, row: int, i: int, j: int, now: float, impulse: float, labels: Indices
 ) -> None:
-    """Write an event into a row of the record, if there is one; of two balls, the lesser first."""
-    if len(recorded.time) == 0:
-        return
+    """Write an event into a row of the record; of two balls, the lesser first."""
     if len(labels) > 0:
         i, j = labels[i], labels[j] if j >= 0 else j
     recorded.time[row], recorded.impulse[row] = now, impulse

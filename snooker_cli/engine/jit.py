@@ -128,6 +128,15 @@ def fetch(array: Any, place: int) -> None:
     """Ask the processor to load an element into its cache; plain Python does nothing."""
 
 
+def row_of(stacked: Any, repeat: int) -> tuple[Any]:
+    """What a repeat has of a stacked array, or ``None``, as the only element of a tuple.
+
+    Compiled, it has the type of an array or of ``None``; one for both would be slower. Compiled
+    functions return new arrays in tuples only.
+    """
+    return (None if stacked is None else stacked[repeat],)
+
+
 @cache
 def cache_folder() -> Path | None:
     """The folder for kernels of these sources; ``None``, after a warning, if it is not writable."""
@@ -235,9 +244,16 @@ def _numba() -> Any:
 
         return types.void(array, types.int64), generate
 
+    def no_row(stacked, repeat):  # type: ignore[no-untyped-def]
+        return (None,)
+
+    def one_row(stacked, repeat):  # type: ignore[no-untyped-def]
+        return (stacked[repeat],)
+
     for function, compiled in (
         (fused, lambda a, b, c: lambda a, b, c: fused_instruction(a, b, c)),
         (lowest_bit, lambda mask: lambda mask: lowest_bit_instruction(mask)),
+        (row_of, lambda stacked, repeat: no_row if stacked is types.none else one_row),
         (fetch, lambda array, place: lambda array, place: fetch_instruction(array, place)),
     ):
         overload(function, jit_options=INLINE_OPTIONS)(compiled)

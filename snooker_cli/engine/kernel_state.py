@@ -8,13 +8,13 @@ the function, so functions take such a value beside the state.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Box, Circle
-from snooker_cli.engine.jit import inlined
+from snooker_cli.engine.jit import inlined, row_of
 from snooker_cli.trace import CONTAINER
 
 if TYPE_CHECKING:
@@ -190,25 +190,17 @@ def new_states(
 
 
 @inlined
-def row_of(stacked: NDArray[Any] | None, repeat: int) -> Any:
-    """What a repeat has of a stacked array, or ``None``."""
-    if stacked is None:
-        return None
-    return stacked[repeat]
-
-
-@inlined
 def state_of(states: State, repeat: int) -> State:
     """The state of a repeat, in the memory of the stacked states."""
     return State(
         states.setup,
         states.balls[repeat],
-        row_of(states.container, repeat),
+        row_of(states.container, repeat)[0],
         states.box,
         states.period,
         states.radii,
         states.masses,
-        row_of(states.slides, repeat),
+        row_of(states.slides, repeat)[0],
         states.labels,
         states.sums[repeat],
         states.counts[repeat],

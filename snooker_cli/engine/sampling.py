@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.jit import helper, inlined, kernel
+from snooker_cli.engine.jit import helper, inlined, kernel, row_of
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Setup, State, U, V, mass_of
 from snooker_cli.engine.sliding import SETTLES, ball_of, bounced, pressing, set_ball
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, Summary
@@ -64,13 +64,6 @@ class Grid(NamedTuple):
     early_times: Floats
     early_rows: Floats
     early_histogram: Indices
-
-
-def no_grids(repeats: int) -> Grid:
-    """The grids of repeats that record events: they have no rows."""
-    grids = _grids(repeats, 0, 0)
-    grids.step[:], grids.used[:] = math.inf, 1
-    return grids
 
 
 def new_grids(scenes: Sequence[Scene]) -> Grid:
@@ -227,17 +220,23 @@ def next_sample(grid: Grid, sums: Floats) -> float:
 
 
 @kernel
-def sample_until(now: float, grid: Grid, state: State, slides: Integers | None) -> None:
-    """Fill the rows whose time is before clocks show ``now``: no velocity has changed since."""
+def sample_until(now: float, grid: Grid, state: State, slides: Integers | None) -> float:
+    """Fill the rows whose time is before clocks show ``now``, and return the next time, s.
+
+    No velocity has changed since the last event.
+    """
     rows, histogram = grid.rows, grid.histogram
     known = False  # whether the row before is of the same velocities
-    while next_sample(grid, state.sums) < now:
+    while True:
+        time = next_sample(grid, state.sums)
+        if time >= now:
+            return time
         k = grid.used[0]
         if k > ROWS:
             halve(grid)
             continue
         if slides is not None:
-            sample_slides(k, next_sample(grid, state.sums), grid, state, slides)
+            sample_slides(k, time, grid, state, slides)
         elif known:
             copy_row(rows[k - 1], histogram[k - 1], rows[k], histogram[k])
         else:
@@ -258,7 +257,7 @@ def sample_to_end(
     """``sample_until`` the end of each repeat (s, on its clocks), and a row more at that time."""
     for repeat in range(len(ends)):
         end, state = ends[repeat], ks.state_of(states, repeat)
-        slides = ks.row_of(all_slides, repeat)
+        slides = row_of(all_slides, repeat)[0]
         sample_until(end, grid_of(grids, repeat), state, slides)
         sample(rows[repeat], histograms[repeat], end, state, state.container, slides)
 

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from snooker_cli.engine.kernel_state import Floats, Indices, Integers, State
+    from snooker_cli.engine.sampling import Grid
     from snooker_cli.scene import Scene
 
 Sink: TypeAlias = Callable[[Events], None]
@@ -53,8 +54,8 @@ REORDERED = 4096
 REORDER_AFTER = 20
 """Events per ball after which balls are put into the order of their cells again."""
 
-FEW, FEW_IN_FREE, MOST = 45, 150, 400
-"""Balls up to which all pairs are faster than cells, times the packing's fourth root; at most."""
+FEW, FEW_IN_FREE, MOST = 48, 150, 1000
+"""Balls up to which all pairs are faster than cells, times the packing to the 3/8; at most."""
 
 BALLS_PER_CELL, DILUTE = 1.0, 0.4
 """In a packed gas, and in a dilute one over the cube root of the packing."""
@@ -71,6 +72,7 @@ class Engine(ABC):
 
     states : stacked; ``InCells`` shares only sums and counts with it
     active : (*a*,), the repeats that have not ended; all have had ``done`` events
+    grids : stacked; ``None`` if events are recorded
     reasons : why each repeat ended; ``INTERRUPTED`` while it is active
     times : (*repeats*,), of the last event, s
     chunks : of each repeat, its events so far
@@ -80,9 +82,9 @@ class Engine(ABC):
         self, scenes: Sequence[Scene], time_limit: float = math.inf, summary: bool = False
     ) -> None:
         repeats = len(scenes)
-        self.scenes, self.time_limit, self.summary = scenes, time_limit, summary
+        self.scenes, self.time_limit = scenes, time_limit
         self.states = ks.new_states(scenes, time_limit, self._memory())
-        self.grids = sampling.new_grids(scenes) if summary else sampling.no_grids(repeats)
+        self.grids = sampling.new_grids(scenes) if summary else None
         self.active, self.done = np.arange(repeats), 0
         self.reasons = [StopReason.INTERRUPTED] * repeats
         self.times = np.zeros(repeats)
@@ -124,7 +126,7 @@ class Engine(ABC):
         return dict(chain.from_iterable(_saved(*part) for part in self.parts().items()))
 
     @abstractmethod
-    def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Indices) -> None:
+    def sample_to_end(self, grids: Grid, clocks: Floats, rows: Floats, histograms: Indices) -> None:
         """Complete the grids, and write a row for when each repeat's clocks show a time, s."""
 
     @abstractmethod
@@ -138,14 +140,14 @@ class Engine(ABC):
         size = CHUNK if number < REORDERED else SMALL_CHUNK
         size = min(size, max(MOST_EVENTS // len(active), 1))
         limit = min(wanted - before, size, epoch_length - before % epoch_length)
-        records = ks.new_record(len(active), 0 if self.summary else limit)
+        records = ks.new_record(len(active), limit if self.grids is None else 0)
         answers = np.zeros(len(active), dtype=np.int64)
         self.advance(records, answers, limit)
         epochs, clocks = self.states.sums[active][:, [ks.EPOCH, ks.NOW]].T
         counts = self.states.counts[active]
         done = counts[:, ks.WALL_EVENTS] + counts[:, ks.PAIR_EVENTS]
         self.times[active] = epochs + clocks
-        if not self.summary:
+        if self.grids is None:
             self._keep(records, epochs.tolist(), (done - before).tolist(), sink)
         for row in np.flatnonzero((done > before) & (done % epoch_length == 0)).tolist():
             following = clock.following(float(epochs[row]), float(clocks[row]))
@@ -174,7 +176,7 @@ class Engine(ABC):
         stops = [self._stop(repeat, count) for repeat, count in enumerate(counts)]
         times = [stop.time for stop in stops]
         clocks = np.array(times) - self.states.sums[:, ks.EPOCH]
-        summaries = self._summaries(clocks, times) if self.summary else [None] * len(stops)
+        summaries = self._summaries(clocks, times)
         finishes = self.scenes_at(clocks)
         rows = zip(self.scenes, finishes, stops, counts, self.chunks, summaries, strict=True)
         return [
@@ -191,11 +193,13 @@ class Engine(ABC):
             for start, finish, stop, count, chunks, summary in rows
         ]
 
-    def _summaries(self, clocks: Floats, times: list[float]) -> list[Summary]:
+    def _summaries(self, clocks: Floats, times: list[float]) -> Sequence[Summary | None]:
         """The summary of each repeat up to a time, given on its clocks too, s."""
+        if self.grids is None:
+            return [None] * len(times)
         rows = np.empty((len(times), sampling.COLUMNS))
         histograms = np.empty((len(times), SPEED_BINS), dtype=np.int32)
-        self.sample_to_end(clocks, rows, histograms)
+        self.sample_to_end(self.grids, clocks, rows, histograms)
         return [
             sampling.summary(sampling.grid_of(self.grids, repeat), *last)
             for repeat, last in enumerate(zip(times, rows, histograms, strict=True))
@@ -312,9 +316,9 @@ class AllPairs(Engine):
     def parts(self) -> dict[str, Any]:
         return {"states": self.states, "agendas": self.agendas, "grids": self.grids}
 
-    def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Indices) -> None:
+    def sample_to_end(self, grids: Grid, clocks: Floats, rows: Floats, histograms: Indices) -> None:
         states, slides = self.states, self.states.slides
-        sampling.sample_to_end(clocks, self.grids, states, slides, rows, histograms)
+        sampling.sample_to_end(clocks, grids, states, slides, rows, histograms)
 
     def scenes_at(self, clocks: Floats) -> list[Scene]:
         balls, container = self.states.balls, self.states.container
@@ -350,7 +354,7 @@ class InCells(Engine):
         (self.scene,) = scenes
         super().__init__(scenes, time_limit, summary)
         self.state = ks.state_of(self.states, 0)
-        self.grid = sampling.grid_of(self.grids, 0)
+        self.grid = None if self.grids is None else sampling.grid_of(self.grids, 0)
         self.cells = cell_grid.new_cells(
             self.scene, cell_side(self.scene), self.state.balls, new_tree(self.scene.number)
         )
@@ -411,9 +415,9 @@ class InCells(Engine):
         vars(self).update(found)
         return found
 
-    def sample_to_end(self, clocks: Floats, rows: Floats, histograms: Indices) -> None:
+    def sample_to_end(self, grids: Grid, clocks: Floats, rows: Floats, histograms: Indices) -> None:
         end, state = float(clocks[0]), self.state
-        sampling.sample_until(end, self.grid, state, None)
+        sampling.sample_until(end, sampling.grid_of(grids, 0), state, None)
         sampling.sample(rows[0], histograms[0], end, state, state.container, None)
 
     def scenes_at(self, clocks: Floats) -> list[Scene]:
@@ -527,7 +531,7 @@ def few_at(packing_fraction: float, *, free: bool) -> int:
     """
     # Of square roots, which are exactly rounded: a scene gets the same engine on every machine.
     root = math.sqrt(math.sqrt(packing_fraction))
-    return int(min((FEW_IN_FREE if free else FEW) / root, MOST))
+    return int(min((FEW_IN_FREE if free else FEW) / (root * math.sqrt(root)), MOST))
 
 
 def cell_side(scene: Scene) -> float:
@@ -569,8 +573,8 @@ def simulate(
     """
     if collisions is None and time is None:
         raise ValueError("a run needs a number of collisions or a time to end at")
-    run = engine_for(scene, engine)([scene], math.inf if time is None else time, summary)
     wanted = ks.NO_LIMIT if collisions is None else collisions
+    run = engine_for(scene, engine)([scene], math.inf if time is None else time, summary)
     if checkpoint is not None:
         run.restore(checkpoint)
     stop_wanted: object = False
@@ -607,12 +611,13 @@ def simulate_batch(
     tell = watch or (lambda _: None)
     kind = engine_for(scenes[0], engine)
     # Cells take as long as one repeat after the other: their kernel is called for each.
+    wanted = ks.NO_LIMIT if collisions is None else collisions
     size = 1 if kind is InCells else MOST_SUMMARIES if summary else len(scenes)
     traces: list[Trace] = []
     for first in range(0, len(scenes), size):
         run = kind(scenes[first : first + size], math.inf if time is None else time, summary)
         while len(run.active):
-            tell(run.chunk(ks.NO_LIMIT if collisions is None else collisions))
+            tell(run.chunk(wanted))
         traces += run.traces()
     return traces
 

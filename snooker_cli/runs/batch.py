@@ -16,7 +16,7 @@ from importlib.metadata import version
 from typing import Any, NamedTuple
 
 from snooker_cli import __version__, store
-from snooker_cli.config import to_json
+from snooker_cli.config import Experiment, to_json
 from snooker_cli.engine import ENGINE_VERSION, simulate, simulate_batch, specialisation
 from snooker_cli.errors import SceneError, StoreError
 from snooker_cli.placement.starting_scene import starting_scenes
@@ -31,17 +31,23 @@ CHECKPOINT_INTERVAL = 600.0
 SAVING_SHARE = 20
 """A checkpoint is saved not before this many times as long as it took to save the last one."""
 
-_compiled: set[tuple[str | None, frozenset[tuple[str, bool]]]] = set()
-"""What this process has compiled or loaded, by the chosen engine and what is modelled."""
+_compiled: set[tuple[str, str | None, frozenset[tuple[str, bool]]]] = set()
+"""What this process has compiled or loaded: what is recorded, the engine, and what is modelled."""
 
 
-def compile_for(scene: Scene, engine: str | None) -> None:
-    """Compile what simulating a scene needs, or load it from the cache, once in a process."""
-    models = specialisation(scene, engine=engine)
-    key = engine, frozenset(models.items())
+def compile_for(experiment: Experiment, repeat: int, engine: str | None) -> None:
+    """Compile what simulating a repeat needs, or load it from the cache, once in a process.
+
+    If its balls have no place, nothing is compiled: the simulation will report that.
+    """
+    try:
+        scene, summary = first_scene(experiment, repeat), experiment.record == "summary"
+    except SceneError:
+        return
+    key = experiment.record, engine, frozenset(specialisation(scene, engine=engine).items())
     if key in _compiled:
         return
-    simulate(scene, collisions=1, summary=True, engine=engine)
+    simulate(scene, collisions=1, summary=summary, engine=engine)
     _compiled.add(key)
 
 

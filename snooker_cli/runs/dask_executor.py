@@ -18,7 +18,7 @@ from typing import Any
 
 from snooker_cli import __version__, store
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import RunError, SceneError
+from snooker_cli.errors import RunError
 from snooker_cli.runs.batch import (
     Batch,
     Begun,
@@ -31,7 +31,6 @@ from snooker_cli.runs.batch import (
 )
 from snooker_cli.runs.execution import Executor, Watcher
 from snooker_cli.runs.folder import open_run
-from snooker_cli.runs.plan import first_scene
 from snooker_cli.runs.run import Run
 from snooker_cli.runs.status import target_of
 from snooker_cli.store import SCHEMA_VERSION
@@ -107,10 +106,7 @@ def simulate_remotely(remote: RemoteRun, batch: Batch) -> list[RepeatResult] | N
         stored = [cached(status) for status in run.file_statuses(run.path(*batch), store.check)]
         if len(stored) == len(batch.repeats) and all(stored):
             return [replace(result, cached=False) for result in stored if result]
-        with suppress(SceneError):  # reported for each repeat that has no scene
-            compile_for(
-                first_scene(run.points[batch.point].experiment, batch.repeats[0]), run.engine
-            )
+        compile_for(run.points[batch.point].experiment, batch.repeats[0], run.engine)
         return simulate_and_store(Job(run, remote.command, remote.interval), batch, mine)
     except RunError as error:
         return [RepeatResult(batch.point, repeat, error=str(error)) for repeat in batch.repeats]

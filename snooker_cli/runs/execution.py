@@ -29,7 +29,7 @@ from snooker_cli.runs.batch import (
     simulate_and_store,
 )
 from snooker_cli.runs.folder import record_failure, record_failures
-from snooker_cli.runs.plan import alike, batch_size, first_scene
+from snooker_cli.runs.plan import alike, batch_size
 from snooker_cli.runs.run import RepeatStatus, Run, State
 
 POLL_INTERVAL = 0.02
@@ -137,7 +137,7 @@ class ThreadExecutor(Executor):
         clock, run = time.perf_counter(), job.run
         points = [run.points[point] for point in sorted({point for point, _ in missing})]
         scenes = [same[0].experiment for same in alike(points).values()]
-        for _ in self.each(lambda each: compile_for(first_scene(each, 0), run.engine), scenes):
+        for _ in self.each(lambda each: compile_for(each, 0, run.engine), scenes):
             pass
         if not self._cancelled.is_set():
             watcher.simulating(time.perf_counter() - clock)

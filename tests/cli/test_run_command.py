@@ -180,7 +180,7 @@ def test_a_plan_has_the_engine_and_its_reason(here: Path, snooker: Snooker) -> N
     Path("gas.yaml").write_text(GAS)
     box, periodic = (f"container={{shape: {shape}, width: 20}}" for shape in ("box", "periodic"))
     for arguments, engine, because in (
-        ([], "cells", "many balls in a circle"),
+        (["-o", "balls.count=200"], "cells", "many balls in a circle"),
         (["-o", "balls.count=20"], "allpairs", "few balls in a circle"),
         (["-o", "container.mass=1", "-o", "balls.count=150"], "allpairs", "few balls in a circle"),
         (["-o", "collapse=slide"], "allpairs", "balls slide"),

@@ -210,7 +210,7 @@ FEW_EVENTS = {
 """Scenes of which plain Python simulates some events too."""
 
 OF_FEW_EVENTS = "fa8b9b46c379b61dd4027283959810d0c9c3bb8ce24e37d8ab6932a1fd604c0f"
-"""A hash of all but the last, of engine version 6."""
+"""A hash of all but the last."""
 
 
 def short(name: str, collisions: int, *, summary: bool = False) -> Trace:

@@ -75,10 +75,9 @@ def executor(scheduler: distributed.LocalCluster, client: distributed.Client) ->
 
     def compile_first() -> None:
         from snooker_cli.config import parse
-        from snooker_cli.placement.starting_scene import starting_scene
         from snooker_cli.runs.batch import compile_for
 
-        compile_for(starting_scene(parse(LONG).experiment, 0), None)
+        compile_for(parse(LONG).experiment, 0, None)
 
     client.wait_for_workers(2, timeout=60)
     client.run(compile_first)

@@ -71,7 +71,7 @@ def test_a_class_holds_points_that_need_the_same(small_config: str) -> None:
     ("overrides", "modelled"),
     [
         (("balls.count=80",), []),
-        ((), ["cells"]),
+        (("balls.count=200",), ["cells"]),
         (("balls.count=4096", "balls.radius=0.05"), ["cells", "balls sorted by cells"]),
         (("container={shape: box, width: 20}",), ["cells", "straight walls"]),
         (("container={shape: periodic, width: 20}",), ["cells", "periodic images"]),
