@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from snooker_cli.analysis.predictions import DENSEST_FLUID
@@ -44,6 +44,9 @@ NOTES = (
 )
 """What a reader of the rows has to know."""
 
+ONLY_OPEN = "only with open"
+"""The agreement of a row that deviates by more than ``ALLOWED``, but within what is open."""
+
 
 @dataclass(frozen=True)
 class PhysicsStudy(Study):
@@ -59,7 +62,7 @@ class PhysicsStudy(Study):
     quick: bool = False
 
     def results(self, report: Callable[[str], None]) -> Record:
-        """The rows, sorted by group, and notes on them."""
+        """The rows, in order, and notes on them."""
         found: list[Record] = []
         for gas in self.fluids:
             report(f"pressure and collision rate at packing {gas.packing:.4g}")
@@ -72,18 +75,18 @@ class PhysicsStudy(Study):
             found += speed_rows(gas)
         groups = list(dict.fromkeys(row["group"] for row in found))
         found.sort(key=lambda row: groups.index(row["group"]))
-        return {"allowed_errors": ALLOWED, "notes": NOTES, "rows": found}
+        return {"allowed_errors": ALLOWED, "notes": NOTES, "rows": in_order(found)}
 
     @staticmethod
     def passed(record: Record) -> bool:
-        """Whether all rows agree."""
+        """Whether all rows agree, some perhaps only with what is open."""
         return all(row["agrees"] for row in record["rows"])
 
     @staticmethod
     def tables(record: Record) -> Iterator[str]:
         """Measured beside expected values, a table for each group, and how to read them."""
         yield from header_lines(record)
-        rows = record["rows"]
+        rows = in_order(record["rows"])
         for group in dict.fromkeys(row["group"] for row in rows):
             yield ""
             yield group
@@ -128,26 +131,47 @@ def quick_study() -> PhysicsStudy:
 # The record in sentences and tables
 
 
+def in_order(rows: Sequence[Record]) -> list[Record]:
+    """Rows whose expected value leaves nothing open come first; groups stay together."""
+    return sorted(rows, key=lambda row: row["systematic"] > 0)
+
+
+def agreement(row: Record) -> str:
+    """Whether a row agrees; what is open never hides a deviation of more than ``ALLOWED``."""
+    if not row["agrees"]:
+        return "no"
+    return "yes" if abs(row["left_in_errors"]) <= ALLOWED else ONLY_OPEN
+
+
 def verdict(record: Record) -> str:
-    """The number of rows that agree, and the names of the others."""
+    """The number of rows that agree, and the names and deviations of the others."""
     rows = record["rows"]
-    wrong = [row for row in rows if not row["agrees"]]
-    allowed = f"{record['allowed_errors']:g} standard errors and what is open"
-    if not wrong:
-        return f"all {len(rows)} rows agree: what is left is within {allowed}"
-    names = listed(
-        [f"{row['quantity']} at packing {row['setting']['packing']:.4g}" for row in wrong]
-    )
-    return f"{len(rows) - len(wrong)} of {len(rows)} rows agree; not within {allowed}: {names}"
+    found = f"{_agreeing(rows)} of {len(rows)} rows agree within {ALLOWED:g} standard errors"
+    for answer, words in ((ONLY_OPEN, "only with what is open"), ("no", "not")):
+        names = [
+            f"{row['quantity']} at packing {row['setting']['packing']:.4g} ({_left(row)})"
+            for row in rows
+            if agreement(row) == answer
+        ]
+        if names:
+            found += f"; {words}: {listed(names)}"
+    return found
+
+
+def _agreeing(rows: Sequence[Record]) -> int:
+    return sum(agreement(row) == "yes" for row in rows)
 
 
 def values(record: Record) -> Record:
     """The numbers of a saved measurement that our report states.
 
     off : the largest relative difference of Z from simulated values, in percent, rounded up
-    closed, beyond : rows with no systematic error; of these, more than two standard errors off
+    rows : with their agreement, those with no systematic error first
+    closed, agreeing_closed, beyond : these; of them, within ``ALLOWED`` standard errors, and more
+        than two off
+    only_open : rows that agree only with what is open
     """
-    rows = record["rows"]
+    rows = [row | {"agreement": agreement(row)} for row in in_order(record["rows"])]
     states = [row for row in rows if row["group"] == STATE]
     simulated = [row for row in states if row["source"] != VIRIALS]
     closed = [row for row in rows if row["systematic"] == 0]
@@ -156,8 +180,11 @@ def values(record: Record) -> Record:
         "balls": max(row["setting"]["balls"] for row in states),
         "packings": len({row["setting"]["packing"] for row in states}),
         "coefficients": len({row["setting"]["cor"] for row in rows if row["group"] == HAFF}),
-        "agreeing": sum(row["agrees"] for row in rows),
+        "rows": rows,
+        "agreeing": _agreeing(rows),
         "closed": len(closed),
+        "agreeing_closed": _agreeing(closed),
+        "only_open": [row for row in rows if row["agreement"] == ONLY_OPEN],
         "beyond": sum(abs(row["left_in_errors"]) > 2 for row in closed),
         "off": f"{math.ceil(1e4 * off) / 100:g}",
     }
@@ -173,14 +200,19 @@ CELLS: Cells = {
     "expected": lambda row: short(row["expected"], 6),
     "difference": lambda row: _signed(row["difference"]),
     "known": lambda row: _signed(row["known"]) if row["known"] else "–",
-    "left, in errors": lambda row: f"{row['left_in_errors']:+.1f}".replace("-", "−"),
+    "left, in errors": lambda row: _left(row),
     "open": lambda row: short(row["systematic"], 2) if row["systematic"] else "–",
-    "agrees": lambda row: "yes" if row["agrees"] else "no",
+    "agrees": agreement,
     "source": lambda row: str(row["source"]),
 }
 """The table of rows with their gases."""
 
 TEXTS = ("quantity", "agrees", "source")
+
+
+def _left(row: Record) -> str:
+    """What is left, in standard errors."""
+    return f"{row['left_in_errors']:+.1f}".replace("-", "−")
 
 
 def _walls(shape: str) -> str:

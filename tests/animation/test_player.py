@@ -74,6 +74,41 @@ def test_the_player_shows_the_trace(
     assert browser.complaints == []
 
 
+MENU = """
+(() => {
+  const found = {};
+  for (const menu of document.querySelectorAll("select:not([hidden] *)")) {
+    const press = (key) => document.activeElement.dispatchEvent(
+      new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+    menu.focus();
+    menu.selectedIndex = (menu.selectedIndex + 1) % menu.options.length;
+    menu.dispatchEvent(new Event("change", { bubbles: true }));
+    const chosen = menu.selectedIndex;
+    player.play(false);
+    player.goTo(0);
+    press("ArrowRight");
+    const done = player.reel.done;
+    press(" ");
+    found[menu.id] = [done, player.playing, menu.selectedIndex === chosen];
+  }
+  return found;
+})()
+"""
+"""Choose from each menu, then press keys of the film."""
+
+
+def test_keys_return_to_the_film_after_a_menu(
+    browser: Browser, films: dict[str, Film], tmp_path: Path
+) -> None:
+    path = tmp_path / "film.html"
+    path.write_text(page(films[SHAPES[0]], seconds=20.0), encoding="utf-8")
+    browser.open(path)
+    found = browser.value(MENU)
+    assert {"speed", "colours"} <= set(found)
+    assert all(each == [1, True, True] for each in found.values()), found
+    assert browser.complaints == []
+
+
 def moments(made: Film) -> list[float]:
     """Even times, and some in each interval between a slide's collisions and those before."""
     time = np.concatenate([[made.start], made.time, [made.end]])

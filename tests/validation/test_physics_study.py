@@ -13,10 +13,14 @@ from typer.testing import CliRunner
 
 from snooker_cli import theory
 from snooker_cli.cli.app import app
+from snooker_cli.report.supplements import measurement
 from snooker_cli.theory.equation_of_state import PUBLISHED_RATIOS
 from snooker_cli.validation import physics_measurements as measurements
 from snooker_cli.validation.physics_measurements import GasSample, known_value
 from snooker_cli.validation.physics_study import (
+    ONLY_OPEN,
+    agreement,
+    in_order,
     quick_study,
     values,
     verdict,
@@ -68,7 +72,10 @@ def test_a_gas_with_losses_does_not_agree(monkeypatch: pytest.MonkeyPatch) -> No
     ended = CliRunner().invoke(app, ["bench", "physics", "--quick"])
     assert ended.exit_code == 4
     assert "0 of 2 rows agree" in ended.stdout
-    assert "Z = PV/NT at packing 0.3 and collisions of a ball, 1/s at packing 0.3" in ended.stdout
+    assert re.search(
+        r"not: Z = PV/NT at packing 0\.3 \(\S+\) and collisions of a ball, 1/s at packing 0\.3",
+        ended.stdout,
+    )
 
 
 # The measurement
@@ -142,5 +149,34 @@ def test_verdict_and_values_follow_the_record(record: Record) -> None:
     worse = copy.deepcopy(record)
     worse["rows"][0]["agrees"] = False
     assert values(worse)["agreeing"] == total - 1
-    assert f"{total - 1} of {total} rows agree" in verdict(worse)
+    assert f"{total - 1} of {total} rows agree within 4 standard errors; not: " in verdict(worse)
     assert "Z = PV/NT at packing 0.3" in verdict(worse)
+
+
+def test_rows_without_an_allowance_come_first_and_no_allowance_hides_a_deviation() -> None:
+    rows = [
+        a_row(measured=1.05, systematic=0.02),
+        a_row(measured=1.02),
+        a_row(measured=1.02, systematic=0.02),
+        a_row(measured=1.09, systematic=0.02),
+    ]
+    assert [agreement(row) for row in rows] == [ONLY_OPEN, "yes", "yes", "no"]
+    assert in_order(rows) == [rows[1], rows[0], rows[2], rows[3]]
+    assert verdict({"rows": rows}) == (
+        "2 of 4 rows agree within 4 standard errors; only with what is open: quantity at packing "
+        "0.3 (+5.0); not: quantity at packing 0.3 (+9.0)"
+    )
+
+
+def test_the_saved_measurement_says_where_only_the_allowance_makes_a_row_agree() -> None:
+    saved = measurement("physics")
+    found = values(saved)
+    allowances = [row["systematic"] > 0 for row in found["rows"]]
+    assert allowances == sorted(allowances)
+    assert found["closed"] == found["agreeing_closed"] == allowances.count(False)
+    (hidden,) = found["only_open"]
+    assert abs(hidden["left_in_errors"]) > 4
+    lines = list(quick_study().tables(saved))
+    assert sum("only with open" in line for line in lines) == 1
+    assert lines.index(measurements.SPEEDS) < lines.index(measurements.HAFF)
+    assert "only with what is open: Haff's rate, 1/s at packing 0.05 (−10.9)" in lines[-1]

@@ -132,6 +132,9 @@ class Player {
       button.checked = button.value === this.pace;
       button.onchange = () => { this.pace = button.value; this.refresh(); };
     }
+    // A menu that keeps the focus would keep the keys, too.
+    for (const menu of document.querySelectorAll("select"))
+      menu.addEventListener("change", () => menu.blur());
     document.addEventListener("keydown", (event) => this.key(event));
     // Else it would press the button that was clicked last, too.
     document.addEventListener("keyup", (event) => { if (event.key === " ") event.preventDefault(); });
