@@ -11,6 +11,7 @@ import logging
 import math
 import os
 import platform
+import stat
 import sys
 import threading
 from collections.abc import Callable
@@ -18,7 +19,7 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
-from tempfile import TemporaryFile
+from tempfile import TemporaryFile, gettempdir
 from typing import IO, Any, TypeVar, cast
 
 import numpy as np
@@ -49,10 +50,16 @@ NOTICE = "compiling this type of scene (first use on this machine, about 10 to 2
 NOTICE_AFTER = 1.0
 """Seconds of compilation before the notice."""
 
-NOT_KEPT = (
-    "the cache folder for compiled code is not writable, so every process compiles again; "
-    "set NUMBA_CACHE_DIR to a writable folder"
+ELSEWHERE = (
+    "the cache folder for compiled code cannot be used (%s), so %s is used instead; "
+    "set NUMBA_CACHE_DIR to a folder that only you can write to"
 )
+NOT_KEPT = (
+    "no cache folder for compiled code can be used (%s), so every process compiles again; "
+    "set NUMBA_CACHE_DIR to a folder that only you can write to"
+)
+
+WRITABLE_BY_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 NO_GATHERS = ",+prefer-no-gather,+prefer-no-scatter"
 """Features for LLVM: on several processors, loads one by one are four times as fast as a gather."""
@@ -139,21 +146,60 @@ def row_of(stacked: Any, repeat: int) -> tuple[Any]:
 
 @cache
 def cache_folder() -> Path | None:
-    """The folder for kernels of these sources; ``None``, after a warning, if it is not writable."""
+    """The folder for kernels of these sources; Numba runs any code that it finds there.
+
+    If the user's folder cannot be used, it is one in the system's temporary folder, after a
+    warning. If that cannot be used either, it is ``None``.
+    """
     here = Path(__file__).parent
     numba = _numba()
     found = hashlib.sha256(numba.__version__.encode())
     for source in (*sorted(here.glob("*.py")), here.with_name("trace.py")):
         found.update(source.read_bytes())
+    name, chosen = f"engine-{found.hexdigest()[:16]}", numba.config.CACHE_DIR
     try:
-        user = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "snooker"
-        folder = Path(numba.config.CACHE_DIR or user) / f"engine-{found.hexdigest()[:16]}"
-        folder.mkdir(parents=True, exist_ok=True)
-        with TemporaryFile(dir=folder):
-            return folder
-    except (OSError, RuntimeError):  # RuntimeError: the user has no home folder
-        _log.warning(NOT_KEPT)
+        user = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
+        parent = Path(chosen) if chosen else user.expanduser() / "snooker"
+        return _private_folder(parent, name, shared=bool(chosen))
+    except (OSError, RuntimeError) as error:  # RuntimeError: the user has no home folder
+        reason = getattr(error, "strerror", None) or str(error).rstrip(".")
+    try:
+        parent = Path(gettempdir(), "snooker")
+        if sys.platform != "win32":
+            parent = parent.with_name(f"snooker-{os.geteuid()}")
+        folder = _private_folder(parent, name, shared=False)
+        _log.warning(ELSEWHERE, reason, folder)
+        return folder
+    except OSError:
+        _log.warning(NOT_KEPT, reason)
         return None
+
+
+def _private_folder(parent: Path, name: str, *, shared: bool) -> Path:
+    """Make a folder that no other user can change; Windows has no such check.
+
+    shared : whether ``parent`` has other uses, so that its permissions stay as they are
+
+    Raises ``OSError`` if it cannot be written, or if another user can change or replace it.
+    """
+    parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    folder = parent.resolve() / name
+    if sys.platform != "win32":
+        user, above = os.geteuid(), folder.parent.stat()
+        if above.st_uid == user and not shared:
+            folder.parent.chmod(above.st_mode & ~WRITABLE_BY_OTHERS)
+            above = folder.parent.stat()
+        # In a sticky folder, such as /tmp, others cannot replace what they do not own.
+        loose = above.st_mode & WRITABLE_BY_OTHERS and not above.st_mode & stat.S_ISVTX
+        if loose or above.st_uid not in (user, 0):
+            raise PermissionError(f"other users can change {folder.parent}")
+        folder.mkdir(mode=0o700, exist_ok=True)
+        mine = folder.lstat()
+        if mine.st_uid != user or mine.st_mode & WRITABLE_BY_OTHERS:
+            raise PermissionError(f"other users can change {folder}")
+    folder.mkdir(mode=0o700, exist_ok=True)
+    with TemporaryFile(dir=folder):
+        return folder
 
 
 @cache

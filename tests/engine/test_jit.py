@@ -5,10 +5,11 @@ from __future__ import annotations
 import logging
 import os
 import shutil
+import stat
 import sys
 import threading
 from collections import namedtuple
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -50,8 +51,8 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     jit.cache_folder.cache_clear()
 
 
-def set_folder(chosen: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What NUMBA_CACHE_DIR does, which Numba reads when it is imported."""
+def set_folder(chosen: Path | str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What NUMBA_CACHE_DIR does, which Numba reads when it is imported; "" if it is not set."""
     import numba
 
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(chosen))
@@ -134,20 +135,126 @@ def test_changed_sources_have_another_folder(tmp_path: Path) -> None:
     assert len(set(folders)) == 4
 
 
-def test_a_folder_that_is_not_writable_is_reported_once(
+@pytest.fixture
+def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The system's temporary folder, which every user can write to."""
+    folder = tmp_path / "tmp"
+    folder.mkdir()
+    folder.chmod(0o1777)
+    monkeypatch.setattr("tempfile.tempdir", str(folder))
+    return folder
+
+
+@pytest.fixture
+def warnings_of(caplog: pytest.LogCaptureFixture) -> Callable[[], list[str]]:
+    """Texts of the warnings so far."""
+    caplog.set_level(logging.WARNING, "snooker_cli")
+    return lambda: [record.getMessage() for record in caplog.records]
+
+
+def mode(folder: Path) -> int:
+    return stat.S_IMODE(folder.stat().st_mode)
+
+
+def test_without_a_writable_folder_kernels_are_compiled_all_the_same(
     cache: Path,
     tmp_path: Path,
+    temporary: Path,
     monkeypatch: pytest.MonkeyPatch,
-    caplog: pytest.LogCaptureFixture,
+    warnings_of: Callable[[], list[str]],
 ) -> None:
-    """Kernels are compiled all the same."""
+    """It is reported once."""
     (tmp_path / "file").touch()
     set_folder(tmp_path / "file" / "cache", monkeypatch)
-    with caplog.at_level(logging.WARNING, "snooker_cli"):
-        for _ in range(2):
-            assert jit.kernel(sum_of)(*arguments()) == sum_of(*arguments())
-    (record,) = caplog.records
-    assert "NUMBA_CACHE_DIR" in record.getMessage()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "file"))
+    for _ in range(2):
+        assert jit.kernel(sum_of)(*arguments()) == sum_of(*arguments())
+    (warning,) = warnings_of()
+    assert "every process compiles again" in warning
+    assert "NUMBA_CACHE_DIR" in warning
+
+
+on_posix = pytest.mark.skipif(sys.platform == "win32", reason="it has no such permissions")
+
+
+@on_posix
+def test_only_the_user_can_change_the_cache(
+    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Even if new files are open to all, and ``~/.cache/snooker`` is from an older version."""
+    before = os.umask(0)
+    try:
+        folder = jit.cache_folder()
+        assert folder is not None
+        assert folder.parent == cache
+        assert {mode(cache), mode(folder)} == {0o700}
+        (tmp_path / "snooker").mkdir()
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+        set_folder("", monkeypatch)
+        folder = jit.cache_folder()
+    finally:
+        os.umask(before)
+    assert folder is not None
+    assert folder.parent == tmp_path / "snooker"
+    assert (mode(folder.parent), mode(folder)) == (0o755, 0o700)
+
+
+@on_posix
+@pytest.mark.parametrize("who", ["group", "all", "parent", "link", "other user"])
+def test_a_folder_that_others_can_change_is_refused(
+    who: str,
+    cache: Path,
+    temporary: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    warnings_of: Callable[[], list[str]],
+) -> None:
+    """They could put any code there; a folder that belongs to the user takes its place."""
+    folder = jit.cache_folder()
+    assert folder is not None
+    user = os.geteuid()
+    if who == "link":
+        folder.rename(cache / "elsewhere")
+        folder.symlink_to(cache / "elsewhere")
+    elif who == "other user":
+        monkeypatch.setattr(jit.os, "geteuid", lambda: user + 1)
+    elif who == "parent":
+        cache.chmod(0o777)
+    else:
+        folder.chmod(0o770 if who == "group" else 0o702)
+    jit.cache_folder.cache_clear()
+    instead = jit.cache_folder()
+    (warning,) = warnings_of()
+    assert f"other users can change {cache}" in warning
+    if who == "other user":  # who made the other folder, too
+        assert instead is None
+        return
+    assert instead == temporary / f"snooker-{user}" / folder.name
+    assert (mode(instead.parent), mode(instead)) == (0o700, 0o700)
+    assert str(instead) in warning
+
+
+@on_posix
+def test_a_user_without_a_home_has_a_temporary_cache(
+    cache: Path,
+    temporary: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    warnings_of: Callable[[], list[str]],
+) -> None:
+    """As in a container with ``--user 12345``: neither HOME nor a line in /etc/passwd."""
+
+    def unknown(number: int) -> None:
+        raise KeyError(number)
+
+    for name in ("HOME", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pwd.getpwuid", unknown)
+    set_folder("", monkeypatch)
+    folder = jit.cache_folder()
+    assert folder is not None
+    assert folder.parent == temporary / f"snooker-{os.geteuid()}"
+    (warning,) = warnings_of()
+    assert "home directory" in warning
+    assert str(folder) in warning
 
 
 @pytest.mark.long
