@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from snooker_cli.analysis import observables, predictions
-from snooker_cli.analysis.decay import early_note
+from snooker_cli.analysis.decay import complete, early_note
 from snooker_cli.analysis.predictions import UNITS, Row, SpeedLaw
 from snooker_cli.formatting import plain
 from snooker_cli.trace import SPEED_BINS, StopReason
@@ -42,6 +42,7 @@ class Comparison:
     difference, difference_error : of measured less predicted, repeat by repeat, because many
         predictions follow the repeat's own temperature
     samples : speeds behind a distribution; ``None`` for a mean over the repeats
+    complete, simulated : of all repeats of the point, those that reached their requested end
     """
 
     quantity: str
@@ -53,6 +54,8 @@ class Comparison:
     difference_error: float
     repeats: int
     samples: int | None = None
+    complete: int = 0
+    simulated: int = 0
 
     @property
     def in_errors(self) -> float:
@@ -124,7 +127,8 @@ def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[str]]:
         *(_chi_square(law, counts, relaxed) for law in laws),
         *_compared(cooling, notes),
     ]
-    return found, list(filter(None, notes))
+    counts_of_all = {"complete": complete(ended), "simulated": total}
+    return [replace(one, **counts_of_all) for one in found], list(filter(None, notes))
 
 
 def _add(table: _Table, rows: Iterable[Row]) -> None:

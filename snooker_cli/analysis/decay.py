@@ -9,7 +9,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
@@ -77,14 +76,21 @@ class Quantity:
 
     label : for an axis
     course : a repeat -> times (s) and values over the first
-    starts_at_one : whether the fit holds the amplitude at 1
+    starts_at_one : whether the fit holds the amplitude at 1, at the first of the times
     is_mean : whether it is a mean since the start, which follows a law's ``mean_model``
+    laws : that are fitted
     """
 
     label: str
     course: Callable[[Trace], TimeCourse]
     starts_at_one: bool = False
     is_mean: bool = False
+    laws: tuple[str, ...] = tuple(LAWS)
+
+    @property
+    def amplitude(self) -> str:
+        """What the fit does with the amplitude, in words."""
+        return "fixed at 1" if self.starts_at_one else "free"
 
 
 QUANTITIES: dict[str, Quantity] = {
@@ -92,6 +98,13 @@ QUANTITIES: dict[str, Quantity] = {
     "temperature": Quantity("temperature, T(t)/T(0)", _temperature, starts_at_one=True),
     "pressure": Quantity(
         f"pressure, P(t)/P({SKIPPED_COLLISIONS} collisions)", _pressure, is_mean=True
+    ),
+    "pressure_amplitude_1": Quantity(
+        "pressure as in the source report, amplitude 1",
+        _pressure,
+        starts_at_one=True,
+        is_mean=True,
+        laws=("exponential",),
     ),
     "local_pressure": Quantity("pressure in windows of time", _local_pressure),
     "local_energy": Quantity("energy in windows of time, E/E(0)", _local_energy),
@@ -102,6 +115,7 @@ SAMPLING = (
     "Fits use every collision (fewer in long runs; summaries are interpolated). "
     f'"Local" means averages over {WINDOWS} windows of time. '
     "The pressure is a mean since the start; for Haff's law its fit is A/(1 + αt). "
+    "The source report fixes A at 1, also for the pressure; the best A is not 1 there. "
     f"Models: {'; '.join(f'{name} {model.formula}' for name, model in LAWS.items())}."
 )
 """What a reader of fits has to know."""
@@ -139,7 +153,7 @@ class Decay:
     @property
     def short(self) -> int:
         """Number of repeats that stopped before the requested end."""
-        return sum(number for reason, number in self.ended.items() if not reason.complete)
+        return sum(self.ended.values()) - complete(self.ended)
 
     @property
     def r_squared(self) -> float:
@@ -164,11 +178,13 @@ class Decay:
             {
                 "quantity": self.quantity,
                 "model": self.law,
+                "amplitude": QUANTITIES[self.quantity].amplitude,
                 "value": found.mean,
                 "error": found.standard_error,
                 "repeats": found.count,
                 "failed": found.failed,
                 "short": self.short,
+                "complete": complete(self.ended),
                 "reason": self.reason,
                 "unit": "s-1",
                 "standard_deviation": found.standard_deviation,
@@ -185,15 +201,13 @@ class Decay:
 def reported_constant(trace: Trace) -> float:
     """The source report's decay constant of the energy for a repeat (1/s), equations 6 and 7.
 
-    The speed is the mean over the collisions of the balls' mean speed after each. nan at CoR 0, for
-    unequal balls, and for a repeat without collisions.
+    The speed is `observables.mean_speed`, with its nan. nan also at CoR 0, and for unequal balls.
     """
-    scene, found = trace.start, after_collisions(trace)
-    if scene.restitution == 0 or not observables.equal_balls(scene) or len(found.time) < 2:
+    scene, speed = trace.start, observables.mean_speed(trace)
+    if scene.restitution == 0 or not observables.equal_balls(scene):
         return math.nan
     density = theory.number_density(scene.number, scene.container.area)
     path = theory.source_mean_free_path(density, float(scene.radii[0]))
-    speed = float(found.mean_speed[1:].mean())
     return theory.source_decay_constant(scene.restitution, path, speed)
 
 
@@ -211,7 +225,7 @@ def fit_curve(decay: Curve, law: str) -> FitResult:
         decay.value,
         (quantity.is_mean and model.mean_model) or law,
         amplitude=1.0 if quantity.starts_at_one else None,
-        start=0.0 if quantity.starts_at_one or model.has_pole else None,
+        start=0.0 if model.has_pole else None,
         rounding=decay.rounding,
     )
 
@@ -225,7 +239,7 @@ def repeat_fits(trace: Trace, quantity: str) -> dict[str, FitResult]:
     known = _FITS.setdefault(trace, {})
     if quantity not in known:
         found = curve(trace, quantity)
-        known[quantity] = {law: fit_curve(found, law) for law in LAWS}
+        known[quantity] = {law: fit_curve(found, law) for law in found.quantity.laws}
     return known[quantity]
 
 
@@ -234,7 +248,7 @@ def decays(traces: Iterable[Trace], quantities: Sequence[str] = tuple(QUANTITIES
 
     Raises ``KeyError`` for an unknown quantity.
     """
-    keys = list(product(quantities, LAWS))
+    keys = [(quantity, law) for quantity in quantities for law in QUANTITIES[quantity].laws]
     fits: dict[tuple[str, str], list[FitResult]] = {key: [] for key in keys}
     ended: Counter[StopReason] = Counter()
     walls = True
@@ -289,7 +303,14 @@ def early_endings(
 def early_note(ended: Mapping[StopReason, int]) -> str:
     """How many repeats miss collisions that could have happened; empty if none do."""
     endings = early_endings(ended, [reason for reason in _EARLY if not reason.complete])
-    return f"{endings}; their data are used" if endings else ""
+    if not endings:
+        return ""
+    return f"{endings}; averages over collisions leave them out, the rest uses them to their end"
+
+
+def complete(ended: Mapping[StopReason, int]) -> int:
+    """Number of repeats that reached their requested end, of all that `ended` counts."""
+    return sum(number for reason, number in ended.items() if reason.complete)
 
 
 def _mean(values: Iterable[float]) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import weakref
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
@@ -243,6 +244,33 @@ def total_angular_momentum(scene: Scene) -> float:
     return total
 
 
+def complete_repeats(traces: Iterable[Trace]) -> list[Trace]:
+    """The repeats that reached their requested end.
+
+    Averages over events use these only. A repeat that ended early lacks its last collisions, which
+    are the slowest ones, so that its average is biased.
+    """
+    return [trace for trace in traces if trace.stop.reason.complete]
+
+
+def mean_speed(trace: Trace) -> float:
+    """Mean speed of the balls, averaged over the states after each collision (m/s).
+
+    nan without collisions, and for a repeat that `complete_repeats` leaves out.
+    """
+    found = after_collisions(trace)
+    if len(found.time) < 2 or not complete_repeats([trace]):
+        return math.nan
+    return float(found.mean_speed[1:].mean())
+
+
+def mean_free_path(trace: Trace, since: float = 0.0) -> float:
+    """Mean path of a ball between collisions with other balls, from a time (s) to the end, m."""
+    found, length = series(trace), trace.stop.time - since
+    pairs = 2 * np.float64(gained(trace, found.pair_events, since)) / trace.start.number
+    return float(time_mean(trace, found.mean_speed, since) * length / pairs)
+
+
 def drift_energy(scene: Scene) -> float:
     """Kinetic energy of the balls' centre of mass, p^2/(2 sum m), J; a periodic box keeps it."""
     return float(np.sum((scene.masses @ scene.velocities) ** 2) / (2 * np.sum(scene.masses)))
@@ -288,10 +316,13 @@ def standard_errors(rows: Array) -> Array:
 
 
 def mean_and_error(values: Array) -> tuple[float, float]:
-    """Mean over repeats and its standard error.
+    """Mean over the repeats with a value, and its standard error; without a value both are nan.
 
     The error is nan for one repeat, and for repeats that differ by rounding alone.
     """
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return math.nan, math.nan
     mean, error = float(values.mean()), float(standard_errors(values))
     spread = error * math.sqrt(len(values))
     return mean, math.nan if spread <= ROUNDING * abs(mean) else error

@@ -195,7 +195,7 @@ def rates(trace: Trace, since: float) -> Iterator[Row]:
     dilute = theory.ball_ball_rate(density, radius, 1.0, mass=mass)
     yield "ball-ball rate of a ball", "Boltzmann", pairs, dilute * root
     yield "ball-ball rate of a ball", "Enskog", pairs, enskog.ball_ball * root
-    path = time_mean(trace, found.mean_speed, since) / pairs
+    path = observables.mean_free_path(trace, since)
     source = theory.source_mean_free_path(density, radius)
     yield "mean free path", "Boltzmann", path, theory.mean_free_path(density, radius)
     yield "mean free path", "Enskog", path, enskog.mean_free_path

@@ -16,10 +16,12 @@ from snooker_cli.formatting import short, with_error
 from snooker_cli.runs import Run, open_run
 
 FIT_COLUMNS = (
-    "point | quantity | model | >mean ± standard error, 1/s | >bootstrap | >(max-min)/2 | >R² | "
-    ">rms residual | >repeats"
+    "point | quantity | model | amplitude | >mean ± standard error, 1/s | >bootstrap | "
+    ">(max-min)/2 | >R² | >rms residual | >repeats | >complete"
 )
-COMPARE_COLUMNS = "point | quantity | model | >measured | >predicted | >difference | >in errors"
+COMPARE_COLUMNS = (
+    "point | quantity | model | >measured | >predicted | >difference | >in errors | >complete"
+)
 
 
 def fit(run: RunName, as_json: AsJson = False) -> None:
@@ -64,12 +66,14 @@ def _fit_cells(one: dict[str, Any]) -> list[str]:
         point_label(one["parameters"]),
         one["quantity"].replace("_", " "),
         one["model"],
+        one["amplitude"],
         with_error(one["value"], one["error"]),
         short(one["bootstrap_error"], 4),
         short(one["max_min_half_range"], 4),
         "–" if r_squared is None else f"{r_squared:.3f}".replace("-", "−"),
         short(one["rms_residual"], 2),
         str(one["repeats"]),
+        str(one["complete"]),
     ]
 
 
@@ -83,6 +87,7 @@ def _compare_cells(one: dict[str, Any]) -> list[str]:
         short(one["predicted"], 4),
         f"{one['difference']:+.3g}".replace("-", "−"),
         "–" if in_errors is None else f"{in_errors:+.1f}".replace("-", "−"),
+        f"{one['complete']} of {one['simulated']}",
     ]
 
 

@@ -149,6 +149,7 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
     """The sentences that end a caption: the scene's constants, the repeats and their endings."""
     early = early_endings(stop_reasons(run, points, selection))
     number = run.experiment.repeats
+    single = number == 1 or selection.repeat is not None
     repeats = f"{number} repeats" if number > 1 else "one repeat"
     if selection.repeat is not None:
         repeats = f"repeat {selection.repeat} of {number}"
@@ -160,7 +161,7 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
     length = f", {'at most ' if early else ''}{' or '.join(ends)}" if ends else ""
     scene = f"Scene: {', '.join(_constants(points))}; {repeats}{length}"
     sentences = [
-        f"{scene}: {early}." if early else f"{scene}.",
+        f"{scene}: {early or ('complete' if single else 'all complete')}.",
         f"T{missing[1:]}." if (missing := unfinished(run, selection)) else "",
         _copies(run, points, selection),
     ]

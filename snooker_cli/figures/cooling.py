@@ -165,8 +165,8 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
     caption = f"Fits between CoR {cors[0]:g} and {cors[-1]:g}: {listed(build.results)} s⁻¹."
     if known.any():
         caption += (
-            " The source report's k = −2 ln(CoR)⟨v⟩/λ, with the mean speed ⟨v⟩ and the mean free "
-            "path λ = 1/(√2 n 2πr) of n balls per area."
+            " The source report's k = −2 ln(CoR)⟨v⟩/λ, with the mean speed ⟨v⟩ of complete repeats "
+            "and the mean free path λ = 1/(√2 n 2πr) of n balls per area."
         )
     if curves:
         caption += (

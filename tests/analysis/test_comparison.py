@@ -113,6 +113,21 @@ def test_a_summary_compares_as_its_events_do(elastic: list[Trace], cooling: list
             assert other.predicted == pytest.approx(one.predicted, rel=0.02), one
 
 
+def test_complete_repeats_are_counted_and_alone_give_averages_over_collisions(
+    cooling: list[Trace],
+) -> None:
+    trapped = replace(
+        cooling[0], stop=replace(cooling[0].stop, reason=StopReason.WALL_TRAP, time=1.0)
+    )
+    found = compare([trapped, *cooling[1:]])
+    assert {(one.complete, one.simulated) for one in found[0]} == {(5, 6)}
+    one = row(found, "decay constant of energy", "source report, −2 ln e/τ")
+    assert one.repeats == 5
+    assert one.predicted == pytest.approx(
+        np.mean([decay.reported_constant(each) for each in cooling[1:]])
+    )
+
+
 def test_a_repeat_is_relaxed_with_as_many_collisions_again(elastic: list[Trace]) -> None:
     """Cut off at the 96th collision between balls it counts, at the one before it does not."""
     cut = []

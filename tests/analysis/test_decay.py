@@ -13,7 +13,7 @@ from scenes import report_scene, scene_of
 from snooker_cli.analysis import decay
 from snooker_cli.analysis.decay import LAWS, QUANTITIES, SKIPPED_COLLISIONS, Decay
 from snooker_cli.analysis.fitting import NOTHING_DECAYS
-from snooker_cli.analysis.observables import energy_ratio, series
+from snooker_cli.analysis.observables import complete_repeats, energy_ratio, mean_and_error, series
 from snooker_cli.engine import simulate
 from snooker_cli.trace import SPEED_BINS, Events, Series, Stop, StopReason, Summary, Trace
 
@@ -111,14 +111,52 @@ def test_repeats_that_ended_early_are_counted() -> None:
     ended = [replace(trace, stop=replace(trace.stop, reason=reason)) for reason in reasons]
     found, notes = decay.analyse(ended)
     assert [(each.quantity, each.law) for each in found] == [
-        (quantity, law) for quantity in QUANTITIES for law in LAWS
+        (name, law) for name, quantity in QUANTITIES.items() for law in quantity.laws
     ]
     assert {(each.short, each.over_repeats.count) for each in found} == {(3, 5)}
     assert found[0].ended == dict.fromkeys(reasons, 1)
+    assert {each.as_json()["complete"] for each in found} == {2}
     assert notes == [
         "3 of 5 repeats ended early, 1 in a wall trap, 1 in a collapse and 1 at an interruption; "
-        "their data are used"
+        "averages over collisions leave them out, the rest uses them to their end"
     ]
+
+
+def test_each_fit_names_its_amplitude_and_the_pressure_has_both() -> None:
+    """A curve below 1: a free amplitude meets it, one that is held at 1 has to decay faster."""
+    time = np.linspace(1.0, 5.0, 200)
+    free, fixed = (
+        decay.fit_curve(
+            decay.Curve(QUANTITIES[name], time, 0.9 * np.exp(-0.3 * (time - 1)), 0.0), "exponential"
+        )
+        for name in ("pressure", "pressure_amplitude_1")
+    )
+    assert free.value == pytest.approx(0.3, rel=1e-9)
+    assert (fixed.amplitude, fixed.start) == (1.0, 1.0)
+    assert fixed.value > 1.1 * free.value
+    amplitudes = {each["quantity"]: each["amplitude"] for each in rows_of(haff(0.4))}
+    assert amplitudes == {
+        "kinetic_energy": "fixed at 1",
+        "temperature": "fixed at 1",
+        "pressure": "free",
+        "pressure_amplitude_1": "fixed at 1",
+        "local_pressure": "free",
+        "local_energy": "free",
+    }
+
+
+def rows_of(trace: Trace) -> list[dict[str, object]]:
+    return [each.as_json() for each in decay.decays([trace])]
+
+
+def test_averages_over_collisions_use_complete_repeats_only() -> None:
+    trace = repeats(1)[0]
+    assert math.isfinite(decay.reported_constant(trace))
+    trapped = replace(trace, stop=replace(trace.stop, reason=StopReason.WALL_TRAP))
+    assert math.isnan(decay.reported_constant(trapped))
+    assert complete_repeats([trace, trapped]) == [trace]
+    assert mean_and_error(np.array([2.0, math.nan, 4.0])) == (3.0, 1.0)
+    assert all(map(math.isnan, mean_and_error(np.array([math.nan]))))
 
 
 def test_a_wall_that_is_first_hit_late_still_has_a_pressure() -> None:
@@ -158,7 +196,7 @@ def no_events(end: float) -> Trace:
 )
 def test_a_row_has_no_nan_whatever_was_fitted(traces: list[Trace]) -> None:
     found = decay.analyse(traces)[0]
-    assert len(found) == len(QUANTITIES) * len(LAWS)
+    assert len(found) == sum(len(each.laws) for each in QUANTITIES.values())
     for each in found:
         row = each.as_json()
         assert json.loads(json.dumps(row, allow_nan=False)) == row

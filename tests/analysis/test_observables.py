@@ -134,6 +134,17 @@ def test_what_is_gained_by_hand(in_circle: Trace) -> None:
     assert observables.after_collisions(in_circle).wall_events.tolist() == [0, 0, 2]
 
 
+def test_mean_free_path_is_the_way_between_contacts(simulated: Trace) -> None:
+    """From the states between events: the length of all ways over two ends for each contact."""
+    events = simulated.events
+    assert events is not None
+    times = np.append(0.0, events.time)
+    speeds = np.linalg.norm(replay(simulated, times).velocities, axis=2).sum(axis=1)
+    ways = np.sum(speeds[:-1] * np.diff(times))
+    expected = ways / (2 * np.count_nonzero(~events.at_wall))
+    assert observables.mean_free_path(simulated) == pytest.approx(expected, rel=1e-10)
+
+
 def test_states_by_hand(in_circle: Trace) -> None:
     states, start = observables.at_collisions(in_circle), in_circle.start
     assert states.positions[..., 0].tolist() == [[-3, 3], [-1, 1], [-8, 8], [-8, 8]]
