@@ -127,8 +127,8 @@ def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[str]]:
         *(_chi_square(law, counts, relaxed) for law in laws),
         *_compared(cooling, notes),
     ]
-    counts_of_all = {"complete": complete(ended), "simulated": total}
-    return [replace(one, **counts_of_all) for one in found], list(filter(None, notes))
+    counted = [replace(one, complete=complete(ended), simulated=total) for one in found]
+    return counted, list(filter(None, notes))
 
 
 def _add(table: _Table, rows: Iterable[Row]) -> None:
