@@ -16,8 +16,17 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis import observables
-from snooker_cli.analysis.fitting import LAWS, FitResult, RepeatMean, fit, mean_over_repeats
-from snooker_cli.analysis.observables import after_collisions, over_first
+from snooker_cli.analysis.fitting import (
+    LAWS,
+    LEAST_PROBABILITY,
+    FitResult,
+    Goodness,
+    RepeatMean,
+    fit,
+    goodness,
+    mean_over_repeats,
+)
+from snooker_cli.analysis.observables import after_collisions, elastic, over_first, so_far
 from snooker_cli.formatting import listed, plain
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import StopReason, Trace
@@ -55,6 +64,19 @@ def _pressure(trace: Trace) -> TimeCourse:
     return time[settled], over_first(values[settled])
 
 
+def _energy_at(trace: Trace, times: Array) -> Array:
+    return so_far(trace, observables.energy_ratio(observables.series(trace)), times)
+
+
+def _temperature_at(trace: Trace, times: Array) -> Array:
+    return so_far(trace, observables.series(trace).kinetic_energy, times)
+
+
+def _pressure_at(trace: Trace, times: Array) -> Array:
+    edges = np.append(0.0, times)
+    return np.cumsum(observables.pressures(trace, edges) * np.diff(edges)) / times
+
+
 def _in_windows(trace: Trace, means: Callable[[Array], Array]) -> TimeCourse:
     """Means between the edges of equal windows; none for a repeat without length."""
     edges = np.linspace(0.0, trace.stop.time, WINDOWS + 1)[: None if trace.stop.time > 0 else 0]
@@ -76,6 +98,7 @@ class Quantity:
 
     label : for an axis
     course : a repeat -> times (s) and values over the first
+    at : a repeat and times -> values there, in any unit; ``None`` if no law is judged
     starts_at_one : whether the fit holds the amplitude at 1, at the first of the times
     is_mean : whether it is a mean since the start, which follows a law's ``mean_model``
     laws : that are fitted
@@ -83,21 +106,21 @@ class Quantity:
 
     label: str
     course: Callable[[Trace], TimeCourse]
+    at: Callable[[Trace, Array], Array] | None = None
     starts_at_one: bool = False
     is_mean: bool = False
     laws: tuple[str, ...] = tuple(LAWS)
 
-    @property
-    def amplitude(self) -> str:
-        """What the fit does with the amplitude, in words."""
-        return "fixed at 1" if self.starts_at_one else "free"
-
 
 QUANTITIES: dict[str, Quantity] = {
-    "kinetic_energy": Quantity("kinetic energy, E(t)/E(0)", _energy, starts_at_one=True),
-    "temperature": Quantity("temperature, T(t)/T(0)", _temperature, starts_at_one=True),
+    "kinetic_energy": Quantity(
+        "kinetic energy, E(t)/E(0)", _energy, _energy_at, starts_at_one=True
+    ),
+    "temperature": Quantity(
+        "temperature, T(t)/T(0)", _temperature, _temperature_at, starts_at_one=True
+    ),
     "pressure": Quantity(
-        f"pressure, P(t)/P({SKIPPED_COLLISIONS} collisions)", _pressure, is_mean=True
+        f"pressure, P(t)/P({SKIPPED_COLLISIONS} collisions)", _pressure, _pressure_at, is_mean=True
     ),
     "pressure_amplitude_1": Quantity(
         "pressure as in the source report, amplitude 1",
@@ -120,17 +143,37 @@ SAMPLING = (
 )
 """What a reader of fits has to know."""
 
+JUDGEMENT = (
+    "χ² is that of ln y in windows of time, with errors over complete repeats (three or more). "
+    f"A law is refused where χ² has a probability below {LEAST_PROBABILITY:g}. "
+    '"Holds" is the time until which the law holds, out of the judged time. "End/fit" is '
+    "the value at the end over the fit. Local quantities are not judged."
+)
+"""What a reader of the judgement of a law has to know."""
+
+NO_LOSSES = "All collisions are elastic, so nothing decays."
+"""The message of a fit where no collision loses energy."""
+
 WITHOUT_WALLS = f"{observables.NO_WALLS}; Haff's law is for a gas without clusters"
 
 
 @dataclass(frozen=True)
 class Curve:
-    """The decay of a quantity in one repeat: times (s), values over the first, their rounding."""
+    """The decay of a quantity in one repeat: times (s), values over the first, their rounding.
+
+    later : whether earlier times are left out, so that no amplitude is held at 1
+    """
 
     quantity: Quantity
     time: Array
     value: Array
     rounding: float
+    later: bool = False
+
+    @property
+    def held(self) -> bool:
+        """Whether the fit holds the amplitude at 1."""
+        return self.quantity.starts_at_one and not self.later
 
 
 @dataclass(frozen=True)
@@ -138,17 +181,23 @@ class Decay:
     """A decay constant of a point: over its repeats, and how well the law fits.
 
     quantity, law : names in ``QUANTITIES`` and ``LAWS``
+    held : whether the fits hold the amplitude at 1
     ended : number of repeats by their stop reason
     walls : whether the container has walls; without them, pressures are the virial's
+    elastic : whether no collision loses energy, so that nothing is fitted
     fits : of each repeat
+    goodness : of the law, on logarithms
     """
 
     quantity: str
     law: str
+    held: bool
     over_repeats: RepeatMean
     ended: Mapping[StopReason, int]
     walls: bool
+    elastic: bool
     fits: tuple[FitResult, ...]
+    goodness: Goodness
 
     @property
     def short(self) -> int:
@@ -173,12 +222,12 @@ class Decay:
 
     def as_json(self) -> dict[str, Any]:
         """A row of ``fit.json``: ``value`` ± ``error`` are the mean and its standard error."""
-        found = self.over_repeats
+        found, judged = self.over_repeats, self.goodness
         content: dict[str, Any] = plain(
             {
                 "quantity": self.quantity,
                 "model": self.law,
-                "amplitude": QUANTITIES[self.quantity].amplitude,
+                "amplitude": "fixed at 1" if self.held else "free",
                 "value": found.mean,
                 "error": found.standard_error,
                 "repeats": found.count,
@@ -193,6 +242,16 @@ class Decay:
                 "max_min_half_range": found.max_min_half_range,
                 "r_squared": self.r_squared,
                 "rms_residual": self.rms_residual,
+                "elastic": self.elastic,
+                "judged_repeats": judged.repeats,
+                "judged_from": judged.since,
+                "judged_to": judged.until,
+                "chi_squared_per_degree": judged.chi_squared,
+                "degrees_of_freedom": judged.degrees,
+                "probability": judged.probability,
+                "holds_to": judged.holds_until,
+                "end_over_fit": judged.end_ratio,
+                "end_over_fit_error": judged.end_error,
             }
         )
         return content
@@ -211,10 +270,17 @@ def reported_constant(trace: Trace) -> float:
     return theory.source_decay_constant(scene.restitution, path, speed)
 
 
-def curve(trace: Trace, quantity: str) -> Curve:
-    """The decay of a quantity in one repeat. Raises ``KeyError`` for an unknown quantity."""
+def curve(trace: Trace, quantity: str, since: float = 0.0, until: float = math.inf) -> Curve:
+    """The decay of a quantity in one repeat, between two times (s).
+
+    The values are over the first one of the repeat. From a later time on, the amplitude is free.
+    Raises ``KeyError`` for an unknown quantity.
+    """
     known = QUANTITIES[quantity]
-    return Curve(known, *known.course(trace), COLLISION_ROUNDING * trace.collisions)
+    time, value = known.course(trace)
+    kept = (time >= since) & (time <= until)
+    rounding = COLLISION_ROUNDING * trace.collisions
+    return Curve(known, time[kept], value[kept], rounding, later=since > 0)
 
 
 def fit_curve(decay: Curve, law: str) -> FitResult:
@@ -224,10 +290,20 @@ def fit_curve(decay: Curve, law: str) -> FitResult:
         decay.time,
         decay.value,
         (quantity.is_mean and model.mean_model) or law,
-        amplitude=1.0 if quantity.starts_at_one else None,
+        amplitude=1.0 if decay.held else None,
         start=0.0 if model.has_pole else None,
         rounding=decay.rounding,
     )
+
+
+def _fitted(trace: Trace, found: Curve) -> dict[str, FitResult]:
+    """The fits of one repeat by law; without losses, any constant is noise."""
+    if elastic(trace.start):
+        count = len(found.time)
+        return {
+            law: FitResult(law, False, NO_LOSSES, count, math.nan) for law in found.quantity.laws
+        }
+    return {law: fit_curve(found, law) for law in found.quantity.laws}
 
 
 _FITS: WeakKeyDictionary[Trace, dict[str, dict[str, FitResult]]] = WeakKeyDictionary()
@@ -238,34 +314,68 @@ def repeat_fits(trace: Trace, quantity: str) -> dict[str, FitResult]:
     """The fits of one repeat by law, made once. Raises ``KeyError`` for an unknown quantity."""
     known = _FITS.setdefault(trace, {})
     if quantity not in known:
-        found = curve(trace, quantity)
-        known[quantity] = {law: fit_curve(found, law) for law in found.quantity.laws}
+        known[quantity] = _fitted(trace, curve(trace, quantity))
     return known[quantity]
 
 
-def decays(traces: Iterable[Trace], quantities: Sequence[str] = tuple(QUANTITIES)) -> list[Decay]:
+def _logarithms(trace: Trace, found: Curve) -> TimeCourse:
+    """Times and ln y between the rows of a curve; empty if it is not judged.
+
+    The rows are just after collisions, where the energy is less than around them.
+    """
+    if found.quantity.at is None or elastic(trace.start) or len(found.time) < 3:
+        return np.empty(0), np.empty(0)
+    rows = observables.instants(found.time)
+    time = found.time[rows]
+    time = np.concatenate([time[:1], (time[:-1] + time[1:]) / 2])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        values = np.log(found.quantity.at(trace, time))
+        values += np.log(found.value[rows[0]]) - values[0]
+    good = np.isfinite(values)
+    return time[good], values[good]
+
+
+def decays(
+    traces: Iterable[Trace],
+    quantities: Sequence[str] = tuple(QUANTITIES),
+    since: float = 0.0,
+    until: float = math.inf,
+) -> list[Decay]:
     """Decay constants over the repeats of a point, for each quantity and law.
 
+    since, until : the times (s) that are fitted
+    Laws are judged on complete repeats, if there are three or more, else on all.
     Raises ``KeyError`` for an unknown quantity.
     """
-    keys = [(quantity, law) for quantity in quantities for law in QUANTITIES[quantity].laws]
-    fits: dict[tuple[str, str], list[FitResult]] = {key: [] for key in keys}
-    ended: Counter[StopReason] = Counter()
-    walls = True
+    ended: list[StopReason] = []
+    walls = lossless = True
+    fits: dict[str, list[dict[str, FitResult]]] = {name: [] for name in quantities}
+    curves: dict[str, list[TimeCourse]] = {name: [] for name in quantities}
+    whole = since == 0 and until == math.inf
     for trace in traces:
-        ended[trace.stop.reason] += 1
-        walls = trace.start.container.has_wall
-        for quantity, law in keys:
-            fits[quantity, law].append(repeat_fits(trace, quantity)[law])
-    return [
-        Decay(*key, mean_over_repeats(results), ended, walls, tuple(results))
-        for key, results in fits.items()
-    ]
+        ended.append(trace.stop.reason)
+        walls, lossless = trace.start.container.has_wall, elastic(trace.start)
+        for name in quantities:
+            found = curve(trace, name, since, until)
+            fits[name].append(repeat_fits(trace, name) if whole else _fitted(trace, found))
+            curves[name].append(_logarithms(trace, found))
+    judged = [row for row, reason in enumerate(ended) if reason.complete]
+    judged = judged if len(judged) > 2 else list(range(len(ended)))
+    endings, result = Counter(ended), []
+    for name, law in [(key, law) for key in quantities for law in QUANTITIES[key].laws]:
+        each = tuple(one[law] for one in fits[name])
+        chosen = [curves[name][row] for row in judged], [each[row] for row in judged]
+        over, good = mean_over_repeats(each), goodness(*chosen)
+        held = QUANTITIES[name].starts_at_one and since == 0
+        result.append(Decay(name, law, held, over, endings, walls, lossless, each, good))
+    return result
 
 
-def analyse(traces: Iterable[Trace]) -> tuple[list[Decay], list[str]]:
+def analyse(
+    traces: Iterable[Trace], since: float = 0.0, until: float = math.inf
+) -> tuple[list[Decay], list[str]]:
     """All decay constants of a point, and notes for a reader: early ends and failed fits."""
-    found = decays(traces)
+    found = decays(traces, since=since, until=until)
     notes = ["" if found[0].walls else WITHOUT_WALLS, early_note(found[0].ended)]
     failures: dict[tuple[str, int], list[str]] = {}
     for each in found:

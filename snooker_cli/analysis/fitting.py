@@ -7,13 +7,13 @@ quote the error over repeats.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import optimize
+from scipy import optimize, special
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -21,6 +21,15 @@ NOTHING_DECAYS = "The values are equal but for rounding, so nothing decays."
 """The message of a fit to a curve that stays where it is."""
 
 _MOST_STEPS = 200
+
+LEAST_PROBABILITY = 0.01
+"""A law holds where deviations as large as those found have at least this probability."""
+
+MOST_WINDOWS = 20
+"""Windows of a test at most, and ends of a range that are tried."""
+
+ROWS_IN_WINDOW = 10
+"""Rows of a repeat in a window of a test at least, so that its mean is nearly normal."""
 
 
 @dataclass(frozen=True)
@@ -311,3 +320,97 @@ def mean_over_repeats(results: Iterable[FitResult], *, resamples: int = 2000) ->
         *(count, failed, float(values.mean()), deviation, deviation / math.sqrt(count)),
         *(float(means.std(ddof=1)), float(low), float(high), float(np.ptp(values)) / 2),
     )
+
+
+@dataclass(frozen=True)
+class Goodness:
+    """Whether a law describes the mean of ln y over repeats; what is not known is nan.
+
+    repeats, degrees : number of repeats that are judged; degrees of freedom
+    chi_squared : per degree; its mean is nearly 1 if the law holds
+    probability : that of a deviation at least as large if the law holds
+    since, until : the judged times (s), in which all these repeats have values
+    holds_until : end of the longest range from ``since`` in which the law holds (s)
+    end_ratio, end_error : y over its fit at ``until``, the geometric mean, and its standard error
+    """
+
+    repeats: int
+    degrees: int = 0
+    chi_squared: float = math.nan
+    probability: float = math.nan
+    since: float = math.nan
+    until: float = math.nan
+    holds_until: float = math.nan
+    end_ratio: float = math.nan
+    end_error: float = math.nan
+
+
+def goodness(curves: Sequence[tuple[Array, Array]], results: Sequence[FitResult]) -> Goodness:
+    """Judge a law on the mean over repeats of ln y, in standard errors over the repeats.
+
+    curves : times (s), which increase, and ln y of each repeat, with its fit in ``results``
+
+    Each range of time has the constant that fits it best. A test needs three repeats.
+    """
+    count = len(curves)
+    if count < 3 or min(len(time) for time, _ in curves) < 2:
+        return Goodness(count)
+    form = MODELS[results[0].model]
+    since = max(float(time[0]) for time, _ in curves)
+    until = min(float(time[-1]) for time, _ in curves)
+    inner = np.concatenate([time for time, _ in curves])
+    inner = inner[(inner > since) & (inner < until)]
+    if not inner.size:
+        return Goodness(count)
+    degrees, chi_squared, probability = _deviation(curves, form, inner, since, until)
+    holds = since if math.isfinite(probability) else math.nan
+    ends = np.append(np.quantile(inner, np.arange(1, MOST_WINDOWS) / MOST_WINDOWS), until)
+    for end in map(float, ends[::-1] if math.isfinite(probability) else ()):
+        if _deviation(curves, form, inner, since, end)[2] >= LEAST_PROBABILITY:
+            holds = end
+            break
+    with np.errstate(all="ignore"):
+        fitted = np.log([float(fitted_curve(each, until)) for each in results])
+        gaps = np.array([np.interp(until, *each) for each in curves]) - fitted
+        gaps = gaps[np.isfinite(gaps)]
+        ratio = float(np.exp(gaps.mean())) if gaps.size else math.nan
+    error = ratio * float(gaps.std(ddof=1)) / math.sqrt(gaps.size) if gaps.size > 1 else math.nan
+    numbers = degrees, chi_squared, probability, since, until, holds, ratio, error
+    return Goodness(count, *numbers)
+
+
+def _deviation(
+    curves: Sequence[tuple[Array, Array]], form: FitModel, inner: Array, since: float, until: float
+) -> tuple[int, float, float]:
+    """Degrees of freedom, χ² per degree and its probability in a range; nan without a test.
+
+    The changes of ln y in windows of equal numbers of rows have a covariance over the repeats. The
+    least χ² with this estimate is Hotelling's T², Ann. Math. Stat. 2, 360 (1931): with d degrees
+    and n repeats, T² (n − d)/((n − 1) d) has the F distribution of d and n − d degrees.
+    """
+    count, inner = len(curves), inner[inner < until]
+    windows = min(MOST_WINDOWS, (count + 1) // 2, inner.size // (ROWS_IN_WINDOW * count))
+    if windows < 2:
+        return 0, math.nan, math.nan
+    edges = np.quantile(inner, np.linspace(0, 1, windows + 1))
+    edges[[0, -1]] = since, until
+    changes = np.diff([np.interp(edges, *each) for each in curves], axis=1)
+    mean, spread = changes.mean(axis=0), changes.std(axis=0, ddof=1)
+    if not np.all(spread > 1e-9 * np.abs(mean)):
+        return 0, math.nan, math.nan  # repeats that differ by rounding have no errors
+    shares, axes = np.linalg.eigh(np.cov(changes / spread, rowvar=False))
+    if shares[0] < 1e-9:
+        return 0, math.nan, math.nan
+
+    def residuals(p: Array) -> Array:
+        law = np.diff(np.log(form.curve(form.rate(p[0]) * edges / until)))
+        return np.asarray(((mean - law) / spread) @ axes * np.sqrt(count / shares))
+
+    with np.errstate(all="ignore"):
+        x = float(form.inverse(np.exp(mean.sum())))
+        first = math.log1p(x) if form.has_pole else x
+        best = optimize.leastsq(residuals, [first], maxfev=_MOST_STEPS)[0]
+        degrees = windows - 1
+        free = count - degrees
+        chi_squared = float(np.sum(residuals(best) ** 2)) * free / ((count - 1) * degrees)
+    return degrees, chi_squared, float(special.fdtrc(degrees, free, chi_squared))

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from snooker_cli import store
 from snooker_cli.analysis import comparison, decay
-from snooker_cli.errors import RunError
+from snooker_cli.errors import RunError, UserError
 from snooker_cli.files import write_json
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from snooker_cli.trace import Trace
 
     Found = Sequence[decay.Decay] | Sequence[comparison.Comparison]
+    Analyse = Callable[[Iterator[Trace]], tuple[Found, list[str]]]
 
 Records: TypeAlias = list[dict[str, Any]]
 
@@ -56,9 +58,30 @@ class RunAnalysis:
             ) from None
 
 
-def fits(run: Run) -> RunAnalysis:
-    """Rows of ``Decay.as_json``; raises ``RunError`` if the run has no repeat."""
-    return _read_or_made(run, "fit.json", decay.analyse)
+def fits(run: Run, since: float = 0.0, until: float = math.inf) -> RunAnalysis:
+    """Rows of ``Decay.as_json``, for the times from ``since`` to ``until`` (s).
+
+    Only fits of all times have a file. Raises ``RunError`` if the run has no repeat or ends before
+    that range, and ``UserError`` for a range that cannot be.
+    """
+    if since == 0 and until == math.inf:
+        return _read_or_made(run, "fit.json", decay.analyse)
+    if not 0 <= since < until:
+        raise UserError(
+            f"there is no range of times from {since:g} s to {until:g} s",
+            "give seconds from the start, with 0 ≤ --from < --to",
+        )
+    ends = [0.0]
+
+    def seen(traces: Iterator[Trace]) -> Iterator[Trace]:
+        for trace in traces:
+            ends.append(trace.stop.time)
+            yield trace
+
+    found = _made(run, "fit.json", lambda traces: decay.analyse(seen(traces), since, until))
+    if max(ends) <= since:
+        raise RunError(f"no repeat reaches {since:g} s; the longest ends at {max(ends):.4g} s")
+    return found
 
 
 def comparisons(run: Run) -> RunAnalysis:
@@ -73,22 +96,21 @@ def shorter_note(shorter: int, present: int) -> str:
     return f"{which} {'ends' if shorter == 1 else 'end'} {rest}" if shorter else ""
 
 
-def _read_or_made(
-    run: Run, name: str, analyse: Callable[[Iterator[Trace]], tuple[Found, list[str]]]
-) -> RunAnalysis:
-    """An analysis from its file if that is of these repeats, else made now.
-
-    Of an unfinished run, the repeats that are present are analysed.
-    """
-    path = run.directory / name
-    present = {point.index: run.present(point) for point in run.points}
-    made_from = _made_from(run)
+def _read_or_made(run: Run, name: str, analyse: Analyse) -> RunAnalysis:
+    """An analysis from its file if that is of these repeats, else made now."""
+    path, made_from = run.directory / name, _made_from(run)
     try:
         saved = json.loads(path.read_text(encoding="utf-8"))
         if saved["made_from"] == made_from:
             return RunAnalysis(saved["rows"], saved["notes"], path, made_from, saved=True)
     except (OSError, ValueError, TypeError, KeyError):
         pass  # there is no file, or it is not an analysis: make one
+    return replace(_made(run, name, analyse), made_from=made_from, saved=False)
+
+
+def _made(run: Run, name: str, analyse: Analyse) -> RunAnalysis:
+    """An analysis that is not for the file; of an unfinished run, of the repeats that it has."""
+    present = {point.index: run.present(point) for point in run.points}
     rows: Records = []
     notes: Records = []
     for point in run.points:
@@ -100,7 +122,7 @@ def _read_or_made(
             rows += [parameters | one.as_json() for one in found]
             sentences += others
         notes += [parameters | {"note": sentence} for sentence in sentences]
-    return RunAnalysis(rows, notes, path, made_from, saved=False)
+    return RunAnalysis(rows, notes, run.directory / name, "", saved=True)
 
 
 def _missing_notes(run: Run, point: Point, present: int) -> list[str]:

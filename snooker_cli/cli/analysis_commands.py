@@ -2,46 +2,67 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from snooker_cli.analysis.decay import SAMPLING
+from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
 from snooker_cli.cli.options import AsJson, RunName
 from snooker_cli.cli.output import notice, point_label, print_line, print_result, table
-from snooker_cli.formatting import short, with_error
+from snooker_cli.formatting import rough, short, with_error
 from snooker_cli.runs import Run, open_run
 
 FIT_COLUMNS = (
-    "point | quantity | model | amplitude | >mean ± standard error, 1/s | >bootstrap | "
-    ">(max-min)/2 | >R² | >rms residual | >repeats | >complete"
+    "point | quantity | model | A | >constant, 1/s | >χ²/dof | >holds, s | >end/fit | >complete"
 )
 COMPARE_COLUMNS = (
     "point | quantity | model | >measured | >predicted | >difference | >in errors | >complete"
 )
 
+PAIRED = (
+    "A difference is taken in each repeat, because many predictions use its own temperature. Its "
+    "error is over these differences, so that it can be less than the error of the measured mean."
+)
+"""What a reader of the errors of ``compare`` has to know."""
 
-def fit(run: RunName, as_json: AsJson = False) -> None:
+
+def fit(
+    run: RunName,
+    since: Annotated[
+        float, typer.Option("--from", metavar="S", help="Fit from this time on, s.")
+    ] = 0.0,
+    until: Annotated[
+        float | None, typer.Option("--to", metavar="S", help="Fit up to this time, s.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
     """Fit decay constants of energy, temperature and pressure.
 
     The models are exponential decay and Haff's law, 1/(1 + αt)². Each repeat is fitted. The table
-    shows the mean over the repeats with its standard error, the bootstrap error, and half of the
-    range, which the source report calls the error. The result is saved in RUN/fit.json.
+    shows the mean over the repeats with its standard error, χ² per degree of freedom, and the time
+    until which the law holds within the errors over repeats. A is the amplitude, 1 or free. The
+    last columns are the value at the end over the fit, and how many repeats are complete. --json
+    has more errors. The fits of all times are saved in RUN/fit.json. With --from or --to they are
+    only printed; from a later time on, the amplitude is free.
     """
-    _print_analysis(run, fits, as_json, FIT_COLUMNS, _fit_cells, [SAMPLING])
+    end = math.inf if until is None else until
+    analyse = partial(fits, since=since, until=end)
+    _print_analysis(run, analyse, as_json, FIT_COLUMNS, _fit_cells, [SAMPLING, JUDGEMENT])
 
 
 def compare(run: RunName, as_json: AsJson = False) -> None:
     """Compare the results of RUN with theory.
 
     The theory is the ideal gas, the formulas of the source report and kinetic theory. Each row has
-    the measured mean with its standard error, the prediction, and the difference, also in standard
-    errors. The result is saved in RUN/compare.json.
+    the measured mean with its standard error, the prediction, and the difference with its standard
+    error, also in such errors. The result is saved in RUN/compare.json.
     """
-    _print_analysis(run, comparisons, as_json, COMPARE_COLUMNS, _compare_cells, [])
+    _print_analysis(run, comparisons, as_json, COMPARE_COLUMNS, _compare_cells, [PAIRED])
 
 
 def _print_analysis(
@@ -61,31 +82,36 @@ def _print_analysis(
 
 
 def _fit_cells(one: dict[str, Any]) -> list[str]:
-    r_squared = one["r_squared"]
+    constant = "no decay" if one["elastic"] else with_error(one["value"], one["error"])
+    holds, end = short(one["holds_to"]), short(one["judged_to"])
     return [
         point_label(one["parameters"]),
-        one["quantity"].replace("_", " "),
+        one["quantity"].removesuffix("_amplitude_1").replace("_", " "),
         one["model"],
-        one["amplitude"],
-        with_error(one["value"], one["error"]),
-        short(one["bootstrap_error"], 4),
-        short(one["max_min_half_range"], 4),
-        "–" if r_squared is None else f"{r_squared:.3f}".replace("-", "−"),
-        short(one["rms_residual"], 2),
-        str(one["repeats"]),
-        str(one["complete"]),
+        "1" if one["amplitude"] == "fixed at 1" else "free",
+        constant,
+        _factor(one["chi_squared_per_degree"]),
+        "–" if holds == "–" else f"{holds}/{end}",
+        _factor(one["end_over_fit"]),
+        f"{one['complete']} of {one['repeats'] + one['failed']}",
     ]
 
 
+def _factor(value: float | None) -> str:
+    return short(value, 2) if value is None or not 10 <= value < 1e6 else rough(value)
+
+
 def _compare_cells(one: dict[str, Any]) -> list[str]:
-    in_errors = one["difference_in_errors"]
+    in_errors, difference = one["difference_in_errors"], one["difference"]
+    error = None if in_errors is None else one["difference_error"]
+    sign = "+" if difference >= 0 else ""
     return [
         point_label(one["parameters"]),
         one["quantity"] + ("" if one["unit"] == "1" else f", {one['unit']}"),
         one["model"],
         with_error(one["measured"], one["error"]),
         short(one["predicted"], 4),
-        f"{one['difference']:+.3g}".replace("-", "−"),
+        f"{sign}{with_error(difference, error)}",
         "–" if in_errors is None else f"{in_errors:+.1f}".replace("-", "−"),
         f"{one['complete']} of {one['simulated']}",
     ]

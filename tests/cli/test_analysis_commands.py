@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -66,3 +67,58 @@ def test_an_analysis_that_cannot_be_saved_is_printed(
             ended = snooker(command, "small", *options)
         assert (ended.code, ended.out) == (2, printed)
         assert ended.err.startswith(f"snooker: runs/small/{command}.json: cannot be written ")
+
+
+def test_a_range_of_times_is_fitted_and_not_saved(finished: Path, snooker: Snooker) -> None:
+    """A range without a time is one sentence that names the times."""
+    whole = json.loads(snooker("fit", "small", "--json").out)
+    saved = (finished / "fit.json").read_bytes()
+    rows = json.loads(snooker("fit", "small", "--json", "--to", "2").out)
+    later = json.loads(snooker("fit", "small", "--json", "--from", "0.5", "--to", "2").out)
+    assert (finished / "fit.json").read_bytes() == saved
+    values = [each[0]["value"] for each in (whole, rows, later)]
+    assert len(set(values)) == 3
+    assert rows[0]["judged_to"] is None or rows[0]["judged_to"] <= 2
+    for options, fact in (
+        (["--from", "2", "--to", "1"], "from 2 s to 1 s"),
+        (["--from", "-1"], "from -1 s"),
+        (["--from", "nan"], "from nan s"),
+        (["--from", "1e6"], "no repeat reaches 1e+06 s"),
+    ):
+        ended = snooker("fit", "small", *options)
+        assert (ended.code, ended.out, ended.err.count("\n")) == (2, "", 1)
+        assert fact in ended.err
+
+
+def test_elastic_points_have_no_decay_and_the_table_fits_a_page(
+    finished: Path, snooker: Snooker
+) -> None:
+    head, *lines = snooker("fit", "small").out.splitlines()
+    table = [line for line in lines if re.match("cor=1.0  ", line)]
+    assert len(table) == 11
+    assert all("no decay" in line and "±" not in line for line in table)
+    assert max(len(line) for line in [head, *lines] if "  " in line) <= 100
+    assert "R²" not in head
+
+
+def test_differences_have_their_errors(finished: Path, snooker: Snooker) -> None:
+    """The last column is the printed difference over its printed error, to their rounding."""
+    rows = json.loads(snooker("compare", "small", "--json").out)
+    lines = snooker("compare", "small").out.splitlines()[1:]
+    known = 0
+    for row, line in zip(rows, lines, strict=False):
+        cells = re.split(r"  +", line)[:-1]
+        if row["difference_in_errors"] is None:
+            assert cells[-1] == "–"
+            continue
+        assert "±" in cells[-2]
+        numbers = cells[-2].replace("−", "-").replace(" × 10", "e").strip("+()")
+        raised = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+        value, error = (float(part) for part in numbers.translate(raised).split(" ± "))
+        assert value == pytest.approx(row["difference"], abs=error / 10)
+        assert error == pytest.approx(row["difference_error"], rel=0.05)
+        printed = float(cells[-1].replace("−", "-"))
+        assert printed == pytest.approx(value / error, rel=0.06, abs=0.15)
+        known += 1
+    assert known > 10
+    assert len([line for line in lines if "over these differences" in line]) == 1
