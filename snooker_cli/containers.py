@@ -334,8 +334,9 @@ class PeriodicBox(_Rectangle):
             if side < PERIODIC_DIAMETERS * diameter * (1 + ROUNDING):
                 problem = f"the periodic box is under {PERIODIC_DIAMETERS} diameters of its balls"
                 sizes = f"{side:.6g} m, with a diameter of {diameter:.6g} m"
+                reason = f"this engine needs {PERIODIC_DIAMETERS} cells each way, each a ball wide"
                 advice = "use smaller balls, more of them, or a larger box"
-                raise SceneError(f"container.{key}", f"{problem} ({sizes}); {advice}")
+                raise SceneError(f"container.{key}", f"{problem} ({sizes}): {reason}; {advice}")
 
     def longest_distance(self, radius: float) -> float:
         return float(np.hypot(self.width, self.height)) / 2

@@ -47,12 +47,22 @@ class StopReason(StrEnum):
 
 @dataclass(frozen=True)
 class Stop:
-    """The end of a repeat: reason, time (s), the balls that caused it, and a message."""
+    """The end of a repeat: reason, time (s), the balls that caused it, and a message.
+
+    accumulation_time : s, when the infinitely many bounces of a wall trap end; otherwise ``None``
+    impulse_to_come : kg m/s, of these bounces on the wall; otherwise ``None``
+    """
 
     reason: StopReason
     time: float
     balls: tuple[int, ...]
     message: str
+    accumulation_time: float | None = None
+    impulse_to_come: float | None = None
+
+    def known(self) -> dict[str, Any]:
+        """The fields by name, without those that are ``None``."""
+        return {name: value for name, value in vars(self).items() if value is not None}
 
 
 @dataclass(frozen=True)

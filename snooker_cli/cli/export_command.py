@@ -124,7 +124,7 @@ def _write_tables(
         source = {
             "snooker": __version__,
             "bits": header.fingerprint,
-            "ending": asdict(header.stop),
+            "ending": header.stop.known(),
             "provenance": asdict(header.provenance) | {"repeat": header.repeat},
         }
         exporting.write_parquet(out, units, tables, number | source)

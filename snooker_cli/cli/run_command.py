@@ -283,7 +283,9 @@ def _point_summary(point: Point, outcomes: Sequence[RepeatResult]) -> dict[str, 
         "cached": sum(each.cached for each in outcomes),
         "collisions": sum(each.collisions for each in outcomes),
         "ended": dict(reasons),
-        "stops": [{"repeat": k, **vars(stop)} for k, stop in stops if stop.reason not in complete],
+        "stops": [
+            {"repeat": k, **stop.known()} for k, stop in stops if stop.reason not in complete
+        ],
         "errors": [each.error for each in outcomes if each.error],
         "work": _work_per_collision(outcomes),
     }

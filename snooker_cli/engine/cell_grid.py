@@ -138,7 +138,10 @@ def new_mesh(scene: Scene, side: float) -> Mesh:
         columns = max(int(width / side), min(LEAST_CELLS, int(width / least)))
         rows = max(int(height / side), min(LEAST_CELLS, int(height / least)))
         if min(columns, rows) < LEAST_CELLS:
-            raise ValueError("a periodic box has to be five diameters of its largest ball wide")
+            raise ValueError(
+                "a periodic box has to be five diameters of its largest ball wide, because the "
+                "engine needs five cells each way"
+            )
         sides = width / columns, height / rows
         corner = -0.5 * width, -0.5 * height
     else:

@@ -19,7 +19,7 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.clock import CELL_FULL, FULL, NOTHING_LEFT, OUT_OF_MARGIN
 from snooker_cli.engine.event_queue import new_tree
 from snooker_cli.engine.kernel_state import Recorded
-from snooker_cli.engine.sliding import turn_all
+from snooker_cli.engine.sliding import FLAT, turn_all
 from snooker_cli.trace import (
     CONTAINER,
     SPEED_BINS,
@@ -62,6 +62,9 @@ BALLS_PER_CELL, DILUTE = 1.0, 0.4
 
 MARGIN, RENEWAL = 0.1, 400
 """Way of a free container, in cells, until all is predicted again, and its cost in crossings."""
+
+NEARLY_ELASTIC, HALVINGS = 1e-3, 7
+"""Of ``chord_sum``: 1 - e up to which terms are too many, and halvings of the arc tangent."""
 
 
 # Repeats under way, and the two engines
@@ -226,11 +229,15 @@ class Engine(ABC):
             for ball in (counts[ks.FIRST], counts[ks.SECOND])
         )
         if reason is StopReason.WALL_TRAP:
-            message = (
-                f"wall trap: from {now:.9g} s on, ball {first} is trapped at the wall and hits it "
-                f"infinitely often before anything else happens; {saved}"
-            )
-            return Stop(reason, now, (first,), message)
+            lasts, given = self._bounces_to_come(repeat, counts[ks.FIRST], first)
+            end, what = now + lasts, "stays at the wall, because the wall CoR is 0"
+            if self.scenes[repeat].wall_restitution > 0.0:
+                what = (
+                    f"bounces infinitely often at the wall, until {end:.9g} s, and gives it "
+                    f"{given:.6g} kg m/s more"
+                )
+            message = f"wall trap: from {now:.9g} s on, ball {first} {what}; {saved}"
+            return Stop(reason, now, (first,), message, end, given)
         at_wall = second == CONTAINER
         pair = f"ball {first} and the wall" if at_wall else f"balls {first} and {second}"
         message = (
@@ -238,6 +245,24 @@ class Engine(ABC):
             f"at {now:.17g} s; the last collision is of {pair}; {saved}"
         )
         return Stop(reason, now, (first,) if at_wall else (first, second), message)
+
+    def _bounces_to_come(self, repeat: int, column: int, ball: int) -> tuple[float, float]:
+        """How long a trapped ball still bounces, s, and the impulse on the wall, kg m/s.
+
+        Seen from a free container, a ball bounces as in a fixed one; its mass is the reduced one.
+        """
+        scene, state = self.scenes[repeat], self.state_of(repeat)
+        if scene.wall_restitution == 0.0:
+            return 0.0, 0.0
+        row = state.balls[:4, column]
+        if state.container is not None:
+            row = row - state.container[:4]
+        x, y, u, v = row.tolist()
+        square, inward, cross = x * x + y * y, max(-(x * u + y * v), 0.0), abs(x * v - y * u)
+        lasts = 2.0 * (square / cross) * chord_sum(inward / cross, scene.wall_restitution)
+        mass = float(scene.masses[ball]) / (1.0 + float(scene.masses[ball]) / scene.container_mass)
+        share = (1.0 + scene.wall_restitution) / (1.0 - scene.wall_restitution)
+        return lasts, mass * share * inward / math.sqrt(square)
 
     @cached_property
     def _last_scenes(self) -> list[Scene]:
@@ -259,6 +284,30 @@ class Engine(ABC):
         if scene.restitution == 1.0 and elastic_wall:
             return "collisions without end"
         return "inelastic collapse"
+
+
+def chord_sum(q: float, restitution: float) -> float:
+    """Sum of q e^k/(1 + (q e^k)^2) over all k from 0, with only + - * / and roots, for equal bits.
+
+    q : normal over tangential speed after a hit; 2 a/v_t times the sum is how long all chords last
+    restitution : e of the wall, below 1
+
+    Near e = 1 this is the formula of Euler and Maclaurin, with the arc tangent as the integral.
+    """
+    d, total = 1.0 - restitution, 0.0
+    if d > NEARLY_ELASTIC:
+        while FLAT < q < math.inf:
+            total += q / (1.0 + q * q)
+            q *= restitution
+        return total + q / d
+    h = d * (1.0 + d * (1 / 2 + d * (1 / 3 + d * (1 / 4 + d * (1 / 5 + d / 6)))))  # -ln e
+    q = min(q, 1e150)  # whose square is finite; its arc tangent is already pi/2
+    total = q / (1.0 + q * q) * (0.5 + h / 12.0 * (2.0 / (1.0 + q * q) - 1.0))
+    for _ in range(HALVINGS):
+        q = q / (1.0 + math.sqrt(1.0 + q * q))
+    z = q * q
+    arc = q * (1.0 - z * (1 / 3 - z * (1 / 5 - z * (1 / 7 - z / 9))))
+    return total + 2.0**HALVINGS * arc / h
 
 
 def _saved(name: str, part: Any) -> Iterator[tuple[str, NDArray[Any]]]:

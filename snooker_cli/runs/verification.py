@@ -83,6 +83,8 @@ def _is_repeatable(run: Run, header: RepeatHeader, cancelled: threading.Event) -
         sink=fingerprint.add,
         engine=run.engine,
     )
-    if interrupted:  # it now stops at that collision for another reason
+    # One that was interrupted now stops at that collision for another reason. Words may differ.
+    ends = [(stop.reason, stop.time, stop.balls) for stop in (again.stop, header.stop)]
+    if interrupted or ends[0] == ends[1]:
         again = replace(again, stop=header.stop)
     return fingerprint.content(again) == header.fingerprint or cancelled.is_set()

@@ -153,7 +153,7 @@ class Fingerprint:
             digest.update(b"".join(map(_bytes, vars(trace.summary.series).values())))
             digest.update(_bytes(smallest(trace.summary.speed_histogram)))
         counts = (trace.wall_events, trace.pair_events)
-        digest.update(repr((sorted(vars(trace.stop).items()), counts)).encode())
+        digest.update(repr((sorted(trace.stop.known().items()), counts)).encode())
         return digest.hexdigest()
 
 

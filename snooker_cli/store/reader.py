@@ -230,7 +230,12 @@ def _particles(file: h5py.File, group: str) -> Particles:
 
 def _stop(ending: dict[str, Any]) -> Stop:
     return Stop(
-        StopReason(ending["reason"]), ending["time"], tuple(ending["balls"]), ending["message"]
+        StopReason(ending["reason"]),
+        ending["time"],
+        tuple(ending["balls"]),
+        ending["message"],
+        ending.get("accumulation_time"),
+        ending.get("impulse_to_come"),
     )
 
 

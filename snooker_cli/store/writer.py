@@ -321,7 +321,11 @@ def _write_parameters(
     start, source = traces[0].start, json.dumps(asdict(provenance))
     endings = [
         json.dumps(
-            vars(trace.stop) | {"wall_events": trace.wall_events, "pair_events": trace.pair_events}
+            {
+                **trace.stop.known(),
+                "wall_events": trace.wall_events,
+                "pair_events": trace.pair_events,
+            }
         )
         for trace in traces
     ]

@@ -65,6 +65,8 @@ def test_json_holds_what_the_files_hold(here: Path, snooker: Snooker) -> None:
                     "time": trace.stop.time,
                     "balls": list(trace.stop.balls),
                     "message": trace.stop.message,
+                    "accumulation_time": trace.stop.accumulation_time,
+                    "impulse_to_come": trace.stop.impulse_to_come,
                 }
                 for repeat, trace in enumerate(traces)
                 if trace.stop.reason is StopReason.WALL_TRAP
@@ -72,6 +74,7 @@ def test_json_holds_what_the_files_hold(here: Path, snooker: Snooker) -> None:
             "errors": [],
             "work": one["work"],
         }
+        assert all(stop["accumulation_time"] > stop["time"] for stop in one["stops"])
     assert [bool(point["stops"]) for point in printed["points"]] == [True, False]
     again = ran(snooker, "small.yaml", "--out", "elsewhere")
     assert (again["events"], again["seconds"], again["events_per_second"]) == (0, 0, 0)

@@ -206,6 +206,19 @@ def test_a_replay_finds_one_bit(
     assert bad["error"].startswith(f"{path}: simulating repeat 2 again gives other bits; ")
 
 
+def test_other_words_are_no_other_bits(finished: Path, snooker: Snooker) -> None:
+    """Of a file by a snooker that reported less about the same end."""
+    path = Path("runs/small/point-0000/repeats-0000-0002.h5")
+    found = store.read(path)
+    for change, bad in (({"message": "trapped", "accumulation_time": None}, 0), ({"time": 9.0}, 3)):
+        traces = [
+            (header.repeat, replace(trace, stop=replace(trace.stop, **change)))
+            for trace, header in found
+        ]
+        store.write(path, traces, found[0][1].provenance)
+        assert len(verified(snooker, "--replay", "-j", "1")["bad"]) == bad
+
+
 @pytest.mark.parametrize("record", ["events", "summary"])
 def test_every_end_can_be_replayed(record: str, tmp_path: Path, small_config: str) -> None:
     """An end at a time, and at an interrupt."""

@@ -13,6 +13,7 @@ from scenes import (
     same_events,
     scene_of,
     sort_often,
+    trap_sums,
     twin_collisions,
 )
 from test_statistics import assert_nothing_comes_between
@@ -241,12 +242,61 @@ def test_a_lone_ball_in_a_wall_trap(container):
     assert len(until.events) == 5
 
 
+@pytest.mark.parametrize(
+    ("container", "wall_cor", "seen"),
+    [
+        ("all pairs", 0.9, 80),
+        ("all pairs", 0.5, 12),
+        ("all pairs, free", 0.9, 80),
+        pytest.param("circle", 0.9, 80, marks=pytest.mark.long),
+        pytest.param("light circle", 0.9, 80, marks=pytest.mark.long),
+    ],
+)
+def test_what_a_wall_trap_still_does(container, wall_cor, seen):
+    """The slow twin bounces on, ``seen`` times. After these, chords and impulses are geometric.
+
+    Later ones are so weak that the twin's place on the wall is not exact enough for their time.
+    """
+    scene = scene_of(
+        [(2.0, -4.0, 3.0, 7.0, 1.0, 3.0)], wall_restitution=wall_cor, **CONTAINERS[container]
+    )
+    trace = run(container, scene, collisions=1000)
+    bounces = twin_collisions(scene, len(trace.events) + seen)[len(trace.events) :]
+    last, rest = bounces[-1], wall_cor / (1.0 - wall_cor)
+    expected = last.time + rest * (last.time - bounces[-2].time)
+    assert trace.stop.accumulation_time == pytest.approx(expected, rel=1e-9)
+    expected = math.fsum(bounce.impulse for bounce in bounces) + rest * last.impulse
+    assert trace.stop.impulse_to_come == pytest.approx(expected, rel=1e-9)
+    assert f"until {trace.stop.accumulation_time:.9g} s" in trace.stop.message
+    assert f"gives it {trace.stop.impulse_to_come:.6g} kg m/s more" in trace.stop.message
+
+
+@pytest.mark.parametrize("q", [1e-12, 0.3, 1.0, 3.7, 1e3, 1e10])
+def test_the_sum_of_chords(q, monkeypatch):
+    """By terms, and by the formula for an almost elastic wall, which has no number of terms."""
+    for e in (1e-9, 0.5, 0.9):
+        expected = trap_sums(q, 1.0, e, 0.5).duration
+        assert simulation.chord_sum(q, e) == pytest.approx(expected, rel=1e-14)
+    by_formula = simulation.chord_sum(q, 0.9995)
+    monkeypatch.setattr(simulation, "NEARLY_ELASTIC", 0.0)
+    assert by_formula == pytest.approx(simulation.chord_sum(q, 0.9995), rel=1e-13)
+
+
+def test_an_almost_elastic_wall_is_no_endless_sum():
+    assert simulation.chord_sum(1e9, 1 - 2.0**-52) == pytest.approx(math.pi / 2 * 2.0**52, rel=1e-8)
+    assert math.isfinite(simulation.chord_sum(1e200, 1 - 2.0**-52))
+    assert simulation.chord_sum(math.inf, 0.5) == math.inf
+
+
 def test_a_wall_that_takes_the_rebound_traps_at_once():
     """In a circle the ball would slide for ever; in a box it slides to a corner and stays there."""
     ball = (0.0, -5.0, 4.5, 1.0, 1.0, 1.0)
     for container in ("all pairs", "circle"):
         trace = run(container, scene_of([ball, AT_REST], wall_restitution=0.0), collisions=10)
         assert trace.stop.reason is StopReason.WALL_TRAP
+        assert (trace.stop.accumulation_time, trace.stop.impulse_to_come) == (trace.stop.time, 0.0)
+        assert "ball 0 stays at the wall, because the wall CoR is 0" in trace.stop.message
+        assert "infinitely" not in trace.stop.message
         assert len(trace.events) == 1
         (x, y), (u, v) = trace.finish.positions[0], trace.finish.velocities[0]
         assert x * u + y * v == pytest.approx(0.0, abs=1e-14)
@@ -399,5 +449,5 @@ def test_the_faster_engine_is_chosen():
     with pytest.raises(ValueError, match="allpairs"):
         simulate(gas("periodic", 20, 0.1), collisions=1, engine="allpairs")
     small = scene_of([(0.0, 0.0, 1.0, 0.0, 1.0, 1.0)], container=PeriodicBox(20.0, 9.9))
-    with pytest.raises(ValueError, match="five diameters"):
+    with pytest.raises(ValueError, match="the engine needs five cells each way"):
         simulate(small, collisions=1)

@@ -47,6 +47,14 @@ def test_the_last_row_of_a_trap_stands_for_all_bounces(lone):
     assert turned == pytest.approx(math.remainder(TRAP.angle, 2 * math.pi), abs=1e-13)
 
 
+def test_a_trap_reports_what_the_last_row_of_a_slide_stores(lone):
+    stop, (_, second, last) = simulate(lone_bouncer(), collisions=9).stop, lone.events.time
+    assert stop.reason is StopReason.WALL_TRAP
+    assert stop.time == second
+    assert stop.accumulation_time == pytest.approx(last, rel=1e-14)
+    assert stop.impulse_to_come == pytest.approx(lone.events.impulse[2], rel=1e-14)
+
+
 def test_it_slides_at_constant_speed_on_its_circle(lone):
     time = np.linspace(lone.events.time[-1], 30.0, 50)
     states = replay(lone, time)

@@ -275,7 +275,9 @@ def test_the_stated_factor_and_packing_fit():
 def test_a_periodic_box_is_five_diameters_wide(start):
     """In a smaller one a ball could be next to another and to its image at once."""
     balls = f"{{count: 9, packing: 0.5, radius: 1, speed: 1, start: {start}}}"
-    assert error_of(counted("shape: periodic", balls)).key == "container.width"
+    error = error_of(counted("shape: periodic", balls))
+    assert error.key == "container.width"
+    assert "this engine needs 5 cells each way, each a ball wide" in str(error)
     starting_scene(listed(ball(0, 0), shape="periodic", width=10.001), 0)
     error = error_of(listed(ball(0, 0), shape="periodic", width=19.0, height=9.9))
     assert error.key == "container.height"

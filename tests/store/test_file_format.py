@@ -15,7 +15,7 @@ import numpy as np
 import pyh5md
 import pytest
 from pyh5md import element
-from scenes import gas
+from scenes import gas, lone_bouncer
 
 from snooker_cli import export, runs, store
 from snooker_cli.containers import Circle
@@ -244,14 +244,27 @@ def test_the_jsons_have_the_keys_of_the_page(
     with h5py.File(tmp_path / "batch.h5") as file:
         own = dict(file["parameters/snooker"].attrs)
         ending = file["parameters/snooker/ending"][0]
-    compare_keys(json.loads(ending), *tables("### The ending"))
+    always, _ = tables("### The ending")
+    compare_keys(json.loads(ending), always)
     compare_keys(json.loads(own["scene"]), *tables("### The scene"))
     compare_keys(json.loads(own["provenance"]), *tables("### The provenance"))
     assert re.fullmatch("[0-9a-f]{64}", own["content"])
 
 
+def test_a_wall_trap_has_more_keys(tmp_path: Path, provenance: Provenance) -> None:
+    trace = simulate(lone_bouncer(), collisions=9)
+    store.write(tmp_path / "trap.h5", [(0, trace)], provenance)
+    with h5py.File(tmp_path / "trap.h5") as file:
+        ending = json.loads(file["parameters/snooker/ending"][0])
+    more = {row["key"]: ending.pop(row["key"]) for row in tables("### The ending")[1]}
+    compare_keys(ending, tables("### The ending")[0])
+    compare_keys(more, tables("### The ending")[1])
+    stop = trace.stop
+    assert list(more.values()) == [stop.accumulation_time, stop.impulse_to_come]
+
+
 def test_the_page_is_of_this_schema() -> None:
-    (endings,) = tables("### The ending")
+    endings, _ = tables("### The ending")
     named = re.findall(r"[a-z_]+", endings[0]["what"].replace(" or ", " "))
     assert set(named) == set(StopReason)
     assert f"1.1, schema version {SCHEMA_VERSION}." in PAGE

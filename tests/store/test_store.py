@@ -127,6 +127,7 @@ def any_traces(draw: st.DrawFn, scene: Scene, summaries: bool) -> Trace:
         draw(finite),
         tuple(draw(st.lists(st.integers(0, 2**31), max_size=2))),
         draw(st.text(max_size=40)),
+        *draw(st.tuples(st.none() | finite, st.none() | finite)),
     )
     count = st.integers(0, 2**62)
     return Trace(start, finish, stop, draw(count), draw(count), events, summary)
@@ -188,6 +189,8 @@ def test_content_hash_sees_every_array_and_the_ending(traces: dict[str, Trace]) 
     others = [
         replace(trace, stop=replace(stop, reason=StopReason.COLLAPSE)),
         replace(trace, stop=replace(stop, time=np.nextafter(stop.time, 0.0))),
+        replace(trace, stop=replace(stop, accumulation_time=9.0)),
+        replace(trace, stop=replace(stop, impulse_to_come=9.0)),
         replace(trace, wall_events=trace.wall_events + 1),
         replace(trace, pair_events=trace.pair_events + 1),
     ]
