@@ -8,7 +8,14 @@ from typing import Any
 
 from snooker_cli import theory
 from snooker_cli.report.reproduction import Runs, StatedResults, checked_claims, stated_results
-from snooker_cli.report.setting_search import TARGETS, Candidate, Search, simplest
+from snooker_cli.report.setting_search import (
+    FREEDOM,
+    PARTS,
+    TARGETS,
+    Candidate,
+    Search,
+    simplest,
+)
 from snooker_cli.report.source_values import COEFFICIENTS, SOURCE_VALUES, OurValue, SourceValue
 
 # Verdicts
@@ -53,14 +60,16 @@ class Audit:
     """The whole audit.
 
     claims : see ``checked_claims``
-    repeats : at each CoR behind our values; early : how many of them ended early
+    stated : results of the scene as the source report states it
+    repeats, complete : behind our values below CoR 1, and how many of them are complete
     """
 
     rows: tuple[AuditRow, ...]
     claims: list[dict[str, Any]]
     search: Search
+    stated: StatedResults
     repeats: int
-    early: int
+    complete: int
 
     @property
     def best(self) -> Candidate:
@@ -80,10 +89,16 @@ class Audit:
             "near": found.near,
             "slip": found.factor,
             "free_slip": asdict(found.free),
+            "freedom": FREEDOM,
+            "support": {part: found.support(part) for part in PARTS},
+            "mean_free_path": asdict(self.stated.mean_free_path),
+            "complete": self.complete,
             "profile": [
                 {
                     "setting": one.description,
                     "score": one.score,
+                    "wins": found.wins[found.ranked.index(one)],
+                    "complete": one.complete,
                     "values": {each.name: _json(one.our_value(each)) for each in TARGETS},
                 }
                 for one in found.profile
@@ -108,8 +123,11 @@ def audit(runs: Runs, found: Search) -> Audit:
         rows=tuple(_row(number, stated, found, formulas) for number in SOURCE_VALUES.values()),
         claims=checked_claims(runs, stated),
         search=found,
-        repeats=runs["restitution"].experiment.repeats,
-        early=sum(laws["kinetic_energy", "exponential"].short for laws in stated.laws.values()),
+        stated=stated,
+        repeats=len(COEFFICIENTS) * runs["restitution"].experiment.repeats,
+        complete=sum(
+            len(laws["kinetic_energy", "exponential"].fits) for laws in stated.laws.values()
+        ),
     )
 
 

@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
+from snooker_cli import theory
+from snooker_cli.analysis.predictions import scene_rates
 from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.selection import distinct
 from snooker_cli.formatting import listed, with_error
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.audit import Audit
-from snooker_cli.report.setting_search import LIKELY, TARGETS
+from snooker_cli.report.reproduction import StatedResults
+from snooker_cli.report.setting_search import DECIDED, FREEDOM, LIKELY, PARTS, RESAMPLES, TARGETS
 from snooker_cli.report.source_values import (
     COEFFICIENTS,
     LORD,
@@ -41,16 +44,6 @@ REPORT_FIGURES: dict[str, dict[str, Any]] = yaml.safe_load(
 
 RUNS = (*dict.fromkeys(one["run"] for one in REPORT_FIGURES.values() if "run" in one), "audit")
 """The runs of this report: those of the configs with these names."""
-
-PARTS = {
-    "radius": "ball radius",
-    "slip": "slip",
-    "window": "fitted collisions",
-    "elastic_wall": "wall",
-    "fixed_amplitude": "amplitude",
-    "extent": "rings",
-}
-"""The parts of a setting, in words."""
 
 
 def figure_data(
@@ -83,6 +76,21 @@ def values(
         "coefficients": COEFFICIENTS,
         "targets": TARGETS,
         "likely": LIKELY,
+        "freedom": FREEDOM,
+        "parts": PARTS,
+        "resamples": RESAMPLES,
+        "decided": DECIDED,
+        "choices": _choices(audit),
+        "factors": _source_factors(audit),
+        "enskog_path": _enskog_path(audit.stated),
+        "kinetic_theory": {
+            name: kinetic_theory(runs[name], pictures[file].numbers["points"])
+            for name, file in (
+                ("restitution", "decay-against-cor"),
+                ("elastic-wall", "decay-elastic-wall"),
+            )
+        },
+        "last_rates": last_rates(pictures["haff-time"].numbers["points"]),
         "lord": 2 * LORD,
         "experiments": experiments,
         "scene": experiments["decay"],
@@ -92,12 +100,11 @@ def values(
             with_error(one["value"], one["error"])
             for one in (chosen[cor, quantity, "exponential"] for cor in COEFFICIENTS)
         ],
-        "fit": lambda cor, quantity, law="exponential": chosen[cor, quantity, law],
+        "fit": lambda cor, quantity, law="exponential": chosen.get((cor, quantity, law)),
         "numbers": {file: picture.numbers for file, picture in pictures.items()},
         "measured": {name: measurement(name) for name in MEASUREMENTS},
         "swept": lambda name, key: [float(value) for value in distinct(runs[name].points, key)],
         "repeats_of": lambda name: len(runs[name].points) * experiments[name].repeats,
-        "costs": _costs(audit),
         "scaled_copies": scaled_copies,
         "machine": machine,
         "physics": physics_values(measurement("physics")),
@@ -125,15 +132,73 @@ def scaled_copies(speeds: Sequence[float]) -> list[list[float]]:
     return [sorted(group) for group in groups.values() if len(group) > 1]
 
 
-def _costs(audit: Audit) -> list[str]:
-    """How much χ² another choice of each part of the best setting adds, in words."""
-    # Three and five standard deviations of one number.
-    found: dict[str, list[str]] = {"more than 25": [], "9 to 25": [], "less than 9": []}
-    for part, words in PARTS.items():
-        best = getattr(audit.best, part)
-        others = [one.score for one in audit.search.profile if getattr(one, part) != best]
-        cost = min(others, default=math.inf) - audit.best.score
-        found["more than 25" if cost > 25 else "9 to 25" if cost > 9 else "less than 9"].append(
-            words
-        )
-    return [f"{size} for {listed(parts)}" for size, parts in found.items() if parts]
+def _choices(audit: Audit) -> list[dict[str, Any]]:
+    """For each part of the best setting: its value in words, its support and its cost."""
+    found, best = audit.search, audit.best
+    words = {
+        "radius": f"balls of {best.radius:g} m",
+        "slip": best.slip.text.format(factor=f"{found.factor:g}") or "no slip",
+        "window": f"a fit to {best.window} collisions",
+        "elastic_wall": "an elastic wall" if best.elastic_wall else "the stated wall",
+        "fixed_amplitude": "an amplitude of 1" if best.fixed_amplitude else "a free amplitude",
+        "extent": f"rings to {best.extent:g} R",
+    }
+    return [
+        {"words": words[part], "support": found.support(part), "cost": found.cost(part)}
+        for part in PARTS
+    ]
+
+
+def _source_factors(audit: Audit) -> dict[str, Any]:
+    """The mistakes of the source report's formula for k, in words, and what is left of them."""
+    each = [audit.stated.source_factors(cor) for cor in COEFFICIENTS]
+    left = [
+        audit.row(f"theory_{cor}").ours.value / audit.row(f"energy_mean_{cor}").ours.value
+        for cor in COEFFICIENTS
+    ]
+    texts: dict[str, Any] = {"left": _at_each([f"{one:.2f}" for one in left])}
+    for name in theory.SourceFactors._fields:
+        values = [f"{max(one, 1 / one):.2f}" for one in (getattr(row, name) for row in each)]
+        texts[name] = values[0] if len(set(values)) == 1 else _at_each(values)
+    # Less than half of the least mistake in the logarithm.
+    return texts | {"cancel": all(abs(math.log(one)) < math.log(math.pi / 2) / 2 for one in left)}
+
+
+def _enskog_path(stated: StatedResults) -> float:
+    """Kinetic theory's mean free path of the stated scene, m."""
+    rates = scene_rates(stated.scene, 1.0)
+    assert rates is not None
+    return rates.mean_free_path
+
+
+def kinetic_theory(run: Run, points: Sequence[Record]) -> list[dict[str, Any]]:
+    """Kinetic theory's α beside the fitted one, by CoR, for the points of a figure over the CoR.
+
+    Keys: ``cor``; ``theory``, 1/s; ``excess`` of theory, as a share; ``size``, its absolute value;
+    ``in_errors``, the excess in standard errors of the fitted mean.
+    """
+    rows = []
+    scenes = {point.experiment.cor: starting_scene(point.experiment, 0) for point in run.points}
+    for one in points:
+        scene = scenes[one["parameters"]["cor"]]
+        rates = scene_rates(scene, scene.kinetic_energy / scene.number)
+        assert rates is not None
+        e, wall_e = scene.restitution, scene.wall_restitution
+        alpha = theory.haff_rate(theory.cooling_rate(e, rates.ball_ball, wall_e, rates.wall))
+        excess = alpha - one["alpha"]
+        in_errors = excess / one["alpha_error"]
+        share = excess / one["alpha"]
+        row = {"cor": e, "theory": alpha, "excess": share, "in_errors": in_errors}
+        rows.append(row | {"size": abs(share)})
+    return rows
+
+
+def last_rates(points: Sequence[Record]) -> list[dict[str, Any]]:
+    """Figure 21's last decay rates less Haff's with the fitted α, in standard errors, by CoR."""
+    return [
+        {
+            "cor": one["parameters"]["cor"],
+            "in_errors": (one["last_rate"] - one["fitted_last_rate"]) / one["last_rate_error"],
+        }
+        for one in points
+    ]

@@ -10,15 +10,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from snooker_cli import theory
+from snooker_cli.analysis.comparison import relaxed_at
 from snooker_cli.analysis.decay import Decay, decays, reported_constant
 from snooker_cli.analysis.observables import (
     ROUNDING,
     at_collisions,
     central_distances,
+    complete_repeats,
     energy_ratio,
     ideal_gas_ratio,
     mean_and_error,
+    mean_free_path,
     mean_pressure,
+    mean_speed,
     mean_temperature,
     momentum,
     pair_distances,
@@ -30,7 +34,7 @@ from snooker_cli.figures.distributions import REDUCED_TEMPERATURE
 from snooker_cli.figures.selection import distinct, repeats, value_at
 from snooker_cli.formatting import listed, short, with_error
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report.setting_search import Sample, mean_speed
+from snooker_cli.report.setting_search import Sample
 from snooker_cli.report.source_values import (
     CLAIMS,
     CLOSE,
@@ -53,22 +57,33 @@ Laws = Mapping[tuple[str, str], Decay]
 
 @dataclass(frozen=True)
 class StatedResults:
-    """Results of the scene as the source report states it.
+    """Results of the scene as the source report states it, over its complete repeats.
 
     numbers : by the name of the printed number
     scene : the start of a repeat
-    laws : by CoR, the decay constants over all repeats by quantity and law
+    laws : by CoR, the decay constants by quantity and law
+    mean_free_path, relaxed_path : measured at CoR 1, of the whole repeats and after relaxation, m
     """
 
     numbers: dict[str, OurValue]
     scene: Scene
     laws: Mapping[float, Laws]
+    mean_free_path: OurValue
+    relaxed_path: OurValue
+
+    def source_factors(self, cor: float) -> theory.SourceFactors:
+        """The mistakes of the source report's formula for k at a CoR."""
+        scene = self.scene
+        radius, heat = float(scene.radii[0]), scene.kinetic_energy / scene.number
+        rates = theory.collision_rates(scene.number, heat, radius, scene.container)
+        contact = theory.contact_value(scene.packing_fraction)
+        return theory.source_factors(cor, contact, rates.ball_ball, cor, rates.wall)
 
 
 def stated_results(runs: Runs) -> StatedResults:
     """Our value of every printed number, and what the claims are checked with."""
     run = runs["restitution"]
-    elastic = list(run.traces(_points(run, {"cor": 1.0})[0]))
+    elastic = complete_repeats(run.traces(_points(run, {"cor": 1.0})[0]))
     scene = elastic[0].start
     samples: dict[tuple[str, float | None], Sample] = {
         ("pressure", None): Sample.over(map(mean_pressure, elastic))
@@ -76,7 +91,7 @@ def stated_results(runs: Runs) -> StatedResults:
     laws: dict[float, Laws] = {}
     for cor in COEFFICIENTS:
         # The figures have read and fitted these repeats.
-        traces = list(repeats(run, _points(run, {"cor": cor})[0], Selection()))
+        traces = complete_repeats(repeats(run, _points(run, {"cor": cor})[0], Selection()))
         laws[cor] = {(one.quantity, one.law): one for one in decays(traces)}
         for quantity, sample in _cooling(cor, traces, laws[cor]).items():
             samples[quantity, cor] = sample
@@ -88,7 +103,13 @@ def stated_results(runs: Runs) -> StatedResults:
         sample = samples.get((number.quantity, number.cor))
         return single[number.quantity] if sample is None else sample.our_value(number)
 
-    return StatedResults({name: ours(one) for name, one in SOURCE_VALUES.items()}, scene, laws)
+    numbers = {name: ours(one) for name, one in SOURCE_VALUES.items()}
+    paths = [
+        (mean_free_path(trace), mean_free_path(trace, relaxed_at(trace) or math.nan))
+        for trace in elastic
+    ]
+    whole, relaxed = (OurValue(*mean_and_error(column)) for column in np.array(paths).T)
+    return StatedResults(numbers, scene, laws, whole, relaxed)
 
 
 def _points(run: Run, where: Mapping[str, object]) -> Sequence[Point]:
@@ -154,7 +175,7 @@ def _ideal_gas_limit(runs: Runs, number: SourceValue) -> OurValue:
     else:
         run = runs["dilute"]
         (point,) = _points(run, {"cor": 1.0, "balls.radius": number.radius})
-    traces = list(run.traces(point))
+    traces = complete_repeats(run.traces(point))
     scene = traces[0].start
     radius = float(scene.radii[0])
     disks = theory.fluid_state(scene.number, 1.0, radius, scene.container).pressure
@@ -182,7 +203,7 @@ def checked_claims(runs: Runs, stated: StatedResults) -> list[dict[str, Any]]:
         **_error_propagation(),
         **_cooling_checks(runs["decay"], stated),
         **_ideal_gas_checks(runs["temperature"]),
-        **_tiny_ball_checks(runs["dilute"]),
+        **_tiny_ball_checks(runs["sliding"]),
         "maxwell_boltzmann": _speed_check(runs["speeds"]),
     }
     found = []
@@ -309,17 +330,20 @@ def _ideal_gas_checks(run: Run) -> Checks:
 
 
 def _tiny_ball_checks(run: Run) -> Checks:
-    """Claims on CoR and the ideal gas law, with the radius in the caption of figure 17."""
+    """Claims on CoR and the ideal gas law, with the radius in the caption of figure 17.
+
+    Most repeats would end in a wall trap, so these are the ones with balls that slide on.
+    """
     radius = SOURCE_VALUES["ratio_caption"].radius
-    means, at_end, early, warm = [], [], 0, []
-    for point in _points(run, {"balls.radius": radius, "cor": COEFFICIENTS}):
+    means, at_end, warm = [], [], []
+    points = _points(run, {"balls.radius": radius, "cor": COEFFICIENTS, "collapse": "slide"})
+    for point in points:
         temperatures = []
-        for trace in run.traces(point):
+        for trace in complete_repeats(run.traces(point)):
             temperatures.append(mean_temperature(trace))
             means.append(ideal_gas_ratio(trace))
             last = trace.finish.kinetic_energy / trace.finish.number
             at_end.append(means[-1] * temperatures[-1] / last)
-            early += not trace.stop.reason.complete
         warm.append(Sample.over(temperatures))
     ratio, (low, high) = Sample.over(means), warm
     return {
@@ -328,8 +352,8 @@ def _tiny_ball_checks(run: Run) -> Checks:
             {
                 "ratio": _text(ratio),
                 "at_end": np.mean(at_end),
-                "early": early,
-                "total": len(means),
+                "complete": len(means),
+                "total": len(points) * run.experiment.repeats,
             },
         ),
         "lower_temperatures": (

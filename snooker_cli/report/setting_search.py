@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,13 +14,17 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.analysis.decay import curve
 from snooker_cli.analysis.fitting import fit
-from snooker_cli.analysis.observables import mean_pressure, series
+from snooker_cli.analysis.observables import complete_repeats, mean_pressure, mean_speed, series
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.source_values import SOURCE_VALUES, OurValue, SourceValue
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from snooker_cli.analysis.decay import Curve
     from snooker_cli.runs import Run
-    from snooker_cli.trace import Trace
+
+    Array = NDArray[np.float64]
 
 WINDOWS = (0.2, 0.4, 1.0)
 """Shares of the collisions, from the start, that a curve is fitted to."""
@@ -37,8 +40,27 @@ TARGETS = [
 ]
 """The measured numbers that one setting has to explain together."""
 
-LIKELY = 14.07
-"""95 % point of chi-square with one degree of freedom for each target."""
+PARTS = {
+    "radius": "ball radius",
+    "slip": "slip",
+    "window": "fitted collisions",
+    "elastic_wall": "wall",
+    "fixed_amplitude": "amplitude",
+    "extent": "rings",
+}
+"""The parts of a setting, in words. Each is a choice that the search makes."""
+
+FREEDOM = len(TARGETS) - len(PARTS)
+"""Degrees of freedom of chi-square: a number for each target, less the choices."""
+
+LIKELY = 3.84
+"""95 % point of chi-square with ``FREEDOM`` degrees of freedom."""
+
+RESAMPLES = 2000
+"""How often the ranking is repeated with resampled repeats (bootstrap, Efron 1979)."""
+
+DECIDED = 0.95
+"""A part of a setting is decided if its value wins in this share of the resamples."""
 
 
 class Slip(NamedTuple):
@@ -61,19 +83,38 @@ SLIPS = (
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sample:
-    """A quantity over repeats: mean, standard deviation of one repeat, number of repeats."""
+    """A quantity over the repeats of a point.
 
-    mean: float
-    deviation: float
-    count: int
+    each : (*n*,) by repeat; nan for a repeat that does not count, because it ended early
+    """
+
+    each: Array
 
     @classmethod
     def over(cls, values: Iterable[float]) -> Sample:
         """Sample of the values of at least two repeats."""
-        each = list(values)
-        return cls(float(np.mean(each)), float(np.std(each, ddof=1)), len(each))
+        return cls(np.array(list(values)))
+
+    @cached_property
+    def _counted(self) -> Array:
+        return self.each[np.isfinite(self.each)]
+
+    @cached_property
+    def mean(self) -> float:
+        """Mean over the repeats that count."""
+        return float(self._counted.mean())
+
+    @cached_property
+    def deviation(self) -> float:
+        """Standard deviation of one repeat."""
+        return float(self._counted.std(ddof=1))
+
+    @property
+    def count(self) -> int:
+        """Number of repeats that count."""
+        return len(self._counted)
 
     @property
     def error(self) -> float:
@@ -85,8 +126,20 @@ class Sample:
         return OurValue(self.mean, self.error if number.mean else self.deviation)
 
     def times(self, factor: float) -> Sample:
-        """The sample with mean and deviation times a factor."""
-        return Sample(self.mean * factor, self.deviation * factor, self.count)
+        """The sample with all values times a factor."""
+        return Sample(self.each * factor)
+
+    def resampled_means(self) -> Array:
+        """Means over repeats that are drawn with replacement, the same for each sample; (*b*,)."""
+        draws, good = _draws(len(self.each)), np.isfinite(self.each)
+        return np.asarray(draws @ np.where(good, self.each, 0.0) / (draws @ good))
+
+
+@cache
+def _draws(count: int) -> Array:
+    """How often each of the repeats is in each resample; (``RESAMPLES``, *count*)."""
+    share = np.full(count, 1 / count)
+    return np.random.default_rng(0).multinomial(count, share, size=RESAMPLES).astype(np.float64)
 
 
 @dataclass(frozen=True)
@@ -122,18 +175,34 @@ class Candidate:
         return None if sample is None else sample.our_value(number)
 
     def predicts(self, number: SourceValue) -> bool:
-        """Whether single runs scatter by less than half of the mean of a printed number.
+        """Whether half of the repeats count, and scatter by less than half of their mean.
 
         A setting with more scatter agrees with any number, so its agreement means nothing.
         """
         sample = self.samples.get((number.quantity, number.cor))
-        return sample is not None and sample.mean > 2 * sample.deviation
+        if sample is None or 2 * sample.count < len(sample.each):
+            return False
+        return sample.mean > 2 * sample.deviation
 
     @property
     def score(self) -> float:
         """Sum of the squared distances from the targets (chi-square)."""
         ours = [(number, self.our_value(number)) for number in TARGETS]
         return sum(math.inf if one is None else one.distance(number) ** 2 for number, one in ours)
+
+    def resampled_scores(self) -> Array:
+        """The score of a setting that predicts all targets, for each resample; (*b*,)."""
+        total = np.zeros(RESAMPLES)
+        for number in TARGETS:
+            sample = self.samples[number.quantity, number.cor]
+            uncertainty = sample.our_value(number).uncertainty(number)
+            total += ((sample.resampled_means() - number.value) / uncertainty) ** 2
+        return total
+
+    @property
+    def complete(self) -> int:
+        """Number of complete repeats: the least of the coefficients."""
+        return min(self.samples[one.quantity, one.cor].count for one in TARGETS if one.cor)
 
 
 @dataclass(frozen=True)
@@ -143,7 +212,7 @@ class Search:
     candidates : all of them, best first
     factor : of the slips
     extent : ring extent of our own configs
-    early : number of repeats that ended early; they are fitted up to their end
+    early : number of repeats that ended early; they count where they are long enough
     """
 
     candidates: tuple[Candidate, ...]
@@ -162,10 +231,31 @@ class Search:
         return sum(one.score < LIKELY for one in self.ranked)
 
     @cached_property
+    def wins(self) -> list[float]:
+        """For each ranked candidate, the share of the resamples in which it is the best."""
+        best = np.argmin([one.resampled_scores() for one in self.ranked], axis=0)
+        return [float(share) for share in np.bincount(best, minlength=len(self.ranked)) / RESAMPLES]
+
+    def support(self, part: str) -> float:
+        """The share of the resamples whose best candidate has the best one's value of a part."""
+        values = [getattr(one, part) for one in self.ranked]
+        return sum(
+            share for share, value in zip(self.wins, values, strict=True) if value == values[0]
+        )
+
+    def cost(self, part: str) -> float:
+        """How much chi-square another value of a part of the best candidate adds at least."""
+        values = [getattr(one, part) for one in self.ranked]
+        others = [
+            one.score for one, value in zip(self.ranked, values, strict=True) if value != values[0]
+        ]
+        return min(others, default=math.inf) - self.ranked[0].score
+
+    @cached_property
     def profile(self) -> list[Candidate]:
-        """The best of the ranked candidates for each value of each part of a setting."""
-        chosen: set[int] = set()
-        for part in ("radius", "elastic_wall", "extent", "window", "fixed_amplitude", "slip"):
+        """The best of the ranked candidates for each value of each part, and all that ever win."""
+        chosen = {index for index, share in enumerate(self.wins) if share > 0}
+        for part in PARTS:
             values = [getattr(one, part) for one in self.ranked]
             chosen |= {values.index(value) for value in values}
         return [self.ranked[index] for index in sorted(chosen)]
@@ -215,8 +305,8 @@ def search(run: Run, elastic: Run) -> Search:
         )
         for (place, cor), values in measured.items():
             for wanted, key, times in sources:
-                if place == scene and len(values[key]) > 1:
-                    samples[wanted, cor] = Sample.over(values[key]).times(times)
+                if place == scene and np.count_nonzero(np.isfinite(values[key])) > 1:
+                    samples[wanted, cor] = Sample(values[key]).times(times)
         candidates.append(Candidate(*scene, window, fixed, slip, made, samples))
     candidates.sort(key=lambda one: (one.score, len(one.changes)))
     return Search(tuple(candidates), factor, stated.balls.ring_extent, early)
@@ -226,15 +316,10 @@ def _elastic_pressures(run: Run, speed: float) -> dict[float, Sample]:
     """Pressure (Pa m) by ball radius (m) at CoR 1 and a start speed (m/s)."""
     balls: list[Any] = [point.experiment.balls for point in run.points]
     return {
-        one.radius: Sample.over(map(mean_pressure, run.traces(point)))
+        one.radius: Sample.over(map(mean_pressure, complete_repeats(run.traces(point))))
         for one, point in zip(balls, run.points, strict=True)
         if one.speed == speed
     }
-
-
-def mean_speed(trace: Trace) -> float:
-    """Mean speed of the balls, averaged over the states after each collision (m/s)."""
-    return float(series(trace).mean_speed[1:].mean())
 
 
 def slip_factor(run: Run) -> float:
@@ -264,11 +349,11 @@ def simplest(
     return min(offers, key=rank, default=None)
 
 
-Measured = dict[tuple[tuple[float, bool, float], float], dict[Any, list[float]]]
-"""By scene (radius, whether the wall is elastic, ring extent) and CoR: values of the repeats.
+Measured = dict[tuple[tuple[float, bool, float], float], dict[Any, "Array"]]
+"""By scene (radius, whether the wall is elastic, ring extent) and CoR: values by repeat.
 
 Their keys are "mean speed" (m/s) and, for decay constants (1/s), quantity, window and whether
-the amplitude is fixed.
+the amplitude is fixed. A repeat that ended before the last collision of a window has nan.
 """
 
 
@@ -276,23 +361,62 @@ def _measured(run: Run) -> tuple[Measured, int]:
     """The values of every repeat, and the number of repeats that ended early."""
     found: Measured = {}
     early = 0
+    windows = _windows(run)
     for point in run.points:
         balls: Any = point.experiment.balls
         scene = balls.radius, point.experiment.effective_wall_cor == 1.0, balls.ring_extent
-        values = found.setdefault((scene, point.experiment.cor), defaultdict(list))
-        for trace in run.traces(point):
-            early += not trace.stop.reason.complete
-            values["mean speed"].append(mean_speed(trace))
+        traces = list(run.traces(point))
+        early += len(traces) - len(complete_repeats(traces))
+        speeds, ends = [], []
+        curves: dict[str, list[Curve]] = {quantity: [] for quantity in FITTED}
+        for trace in traces:
+            speeds.append(mean_speed(trace))
             times = series(trace).time
+            ends.append([times[n] if n < len(times) else math.nan for n in windows])
             for quantity in FITTED:
-                whole = curve(trace, quantity)
-                for window, fixed in itertools.product(_windows(run), (True, False)):
-                    kept = whole.time <= times[min(window, len(times) - 1)]
-                    amplitude = 1.0 if fixed else None
-                    result = fit(whole.time[kept], whole.value[kept], amplitude=amplitude)
-                    if result.converged:
-                        values[quantity, window, fixed].append(result.value)
+                curves[quantity].append(curve(trace, quantity))
+        values: dict[Any, Array] = {"mean speed": np.array(speeds)}
+        for quantity, (window, end), fixed in itertools.product(
+            FITTED, zip(windows, np.array(ends).T, strict=True), (True, False)
+        ):
+            values[quantity, window, fixed] = decay_constants(curves[quantity], end, fixed=fixed)
+        found[scene, point.experiment.cor] = values
     return found, early
+
+
+def decay_constants(curves: Sequence[Curve], ends: Array, *, fixed: bool) -> Array:
+    """Exponential decay constants of curves up to their ends (s), as `fit` finds them; (*n*,), 1/s.
+
+    All curves are fitted at once, by Gauss and Newton; a free amplitude is the best one for each
+    constant (Kaufman 1975). nan where the end is nan, or where `fit` finds none.
+    """
+    kept = [int(np.count_nonzero(one.time <= end)) for one, end in zip(curves, ends, strict=True)]
+    s, y, weight = np.zeros((3, len(curves), max(kept, default=0)))
+    for row, (one, count) in enumerate(zip(curves, kept, strict=True)):
+        time = one.time[:count]
+        s[row, :count], y[row, :count], weight[row, :count] = time - time[:1], one.value[:count], 1
+    with np.errstate(all="ignore"):
+        height = weight * y**2
+        k = -np.sum(height * s * np.log(np.where(y > 0, y, 1.0)), axis=1) / np.sum(
+            height * s**2, axis=1
+        )
+        for _ in range(50):
+            f = weight * np.exp(-k[:, None] * s)
+            level = np.ones(len(k)) if fixed else np.sum(f * y, axis=1) / np.sum(f * f, axis=1)
+            slope = -level[:, None] * s * f
+            if not fixed:
+                slope -= f * (np.sum(slope * f, axis=1) / np.sum(f * f, axis=1))[:, None]
+            rest = y - level[:, None] * f
+            step = np.sum(slope * rest, axis=1) / np.sum(slope * slope, axis=1)
+            k = k + step
+            settled = np.abs(step) <= 1e-8 * np.abs(k)
+            if np.all(settled | ~np.isfinite(step)):
+                break
+    for row in np.flatnonzero(~settled & np.isfinite(ends)):
+        one, count = curves[row], kept[row]
+        result = fit(one.time[:count], one.value[:count], amplitude=1.0 if fixed else None)
+        k[row] = result.value
+    return np.where(np.isfinite(ends), k, math.nan)
 
 
 def _windows(run: Run) -> Sequence[int]:

@@ -28,6 +28,7 @@ from snooker_cli.theory.collision_rates import (
     wall_rate,
 )
 from snooker_cli.theory.cooling_laws import (
+    SourceFactors,
     angular_momentum_floor,
     cooling_rate,
     energy_ratio_by_events,
@@ -35,6 +36,7 @@ from snooker_cli.theory.cooling_laws import (
     haff_ratio,
     sonine_coefficient,
     source_decay_constant,
+    source_factors,
 )
 from snooker_cli.theory.equation_of_state import (
     FluidState,
@@ -62,7 +64,8 @@ from snooker_cli.theory.speed_distributions import (
 __all__ = ["CollisionRates", "ball_ball_rate", "collision_rates", "mean_free_path"]
 __all__ += ["source_mean_free_path", "wall_rate"]
 __all__ += ["angular_momentum_floor", "cooling_rate", "energy_ratio_by_events", "haff_rate"]
-__all__ += ["haff_ratio", "sonine_coefficient", "source_decay_constant"]
+__all__ += ["SourceFactors", "haff_ratio", "sonine_coefficient", "source_decay_constant"]
+__all__ += ["source_factors"]
 __all__ += ["FluidState", "accessible_wall_pressure", "compressibility", "contact_value"]
 __all__ += ["fluid_state", "ideal_gas_pressure", "number_density", "published_ratio"]
 __all__ += ["van_der_waals_pressure"]

@@ -5,6 +5,7 @@ average.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -71,6 +72,40 @@ def energy_ratio_by_events(
     lost = (1 - restitution**2) * ball_ball_events + (1 - wall_restitution**2) * wall_events
     ratio: Real = np.exp(-lost / number)
     return ratio
+
+
+class SourceFactors(NamedTuple):
+    """Factors by which the mistakes of the source report change its decay constant; 1 for none.
+
+    loss : all energy falls to e² in a collision; only the normal part of the relative motion loses
+    section : the cross-section is 2πr instead of the 4r of disks
+    density : the finite size of the balls, which makes collisions χ times as frequent, is ignored
+    wall : losses at the wall are ignored
+    """
+
+    loss: float
+    section: float
+    density: float
+    wall: float
+
+
+def source_factors(
+    restitution: float,
+    contact_value: float,
+    ball_ball_rate: float,
+    wall_restitution: float,
+    wall_rate: float,
+) -> SourceFactors:
+    """The mistakes of equations 6 and 7 of the source report, as factors.
+
+    Their product is −2 ln(e)⟨v⟩ √2 n 2πr over ζ of `cooling_rate`, ⟨v⟩ = √(πT/2m) for Maxwell's
+    law: a ball loses −ln(e²) instead of (1 − e²)(1 + 3a2/16)/2 in a collision, and has
+    ω = √2 n 4r χ⟨v⟩ of them per second. χ is the contact value; the rates are `cooling_rate`'s.
+    """
+    pairs = cooling_rate(restitution, ball_ball_rate)
+    both = cooling_rate(restitution, ball_ball_rate, wall_restitution, wall_rate)
+    loss = -2 * math.log(restitution) * ball_ball_rate / pairs
+    return SourceFactors(loss, math.pi / 2, 1 / contact_value, pairs / both)
 
 
 def angular_momentum_floor(

@@ -25,7 +25,7 @@ Indices = NDArray[np.int32]
 
 TOLERANCE = 1e-6
 """The source report: "If the computed time to collision is less than 10⁻⁶ seconds, it is considered
-zero"; and zero is not a "positive solution" that can be selected."""
+zero"; and zero is not a "positive solution" that can be selected. This is one reading of it."""
 
 SKIN = 0.2
 """Time stepping lists pairs that are nearer than this to contact, in mean distances of balls."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,20 +14,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from snooker_cli.analysis.decay import curve, fit_curve
-from snooker_cli.analysis.observables import ROUNDING, mean_pressure
+from snooker_cli.analysis.decay import QUANTITIES, Curve, curve, fit_curve
+from snooker_cli.analysis.fitting import fit
+from snooker_cli.analysis.observables import ROUNDING, mean_pressure, mean_speed
 from snooker_cli.config import load, parse, points
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report import audit, content, setting_search
 from snooker_cli.report.setting_search import (
+    FREEDOM,
     LIKELY,
+    PARTS,
     SLIPS,
     TARGETS,
     Candidate,
     Sample,
     Search,
-    mean_speed,
+    decay_constants,
     simplest,
 )
 from snooker_cli.report.source_values import LORD, SOURCE_VALUES, OurValue, SourceValue
@@ -101,7 +104,10 @@ def test_what_follows_from_other_printed_numbers_has_the_printed_digits() -> Non
 
 
 def test_likely_is_the_95_percent_point_of_chi_square() -> None:
-    assert pytest.approx(stats.chi2.ppf(0.95, len(TARGETS)), abs=0.005) == LIKELY
+    """The degrees of freedom are the targets less the choices of a setting."""
+    assert set(PARTS) == {one.name for one in fields(Candidate)} - {"changes", "samples"}
+    assert len(TARGETS) - len(PARTS) == FREEDOM > 0
+    assert pytest.approx(stats.chi2.ppf(0.95, FREEDOM), abs=0.005) == LIKELY
 
 
 def test_mean_free_path_is_ten_times_that_of_the_stated_balls() -> None:
@@ -119,9 +125,8 @@ def test_speeds_that_are_powers_of_two_apart_are_copies() -> None:
 
 
 def sample(number: SourceValue, factor: float = 1.0, share: float = 0.1) -> Sample:
-    """Repeats with the printed mean times a factor, and a deviation of a share of it."""
-    mean = number.value * factor
-    return Sample(mean, share * mean, 20)
+    """Twenty repeats with the printed mean times a factor, and a deviation of a share of it."""
+    return Sample(number.value * factor * (1 + share * math.sqrt(19 / 20) * np.tile([1, -1], 10)))
 
 
 def candidate(factor: float = 1.0, share: float = 0.1, **changes: Any) -> Candidate:
@@ -155,7 +160,7 @@ def searched(*candidates: Candidate) -> Search:
 
 def test_the_score_is_zero_for_the_printed_numbers_and_counts_all_targets() -> None:
     right = candidate()
-    assert right.score == 0.0
+    assert right.score == pytest.approx(0, abs=1e-20)
     assert all(map(right.predicts, TARGETS))
     assert candidate(1.5).score > LIKELY
     for one in TARGETS[-3:]:
@@ -169,6 +174,73 @@ def test_a_setting_with_much_scatter_predicts_nothing() -> None:
     assert wide.predicts(SOURCE_VALUES["speed_0.8"])
     assert simplest([wide], energy) is None
     assert searched(wide).ranked == []
+
+
+def test_a_setting_whose_repeats_mostly_end_early_is_not_ranked() -> None:
+    energy, right = SOURCE_VALUES["energy_mean_0.8"], candidate()
+    key = energy.quantity, energy.cor
+    for early, predicts in ((10, True), (11, False)):
+        each = right.samples[key].each.copy()
+        each[:early] = math.nan
+        cut = replace(right, samples={**right.samples, key: Sample(each)})
+        assert cut.predicts(energy) is predicts
+        assert cut.complete == 20 - early
+
+
+def test_the_ranking_is_resampled() -> None:
+    """Two settings that chance alone decides between both win; one far off never does."""
+    found = searched(candidate(1.01), candidate(0.99, extent=0.7), candidate(2.0, window=100))
+    assert sum(found.wins) == pytest.approx(1)
+    assert min(found.wins[:2]) > 0.1
+    assert found.wins[2] == 0
+    assert found.support("window") == 1
+    assert found.support("extent") == found.wins[0]
+    assert found.cost("window") == found.ranked[2].score - found.ranked[0].score
+
+
+def test_resampled_means_scatter_by_the_standard_error() -> None:
+    each = np.append(np.random.default_rng(3).normal(5.0, 1.0, 200), [math.nan] * 20)
+    one = Sample(each)
+    assert (one.count, one.mean) == (200, pytest.approx(np.nanmean(each)))
+    assert np.std(one.resampled_means()) == pytest.approx(one.error, rel=0.1)
+    assert np.mean(one.resampled_means()) == pytest.approx(one.mean, abs=0.1 * one.error)
+
+
+def test_the_audit_has_enough_repeats() -> None:
+    assert load(ROOT / "configs" / "audit.yaml").experiment.repeats >= 200
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+def test_many_curves_are_fitted_as_one_is(fixed: bool) -> None:
+    """Each up to its own end; one that ends early has no value, a value of zero does no harm."""
+    rng = np.random.default_rng(8)
+    curves = []
+    for count in (40, 90, 120, 500):
+        time = np.sort(rng.uniform(0, 4, count))
+        value = rng.uniform(0.8, 1.2) / (1 + 0.7 * time) ** 2 + rng.normal(0, 0.02, count)
+        value[-1] = 0.0
+        curves.append(Curve(QUANTITIES["pressure"], time, value, 0.0))
+    ends = np.array([one.time[-1] for one in curves])
+    ends[1:3] = curves[1].time[30], math.nan
+    found = decay_constants(curves, ends, fixed=fixed)
+    for value, one, end in zip(found, curves, ends, strict=True):
+        kept = one.time <= end
+        expected = fit(one.time[kept], one.value[kept], amplitude=1.0 if fixed else None)
+        assert value == pytest.approx(expected.value, rel=1e-6, nan_ok=True)
+    assert np.isnan(found).tolist() == [False, False, True, False]
+
+
+def test_deviations_from_the_laws_are_in_standard_errors() -> None:
+    rate = {"last_rate": 1.0, "fitted_last_rate": 1.4, "last_rate_error": 0.1}
+    (found,) = content.last_rates([{"parameters": {"cor": 0.5}, **rate}])
+    assert found == {"cor": 0.5, "in_errors": pytest.approx(-4)}
+    experiment = load(ROOT / "configs" / "elastic-wall.yaml").experiment
+    run = Run(ROOT / "nowhere", experiment, points(experiment))
+    fitted = {"parameters": {"cor": 0.8}, "alpha": 1.0, "alpha_error": 0.01}
+    (one,) = content.kinetic_theory(run, [fitted])
+    assert one["theory"] == pytest.approx(1.116, abs=0.001)
+    assert one["excess"] == pytest.approx(one["theory"] - 1)
+    assert one["in_errors"] == pytest.approx(100 * one["excess"])
 
 
 def test_simplest_is_the_one_with_fewest_changes_or_the_nearest() -> None:

@@ -13,10 +13,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from repeating import created
 
 from snooker_cli.analysis import decay
+from snooker_cli.analysis.observables import series
 from snooker_cli.config import load
 from snooker_cli.errors import RunError
 from snooker_cli.report.audit import ALONE, EXPLAINED, FOLLOWS, REPRODUCED, UNEXPLAINED
@@ -181,6 +183,34 @@ def test_every_claim_is_checked(numbers: dict[str, Any]) -> None:
     # The source report contradicts these itself.
     for name in ("radius_of_figure_17", "pressure_constant", "errors_of_theory", "divergence"):
         assert not holds[name], name
+
+
+def test_what_survives_is_stated_with_its_numbers(numbers: dict[str, Any], text: str) -> None:
+    audit = numbers["audit"]
+    best = audit["profile"][0]
+    assert audit["near"] == sum(one["score"] < 3.84 for one in audit["profile"])
+    assert ("No setting fits within the errors" in text) == (audit["near"] == 0)
+    assert f"ranked the {audit['ranked']} settings" in text
+    assert f"of {audit['settings']} settings" in text
+    assert f"The best setting wins in {100 * best['wins']:.3g} % of the draws" in text
+    assert sum(one["wins"] for one in audit["profile"]) == pytest.approx(1, abs=1e-5)
+
+
+def test_event_averages_leave_out_repeats_that_ended_early(
+    runs: Path, numbers: dict[str, Any], text: str
+) -> None:
+    run = open_run(runs / "restitution")
+    for cor in (0.8, 0.9):
+        (point,) = (one for one in run.points if one.experiment.cor == cor)
+        speeds = [
+            series(trace).mean_speed[1:].mean()
+            for trace in run.traces(point)
+            if trace.stop.reason.complete
+        ]
+        rows = {row["name"]: row for row in numbers["audit"]["numbers"]}
+        assert rows[f"speed_{cor}"]["ours"]["value"] == pytest.approx(np.mean(speeds), rel=1e-5)
+    assert f"{numbers['audit']['complete']} of its {2 * REPEATS} repeats below CoR 1" in text
+    assert text.count(": all complete.") > 10
 
 
 def test_repeats_that_ended_early_are_counted(runs: Path, text: str) -> None:

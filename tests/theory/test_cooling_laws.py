@@ -128,3 +128,17 @@ def test_angular_momentum_floor():
     # Random directions: ⟨L²⟩ = N ⟨ρ²⟩ T with ⟨ρ²⟩ = a²/2 leaves 1/(4N), about 0.7 % of E0.
     typical = math.sqrt(N * (9.0**2 / 2) * T)
     assert digits(100 * theory.angular_momentum_floor(typical, N, 9.0) / (N * T), "0.7")
+
+
+def test_mistakes_of_the_source_report_are_factors_of_its_decay_constant() -> None:
+    """Their product is its constant over the rate of kinetic theory at the same mean speed."""
+    for e in (0.5, 0.8, 0.9):
+        density, radius, heat, contact = 37 / (100 * math.pi), 1.0, 50.0, 2.1
+        pairs = theory.ball_ball_rate(density, radius, heat, contact)
+        wall = 1.653
+        path = theory.source_mean_free_path(density, radius)
+        k = theory.source_decay_constant(e, path, theory.maxwell_mean_speed(heat))
+        factors = theory.source_factors(e, contact, pairs, e, wall)
+        expected = k / theory.cooling_rate(e, pairs, e, wall)
+        assert math.prod(factors) == pytest.approx(expected, rel=1e-12)
+        assert factors.section == pytest.approx(theory.mean_free_path(density, radius) / path)
