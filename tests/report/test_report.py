@@ -18,9 +18,10 @@ import pytest
 from repeating import created
 
 from snooker_cli.analysis import decay
-from snooker_cli.analysis.observables import series
+from snooker_cli.analysis.observables import mean_temperature, series
 from snooker_cli.config import load
 from snooker_cli.errors import RunError
+from snooker_cli.formatting import with_error
 from snooker_cli.report.audit import ALONE, EXPLAINED, FOLLOWS, REPRODUCED, UNEXPLAINED
 from snooker_cli.report.build import build
 from snooker_cli.report.content import REPORT_FIGURES, RUNS
@@ -211,6 +212,21 @@ def test_event_averages_leave_out_repeats_that_ended_early(
         assert rows[f"speed_{cor}"]["ours"]["value"] == pytest.approx(np.mean(speeds), rel=1e-5)
     assert f"{numbers['audit']['complete']} of its {2 * REPEATS} repeats below CoR 1" in text
     assert text.count(": all complete.") > 10
+
+
+def test_temperatures_of_figure_17_are_those_past_its_wall_traps(
+    runs: Path, numbers: dict[str, Any]
+) -> None:
+    """At both CoR over the same number of collisions; a trap ends the warmest part early."""
+    run, means = open_run(runs / "sliding"), []
+    for point in run.points:
+        experiment = point.experiment
+        if getattr(experiment.balls, "radius", 0) == 0.01 and experiment.collapse == "slide":
+            means.append([mean_temperature(trace) for trace in run.traces(point)])
+    claims = {one["name"]: one for one in numbers["audit"]["claims"]}
+    for each in np.array(means):
+        shown = with_error(each.mean(), each.std(ddof=1) / math.sqrt(len(each)))
+        assert shown in claims["lower_temperatures"]["check"]
 
 
 def test_repeats_that_ended_early_are_counted(runs: Path, text: str) -> None:
