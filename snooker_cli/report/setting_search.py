@@ -395,24 +395,25 @@ def decay_constants(curves: Sequence[Curve], ends: Array, *, fixed: bool) -> Arr
     for row, (one, count) in enumerate(zip(curves, kept, strict=True)):
         time = one.time[:count]
         s[row, :count], y[row, :count], weight[row, :count] = time - time[:1], one.value[:count], 1
+
+    def dot(one: Array, other: Array) -> Array:
+        return np.asarray(np.einsum("ij,ij->i", one, other))
+
     with np.errstate(all="ignore"):
-        height = weight * y**2
-        k = -np.sum(height * s * np.log(np.where(y > 0, y, 1.0)), axis=1) / np.sum(
-            height * s**2, axis=1
-        )
+        heavy = s * y**2
+        k = -dot(heavy, np.log(np.where(y > 0, y, 1.0))) / dot(heavy, s)
         for _ in range(50):
             f = weight * np.exp(-k[:, None] * s)
-            level = np.ones(len(k)) if fixed else np.sum(f * y, axis=1) / np.sum(f * f, axis=1)
-            slope = -level[:, None] * s * f
+            level = np.ones(len(k)) if fixed else dot(f, y) / dot(f, f)
+            slope = s * f
             if not fixed:
-                slope -= f * (np.sum(slope * f, axis=1) / np.sum(f * f, axis=1))[:, None]
-            rest = y - level[:, None] * f
-            step = np.sum(slope * rest, axis=1) / np.sum(slope * slope, axis=1)
+                slope -= f * (dot(slope, f) / dot(f, f))[:, None]
+            step = -dot(slope, y - level[:, None] * f) / (level * dot(slope, slope))
             k = k + step
             settled = np.abs(step) <= 1e-8 * np.abs(k)
             if np.all(settled | ~np.isfinite(step)):
                 break
-    for row in np.flatnonzero(~settled & np.isfinite(ends)):
+    for row in map(int, np.flatnonzero(~settled & np.isfinite(ends))):
         one, count = curves[row], kept[row]
         result = fit(one.time[:count], one.value[:count], amplitude=1.0 if fixed else None)
         k[row] = result.value
