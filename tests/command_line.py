@@ -15,6 +15,7 @@ balls: {rings: 1, radius: 1.0, speed: 10.0}
 cor: 0.85
 collisions: 150
 repeats: 3
+seed: 22
 sweep: {cor: [0.85, 1.0]}
 """
 

@@ -99,6 +99,7 @@ container: {shape: box, width: 10, height: 5, packing: 0.2}
 balls: {count: 20, mass: 1, speed: 10, speeds: maxwell, start: lattice}
 cor: 0.9
 collapse: {elastic_below: 1e-6}
+common_random: true
 collisions: 100
 record: summary
 sweep:

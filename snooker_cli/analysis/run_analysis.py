@@ -115,7 +115,7 @@ def _made(run: Run, name: str, analyse: Analyse) -> RunAnalysis:
     notes: Records = []
     for point in run.points:
         parameters, numbers = {"parameters": point.as_json()}, present[point.index]
-        sentences = _missing_notes(run, point, len(numbers))
+        sentences = _notes_on_repeats(run, point, len(numbers))
         # If no point has a repeat, reading the first one raises the error.
         if numbers or not any(present.values()):
             found, others = analyse(run.traces(point, numbers))
@@ -125,12 +125,13 @@ def _made(run: Run, name: str, analyse: Analyse) -> RunAnalysis:
     return RunAnalysis(rows, notes, run.directory / name, "", saved=True)
 
 
-def _missing_notes(run: Run, point: Point, present: int) -> list[str]:
-    """Sentences on the repeats that a point still lacks, or that are too short."""
+def _notes_on_repeats(run: Run, point: Point, present: int) -> list[str]:
+    """Sentences on a point's repeats: those missing or short, and common starts."""
     wanted = run.experiment.repeats
     are = "the repeat is not" if wanted == 1 else f"{present} of {wanted} repeats are"
     rest = f"{are} there; run the config again for the rest" if present < wanted else ""
-    return list(filter(None, [rest, shorter_note(run.shorter(point), present)]))
+    short = shorter_note(run.shorter(point), present)
+    return [*filter(None, [rest, short]), *run.common_random_notes]
 
 
 def _made_from(run: Run) -> str:

@@ -108,7 +108,7 @@ def run(
         if dry_run:
             _print_change(runs.planned_change(target, fresh=fresh))
             found = plan(fresh)
-            print_result(found, as_json, _plan_lines(found))
+            print_result(found, as_json, [*_plan_lines(found), *target.common_random_notes])
             return
         if not yes:
             runs.planned_change(target, fresh=fresh)

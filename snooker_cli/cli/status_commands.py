@@ -69,6 +69,7 @@ def show(run: RunName, as_json: AsJson = False) -> None:
     status = run_status(opened)
     content = _record(status) | {
         "title": opened.experiment.title,
+        "common_random": opened.experiment.common_random,
         "analyses": [path.name for path in opened.analyses()],
         "figures": [path.name for path in opened.figures()],
         "ledger": [
@@ -83,7 +84,7 @@ def show(run: RunName, as_json: AsJson = False) -> None:
             for one in status.points
         ],
     }
-    print_result(content, as_json, _status_lines(content))
+    print_result(content, as_json, [*_status_lines(content), *opened.common_random_notes])
 
 
 def _record(status: RunStatus) -> dict[str, Any]:

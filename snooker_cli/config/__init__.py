@@ -10,7 +10,16 @@ from pathlib import Path
 
 from snooker_cli.config.axes import check_overrides, overridden, unzipped
 from snooker_cli.config.models import BallCount, BallList, Experiment, Rings, schema
-from snooker_cli.config.points import LIMITS, Point, digest, extends, points, to_json, validated
+from snooker_cli.config.points import (
+    LIMITS,
+    Point,
+    digest,
+    extends,
+    points,
+    stream_seed,
+    to_json,
+    validated,
+)
 from snooker_cli.config.problems import ConfigError, Problem, key_path, shown
 from snooker_cli.config.yaml_document import YamlDocument, document, text_of
 
@@ -29,6 +38,7 @@ __all__ = [
     "parse",
     "points",
     "schema",
+    "stream_seed",
     "to_json",
 ]
 

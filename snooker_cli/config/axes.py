@@ -38,7 +38,7 @@ Axes: TypeAlias = tuple[Axis, ...]
 
 ZIP = "zip"
 
-WHOLE_RUN = ("repeats", "seed", "record", "title", "sweep")
+WHOLE_RUN = ("repeats", "seed", "common_random", "record", "title", "sweep")
 """Keys that cannot be swept."""
 
 MAX_POINTS = 100_000

@@ -82,6 +82,7 @@ Count = Annotated[
 Seed = Annotated[
     int, Field(ge=0, le=MAX_INTEGER), _WHOLE, _needs("a whole number of 0 or more (below 2^63)")
 ]
+Switch = Annotated[bool, _needs("true or false", False)]
 RingNumber = Annotated[int, Field(ge=0, le=1000), _WHOLE, _needs("a whole number from 0 to 1000")]
 Number = Annotated[
     int, Field(ge=1, le=1_000_000), _WHOLE, _needs("a whole number from 1 to 1,000,000")
@@ -296,6 +297,9 @@ class Experiment(Model):
     """Runs of every point, each with its own random start."""
     seed: Seed = 1
     """Seed of the random starts."""
+    common_random: Switch = False
+    """Whether all points have the same random starts, for paired comparisons. By default each point
+    has its own: they follow from the seed and the point's physics."""
     record: Literal["events", "summary"] = "events"
     """What is stored: every collision, or only a summary."""
     sweep: Annotated[

@@ -6,7 +6,7 @@ import itertools
 import json
 import math
 import operator
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -29,12 +29,15 @@ from snooker_cli.config.problems import (
 LIMITS = ("collisions", "time")
 """The keys that end a repeat; a later end changes nothing before it."""
 
+_NOT_IN_STREAMS = (*LIMITS, "seed", "common_random", "record")
+"""Keys that random numbers do not depend on, or not through the digest."""
+
 MAX_REPEATS = 1_000_000
 """Repeats of all points of a run, which are as many files."""
 
 _NOT_PHYSICS = ("title", "repeats", "sweep")
 
-_LATER = ("collapse",)
+_LATER = ("collapse", "common_random")
 """Keys of an experiment that are younger than digests."""
 
 _Step: TypeAlias = tuple[str, int, Value]
@@ -155,21 +158,21 @@ def to_json(experiment: Experiment) -> str:
     return json.dumps(data, allow_nan=False, ensure_ascii=False)
 
 
-def digest(experiment: Experiment, *, limits: bool = True) -> str:
+def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
     """SHA-256, in hexadecimal, of what determines the physics of a point.
 
     It is of JSON with sorted keys and shortest decimals. It covers all keys except title, repeats
     and sweep. wall_cor and start are resolved. Later keys are left out at their defaults.
 
-    limits : whether it covers collisions and time too
+    without : other keys that it does not cover
     """
-    left_out = _NOT_PHYSICS if limits else (*_NOT_PHYSICS, *LIMITS)
+    left_out = {*_NOT_PHYSICS, *without}
     data = json.loads(to_json(experiment))
     physics = {key: value for key, value in data.items() if key not in left_out}
     physics["wall_cor"] = experiment.effective_wall_cor
     for key in _LATER:
         if getattr(experiment, key) == Experiment.model_fields[key].default:
-            del physics[key]
+            physics.pop(key, None)
     if experiment.species:
         unplaced = [each.model_copy(update={"start": None}) for each in experiment.species]
         physics["balls"] = [each.model_dump() for each in unplaced]
@@ -178,12 +181,22 @@ def digest(experiment: Experiment, *, limits: bool = True) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def stream_seed(experiment: Experiment) -> int:
+    """The seed of a point's random numbers: of its own, or with common_random of all points.
+
+    It has ``seed`` below bit 64 and above it the digest of the physics. The digest covers no
+    collisions and time, so that a longer repeat begins alike.
+    """
+    if experiment.common_random:
+        return experiment.seed
+    return experiment.seed | int(digest(experiment, without=_NOT_IN_STREAMS), 16) << 64
+
+
 def extends(longer: Experiment, shorter: Experiment) -> bool:
     """Whether a point has the same physics as another and ends no earlier."""
     ends = [
         [math.inf if (end := getattr(each, name)) is None else end for name in LIMITS]
         for each in (longer, shorter)
     ]
-    return digest(longer, limits=False) == digest(shorter, limits=False) and all(
-        map(operator.ge, *ends)
-    )
+    same = digest(longer, without=LIMITS) == digest(shorter, without=LIMITS)
+    return same and all(map(operator.ge, *ends))

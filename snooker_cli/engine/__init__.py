@@ -15,5 +15,5 @@ __all__ = [
 ]
 
 
-ENGINE_VERSION = 7
+ENGINE_VERSION = 8
 """Goes up when the same config may give other bits; results of two versions are never mixed."""

@@ -198,7 +198,7 @@ def unfinished(run: Run, selection: Selection) -> str:
 
 def _copies(run: Run, points: Sequence[Point], selection: Selection) -> str:
     """Which start speeds give the same motions at another pace, where all repeats do."""
-    if "balls.speed" not in varying(points):
+    if not run.experiment.common_random or "balls.speed" not in varying(points):
         return ""
     groups: dict[tuple[bytes, ...], list[str]] = {}
     for point in points:

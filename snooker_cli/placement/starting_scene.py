@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from snooker_cli.config import BallList, Rings
+from snooker_cli.config import BallList, Rings, stream_seed
 from snooker_cli.errors import JammedError, SceneError
 from snooker_cli.placement.places import lattice, random_places, ring_positions
 from snooker_cli.placement.random_numbers import (
@@ -37,10 +37,10 @@ def starting_scene(experiment: Experiment, repeat: int) -> Scene:
 def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scene]:
     """The scenes at the start of repeats of a point; they share what is the same in all.
 
-    A repeat has the same random directions at every point of a sweep (common random numbers).
+    Each point has random numbers of its own, or with common_random those of all points.
     Raises ``SceneError`` if balls overlap or stick out of the container.
     """
-    container, balls, seed = experiment.container.given, experiment.balls, experiment.seed
+    container, balls = experiment.container.given, experiment.balls
     if isinstance(balls, BallList):
         names = ("position", "velocity", "radius", "mass")
         places, velocities, radii, masses = (
@@ -52,7 +52,7 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
         assert container is not None
         places = _on_rings(balls, container.size[0] / 2)
         positions, number = [places] * len(repeats), len(places)
-        velocities = balls.speed * random_directions(number, seed, repeats)
+        velocities = balls.speed * random_directions(number, stream_seed(experiment), repeats)
         radii, masses = np.full(number, balls.radius), np.full(number, balls.mass)
     else:
         container, sizes = _container_and_radii(experiment)
@@ -151,7 +151,8 @@ def _positions(
     packing = container.packing_fraction(_sum_of_squares(np.repeat(radii, counts)))
     if not container.has_wall:
         container.check_radii(np.array(radii))
-    streams = (stream(experiment.seed, repeat, PLACES) for repeat in repeats)
+    seed = stream_seed(experiment)
+    streams = (stream(seed, repeat, PLACES) for repeat in repeats)
     if experiment.start == "random":
         try:
             return [random_places(container, radii, counts, packing, each) for each in streams]
@@ -172,10 +173,10 @@ def _velocities(experiment: Experiment, masses: Floats, repeats: Sequence[int]) 
     Each species has the kinetic energy of balls that all have its speed. In a periodic box the
     total momentum is zero, and one factor restores the energy.
     """
-    species, number = experiment.species, len(masses)
-    velocities = random_directions(number, experiment.seed, repeats)
+    species, number, seed = experiment.species, len(masses), stream_seed(experiment)
+    velocities = random_directions(number, seed, repeats)
     if any(each.speeds == "maxwell" for each in species):
-        normals = random_normals(number, experiment.seed, repeats)
+        normals = random_normals(number, seed, repeats)
     first = 0
     for each in species:
         part = slice(first, first + each.count)

@@ -105,7 +105,6 @@ def values(
         "measured": {name: measurement(name) for name in MEASUREMENTS},
         "swept": lambda name, key: [float(value) for value in distinct(runs[name].points, key)],
         "repeats_of": lambda name: len(runs[name].points) * experiments[name].repeats,
-        "scaled_copies": scaled_copies,
         "machine": machine,
         "physics": physics_values(measurement("physics")),
         "at_each": _at_each,
@@ -122,14 +121,6 @@ def _text(ours: OurValue | None) -> str:
 def _at_each(texts: Sequence[str]) -> str:
     """``a at CoR 0.8 and b at CoR 0.9``."""
     return listed([f"{text} at CoR {cor:g}" for text, cor in zip(texts, COEFFICIENTS, strict=True)])
-
-
-def scaled_copies(speeds: Sequence[float]) -> list[list[float]]:
-    """Groups of speeds with ratios that are powers of two, by which doubles scale exactly."""
-    groups: dict[float, list[float]] = {}
-    for speed in speeds:
-        groups.setdefault(math.frexp(speed)[0], []).append(speed)
-    return [sorted(group) for group in groups.values() if len(group) > 1]
 
 
 def _choices(audit: Audit) -> list[dict[str, Any]]:

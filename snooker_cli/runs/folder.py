@@ -140,7 +140,7 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
 def _physics(point: Point) -> tuple[dict[str, Any], str]:
     """What two points have in common if one continues the other."""
     parameters = {key: value for key, value in point.as_json().items() if key not in LIMITS}
-    return parameters, digest(point.experiment, limits=False)
+    return parameters, digest(point.experiment, without=LIMITS)
 
 
 def _changed_limits(before: Run, now: Run) -> str:

@@ -54,7 +54,7 @@ class SceneClass:
 
 
 def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[SceneClass]:
-    """The classes of the points' scenes. Places the balls of every start that differs.
+    """The classes of the points' scenes. Places the balls of each scene once.
 
     Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated, or that
     the chosen engine cannot simulate.
@@ -101,7 +101,7 @@ def _loss_models(experiment: Experiment) -> dict[str, bool]:
 
 
 def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
-    """Points by how they start and what they record; they differ in losses and limits."""
+    """Points by scene and record; they differ in losses, limits and random numbers."""
     found: dict[Experiment, list[Point]] = {}
     for point in points:
         common = {
@@ -201,6 +201,7 @@ def run_plan(
             for point, balls in zip(each.points, each.balls, strict=True)
         ),
         "bytes": _total(kinds, "bytes"),
+        "common_random": run.experiment.common_random,
         "free_bytes": _free_bytes(run.directory),
     }
 

@@ -107,6 +107,12 @@ class Run:
         """Eight hexadecimal digits for all that determines the physics of the run's points."""
         return hashlib.sha256("".join(self.digests).encode()).hexdigest()[:8]
 
+    @property
+    def common_random_notes(self) -> list[str]:
+        """A sentence if several points have the same random numbers; else none."""
+        note = "all points have the same random starts (common_random); compare repeat by repeat"
+        return [note] if self.experiment.common_random and len(self.points) > 1 else []
+
     def manifest(self) -> dict[str, Any]:
         """The content of ``run.json``: the experiment and what identifies its points."""
         forced = {} if self.engine is None else {"engine": self.engine}

@@ -50,7 +50,10 @@ def rings(
     container_mass: float = 1e7,
     number: int = 3,
 ) -> Scene:
-    """The source report's balls: on rings, at 10 m/s in random directions of each repeat."""
+    """The source report's balls: on rings, at 10 m/s in random directions of each repeat.
+
+    A repeat has the same directions in all scenes: tests/reference has results of these starts.
+    """
     experiment = parse(
         f"""
         container: {{radius: 10.0, mass: {str(container_mass).replace("inf", ".inf")}}}
@@ -59,6 +62,7 @@ def rings(
         wall_cor: {"null" if wall_restitution is None else wall_restitution}
         collisions: 500
         seed: 1
+        common_random: true
         """
     ).experiment
     return starting_scene(experiment, repeat)

@@ -29,6 +29,7 @@ def test_rings_with_defaults() -> None:
         time=1.0,
         repeats=1,
         seed=1,
+        common_random=False,
         record="events",
         sweep=(),
     )

@@ -20,6 +20,7 @@ from snooker_cli.config import (
     extends,
     parse,
     points,
+    stream_seed,
     to_json,
 )
 from snooker_cli.config.models import Ball, ContainerConfig, Species
@@ -96,6 +97,7 @@ def test_written_json_is_strict() -> None:
         BASE.replace("mass: 1.0, ", ""),
         BASE + "title: another\n",
         BASE + "repeats: 9\n",
+        BASE + "common_random: false\n",
         BASE + "wall_cor: 0.8\n",
         BASE + "sweep: {cor: [0.1]}\n",
         "".join(sorted(BASE.splitlines(keepends=True))),
@@ -123,6 +125,7 @@ def test_digest_ignores_what_does_not_matter(text: str) -> None:
         "time=10",
         "seed=2",
         "record=summary",
+        "common_random=true",
     ],
 )
 def test_digest_depends_on_what_matters(override: str) -> None:
@@ -137,6 +140,17 @@ def test_digest_stays_the_same_between_releases() -> None:
         '"record":"events","seed":1,"time":null,"wall_cor":0.8}'
     )
     assert digest(experiment()) == hashlib.sha256(text.encode()).hexdigest()
+
+
+def test_random_numbers_follow_from_the_seed_and_this_json() -> None:
+    text = (
+        '{"balls":{"mass":1.0,"radius":1.0,"ring_extent":0.8,"rings":3,"speed":10.0},'
+        '"container":{"mass":10000000.0,"radius":10.0},"cor":0.8,"wall_cor":0.8}'
+    )
+    physics = int(hashlib.sha256(text.encode()).hexdigest(), 16)
+    for override in ("title=other", "repeats=9", "collisions=9", "time=9", "record=summary"):
+        assert stream_seed(experiment(BASE, override, "seed=5")) == (physics << 64) + 5
+    assert stream_seed(experiment(BASE, "common_random=true", "seed=5")) == 5
 
 
 def test_a_point_extends_another_of_the_same_physics_that_ends_no_later() -> None:
@@ -197,6 +211,7 @@ KEYWORDS = {
     "time": st.none() | POSITIVE,
     "repeats": st.integers(1, 1000),
     "seed": st.integers(0, 2**63 - 1),
+    "common_random": st.booleans(),
     "record": st.sampled_from(["events", "summary"]),
     "sweep": st.none() | SWEEPS,
 }

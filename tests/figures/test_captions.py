@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from figure_runs import BASE, BOX, DECAYING, ELASTIC, layers, made, shown, traces, why_not
+from figure_runs import BASE, BOX, DECAYING, ELASTIC, WARM, layers, made, shown, traces, why_not
 from repeating import batches_of, file_of
 
 from snooker_cli.config import parse
@@ -40,7 +40,7 @@ def test_captions_describe_the_scene_and_its_repeats(decaying: Run, tmp_path: Pa
 
 
 def test_captions_count_what_ended_early(tmp_path: Path) -> None:
-    overrides = ("balls.rings=1", "cor=0.85,1.0", "wall_cor=null", "repeats=4")
+    overrides = ("balls.rings=1", "cor=0.85,1.0", "wall_cor=null", "repeats=4", "seed=8")
     run = made(tmp_path / "trapped", *overrides)
     ended = [trace.stop.reason is StopReason.WALL_TRAP for trace in traces(run, 0)]
     assert 0 < sum(ended) < 4
@@ -70,12 +70,15 @@ def test_figures_of_an_unfinished_run(broken: Run, decaying: Run) -> None:
     assert "repeat 0 is not there yet" in why_not(broken, "energy", repeat=0, cor=0.9)
 
 
-def test_captions_name_start_speeds_with_the_same_motions(warm: Run, tmp_path: Path) -> None:
+def test_captions_name_start_speeds_with_the_same_motions(tmp_path: Path) -> None:
+    warm = made(tmp_path / "warm", *WARM, "common_random=true")
     copies = "The repeats at v₀ = 5, 10 and 20 m/s are the same motions at another pace"
     assert copies in shown(warm, "pressure-temperature").caption
     slow, fast = (traces(warm, index)[1] for index in (3, 5))
     assert (fast.finish.velocities == 4 * slow.finish.velocities).all()
-    run = made(tmp_path / "run", *ELASTIC, "balls.speed=10,15", "collisions=500")
+    run = made(
+        tmp_path / "run", *ELASTIC, "balls.speed=10,15", "collisions=500", "common_random=true"
+    )
     ten, fifteen = (traces(run, index)[0] for index in (0, 1))
     assert (fifteen.start.positions == ten.start.positions).all()
     assert "pace" not in shown(run, "pressure-temperature").caption  # rounding has parted them

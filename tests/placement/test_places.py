@@ -136,12 +136,13 @@ def test_empty_places_are_spread_evenly():
 def gas(
     shape: str, *species: dict, packing: float | None, repeat: int = 0, **more: object
 ) -> Scene:
-    """Balls of 1 m at random places."""
+    """Balls of 1 m at random places, with common_random: the golden places are of these bits."""
     data = {
         "container": {"shape": shape, "packing": packing},
         "balls": [{"speed": 1.0, "radius": 1.0, "start": "random"} | each for each in species],
         "cor": 1.0,
         "time": 1.0,
+        "common_random": True,
     }
     return starting_scene(Experiment.model_validate(data | more), repeat)
 
@@ -180,7 +181,7 @@ def test_pairs_of_a_dilute_gas_are_independent():
     assert abs(pairs - expected) < 4 * math.sqrt(expected) + packing * expected
 
 
-def test_repeats_have_different_places_and_points_share_them():
+def test_repeats_have_different_places_and_points_share_them_with_common_random():
     first = gas("box", {"count": 50}, packing=0.3)
     other = gas("box", {"count": 50}, packing=0.3, repeat=1)
     assert not np.isin(first.positions, other.positions).any()

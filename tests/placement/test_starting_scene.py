@@ -11,6 +11,7 @@ from scipy import stats
 from snooker_cli.analysis.observables import total_momentum
 from snooker_cli.config import Experiment, digest, parse, points
 from snooker_cli.containers import SHAPES, Box, Circle
+from snooker_cli.engine import simulate
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.random_numbers import (
     points_in_disc,
@@ -66,13 +67,53 @@ def test_golden_positions():
     assert (x.hex(), y.hex()) == ("0x1.e11f642522d1cp+2", "0x1.5e3a8748a0bf5p+1")
 
 
-def test_every_point_of_a_sweep_has_the_same_directions():
-    """Common random numbers: the start does not add to the difference between points."""
+SWEPT = "radius: 10", "{count: 20, radius: 0.3, speed: 5, speeds: maxwell}"
+
+
+def starts(*overrides: str, speeds: str = "5,10,20") -> list[Scene]:
+    """The starts of the points of a sweep over the speed, for repeat 2."""
+    swept = points(counted(*SWEPT, f"balls.speed={speeds}", *overrides))
+    return [starting_scene(point.experiment, 2) for point in swept]
+
+
+@pytest.mark.parametrize("override", ["cor=1", "balls.start=random", "balls.speeds=equal"])
+def test_points_have_random_numbers_of_their_own(override):
+    """A gas of another speed is not the same gas played faster."""
+    scenes = starts(override)
+    collisions = [simulate(scene, collisions=50).events for scene in scenes]
+    for k, other in ((0, 1), (0, 2), (1, 2)):
+        assert not np.array_equal(collisions[k].i, collisions[other].i)
+        directions = [
+            (each := scenes[n].velocities) / np.hypot(*each.T)[:, None] for n in (k, other)
+        ]
+        # Independent, the cosine of the angle between two directions has variance 1/2.
+        assert abs(np.sum(directions[0] * directions[1])) < 4 * math.sqrt(20 / 2)
+        same = np.array_equal(scenes[k].positions, scenes[other].positions)
+        assert same != (override == "balls.start=random")
+
+
+def test_a_point_keeps_its_random_numbers():
+    """Beside other points or alone, and however long its repeats and what they record."""
+    changes = ("time=9", "collisions=5", "record=summary", "title=more", "repeats=7")
+    more = starts(*changes, speeds="3,5,7,10,20")
+    for scene, again in zip(starts(), (more[1], more[3], more[4]), strict=True):
+        assert np.array_equal(scene.velocities, again.velocities)
+    (alone,) = starts(speeds="10")
+    assert np.array_equal(alone.velocities, more[3].velocities)
+    assert not np.array_equal(alone.velocities, starts("seed=2")[1].velocities)
+
+
+def test_points_have_the_same_directions_with_common_random():
+    first, *others = starts("common_random=true", "balls.start=random")
+    for factor, scene in zip((2, 4), others, strict=True):
+        assert np.allclose(scene.velocities, factor * first.velocities, rtol=1e-15, atol=0)
+        assert np.array_equal(scene.positions, first.positions)
     start = starting_scene(experiment(cor=1.0), 4)
     for changes in ({"cor": 0.3}, {"wall_cor": 0.5}, {"container_mass": 5.0}, {"radius": 0.1}):
         assert np.array_equal(start.velocities, starting_scene(experiment(**changes), 4).velocities)
     assert np.max(abs(np.hypot(*start.velocities.T) - 10.0)) <= 2 * 10 * EPSILON
-    same = gas("radius: 10", "{count: 37, radius: 1, speed: 10}", 4)
+    common = counted("radius: 10", "{count: 37, radius: 1, speed: 10}", "common_random=true")
+    same = starting_scene(common, 4)
     assert np.array_equal(same.velocities, start.velocities)
     assert np.array_equal(same.velocities, 10.0 * random_directions(37, 1, [4])[0])
 

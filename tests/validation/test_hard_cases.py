@@ -113,6 +113,7 @@ def trace() -> Trace:
     cor: 0.9
     wall_cor: 1.0
     collisions: 200
+    seed: 2
     """
     found = simulate(starting_scene(parse(text).experiment, 0), collisions=200)
     assert judged(SEVEN, found)[1] == []
