@@ -11,15 +11,22 @@ from typing import Any, Literal
 
 import h5py
 import numpy as np
-from h5py import h5a, h5d, h5g, h5o, h5p, h5s, h5t
+from h5py import h5a, h5d, h5g, h5l, h5o, h5p, h5s, h5t, h5z
 from numpy.typing import NDArray
 
 FORMAT = ("v110", "v110")
 """The version of HDF5's file format: its metadata have checksums, so damage is noticed."""
 
-UNREADABLE = (OSError, LookupError, ValueError, TypeError, RuntimeError)
+DAMAGED = (LookupError, ValueError, TypeError, RuntimeError, ArithmeticError, MemoryError)
+UNREADABLE = (OSError, *DAMAGED)
 UNWRITABLE = (OSError, RuntimeError)
 """What h5py raises for a file that cannot be read, and for one that cannot be written."""
+
+MOST_LINKS = 1000
+"""Names in a file. snooker writes fewer than 100."""
+
+INFLATION = 1032
+"""The most bytes that deflate makes of one byte, https://zlib.net/zlib_tech.html."""
 
 ZLIB_HEADER, LAST_BLOCK = b"\x78\x01", b"\x03\x00"
 """The first bytes of a zlib stream (RFC 1950), and the empty block at the end of deflate's."""
@@ -50,6 +57,18 @@ def open_all(group: Any) -> None:
             open_all(item)
 
 
+def check_links(file: h5py.File) -> None:
+    """Raise ``ValueError`` for links that lead out of the file, and for too many links."""
+    names: list[bytes] = []
+
+    def look(name: bytes, link: Any) -> None:
+        names.append(name)
+        if link.type != h5l.TYPE_HARD or len(names) > MOST_LINKS:
+            raise ValueError(f"{name!r} is a link to another place, or one of too many links")
+
+    file.id.links.visit(look, info=True)
+
+
 def error_text(error: Exception) -> str:
     """The first line of an error of HDF5 or of the system."""
     if isinstance(error, OSError) and error.errno:
@@ -69,17 +88,62 @@ def native(dtype: Any) -> Any:
 def read_attribute(file: h5py.File, path: str, name: str) -> Any:
     """An attribute: a number or text."""
     attribute = h5a.open(file.id, name.encode(), obj_name=path.encode())
+    if attribute.shape != ():
+        raise ValueError(f"the attribute {name} is not a single value")
     value = np.zeros((), attribute.dtype)
     attribute.read(value)
     number_or_text = value.item()
     return number_or_text.decode() if isinstance(number_or_text, bytes) else number_or_text
 
 
+def _dataset(file: h5py.File, path: str, sparse: bool = False) -> Any:
+    """A dataset that is stored as snooker stores it, and whose bytes are there.
+
+    sparse : whether some of its chunks may be missing
+
+    Raises ``ValueError``, before any memory is taken.
+    """
+    data = h5d.open(file.id, path.encode())
+    settings, stored = data.get_create_plist(), data.get_storage_size()
+    filters = [settings.get_filter(k)[0] for k in range(settings.get_nfilters())]
+    layout, declared, most = settings.get_layout(), math.prod(data.shape), stored
+    expected = []
+    if layout == h5d.CHUNKED:
+        expected, most = [h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE], INFLATION * stored
+        chunk = math.prod(settings.get_chunk()) if declared else 0
+        declared = chunk if sparse else max(declared, chunk)
+    foreign = settings.get_external_count() or layout not in (
+        h5d.CHUNKED,
+        h5d.COMPACT,
+        h5d.CONTIGUOUS,
+    )
+    if foreign or filters != expected:
+        raise ValueError(f"{path} is stored in a way that snooker does not use")
+    size = declared * data.get_type().get_size()
+    if size > most:
+        raise ValueError(f"{path} needs {size:,} bytes, and {stored:,} are stored")
+    return data
+
+
+def read_all(file: h5py.File, path: str) -> NDArray[Any]:
+    """A dataset as it is, of numbers or of text of fixed length."""
+    data = _dataset(file, path)
+    values = np.empty(data.shape, data.dtype)
+    if values.dtype.kind not in "biufS":
+        raise ValueError(f"{path} has neither numbers nor text of fixed length")
+    data.read(h5s.ALL, h5s.ALL, values)
+    return values
+
+
 def read_rows(
-    file: h5py.File, path: str, dtype: Any = np.float64, rows: slice = slice(None)
+    file: h5py.File,
+    path: str,
+    dtype: Any = np.float64,
+    rows: slice = slice(None),
+    sparse: bool = False,
 ) -> NDArray[Any]:
     """A dataset, or some of its rows, as an array of this type."""
-    data = h5d.open(file.id, path.encode())
+    data = _dataset(file, path, sparse)
     number, *others = data.shape
     first, last, _ = rows.indices(number)
     values = np.empty((last - first, *others), dtype)
@@ -98,10 +162,7 @@ def length(file: h5py.File, path: str) -> int:
 
 def read_text(file: h5py.File, path: str) -> list[str]:
     """A dataset of ASCII text of fixed length."""
-    data = h5d.open(file.id, path.encode())
-    values = np.empty(data.shape, data.dtype)
-    data.read(h5s.ALL, h5s.ALL, values)
-    return [text.decode() for text in values.tolist()]
+    return [text.decode() for text in read_all(file, path).tolist()]
 
 
 def write_rows(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -14,13 +15,24 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.containers import SHAPES, Circle
+from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.errors import AbsentError, StoreError
 from snooker_cli.scene import Scene
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, RepeatHeader
-from snooker_cli.trace import SERIES_UNITS, Events, Series, Stop, StopReason, Summary, Trace
+from snooker_cli.trace import (
+    CONTAINER,
+    SERIES_UNITS,
+    SLIDE,
+    SPEED_BINS,
+    Events,
+    Series,
+    Stop,
+    StopReason,
+    Summary,
+    Trace,
+)
 
 EVENTS_AT_A_TIME = 1 << 20
 """Events that are read at a time where they are not kept."""
@@ -73,15 +85,19 @@ def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
     with _opened(path) as file:
         if layout.CHECKPOINT not in file:
             return None
-        group = file[layout.CHECKPOINT]
-        found = {name: np.asarray(data[()]) for name, data in group.items()}
-        if layout.checkpoint_hash(found) != group.attrs["content"]:
+        names = [*file[layout.CHECKPOINT]]
+        found = {name: hdf5.read_all(file, f"{layout.CHECKPOINT}/{name}") for name in names}
+        written = hdf5.read_attribute(file, layout.CHECKPOINT, "content")
+        if layout.checkpoint_hash(found) != written:
             raise _changed(path)
         return found
 
 
 def read_events(path: Path, repeat: int) -> Iterator[Events]:
-    """A repeat's events in pieces, in bounded memory and unchecked. Raises ``StoreError``."""
+    """A repeat's events in pieces, in bounded memory; their hash is not checked.
+
+    Raises ``StoreError``.
+    """
     with _opened(path) as file:
         numbers = [header.repeat for header in _headers(file, path)]
         rows = _rows(file)[numbers.index(repeat)]
@@ -92,7 +108,10 @@ def read_events(path: Path, repeat: int) -> Iterator[Events]:
 def _opened(path: Path) -> Iterator[h5py.File]:
     """A batch's file. Raises ``StoreError``."""
     try:
+        if path.exists() and not path.is_file():
+            raise OSError("not a file")
         with hdf5.open_file(path) as file:
+            hdf5.check_links(file)
             version = _parameter(file, "schema_version")
             if version != layout.SCHEMA_VERSION:
                 raise StoreError(
@@ -126,7 +145,11 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     if layout.seal(source, numbers, contents) != _parameter(file, "content"):
         raise _changed(path)
     provenance = Provenance(**json.loads(source))
-    endings = map(json.loads, hdf5.read_text(file, layout.ENDINGS))
+    for name, value in vars(provenance).items():
+        _require(type(value) in _PROVENANCE.get(name, (str,)), f"{name} in its provenance")
+    ascend = all(first < second for first, second in pairwise([-1, *numbers]))
+    _require(len(numbers) > 0 and ascend, "numbers of its repeats")
+    endings = _endings(file)
     return [
         RepeatHeader(
             number, _stop(one), one["wall_events"] + one["pair_events"], provenance, content
@@ -135,9 +158,38 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     ]
 
 
+_PROVENANCE: dict[str, tuple[type, ...]] = {
+    "point": (int,),
+    "engine_version": (int,),
+    "seconds": (float, int),
+    "engine": (str, type(None)),
+}
+"""The types of a provenance that are not text."""
+
+
+def _require(holds: object, what: str) -> None:
+    """Raise ``ValueError`` for what no simulation gives."""
+    if not holds:
+        raise ValueError(f"wrong {what}")
+
+
+def _endings(file: h5py.File) -> list[dict[str, Any]]:
+    """How each repeat ended, as JSON has it."""
+    found = [json.loads(each) for each in hdf5.read_text(file, layout.ENDINGS)]
+    for one in found:
+        counts = one["wall_events"], one["pair_events"], *one["balls"]
+        _require(all(type(each) is int and each >= 0 for each in counts), "counts in an ending")
+        known = type(one["time"]) in (int, float) and 0 <= one["time"] < math.inf
+        _require(known and isinstance(one["message"], str), "time or message in an ending")
+    return found
+
+
 def _rows(file: h5py.File) -> list[slice]:
     """Which rows of the events or summaries each repeat has."""
+    column = layout.TIME if "connectivity" in file else f"{layout.SUMMARY}/time"
     ends = hdf5.read_rows(file, layout.ROWS, np.int64).tolist()
+    last = hdf5.length(file, f"{column}/value")
+    _require(ends[0] == 0 and ends[-1] == last and sorted(ends) == ends, "rows of its repeats")
     return [slice(*each) for each in pairwise(ends)]
 
 
@@ -152,10 +204,11 @@ def _checked(
     traces = _traces(file, chosen)
     columns = None
     if keep_events and "connectivity" in file and len(chosen) > 1:
-        columns = next(events_in(file, slice(None), None))
+        columns = next(events_in(file, slice(None), None, rows))
     for k, trace in zip(chosen, traces, strict=True):
         fingerprint = Fingerprint()
         if trace.summary is None:
+            _require(trace.collisions == rows[k].stop - rows[k].start, "number of events")
             at_a_time = None if keep_events else EVENTS_AT_A_TIME
             parts = events_in(file, rows[k], at_a_time) if columns is None else [columns[rows[k]]]
             for events in map(_without_zeros, parts):
@@ -175,10 +228,19 @@ def _traces(file: h5py.File, chosen: Sequence[int]) -> list[Trace]:
     """Some of the traces of a file, without their events."""
     balls, container = (_particles(file, group) for group in (layout.BALLS, layout.CONTAINER))
     lengths = container.radius
-    rules = json.loads(_parameter(file, "scene"))
+    rules, endings = json.loads(_parameter(file, "scene")), _endings(file)
     shape = SHAPES[rules.pop("shape")]
     if not issubclass(shape, Circle):
         lengths = hdf5.read_rows(file, f"{layout.BALLS}/box/edges")[: len(shape.keys)]
+    for group, number in ((balls, len(balls.radius)), (container, 1)):
+        shapes = [values.shape for values in group]
+        wanted = [(2 * len(endings), number, 2)] * 2 + [(number,)] * 2
+        _require(number > 0 and shapes == wanted, "number of balls or repeats")
+        _require(all(np.isfinite(each).all() for each in group[:2]), "position or velocity")
+    sizes = np.concatenate([balls.radius, balls.mass, lengths])
+    _require(np.isfinite(sizes).all() and sizes.min() > 0, "radius, mass or length")
+    _require(container.mass[0] > 0, "mass of the container")
+    _check_rules(rules, shape, free=math.isfinite(container.mass[0]))
     common = {
         "radii": balls.radius,
         "masses": balls.mass,
@@ -186,7 +248,8 @@ def _traces(file: h5py.File, chosen: Sequence[int]) -> list[Trace]:
         "container_mass": float(container.mass[0]),
         **rules,
     }
-    endings = [json.loads(each) for each in hdf5.read_text(file, layout.ENDINGS)]
+    for one in endings:
+        _require(all(ball < len(balls.radius) for ball in one["balls"]), "balls in an ending")
     summaries = [None] * len(endings) if "connectivity" in file else _summaries(file)
     found = []
     for k in chosen:
@@ -214,6 +277,17 @@ def _traces(file: h5py.File, chosen: Sequence[int]) -> list[Trace]:
     return found
 
 
+def _check_rules(rules: dict[str, Any], shape: type[Container], *, free: bool) -> None:
+    """Raise ``ValueError`` for rules of collisions that no config gives."""
+    _require({"shape", *rules} == {"shape", *layout.RULES}, "rules")
+    slides = rules["slides"]
+    _require(slides is False or (slides is True and shape is Circle and not free), "rules")
+    for name in (name for name in layout.RULES if name != "slides"):
+        most = 1 if name.endswith("restitution") else math.inf
+        value = rules[name]
+        _require(type(value) in (int, float) and 0 <= value <= most and value < math.inf, name)
+
+
 class Particles(NamedTuple):
     """Of balls or the container: at the start and the finish of each repeat, and for good."""
 
@@ -239,11 +313,22 @@ def _stop(ending: dict[str, Any]) -> Stop:
     )
 
 
-def events_in(file: h5py.File, rows: slice, at_a_time: int | None) -> Iterator[Events]:
-    """The events in these rows, in pieces or all at once; at least one piece."""
-    first, last, _ = rows.indices(hdf5.length(file, f"{layout.TIME}/value"))
-    has_residual = file.id.links.exists(layout.RESIDUAL.encode())
+def events_in(
+    file: h5py.File, rows: slice, at_a_time: int | None, repeats: Sequence[slice] = ()
+) -> Iterator[Events]:
+    """The events in these rows, checked, in pieces or all at once; at least one piece.
+
+    repeats : the rows of each repeat, if there are several
+    """
+    number = hdf5.length(file, f"{layout.TIME}/value")
+    names = [path for path in layout.EVENTS if file.id.links.exists(path.encode())]
+    lengths = {hdf5.length(file, f"{path}/value") for path in names}
+    _require(lengths == {number}, "lengths of the columns of events")
+    balls = hdf5.length(file, f"{layout.BALLS}/radius")
+    least = SLIDE if json.loads(_parameter(file, "scene"))["slides"] else CONTAINER
+    first, last, _ = rows.indices(number)
     at_a_time = at_a_time or max(last - first, 1)
+    before = 0.0
     for start in range(first, max(last, first + 1), at_a_time):
         some = slice(start, min(start + at_a_time, last))
         pairs = hdf5.read_rows(file, f"{layout.COLLISIONS}/value", np.int32, some)
@@ -251,9 +336,34 @@ def events_in(file: h5py.File, rows: slice, at_a_time: int | None) -> Iterator[E
         time = hdf5.read_rows(file, f"{layout.TIME}/value", rows=some)
         impulse = hdf5.read_rows(file, f"{layout.IMPULSE}/value", rows=some)
         residual = None
-        if has_residual:
-            residual = hdf5.read_rows(file, f"{layout.RESIDUAL}/value", rows=some)
-        yield Events(time, i, j, impulse, residual)
+        if layout.RESIDUAL in names:
+            residual = hdf5.read_rows(file, f"{layout.RESIDUAL}/value", rows=some, sparse=True)
+        events = Events(time, i, j, impulse, residual)
+        _check_events(events, balls, least, before, [each.start for each in repeats])
+        before = time[-1] if len(time) else before
+        yield events
+
+
+def _check_events(
+    events: Events, balls: int, least: int, before: float, begins: Sequence[int]
+) -> None:
+    """Raise ``ValueError`` for events that would write outside of arrays, or have no order.
+
+    least : the least number of a partner
+    before : the time of the event before these, s
+    begins : rows with which a repeat begins; its times ascend from 0
+    """
+    if not len(events):
+        return
+    i, j, time = events.i, events.j, events.time
+    in_range = i.min() >= 0 and least <= j.min() and max(i.max(), j.max()) < balls
+    _require(in_range and not np.any(i == j), "ball in an event")
+    steps = np.diff(time, prepend=before)
+    begins = [row for row in begins if row < len(steps)]
+    steps[begins] = time[begins]
+    _require(steps.min() >= 0 and np.isfinite(time).all(), "order of the times of events")
+    _require(np.isfinite(events.impulse).all(), "impulse of an event")
+    _require(events.residual is None or np.isfinite(events.residual).all(), "residual of a time")
 
 
 def _without_zeros(events: Events) -> Events:
@@ -269,6 +379,12 @@ def _summaries(file: h5py.File) -> list[Summary]:
         name: hdf5.read_rows(file, f"{layout.SUMMARY}/{name}/value") for name in SERIES_UNITS
     }
     counts = hdf5.read_rows(file, f"{layout.SUMMARY}/speed_histogram/value", np.int64)
+    time = columns["time"]
+    shapes = {values.shape for values in columns.values()}
+    _require(shapes == {(len(time),)}, "lengths of the columns of the summary")
+    _require(counts.shape == (len(time), SPEED_BINS) and np.isfinite(time).all(), "summary")
+    for rows in _rows(file):
+        _require(np.all(np.diff(time[rows], prepend=0.0) >= 0), "order of the times of a summary")
     return [
         Summary(Series(**{name: values[rows] for name, values in columns.items()}), counts[rows])
         for rows in _rows(file)

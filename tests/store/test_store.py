@@ -59,39 +59,43 @@ def image(
     return path.read_bytes()
 
 
-doubles = st.floats(width=64)
-"""Any double: infinities, nan, -0.0 and subnormal ones too."""
+doubles = st.floats(allow_nan=False, allow_infinity=False)
+"""Any finite double: -0.0 and subnormal ones too."""
 
-finite = st.floats(allow_nan=False, allow_infinity=False)
+positive = st.floats(0, exclude_min=True, allow_infinity=False)
+shares = st.floats(0, 1)
+fixed = st.just(np.inf)
 
 
-def columns(length: int) -> st.SearchStrategy[Any]:
-    return arrays(np.float64, length, elements=doubles)
+def columns(length: int, elements: st.SearchStrategy[float] = doubles) -> st.SearchStrategy[Any]:
+    return arrays(np.float64, length, elements=elements)
 
 
 containers = st.one_of(
-    st.builds(Circle, finite),
-    st.builds(Box, finite, finite),
-    st.builds(PeriodicBox, finite, finite),
+    st.builds(Circle, positive),
+    st.builds(Box, positive, positive),
+    st.builds(PeriodicBox, positive, positive),
 )
 
 
 @st.composite
 def scenes(draw: st.DrawFn, number: int) -> Scene:
+    container = draw(containers)
+    slides = isinstance(container, Circle) and draw(st.booleans())
     return Scene(
         positions=draw(arrays(np.float64, (number, 2), elements=doubles)),
         velocities=draw(arrays(np.float64, (number, 2), elements=doubles)),
-        radii=draw(columns(number)),
-        masses=draw(columns(number)),
-        container=draw(containers),
-        container_mass=draw(st.floats(allow_nan=False)),
+        radii=draw(columns(number, positive)),
+        masses=draw(columns(number, positive)),
+        container=container,
+        container_mass=draw(fixed if slides else positive | fixed),
         container_position=draw(columns(2)),
         container_velocity=draw(columns(2)),
-        restitution=draw(finite),
-        wall_restitution=draw(finite),
-        contact_duration=draw(finite),
-        elastic_below=draw(finite),
-        slides=draw(st.booleans()),
+        restitution=draw(shares),
+        wall_restitution=draw(shares),
+        contact_duration=draw(positive | st.just(0.0)),
+        elastic_below=draw(positive | st.just(0.0)),
+        slides=slides,
     )
 
 
@@ -112,26 +116,32 @@ def any_traces(draw: st.DrawFn, scene: Scene, summaries: bool) -> Trace:
     length = draw(st.sampled_from([0, 1, 5, 4095, 4096, 5000]))
     events = summary = None
     if not summaries:
-        balls = np.random.default_rng(draw(st.integers(0, 2**32))).integers(
-            -1, 2**31, (2, length), dtype=np.int32
-        )
-        events = Events(draw(columns(length)), balls[0], balls[1], draw(columns(length)))
+        random = np.random.default_rng(draw(st.integers(0, 2**32)))
+        i = random.integers(0, scene.number, length, dtype=np.int32)
+        j = random.integers(-2 if scene.slides else -1, scene.number, length, dtype=np.int32)
+        j[i == j] = -1
+        time = np.sort(np.abs(draw(columns(length))))
+        events = Events(time, i, j, draw(columns(length)))
         residual = draw(columns(length))
         if draw(st.booleans()) and residual.any():
             events = replace(events, residual=residual)
     else:
         length = min(length, 600)
         counts = arrays(np.int64, (length, SPEED_BINS), elements=st.integers(-(2**63), 2**63 - 1))
-        summary = Summary(Series(*(draw(columns(length)) for _ in SERIES_UNITS)), draw(counts))
+        others = [draw(columns(length, st.floats(width=64))) for _ in range(len(SERIES_UNITS) - 1)]
+        time = np.sort(np.abs(draw(columns(length))))
+        summary = Summary(Series(time, *others), draw(counts))
     stop = Stop(
         draw(st.sampled_from(StopReason)),
-        draw(finite),
-        tuple(draw(st.lists(st.integers(0, 2**31), max_size=2))),
+        draw(positive),
+        tuple(draw(st.lists(st.integers(0, scene.number - 1), max_size=2))),
         draw(st.text(max_size=40)),
         *draw(st.tuples(st.none() | finite, st.none() | finite)),
     )
-    count = st.integers(0, 2**62)
-    return Trace(start, finish, stop, draw(count), draw(count), events, summary)
+    counted = (draw(st.integers(0, 2**62)), draw(st.integers(0, 2**62)))
+    if events is not None:
+        counted = (at_wall := int(events.at_wall.sum()), length - at_wall)
+    return Trace(start, finish, stop, *counted, events, summary)
 
 
 @settings(max_examples=25, deadline=None)
