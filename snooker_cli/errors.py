@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, ClassVar
@@ -18,6 +19,27 @@ class ExitCode(IntEnum):
     SOME_FAILED = 4
     COLLAPSED = 5
     INTERRUPTED = 130
+
+
+UNREADABLE = (
+    OSError,
+    LookupError,
+    ValueError,
+    TypeError,
+    RuntimeError,
+    ArithmeticError,
+    MemoryError,
+)
+"""What reading a damaged file can raise: as HDF5, JSON, or as data of another kind."""
+
+
+def error_text(error: Exception) -> str:
+    """The first line of an error of HDF5, of JSON or of the system."""
+    if isinstance(error, OSError) and error.errno:
+        return os.strerror(error.errno)
+    if isinstance(error, KeyError):
+        return f"no {error}"
+    return (str(error).splitlines() or [type(error).__name__])[0]
 
 
 class SnookerError(Exception):

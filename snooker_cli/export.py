@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.engine import replay, times_within
-from snooker_cli.errors import UserError
+from snooker_cli.errors import UserError, error_text
 from snooker_cli.files import atomic_write
 from snooker_cli.scene import Scene
 from snooker_cli.store import RepeatHeader, hdf5
@@ -52,7 +52,7 @@ def _exported(path: Path) -> Iterator[Path]:
             yield part
     except hdf5.UNWRITABLE as error:
         raise UserError(
-            f"{path}: cannot be written ({hdf5.error_text(error)})",
+            f"{path}: cannot be written ({error_text(error)})",
             "make room or choose another file",
         ) from None
 

@@ -37,6 +37,18 @@ def with_error(value: float | None, error: float | None, unit: str = "") -> str:
     return f"({short(value, 4)} ± {short(error, 2)}){unit}"
 
 
+def printable(text: str, kept: str = "") -> str:
+    """Text of a file or a user without control characters, and others that print nothing.
+
+    They are written as ``\\x1b`` or ``\\u202e``: they could rule a terminal or turn a line round.
+
+    kept : characters that stay
+    """
+    if text.isprintable():
+        return text
+    return "".join(one if one.isprintable() or one in kept else ascii(one)[1:-1] for one in text)
+
+
 def listed(words: Sequence[str]) -> str:
     """``a, b and c``."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

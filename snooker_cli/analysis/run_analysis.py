@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from snooker_cli import store
 from snooker_cli.analysis import comparison, decay
-from snooker_cli.errors import RunError, UserError
+from snooker_cli.errors import UNREADABLE, RunError, UserError
 from snooker_cli.files import write_json
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def _read_or_made(run: Run, name: str, analyse: Analyse) -> RunAnalysis:
         saved = json.loads(path.read_text(encoding="utf-8"))
         if saved["made_from"] == made_from:
             return RunAnalysis(saved["rows"], saved["notes"], path, made_from, saved=True)
-    except (OSError, ValueError, TypeError, KeyError):
+    except UNREADABLE:
         pass  # there is no file, or it is not an analysis: make one
     return replace(_made(run, name, analyse), made_from=made_from, saved=False)
 

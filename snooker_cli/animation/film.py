@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from snooker_cli.analysis.observables import integrals, series
 from snooker_cli.engine import States, replay
 from snooker_cli.errors import FigureError
+from snooker_cli.formatting import printable
 from snooker_cli.trace import CONTAINER, SLIDE, Trace
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -135,9 +136,11 @@ def film(
     speeds = np.hypot(*np.vstack([opening.velocities[0], after[:, :2]]).T)
     return Film(
         trace=trace,
-        title=title,
-        subtitle=subtitle,
-        ending="" if end < trace.stop.time or trace.stop.reason.complete else trace.stop.message,
+        title=printable(title),
+        subtitle=printable(subtitle),
+        ending=""
+        if end < trace.stop.time or trace.stop.reason.complete
+        else printable(trace.stop.message),
         start=float(since),
         end=float(end),
         before=first,

@@ -140,7 +140,7 @@ class Screen:
         return artist
 
     def _text(self, x: float, y: float, text: str = "", **look: Any) -> Any:
-        return self.figure.text(x, y, text, va="center", **look)
+        return self.figure.text(x, y, text, va="center", parse_math=False, **look)
 
     def _add_container(self, axes: Axes) -> None:
         """Add the container, its enlarged motion, the balls and the flashes."""

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from typing import Any, NoReturn
 
 from snooker_cli.errors import ExitCode, SnookerError
+from snooker_cli.formatting import printable
 
 STOPPING = (signal.SIGINT, signal.SIGTERM)
 """Signals that ask a command to end: Ctrl-C, and what `kill` and batch systems send."""
@@ -122,7 +123,7 @@ def guarded(app: Callable[..., Any]) -> None:
         if isinstance(end, SystemExit):
             raise
         message, code = _explained(end)
-        print(f"snooker: {message}", file=sys.stderr)
+        print(printable(f"snooker: {message}", "\n"), file=sys.stderr)
         raise SystemExit(int(code)) from None
 
 

@@ -24,7 +24,7 @@ from rich.progress import (
 )
 
 from snooker_cli.cli.exit_codes import bug_message, wants_traceback
-from snooker_cli.formatting import Column, table_lines
+from snooker_cli.formatting import Column, printable, table_lines
 from snooker_cli.runs import RepeatStatus
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher
@@ -50,7 +50,7 @@ def until_the_reader_leaves() -> Iterator[None]:
 def print_line(line: str) -> None:
     """Print a line on stdout."""
     with until_the_reader_leaves():
-        typer.echo(line)
+        typer.echo(printable(line, "\n"))
 
 
 def print_json(data: Any) -> None:
@@ -88,7 +88,7 @@ def point_table(headings: str, rows: Sequence[Sequence[str]]) -> list[str]:
 def point_label(parameters: Mapping[str, object]) -> str:
     """A point's swept keys and values, as in ``cor=0.8, balls.radius=1.0``."""
     values = {key: "null" if value is None else value for key, value in parameters.items()}
-    return ", ".join(f"{key}={value}" for key, value in values.items()) or "all"
+    return printable(", ".join(f"{key}={value}" for key, value in values.items())) or "all"
 
 
 COMPLETE = (StopReason.COLLISIONS, StopReason.TIME)
@@ -105,7 +105,7 @@ def ended(point: Mapping[str, Any]) -> str:
 
 def notice(message: str) -> None:
     """Print a notice on stderr."""
-    print(f"snooker: {message}", file=sys.stderr, flush=True)
+    print(printable(f"snooker: {message}", "\n"), file=sys.stderr, flush=True)
 
 
 class _Notices(logging.Handler):

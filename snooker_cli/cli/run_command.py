@@ -27,7 +27,7 @@ from snooker_cli.cli.output import (
 )
 from snooker_cli.config import Point
 from snooker_cli.errors import ExitCode, UserError
-from snooker_cli.formatting import counted, duration, listed, size
+from snooker_cli.formatting import counted, duration, listed, printable, size
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import POLL_INTERVAL, execute, processors
@@ -323,7 +323,7 @@ def _summary_lines(
         files = "The older, longer file was" if kept == 1 else f"{kept} older, longer files were"
         yield f"{files} kept."
     collapsed = [
-        f"point {outcome.point}, repeat {outcome.repeat}: {outcome.stop.message}"
+        printable(f"point {outcome.point}, repeat {outcome.repeat}: {outcome.stop.message}")
         for outcome in outcomes
         if outcome.stop and outcome.stop.reason.collapsed
     ]

@@ -23,7 +23,7 @@ from snooker_cli.cli.output import (
     table,
 )
 from snooker_cli.errors import ExitCode, RunError, StoreError
-from snooker_cli.formatting import counted, listed, size
+from snooker_cli.formatting import counted, listed, printable, size
 from snooker_cli.runs import State, open_run, runs_in
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.status import RunStatus, run_status
@@ -34,6 +34,8 @@ COUNTS = ("done", "running", "failed", "to_do")
 
 COUNT_HEADINGS = ">done | >running | >failed | >to do | >collisions"
 MOST_REMARKS = 10
+LATEST = 2.5e11
+"""The year 9892, in s since 1970: dates end soon after it."""
 
 
 def ls(
@@ -92,7 +94,9 @@ def _record(status: RunStatus) -> dict[str, Any]:
     run = status.run
     counts = {name: status.total(name) for name in COUNTS}
     unfinished = "unfinished" if counts["failed"] + counts["to_do"] else "done"
-    last = None if status.finished is None else datetime.fromtimestamp(status.finished, UTC)
+    last = None
+    if status.finished is not None:  # an archive may give a file any date
+        last = datetime.fromtimestamp(min(max(status.finished, 0.0), LATEST), UTC)
     return {
         "run": str(run.directory),
         "state": "running" if status.locked else unfinished,
@@ -130,7 +134,7 @@ def _row(one: Mapping[str, Any]) -> list[str]:
 
 def _status_lines(content: Mapping[str, Any]) -> Iterator[str]:
     """What ``show`` shows as text."""
-    title = f" ({content['title']})" if content["title"] else ""
+    title = f" ({printable(content['title'])})" if content["title"] else ""
     state = f"{content['run']}: {content['state']}{title}"
     yield f"{state}; engine {_engine(content)}, config {content['config']}"
     points = content["ledger"]
@@ -148,7 +152,7 @@ def _status_lines(content: Mapping[str, Any]) -> Iterator[str]:
         contents.append(counted(len(content["figures"]), "figure file"))
     yield listed(contents)
     if content["command"]:
-        yield f"last file {_local_time(content['last_file'])}, by: {content['command']}"
+        yield f"last file {_local_time(content['last_file'])}, by: {printable(content['command'])}"
 
 
 def _engine(one: Mapping[str, Any]) -> str:

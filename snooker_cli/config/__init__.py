@@ -40,6 +40,7 @@ __all__ = [
     "schema",
     "stream_seed",
     "to_json",
+    "validated",
 ]
 
 

@@ -15,7 +15,7 @@ from snooker_cli.config.models import (
     Experiment,
     Species,
 )
-from snooker_cli.config.problems import ConfigError, KeyPath, Problem, given, rendered
+from snooker_cli.config.problems import MOST_FOUND, ConfigError, KeyPath, Problem, given, rendered
 from snooker_cli.config.yaml_document import is_number
 
 _MODELS: dict[KeyPath, type[BaseModel]] = {
@@ -33,6 +33,8 @@ def config_error(error: ValidationError) -> ConfigError:
     suggested: set[KeyPath] = set()
     missing: list[Problem] = []
     for each in error.errors(include_url=False):
+        if len(found) >= MOST_FOUND:
+            break
         location, value = each["loc"], each["input"]
         # The tag of a variant follows balls.
         path = location[:1] + location[2:] if location[:1] == ("balls",) else location

@@ -4,11 +4,13 @@ import json
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import BaseModel
 
 from snooker_cli.errors import ExitCode, SnookerError
+from snooker_cli.formatting import printable
 
 KeyPath: TypeAlias = tuple[str | int, ...]
 """Mapping keys (str) and list indices (int), outermost first; () is the whole document."""
@@ -18,6 +20,9 @@ Data: TypeAlias = "bool | int | float | str | list[Data] | dict[str, Data] | Non
 
 MOST_SHOWN = 20
 """Problems that a message lists; more have few causes in common."""
+
+MOST_FOUND = 50
+"""Problems after which the reading of a configuration ends."""
 
 _NAME = r"[A-Za-z_][A-Za-z0-9_]*"
 _INDEX = r"\[(?:0|[1-9][0-9]{0,8})\]"
@@ -74,10 +79,7 @@ def substituted(node: Any, path: KeyPath, value: Any, depth: int = 0) -> Any:
 
 def shown(text: str, limit: int = 60) -> str:
     """User text made safe to print inside a sentence: one line, printable, short."""
-    safe = "".join(
-        character if character.isprintable() else ascii(character)[1:-1]
-        for character in text[: limit + 1]
-    )
+    safe = printable(text[: limit + 1])
     return safe if len(safe) <= limit else safe[: limit - 1] + "…"
 
 
@@ -131,7 +133,7 @@ class Problem:
 
 
 class ConfigError(SnookerError, ValueError):
-    """A configuration that cannot be used; `problems` holds all that was found, in file order.
+    """A configuration that cannot be used; `problems` holds the first `MOST_FOUND` in file order.
 
     It is a ValueError, so that validators of pydantic can raise it.
     """
@@ -140,8 +142,10 @@ class ConfigError(SnookerError, ValueError):
     problems: tuple[Problem, ...]
 
     def __init__(self, problems: Iterable[Problem]) -> None:
-        self.problems = tuple(sorted(problems, key=lambda problem: problem.position))
+        found = islice(problems, MOST_FOUND)
+        self.problems = tuple(sorted(found, key=lambda problem: problem.position))
         lines = [str(problem) for problem in self.problems[:MOST_SHOWN]]
         if (more := len(self.problems) - MOST_SHOWN) > 0:
-            lines.append(f"... and {more:,} more; correct these first")
+            number = "" if len(self.problems) == MOST_FOUND else f"{more:,} "
+            lines.append(f"... and {number}more; correct these first")
         super().__init__("\n".join(lines))

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from snooker_cli.config.problems import (
+    MOST_FOUND,
     ConfigError,
     Data,
     KeyPath,
@@ -24,7 +25,9 @@ from snooker_cli.config.problems import (
     shown,
 )
 
-MAX_BYTES = 1 << 20
+MAX_BYTES = 1 << 18
+"""Of a configuration: reading it takes at most some seconds."""
+
 MAX_DEPTH = 20
 """Levels of nested lists and mappings; a configuration needs 5."""
 
@@ -88,7 +91,7 @@ def text_of(path: Path, name: str) -> str:
             content = file.read(MAX_BYTES + 1)
         if len(content) <= MAX_BYTES:
             return content.decode("utf-8-sig")
-        sentence = "the file is over 1 MiB; a configuration is smaller, so check the path"
+        sentence = "the file is over 256 KiB; a configuration is smaller, so check the path"
     except UnicodeDecodeError as error:
         sentence = f"byte {error.start + 1} is not UTF-8 text; save the file with UTF-8 encoding"
     except OSError as error:
@@ -199,8 +202,14 @@ class _Reader(yaml.SafeLoader):
         try:
             return _value(node.tag, node.value)
         except ValueError as error:
-            self.problems.append(Problem(path, str(error), position=here))
+            self._add(Problem(path, str(error), position=here))
             return None
+
+    def _add(self, problem: Problem) -> None:
+        """Note a problem. Raises ConfigError for the last that is looked for."""
+        self.problems.append(problem)
+        if len(self.problems) == MOST_FOUND:
+            raise ConfigError(self.problems)
 
     def _items(self, mapping: yaml.MappingNode, path: KeyPath) -> Iterator[tuple[str, Data]]:
         """The keys and values of a mapping. Its keys must be unique and plain words."""
@@ -214,7 +223,7 @@ class _Reader(yaml.SafeLoader):
                 first = self.found[here].key
                 sentence = f"the key is given twice, here and at {first}; keep one of them"
             if sentence:
-                self.problems.append(Problem(here, sentence, position=position))
+                self._add(Problem(here, sentence, position=position))
             else:
                 yield key.value, self.data(value, here, position)
 

@@ -16,17 +16,16 @@ from typing import Any
 from snooker_cli import store
 from snooker_cli.config import (
     LIMITS,
-    ConfigError,
     Experiment,
     Point,
     digest,
     extends,
-    parse,
     points,
+    validated,
 )
-from snooker_cli.errors import DamagedError, RunError, StoreError
+from snooker_cli.errors import UNREADABLE, DamagedError, RunError, StoreError, error_text
 from snooker_cli.files import atomic_write, unfinished, write_json
-from snooker_cli.formatting import listed
+from snooker_cli.formatting import listed, printable
 from snooker_cli.runs.run import ANALYSES, MANIFEST, Run, State
 
 if sys.platform != "win32":
@@ -39,6 +38,9 @@ FAILURES = "failures.jsonl"
 
 MOST_NAMED = 5
 """Runs that a message about their parent folder names."""
+
+VERSIONS = ("schema_version", "engine_version")
+"""The versions in a manifest."""
 
 LOCK_WAITS = (0.0, 0.02, 0.05, 0.1)
 """Seconds before each try to lock a folder: ``is_locked`` holds the lock for a moment."""
@@ -190,21 +192,17 @@ def open_run(name: str | Path) -> Run:
     manifest = directory / MANIFEST
     try:
         content = json.loads(manifest.read_text("utf-8", "replace"))
-        experiment = parse(json.dumps(content["experiment"]), str(manifest)).experiment
-        run = Run(
-            directory,
-            experiment,
-            points(experiment),
-            content.get("engine"),
-            int(content["engine_version"]),
-        )
+        experiment = validated(content["experiment"])
+        engine, versions = content.get("engine"), [content[name] for name in VERSIONS]
+        if engine not in (None, "allpairs", "cells") or {type(each) for each in versions} != {int}:
+            raise ValueError("its engine or a version does not exist")
+        version, engine_version = versions
+        run = Run(directory, experiment, points(experiment), engine, engine_version)
         if [point["digest"] for point in content["points"]] != list(run.digests):
             raise ValueError("its points are not those of its experiment")
-        version = int(content["schema_version"])
-    except (OSError, ValueError, KeyError, TypeError, RecursionError, ConfigError) as error:
-        why = f"no {error}" if isinstance(error, KeyError) else str(error).splitlines()[0]
+    except UNREADABLE as error:
         raise DamagedError(
-            f"{manifest}: cannot be read ({why})",
+            f"{manifest}: cannot be read ({printable(error_text(error))})",
             "put a copy of it back, or run the config with --fresh, which replaces the results",
             code="damaged",
         ) from None
@@ -347,7 +345,7 @@ def failures(run: Run) -> dict[tuple[int, int], str]:
     found: dict[tuple[int, int], str] = {}
     with suppress(OSError):
         for line in (run.directory / FAILURES).read_text("utf-8", "replace").splitlines():
-            with suppress(ValueError, KeyError, TypeError):
+            with suppress(*UNREADABLE):
                 one = json.loads(line)
                 found[int(one["point"]), int(one["repeat"])] = str(one["error"])
     return found

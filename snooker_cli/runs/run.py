@@ -15,10 +15,11 @@ from pathlib import Path
 from typing import Any
 
 from snooker_cli import store
-from snooker_cli.config import ConfigError, Experiment, Point, digest, extends, parse, to_json
+from snooker_cli.config import Experiment, Point, digest, extends, to_json, validated
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import AbsentError, RunError, StoreError
+from snooker_cli.errors import UNREADABLE, AbsentError, RunError, StoreError
 from snooker_cli.files import discard
+from snooker_cli.formatting import printable
 from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason, Trace
 
@@ -141,7 +142,7 @@ class Run:
     def batches(self, point: int) -> list[Path]:
         """The files of a point's batches."""
         files = (self.directory / f"point-{point:04d}").glob("repeats-*-*.h5")
-        return sorted(path for path in files if _FILE.fullmatch(f"{path.parent.name}/{path.name}"))
+        return sorted(filter(is_named, files))
 
     def present(self, point: Point) -> list[int]:
         """The repeats of a point that have a file, with any content."""
@@ -226,7 +227,8 @@ class Run:
             usable = {each.repeat for each in best if each.collisions >= 0}
             for path, statuses in files.items():
                 repeats = [each.repeat for each in statuses] or named(path)[1]
-                if path not in kept and usable.issuperset(repeats):
+                few = 0 < len(repeats) <= len(usable)
+                if path not in kept and few and usable.issuperset(repeats):
                     discard(path)
 
     def file_statuses(
@@ -274,7 +276,7 @@ class Run:
             if _is_extended(source.config, source.digest, own.experiment):
                 state, reason, advice = State.SHORTER, "is shorter than the extended run", ""
         elif header.stop.reason is StopReason.INTERRUPTED:
-            state, reason, advice = State.INTERRUPTED, header.stop.message, ""
+            state, reason, advice = State.INTERRUPTED, printable(header.stop.message), ""
         else:
             state, advice = State.DONE, ""
         return RepeatStatus(point, header.repeat, path, state, header, reason, advice)
@@ -294,7 +296,7 @@ class Run:
         """The figure files that ``plot`` saved, known by the JSON beside each figure."""
         found = []
         for path in sorted(self.figures_folder.glob("*.json")):
-            with suppress(OSError, ValueError):
+            with suppress(*UNREADABLE):
                 content = json.loads(path.read_text("utf-8", "replace"))
                 if isinstance(content, dict) and content.keys() >= FIGURE_KEYS:
                     found += [path, path.with_suffix(".svg"), path.with_suffix(".png")]
@@ -302,6 +304,11 @@ class Run:
 
 
 _FILE = re.compile(r"point-(\d+)/repeats-(\d+)-(\d+)\.h5")
+
+
+def is_named(path: Path) -> bool:
+    """Whether a path is one of a batch's file."""
+    return _FILE.fullmatch(f"{path.parent.name}/{path.name}") is not None
 
 
 def named(path: Path) -> tuple[int, range]:
@@ -328,7 +335,7 @@ def _headers(path: Path, _info: store.FileInfo) -> list[RepeatHeader]:
 def _is_extended(config: str, identity: str, experiment: Experiment) -> bool:
     """Whether an experiment continues the one of a file's provenance."""
     try:
-        before = parse(config).experiment
-    except ConfigError:
+        before = validated(json.loads(config))
+    except UNREADABLE:
         return False
     return digest(before) == identity and extends(experiment, before)

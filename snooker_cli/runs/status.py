@@ -15,8 +15,9 @@ from pathlib import Path
 from snooker_cli import store
 from snooker_cli.config import Point
 from snooker_cli.files import unfinished
+from snooker_cli.formatting import printable
 from snooker_cli.runs.folder import failures, is_locked
-from snooker_cli.runs.run import RepeatStatus, Run, State, named
+from snooker_cli.runs.run import RepeatStatus, Run, State, is_named, named
 
 
 @dataclass
@@ -67,7 +68,7 @@ def run_status(run: Run) -> RunStatus:
     locked = is_locked(run.directory)
     folders = run.directory.glob("point-*") if locked else ()
     parts = chain.from_iterable(map(unfinished, folders))
-    writing = [named(target_of(part)) for part in parts if ".h5." in part.name]
+    writing = [named(path) for path in map(target_of, parts) if is_named(path)]
     failed = failures(run)
     points = tuple(PointStatus(point) for point in run.points)
     files: dict[Path, tuple[store.FileInfo, RepeatStatus]] = {}
@@ -83,7 +84,7 @@ def run_status(run: Run) -> RunStatus:
             mine.running += 1
         elif item in failed:
             mine.failed += 1
-            mine.remarks.append((status.repeat, f"failed: {failed[item]}"))
+            mine.remarks.append((status.repeat, printable(f"failed: {failed[item]}")))
         else:
             mine.to_do += 1
             if status.reason:

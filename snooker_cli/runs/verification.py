@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from snooker_cli import store
+from snooker_cli.config import validated
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.errors import RunError
 from snooker_cli.placement.starting_scene import starting_scene
@@ -71,14 +72,17 @@ def _is_repeatable(run: Run, header: RepeatHeader, cancelled: threading.Event) -
     """Whether simulating a repeat again gives the same bits; also true if it was cancelled."""
     source = header.provenance
     experiment = run.points[source.point].experiment
-    config = json.loads(source.config)  # of a shorter run if this one extends it
+    limits = experiment
+    if source.digest != run.digests[source.point]:  # of a shorter run, which this one extends
+        limits = validated(json.loads(source.config))
+    most = limits.collisions or header.collisions
     interrupted = header.stop.reason is StopReason.INTERRUPTED
     fingerprint = store.Fingerprint()
     again = simulate(
         starting_scene(experiment, header.repeat),
-        collisions=header.collisions if interrupted else config["collisions"],
-        time=config["time"],
-        summary=config["record"] == "summary",
+        collisions=min(header.collisions, most) if interrupted else limits.collisions,
+        time=limits.time,
+        summary=limits.record == "summary",
         watch=lambda _: cancelled.is_set(),
         sink=fingerprint.add,
         engine=run.engine,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import zlib
 from functools import cache, lru_cache
 from pathlib import Path
@@ -17,10 +16,8 @@ from numpy.typing import NDArray
 FORMAT = ("v110", "v110")
 """The version of HDF5's file format: its metadata have checksums, so damage is noticed."""
 
-DAMAGED = (LookupError, ValueError, TypeError, RuntimeError, ArithmeticError, MemoryError)
-UNREADABLE = (OSError, *DAMAGED)
 UNWRITABLE = (OSError, RuntimeError)
-"""What h5py raises for a file that cannot be read, and for one that cannot be written."""
+"""What h5py raises for a file that cannot be written."""
 
 MOST_LINKS = 1000
 """Names in a file. snooker writes fewer than 100."""
@@ -59,21 +56,15 @@ def open_all(group: Any) -> None:
 
 def check_links(file: h5py.File) -> None:
     """Raise ``ValueError`` for links that lead out of the file, and for too many links."""
-    names: list[bytes] = []
+    number = 0
 
-    def look(name: bytes, link: Any) -> None:
-        names.append(name)
-        if link.type != h5l.TYPE_HARD or len(names) > MOST_LINKS:
-            raise ValueError(f"{name!r} is a link to another place, or one of too many links")
+    def is_wrong(_name: bytes, link: Any) -> bool | None:
+        nonlocal number
+        number += 1
+        return link.type != h5l.TYPE_HARD or number > MOST_LINKS or None  # goes on after None
 
-    file.id.links.visit(look, info=True)
-
-
-def error_text(error: Exception) -> str:
-    """The first line of an error of HDF5 or of the system."""
-    if isinstance(error, OSError) and error.errno:
-        return os.strerror(error.errno)
-    return (str(error).splitlines() or [type(error).__name__])[0]
+    if file.id.links.visit(is_wrong, info=True):
+        raise ValueError("it has a link to another place, or too many links")
 
 
 # h5py's objects for datasets and attributes take three times as long as its low-level calls.

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import SHAPES, Circle, Container
-from snooker_cli.errors import AbsentError, StoreError
+from snooker_cli.errors import UNREADABLE, AbsentError, StoreError, error_text
 from snooker_cli.scene import Scene
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
@@ -51,6 +51,8 @@ def file_info(path: Path) -> FileInfo | None:
         status = path.stat()
     except (FileNotFoundError, NotADirectoryError):
         return None
+    except OSError:  # such as a loop of links: who reads the file will say so
+        return FileInfo(0, 0)
     return FileInfo(status.st_size, status.st_mtime_ns)
 
 
@@ -125,8 +127,8 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         raise AbsentError(
             path, "there is no such result", "run the config, which simulates what is missing"
         ) from None
-    except hdf5.UNREADABLE as error:
-        reason = f"not a readable result of snooker ({hdf5.error_text(error)})"
+    except UNREADABLE as error:
+        reason = f"not a readable result of snooker ({error_text(error)})"
         if path.is_dir():
             reason = "is a folder where a result's file should be"
         raise StoreError(path, reason, "delete it and run again") from None
@@ -147,6 +149,7 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     provenance = Provenance(**json.loads(source))
     for name, value in vars(provenance).items():
         _require(type(value) in _PROVENANCE.get(name, (str,)), f"{name} in its provenance")
+    _require(provenance.engine in (None, "allpairs", "cells"), "engine in its provenance")
     ascend = all(first < second for first, second in pairwise([-1, *numbers]))
     _require(len(numbers) > 0 and ascend, "numbers of its repeats")
     endings = _endings(file)

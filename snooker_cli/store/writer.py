@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
-from snooker_cli.errors import AbsentError
+from snooker_cli.errors import AbsentError, error_text
 from snooker_cli.files import discard, move_into_place, temporary_path
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
@@ -213,7 +213,7 @@ class Recorder:
         except hdf5.UNWRITABLE as error:
             raise AbsentError(
                 self.path,
-                f"cannot write the result ({hdf5.error_text(error)})",
+                f"cannot write the result ({error_text(error)})",
                 "make room or choose another folder with --out",
             ) from None
 

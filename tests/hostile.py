@@ -1,0 +1,472 @@
+"""Files that a stranger may send: each is made from a good one, and its hashes are right again."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from snooker_cli import store
+from snooker_cli.store import file_format as layout
+from snooker_cli.trace import Trace
+
+Damage = Callable[[Path], object]
+"""Changes the good file at a path, or replaces it."""
+
+ESCAPES = "a\x1b[2J\x1b]0;b\x07\x9b1m\u202egpj.exe\u2066\r\n\u200b$\\frac<script>"
+"""Clears a terminal, names its window, and turns text round."""
+
+DEEP = "[" * 200_000
+LARGE = 2**31 - 1
+TIME, PAIRS = f"{layout.TIME}/value", f"{layout.COLLISIONS}/value"
+
+
+def with_traces(change: Callable[[Trace], Trace]) -> Damage:
+    """Writes changed traces as snooker does, with right hashes."""
+
+    def damage(path: Path) -> None:
+        found = store.read(path)
+        changed = [(header.repeat, change(trace)) for trace, header in found]
+        store.write(path, changed, found[0][1].provenance)
+
+    return damage
+
+
+def event(name: str, value: float, row: int = 5) -> Damage:
+    """Changes a number of one event."""
+
+    def change(trace: Trace) -> Trace:
+        assert trace.events is not None
+        column = getattr(trace.events, name)
+        column = np.zeros(len(trace.events)) if column is None else column.copy()
+        column[row] = value
+        return replace(trace, events=replace(trace.events, **{name: column}))
+
+    return with_traces(change)
+
+
+def scene(name: str, value: Any) -> Damage:
+    """Changes a value of the start and the finish; of arrays the first number."""
+
+    def changed(before: Any) -> Any:
+        if not isinstance(before, np.ndarray):
+            return value
+        values = before.copy()
+        values.flat[0] = value
+        return values
+
+    def change(trace: Trace) -> Trace:
+        start, finish = (
+            replace(each, **{name: changed(getattr(each, name))})
+            for each in (trace.start, trace.finish)
+        )
+        return replace(trace, start=start, finish=finish)
+
+    return with_traces(change)
+
+
+def stop(**values: Any) -> Damage:
+    return with_traces(lambda trace: replace(trace, stop=replace(trace.stop, **values)))
+
+
+@contextmanager
+def resealed(path: Path) -> Iterator[h5py.File]:
+    """A file to change; then the hash over its parameters is right again."""
+    with h5py.File(path, "r+") as file:
+        yield file
+        held = file[layout.PARAMETERS]
+        contents = [text.decode() for text in held["content"][()]]
+        numbers = held["repeat"][()].tolist()
+        held.attrs["content"] = layout.seal(held.attrs["provenance"], numbers, contents)
+
+
+def parameter(name: str, values: Any) -> Damage:
+    """Replaces a dataset of the parameters."""
+
+    def damage(path: Path) -> None:
+        with resealed(path) as file:
+            del file[f"{layout.PARAMETERS}/{name}"]
+            file[f"{layout.PARAMETERS}/{name}"] = values
+
+    return damage
+
+
+def provenance(**values: Any) -> Damage:
+    def damage(path: Path) -> None:
+        with resealed(path) as file:
+            held = file[layout.PARAMETERS].attrs
+            held["provenance"] = json.dumps(json.loads(held["provenance"]) | values)
+
+    return damage
+
+
+def ending(**values: Any) -> Damage:
+    def damage(path: Path) -> None:
+        with h5py.File(path) as file:
+            found = file[layout.ENDINGS][()]
+        texts = [json.dumps(json.loads(text) | values) for text in found]
+        parameter("ending", np.array(texts, np.bytes_))(path)
+
+    return damage
+
+
+def attribute(name: str, value: Any) -> Damage:
+    def damage(path: Path) -> None:
+        with h5py.File(path, "r+") as file:
+            file[layout.PARAMETERS].attrs[name] = value
+
+    return damage
+
+
+def rules(**values: Any) -> Damage:
+    """Changes the JSON of the scene."""
+
+    def damage(path: Path) -> None:
+        with h5py.File(path, "r+") as file:
+            held = file[layout.PARAMETERS].attrs
+            held["scene"] = json.dumps(json.loads(held["scene"]) | values)
+
+    return damage
+
+
+def dataset(name: str, make: Callable[[h5py.File, str], object]) -> Damage:
+    """Makes a dataset anew."""
+
+    def damage(path: Path) -> None:
+        with h5py.File(path, "r+") as file:
+            unit = dict(file[name].attrs)
+            del file[name]
+            make(file, name)
+            file[name].attrs.update(unit)
+
+    return damage
+
+
+def declared(rows: int, chunk: int | None) -> Callable[[h5py.File, str], object]:
+    """A dataset of so many rows, of which none is stored."""
+    options: dict[str, Any] = {}
+    if chunk:
+        options = {"chunks": (chunk,), "maxshape": (None,), "shuffle": True, "compression": 1}
+    return lambda file, name: file.create_dataset(name, (rows,), "f8", **options)
+
+
+def all_declared(rows: int) -> Damage:
+    """All columns of events agree on their number, which no disk could hold."""
+
+    def damage(path: Path) -> None:
+        for name, rest in ((TIME, ()), (f"{layout.IMPULSE}/value", ()), (PAIRS, (1, 2))):
+            with h5py.File(path, "r+") as file:
+                kind = file[name].dtype
+                del file[name]
+                chunk = (65536, *rest)
+                options = {"chunks": chunk, "shuffle": True, "compression": 1}
+                data = file.create_dataset(name, (rows, *rest), kind, **options)
+                data[0] = 0
+        parameter("rows", np.array([0, 1, 2, rows], np.int64))(path)
+
+    return damage
+
+
+def external(file: h5py.File, name: str) -> None:
+    file.create_dataset(name, (16,), "f8", external=[("/etc/passwd", 0, 128)])
+
+
+def virtual(file: h5py.File, name: str) -> None:
+    held = h5py.VirtualLayout((16,), "f8")
+    held[:] = h5py.VirtualSource("other.h5", "data", (16,))
+    file.create_virtual_dataset(name, held)
+
+
+def linked(link: Any) -> Damage:
+    def damage(path: Path) -> None:
+        with h5py.File(path, "r+") as file:
+            del file[TIME]
+            file[TIME] = link
+
+    return damage
+
+
+def many_groups(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        for number in range(1100):
+            file.create_group(f"g{number}")
+
+
+def circle_of_groups(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        file["particles/again"] = file["particles"]
+
+
+def fifo(path: Path) -> None:
+    path.unlink()
+    os.mkfifo(path)
+
+
+def folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def loop(path: Path) -> None:
+    path.unlink()
+    path.symlink_to(path)
+
+
+def cut(share: float) -> Damage:
+    return lambda path: path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+
+
+REPEATS: dict[str, Damage] = {
+    **{f"event: i = {each}": event("i", each) for each in (LARGE, 7, -1, -(2**31))},
+    **{f"event: j = {each}": event("j", each) for each in (LARGE, 7, -2, -3, -(2**31))},
+    **{f"event: time {each}": event("time", each) for each in (np.nan, np.inf, -1.0, 1e300)},
+    **{f"event: impulse {each}": event("impulse", each) for each in (np.nan, np.inf)},
+    "event: residual": event("residual", np.nan),
+    **{f"ball at {each}": scene("positions", each) for each in (np.nan, np.inf)},
+    "ball: speed": scene("velocities", np.inf),
+    **{f"ball: radius {each}": scene("radii", each) for each in (0.0, -1.0, np.nan, np.inf)},
+    **{f"ball: mass {each}": scene("masses", each) for each in (0.0, -1.0, np.nan, np.inf)},
+    "container: place": scene("container_position", np.nan),
+    **{f"container: mass {each}": scene("container_mass", each) for each in (-1.0, 0.0, np.nan)},
+    **{
+        f"rule: {name} {value!r}": rules(**{name: value})
+        for name, values in (
+            ("restitution", (2.0, -1.0, "a", None, [], True)),
+            ("slides", (True, 2)),
+            ("contact_duration", (-1.0, math.inf, {})),
+            ("shape", ("box", "periodic", "none", [1], None)),
+            ("unknown", (1,)),
+        )
+        for value in values
+    },
+    "rules: slides": scene("slides", True),
+    "too many events": with_traces(lambda trace: replace(trace, wall_events=10**9)),
+    "counts below zero": ending(wall_events=-1),
+    "counts that are no numbers": ending(wall_events="a", pair_events=[1]),
+    **{f"stop: balls {each}": stop(balls=each) for each in ((99,), (-5,), ("a",), (10**30,))},
+    "stop: no list": ending(balls=5),
+    **{f"stop: time {each}": stop(time=each) for each in (np.nan, np.inf, -1.0)},
+    "stop: time as text": ending(time=ESCAPES),
+    "stop: reason": ending(reason=ESCAPES),
+    "stop: message": stop(message=ESCAPES),
+    "stop: no text": ending(message=[1]),
+    "ending: not JSON": parameter("ending", np.array([b"{"] * 3)),
+    "ending: a list": parameter("ending", np.array([b"[1]"] * 3)),
+    "ending: deep": parameter("ending", np.array([DEEP.encode()] * 3)),
+    "ending: large": parameter("ending", np.array([b'{"time": 1e999}'] * 3)),
+    "rows: back": parameter("rows", np.array([0, 300, 150, 450])),
+    "rows: beyond": parameter("rows", np.array([0, 150, 300, 10**15])),
+    "rows: below": parameter("rows", np.array([-450, 150, 300, 450])),
+    "rows: none": parameter("rows", np.zeros(0, np.int64)),
+    "repeats: below": parameter("repeat", np.array([-1, 1, 2])),
+    "repeats: twice": parameter("repeat", np.array([0, 0, 2])),
+    "repeats: large": parameter("repeat", np.array([0, 1, 2**62])),
+    "repeats: none": parameter("repeat", np.zeros(0, np.int64)),
+    **{
+        f"provenance: {name} {json.dumps(value)[:12]}": provenance(**{name: value})
+        for name, value in (
+            ("point", "0"),
+            ("point", -1),
+            ("point", 10**30),
+            ("versions", ["a"]),
+            ("command", ESCAPES),
+            ("machine", None),
+            ("seconds", "a"),
+            ("engine", {}),
+            ("engine", ESCAPES),
+            ("engine_version", 10**30),
+            ("digest", ESCAPES),
+            ("config", "{"),
+            ("config", DEEP),
+            ("config", "[]"),
+            ("config", '{"collisions": 1000000000000000}'),
+            ("unknown", 1),
+        )
+    },
+    "provenance: not JSON": attribute("provenance", "{"),
+    "provenance: deep": attribute("provenance", DEEP),
+    "provenance: an array": attribute("provenance", np.zeros(1000)),
+    "version: text": attribute("schema_version", ESCAPES),
+    "scene: deep": attribute("scene", DEEP),
+    "scene: a list": attribute("scene", "[1]"),
+    "scene: shape": attribute("scene", json.dumps({"shape": [1]})),
+    "scene: bytes": attribute("scene", np.bytes_(b"\xff\x1b")),
+    "storage: external": dataset(TIME, external),
+    "storage: virtual": dataset(TIME, virtual),
+    "storage: soft link": linked(h5py.SoftLink("/observables/impulse/value")),
+    "storage: lost link": linked(h5py.SoftLink("/nowhere")),
+    "storage: external link": linked(h5py.ExternalLink("/etc/passwd", "/data")),
+    "storage: own link": linked(h5py.ExternalLink("repeats-0000-0002.h5", TIME)),
+    "storage: 4e8 rows": all_declared(4 * 10**8),
+    "storage: 1e15 rows": all_declared(10**15),
+    "storage: 4e8 times": dataset(TIME, declared(4 * 10**8, 65536)),
+    "storage: 1e15 times": dataset(TIME, declared(10**15, 65536)),
+    "storage: 4e8 impulses": dataset(f"{layout.IMPULSE}/value", declared(4 * 10**8, None)),
+    "storage: large chunk": dataset(TIME, declared(450, 5 * 10**8)),
+    "storage: 4e8 balls": dataset("particles/balls/radius", declared(4 * 10**8, 1000)),
+    "storage: 4e8 repeats": dataset(layout.REPEATS, declared(4 * 10**8, 1000)),
+    "storage: wide text": dataset(
+        layout.ENDINGS, lambda file, name: file.create_dataset(name, (3,), "S1000000000")
+    ),
+    "storage: text": dataset(TIME, lambda file, name: file.create_dataset(name, data=["a"] * 450)),
+    "storage: twice deflated": dataset(
+        TIME, lambda file, name: file.create_dataset(name, (450,), "f8", scaleoffset=3)
+    ),
+    "storage: no array": dataset(TIME, lambda file, name: file.create_dataset(name, data=1.0)),
+    "storage: a group": dataset(TIME, lambda file, name: file.create_group(name)),
+    "storage: compound": dataset(
+        TIME, lambda file, name: file.create_dataset(name, (450,), [("a", "f8"), ("b", "S9")])
+    ),
+    "storage: one time less": dataset(
+        TIME, lambda file, name: file.create_dataset(name, data=np.arange(449.0))
+    ),
+    "storage: groups": many_groups,
+    "storage: a circle": circle_of_groups,
+    "file: empty": lambda path: path.write_bytes(b""),
+    "file: noise": lambda path: path.write_bytes(bytes(range(256)) * 40),
+    "file: signature": lambda path: path.write_bytes(b"\x89HDF\r\n\x1a\n" * 9),
+    **{f"file: {share} of it": cut(share) for share in (0.2, 0.6, 0.95)},
+    "file: a folder": folder,
+    "file: a pipe": fifo,
+    "file: a loop": loop,
+}
+"""By name; the file has three repeats of seven balls and 150 events each."""
+
+
+def text(content: str | bytes) -> Damage:
+    data = content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass")
+    return lambda path: path.write_bytes(data)
+
+
+def manifest(**values: Any) -> Damage:
+    """Changes values of the manifest; those of ``experiment`` one by one."""
+
+    def damage(path: Path) -> None:
+        content = json.loads(path.read_text())
+        inner = values.get("experiment")
+        if isinstance(inner, dict):
+            content["experiment"] |= inner
+        path.write_text(json.dumps(content | {} if isinstance(inner, dict) else content | values))
+
+    return damage
+
+
+MANIFESTS: dict[str, Damage] = {
+    "empty": text(""),
+    "not JSON": text("{"),
+    "deep": text(DEEP),
+    "deep inside": text('{"experiment": ' + "[" * 900 + "]" * 900 + "}"),
+    "bytes": text(b"\xff\xfe\x00"),
+    "large": text('{"engine_version": 1e999, "experiment": {}}'),
+    "many digits": text('{"engine_version": ' + "9" * 5000 + "}"),
+    "escapes": text(json.dumps({ESCAPES: 1})),
+    **{f"a {json.dumps(each)}": text(json.dumps(each)) for each in ([], None, 1, "a", {}, [[]])},
+    **{
+        f"{name} {json.dumps(value)[:20]}": manifest(**{name: value})
+        for name, values in (
+            ("experiment", (None, [], "a", 1, {"cor": 5}, {"repeats": 10**9}, {ESCAPES: 1})),
+            ("experiment", ({"title": ESCAPES}, {"title": 5}, {"sweep": {ESCAPES: [1]}})),
+            ("experiment", ({"balls": {"list": [{}] * 999}}, {f"key{n}": n for n in range(999)})),
+            ("points", (None, [], [1], {}, [{"digest": ESCAPES}] * 2, [{}] * 2)),
+            ("engine_version", (None, "a", 0, 10**30, 1e300, [])),
+            ("engine", ("none", ESCAPES, {}, 1)),
+            ("schema_version", (None, "a", 99, 10**30, 1e999, [], ESCAPES)),
+        )
+        for value in values
+    },
+    "a pipe": fifo,
+    "a folder": folder,
+    "a loop": loop,
+}
+
+BESIDE: dict[str, tuple[str, Damage]] = {
+    f"{name} {content[:24]!r}": (name, text(content))
+    for name in ("failures.jsonl", "fit.json", "compare.json", "figures/energy.json")
+    for content in (
+        DEEP,
+        "{",
+        "[1, 2]",
+        "null",
+        '{"point": 1e999, "repeat": 0, "error": "a"}',
+        '{"point": 0, "repeat": null, "error": []}',
+        json.dumps({"point": 0, "repeat": 0, "error": ESCAPES}),
+        json.dumps({"made_from": ESCAPES, "rows": 5, "notes": 5}),
+    )
+}
+"""Other files of a run, by name."""
+
+GOOD = """\
+container: {radius: 10.0, mass: 1.0e7}
+balls: {rings: 1, radius: 1.0, speed: 10.0}
+cor: 0.85
+collisions: 150
+"""
+
+
+def configs(size: int) -> dict[str, str | bytes]:
+    """Texts of configs with about as many characters."""
+    n = size // 8
+    return {
+        "deep": "[" * 8 * n,
+        "deep mapping": "a: " * 3 + "{a: " * 2 * n,
+        "wide": "a: [" + "[], " * 2 * n + "]",
+        "laughs": "\n".join(f"a{k}: &a{k} [{f'*a{k - 1}, ' * 10}]" for k in range(12)),
+        "unknown keys": GOOD + "".join(f"k{k}: 1\n" for k in range(n * 4 // 5)),
+        "one key many times": GOOD + "cor: 1\n" * n,
+        "keys with escapes": GOOD + json.dumps({ESCAPES: ESCAPES})[1:-1],
+        "title with escapes": GOOD + f"title: {json.dumps(ESCAPES)}",
+        "raw escapes": GOOD + "title: \x1b[2J",
+        "many large numbers": "a: [" + "1e999, " * n + "]",
+        "many digits": GOOD + "seed: " + "9" * 7 * n,
+        "many balls": "cor: 1\nballs: {list: [" + "{}, " * 2 * n + "]}",
+        "one too many bytes": GOOD + "#" * (1 << 18),
+        "long line": GOOD + "title: " + "a" * 7 * n,
+        "many documents": "---\n" * 2 * n,
+        "many quotes": '"' * (7 * n + 1),
+        "many question marks": "? " * 4 * n,
+        "bytes": b"\xff\xfe\x00\x1b",
+        "zeros": b"\0" * 8 * n,
+        "empty": "",
+    }
+
+
+class Corpus:
+    """Damaged files, made once from a good one.
+
+    good : the file that is damaged
+    folder : where they are kept
+    """
+
+    def __init__(self, good: Path, folder: Path, damages: dict[str, Damage]) -> None:
+        self.folder, self.damages = folder, damages
+        self.kept: dict[str, bytes] = {}
+        for number, (name, damage) in enumerate(damages.items()):
+            path = folder / str(number) / good.name
+            path.parent.mkdir(parents=True)
+            shutil.copy(good, path)
+            damage(path)
+            if path.is_file():
+                self.kept[name] = path.read_bytes()
+
+    def each(self, path: Path, chosen: slice) -> Iterator[str]:
+        """The name of each of some damages, while the file at a path has it."""
+        good = path.read_bytes()
+        for name, damage in [*self.damages.items()][chosen]:
+            if name in self.kept:
+                path.write_bytes(self.kept[name])
+            else:
+                damage(path)
+            yield name
+            if path.is_dir():
+                path.rmdir()
+            path.unlink(missing_ok=True)
+            path.write_bytes(good)
