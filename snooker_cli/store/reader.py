@@ -184,6 +184,9 @@ def _endings(file: h5py.File) -> list[dict[str, Any]]:
         _require(all(type(each) is int and each >= 0 for each in counts), "counts in an ending")
         known = type(one["time"]) in (int, float) and 0 <= one["time"] < math.inf
         _require(known and isinstance(one["message"], str), "time or message in an ending")
+        rest = [one.get(name) for name in ("accumulation_time", "impulse_to_come")]
+        sound = (each is None or (type(each) is float and math.isfinite(each)) for each in rest)
+        _require(all(sound), "numbers in an ending")
     return found
 
 

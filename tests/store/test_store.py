@@ -136,7 +136,7 @@ def any_traces(draw: st.DrawFn, scene: Scene, summaries: bool) -> Trace:
         draw(positive),
         tuple(draw(st.lists(st.integers(0, scene.number - 1), max_size=2))),
         draw(st.text(max_size=40)),
-        *draw(st.tuples(st.none() | finite, st.none() | finite)),
+        *draw(st.tuples(st.none() | doubles, st.none() | doubles)),
     )
     counted = (draw(st.integers(0, 2**62)), draw(st.integers(0, 2**62)))
     if events is not None:
