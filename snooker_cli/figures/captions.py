@@ -42,6 +42,9 @@ if TYPE_CHECKING:
     from snooker_cli.trace import Trace
 
 
+MOST_RESULTS = 3
+"""A caption with the results of more series has the first and the last one only."""
+
 SPREAD = "mean ± standard deviation of a repeat"
 """What a band shows."""
 
@@ -52,6 +55,7 @@ class FigureBuilder:
 
     groups : points along the x axis, a list for each series; or one list, of a series each
     fields : fields of ``FigureData`` that do not depend on the run
+    shows : the sentence that begins the caption
     lines, bands : layers; bands are behind lines
     records : the numbers of each point, as JSON
     results : a phrase of the caption for each series
@@ -61,6 +65,7 @@ class FigureBuilder:
     selection: Selection
     groups: Sequence[Sequence[Point]]
     fields: Mapping[str, Any]
+    shows: str = ""
     lines: list[Layer] = field(default_factory=list)
     bands: list[Band] = field(default_factory=list)
     records: list[dict[str, Any]] = field(default_factory=list)
@@ -93,8 +98,18 @@ class FigureBuilder:
 
     @property
     def results_text(self) -> str:
-        """All phrases."""
+        """The phrases; of many the first and the last, as all numbers are in the JSON."""
+        if len(self.results) > MOST_RESULTS:
+            return "; …; ".join([self.results[0], self.results[-1]])
         return "; ".join(self.results)
+
+    @property
+    def title(self) -> str:
+        """The title, with the swept keys that have one value here."""
+        shown = varying(self.points)
+        fixed = [key for key in varying(self.run.points) if key not in shown]
+        where = ", ".join(described(self.points[0], key) for key in fixed)
+        return f"{self.fields['title']}: {where}" if where else self.fields["title"]
 
     def add_course(
         self,
@@ -126,6 +141,7 @@ class FigureBuilder:
         """
         unnamed = [band for band in self.bands if band.label is None]
         sentences = [
+            self.shows,
             caption,
             f"Lines: the first repeat; bands: {SPREAD}." if unnamed else "",
             setting(self.run, self.points, self.selection),
@@ -135,7 +151,7 @@ class FigureBuilder:
             layers=(*self.bands, *references, *self.lines, *legend),
             caption=" ".join(filter(None, sentences)),
             numbers={**(numbers or {}), **({"points": self.records} if self.records else {})},
-            **{**self.fields, **others},
+            **{**self.fields, "title": self.title, **others},
         )
 
 

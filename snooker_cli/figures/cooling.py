@@ -37,8 +37,8 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     thinned,
 )
-from snooker_cli.figures.selection import Selection, described, present, varying
-from snooker_cli.formatting import listed, short, with_error
+from snooker_cli.figures.selection import Selection, described, present
+from snooker_cli.formatting import short, with_error
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
@@ -64,8 +64,8 @@ SAME_FLOOR = 0.01
 """Floors that differ by less are one line."""
 
 _FLOORS = {
-    "L": " The balls keep their angular momentum L, and with it the energy L²/(2mNa²), a = R − r.",
-    "p": " The balls keep their momentum p, and with it the energy p²/(2Nm).",
+    "L": " The angular momentum L keeps the energy L²/(2mNa²), a = R − r.",
+    "p": " The momentum p keeps the energy p²/(2Nm).",
 }
 """The floor of the energy in a circle, and in a periodic box."""
 
@@ -127,11 +127,9 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     if known.is_mean:
         notes.append(Note("κ is what the source report calls k/2"))
     build.lines += notes
-    where = ", ".join(described(point, key) for key in varying(build.run.points))
     return build.figure(
         f"Fits of repeat {number}: {build.results_text}.",
         numbers=numbers,
-        title=f"{build.fields['title']}: {where}" if where else build.fields["title"],
     )
 
 
@@ -160,21 +158,24 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
         name = f"{model.symbol}, {model.label} fitted"
         bars = error_bars(errors[good])
         build.lines.append(Points(cors[good], values[good], None, bars, name, index))
-        first, last = (with_error(values[end], errors[end]) for end in (0, -1))
-        build.results.append(f"{model.symbol} from {first} to {last}")
-    caption = f"Fits between CoR {cors[0]:g} and {cors[-1]:g}: {listed(build.results)} s⁻¹."
+    caption = "Means over the repeats."
     if known.any():
         caption += (
-            " The source report's k = −2 ln(CoR)⟨v⟩/λ, with the mean speed ⟨v⟩ of complete repeats "
-            "and the mean free path λ = 1/(√2 n 2πr) of n balls per area."
+            " Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
+            "λ = 1/(√2 n 2πr)."
         )
     if curves:
         caption += (
-            " Dotted: k from ⟨v⟩ at the start and the mean free path 1/(√2 n 4rχ) after Enskog, "
-            "where χ corrects for the size of the balls."
+            " Dotted: the same with ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ), χ for the size "
+            "of the balls."
         )
+    title = build.title
+    if points[0].experiment.container.shape_class.has_wall:
+        title = f"{title}: {described(points[0], 'wall_cor')}"
     return build.figure(
-        caption, numbers={"ended_early": sum(each["ended_early"] for each in build.records)}
+        caption,
+        numbers={"ended_early": sum(each["ended_early"] for each in build.records)},
+        title=title,
     )
 
 
@@ -332,7 +333,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
             mean = float(np.mean(floors))
             text = f"{_KEPT[kept]}, {short(mean, 2)} E(0)"
             build.lines.append(Reference("y", mean, text))
-    at_wall = ", one at the wall (1 − e′²)E/N with the wall's CoR e′" if kept == "L" else ""
+    at_wall = ", one with the wall of CoR e′ (1 − e′²)E/N" if kept == "L" else ""
     return build.figure(
         f"E/E(0) in the end: {build.results_text}. Lines: a collision between balls takes "
         f"(1 − e²)E/N{at_wall}." + (_FLOORS[kept] if floors else "")

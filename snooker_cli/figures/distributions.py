@@ -218,15 +218,16 @@ def speeds(build: FigureBuilder) -> FigureData:
             distance_from_fixed_energy=math.nan if free is None else difference,
             one_over_root=float(total**-0.5),
         )
-        build.result(build.label(point), f"{difference:.4f}, 1/√n = {total**-0.5:.4f}")
+        build.result(build.label(point), f"{difference:.4f}")
     for index, (free, unit) in enumerate(laws):
         _add_laws(build, free, unit, named=index == 0)
     fixed = all(free is not None for free, _ in laws)
     law_name = "the law at fixed energy" if fixed else "Maxwell and Boltzmann's law"
+    roots = [record["one_over_root"] for record in build.records]
     words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
     return build.figure(
-        f"Largest difference of the cumulative shares of n speeds from {law_name}: "
-        f"{build.results_text}. Sampled about five collisions of a ball apart.",
+        f"Shares of n speeds, about five collisions of a ball apart. They differ from {law_name} "
+        f"by at most {build.results_text}; 1/√n ≤ {short(max(roots), 2)}.",
         **(words if in_metres else {}),
     )
 

@@ -55,6 +55,12 @@ SAMPLE_WIDTH = 9
 FEW_DECADES = 10**2.5
 """A logarithmic axis from low to less than this many times low has its ticks at 1, 2, 5, 10, ..."""
 
+MARGIN = 0.05
+"""Margin above the data, as a share of the axis, where only its lower limit is given."""
+
+INSET = (0.19, 0.1, 0.8, 0.66)
+"""Left, bottom, width and height of an inset, as shares of the axes."""
+
 MANY_MARKERS = 20
 """More markers of a series are drawn smaller."""
 
@@ -103,6 +109,9 @@ def dashes(style: str, series: int) -> Any:
 def draw(data: FigureData) -> Figure:
     """The matplotlib figure, with a legend below the axes, where it covers no data."""
     title = textwrap.wrap(data.title, TITLE_WIDTH)
+    if len(title) > 1 and ": " in data.title:
+        parts = data.title.replace(": ", ":\n").split("\n")
+        title = [line for part in parts for line in textwrap.wrap(part, TITLE_WIDTH)]
     notes = [
         line
         for layer in data.layers
@@ -122,6 +131,8 @@ def draw(data: FigureData) -> Figure:
         ]
         entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
         _scale(axes, data)
+        if data.inset:
+            _add_inset(axes, data)
         axes.set_xlabel(data.x_label)
         axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH))
         axes.set_title("\n".join(title), loc="left", pad=4 + 10 * len(notes))
@@ -166,7 +177,7 @@ def _added(axes: Axes, layer: Layer, order: float) -> Any:
         case Band(x, low, high):
             return axes.fill_between(x, low, high, alpha=0.22, linewidth=0, **common)
         case Points(x, y):
-            return axes.errorbar(
+            drawn = axes.errorbar(
                 x,
                 y,
                 yerr=layer.y_error,
@@ -179,6 +190,8 @@ def _added(axes: Axes, layer: Layer, order: float) -> Any:
                 markeredgewidth=0.7,
                 **common,
             )
+            drawn.lines[0].set(clip_on=False, in_layout=False)  # a marker on a limit is whole
+            return drawn
         case Histogram(edges, heights):
             style = dashes("series", layer.series)
             return axes.stairs(heights, edges, linestyle=style, linewidth=1.2, **common)
@@ -195,12 +208,28 @@ def _scale(axes: Axes, data: FigureData) -> None:
     axes.set_yscale("log" if data.y_log else "linear")
     axes.set_xlim(*data.x_limits)
     axes.set_ylim(*data.y_limits)
+    for axis, limits in ((axes.xaxis, data.x_limits), (axes.yaxis, data.y_limits)):
+        _, highest = axis.get_data_interval()
+        if limits[0] is not None and limits[1] is None and np.isfinite(highest):
+            # Matplotlib's margin is a share of the data's span, which may be nothing.
+            high = highest + MARGIN * (highest - limits[0])
+            axis.set_view_interval(limits[0], high, ignore=True)
     for axis in (axes.xaxis, axes.yaxis):
         low, high = axis.get_view_interval()
         if axis.get_scale() == "log" and high < FEW_DECADES * low:
             axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             axis.set_major_formatter(StrMethodFormatter("{x:g}"))
             axis.set_minor_formatter(NullFormatter())
+
+
+def _add_inset(axes: Axes, data: FigureData) -> None:
+    """Draw the inset over the lower part of the axes, with the same x axis."""
+    inset = axes.inset_axes(INSET)
+    for depth, layer in enumerate(data.inset):
+        _added(inset, layer, 2 + depth / 10)
+    inset.set_xlim(axes.get_xlim())
+    inset.set_ylabel(data.inset_label, fontsize=7)
+    inset.tick_params(labelsize=6)
 
 
 def _columns(labels: list[str]) -> int:
@@ -239,9 +268,10 @@ def to_json(data: FigureData) -> str:
     Numbers have the shortest decimals that mean the same doubles; what is not finite is null.
     """
     content = {each.name: plain(getattr(data, each.name)) for each in fields(data)}
-    content["layers"] = [
-        {"type": type(layer).__name__.lower()}
-        | {each.name: plain(getattr(layer, each.name)) for each in fields(layer)}
-        for layer in data.layers
-    ]
+    for name in ("layers", "inset"):
+        content[name] = [
+            {"type": type(layer).__name__.lower()}
+            | {each.name: plain(getattr(layer, each.name)) for each in fields(layer)}
+            for layer in getattr(data, name)
+        ]
     return json.dumps(content, ensure_ascii=False, allow_nan=False, indent=1) + "\n"

@@ -105,6 +105,7 @@ class FigureData:
     caption : at most five lines
     numbers : the key numbers, as JSON has them: what is not finite is ``None``
     x_limits, y_limits : (low, high); ``None`` fits the data
+    inset, inset_label : layers of small axes within the others, and their y label
     """
 
     kind: str
@@ -118,6 +119,8 @@ class FigureData:
     y_log: bool = False
     x_limits: Sequence[float | None] = (None, None)
     y_limits: Sequence[float | None] = (None, None)
+    inset: tuple[Layer, ...] = ()
+    inset_label: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", plain(self.numbers))

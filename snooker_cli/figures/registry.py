@@ -37,6 +37,7 @@ class FigureSpec:
     needs: str
     draw: Callable[[FigureBuilder], FigureData]
     axes: Mapping[str, Any]
+    shows: str = ""
     report_figures: Sequence[int] = ()
     states: bool = False
     lossy: bool | None = None
@@ -55,7 +56,7 @@ class FigureSpec:
             raise FigureError("it needs the balls' states; run the config with `record: events`")
         groups = self._groups(selected(run, selection))
         fields = {"kind": self.name, "title": self.title, **self.axes}
-        return self.draw(FigureBuilder(run, selection, groups, fields))
+        return self.draw(FigureBuilder(run, selection, groups, fields, self.shows))
 
     def _groups(self, points: Sequence[Point]) -> list[list[Point]]:
         """The points to show, see ``FigureBuilder``. Raises ``FigureError``."""
@@ -85,6 +86,7 @@ _FUNCTIONS: dict[str, Callable[[FigureBuilder], FigureData]] = {
     "pressure-fit": partial(cooling.fit_figure, "pressure"),
     "pressure-temperature": partial(gas_law.pressures, "temperature"),
     "pressure-area": partial(gas_law.pressures, "area"),
+    "pressure-area-linear": partial(gas_law.pressures, "area"),
     "pressure-number": partial(gas_law.pressures, "number"),
     "temperature-ratio": gas_law.temperature_ratio,
     "ideal-ratio": gas_law.ideal_ratio,
@@ -96,7 +98,7 @@ _FUNCTIONS: dict[str, Callable[[FigureBuilder], FigureData]] = {
 
 _LENGTHS = tuple(dict.fromkeys(f"container.{shape.keys[0]}" for shape in SHAPES.values()))
 
-_AXES = ("x_label", "y_label", "x_log", "y_log", "x_limits", "y_limits")
+_AXES = ("x_label", "y_label", "x_log", "y_log", "x_limits", "y_limits", "inset_label")
 
 
 def _read() -> dict[str, FigureSpec]:

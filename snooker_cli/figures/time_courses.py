@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,12 +60,15 @@ def energy(build: FigureBuilder) -> FigureData:
 
 
 def momentum_component(name: str, build: FigureBuilder) -> FigureData:
-    """A component of the total momentum: how far its ratio to the start is from 1."""
+    """A component of the total momentum over that at the start, and how far this is from 1."""
+    deviation = replace(build, lines=[], bands=[])
     for index, point in enumerate(build.points):
         totals = [_momentum(trace, name) for trace in build.traces(point)]
-        deviations = [(time, total / total[0] - 1) for time, total in totals]
+        ratios = [(time, total / total[0]) for time, total in totals]
+        deviations = [(time, ratio - 1) for time, ratio in ratios]
         curves = [(time, each / MOMENTUM_UNIT) for time, each in deviations]
-        build.add_course(index, point, curves, style="solid")  # dashes would be lost in the noise
+        build.add_course(index, point, ratios)
+        deviation.add_course(index, point, curves, style="solid")  # dashes are lost in the noise
         build.record(
             point,
             momentum_at_start=float(totals[0][1][0]),
@@ -77,8 +81,8 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
         f"The total momentum stays p{name}(0) to within {short(worst, 2)} of it, "
         f"{short(worst / EPSILON, 2)} roundings, at "
         f"{max(each['states'] for each in build.records)} times.",
-        references=[Reference("y", 0.0)],
         numbers={"largest_deviation": worst},
+        inset=(*deviation.bands, Reference("y", 0.0), *deviation.lines),
     )
 
 

@@ -59,7 +59,9 @@ def sliding_figure(run: Run, selection: Selection) -> FigureData:
     values = {"pairs": pairs, "setting": setting(run, points, selection)}
     return replace(
         picture,
-        title="Simulated over ideal pressure, up to wall traps and past them",
+        title=picture.title.replace(
+            "Simulated over ideal pressure", "Pressure ratio past wall traps"
+        ),
         caption=" ".join(rendered("sliding.txt.j2", values).split()),
         numbers={**picture.numbers, "pairs": pairs},
     )

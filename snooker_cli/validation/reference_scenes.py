@@ -95,7 +95,7 @@ SCENES = {
     for scene in (
         ReferenceScene("report", "the source report's scene, elastic", 500, rings, 0.041),
         ReferenceScene(
-            *("report-cor-0.8", "the source report's scene, cor 0.8", 500),
+            *("report-cor-0.8", "the source report's scene, CoR 0.8", 500),
             partial(rings, restitution=0.8),
         ),
         ReferenceScene(
@@ -104,7 +104,7 @@ SCENES = {
             0.196,
         ),
         ReferenceScene(
-            "mixture", "unequal radii and masses, cor 0.9, container of 20 kg", 300, mixture
+            "mixture", "unequal radii and masses, CoR 0.9, container of 20 kg", 300, mixture
         ),
         ReferenceScene(
             *("light-container", "seven balls of 1 kg, elastic, in a container of 5 kg", 300),

@@ -12,6 +12,7 @@ from repeating import batches_of, file_of
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Line, Points, Selection, described, selected, unfinished
+from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.selection import evenly
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
@@ -37,6 +38,34 @@ def test_captions_describe_the_scene_and_its_repeats(decaying: Run, tmp_path: Pa
     run = made(tmp_path / "mixture", mixture, "sweep={}", "collisions=50", text=BOX)
     caption = shown(run, "energy").caption
     assert "Scene: N = 13 of several species, box, width 20 m, height 14 m, CoR 0.9" in caption
+
+
+def test_titles_differ_where_figures_show_other_points(decaying: Run, warm: Run) -> None:
+    assert shown(decaying, "energy").title == "Kinetic energy over time"
+    assert shown(decaying, "ideal-ratio", cor=0.8).title.endswith("pressure: CoR 0.8")
+    titles = {shown(warm, "ideal-ratio", balls__radius=each).title for each in (0.2, 1.0)}
+    assert titles == {f"Simulated over ideal pressure: r = {each} m" for each in ("0.2", "1")}
+    assert shown(decaying, "decay-against-cor").title == "Decay constants of the energy: wall CoR 1"
+
+
+@pytest.mark.parametrize(
+    ("kind", "what"),
+    [
+        ("energy-fit", "The kinetic energy E of one repeat over that at the start"),
+        ("temperature-fit", "The temperature T of one repeat"),
+        ("pressure", "The mean pressure from the start"),
+        ("pressure-fit", "The mean pressure P of one repeat since the start"),
+    ],
+)
+def test_captions_say_what_is_plotted(decaying: Run, kind: str, what: str) -> None:
+    assert shown(decaying, kind, cor=0.8).caption.startswith(what)
+
+
+def test_results_of_many_series_are_the_first_and_the_last(decaying: Run) -> None:
+    build = FigureBuilder(decaying, Selection(), [], {}, results=["a", "b", "c"])
+    assert build.results_text == "a; b; c"
+    build.results.append("d")
+    assert build.results_text == "a; …; d"
 
 
 def test_captions_count_what_ended_early(tmp_path: Path) -> None:

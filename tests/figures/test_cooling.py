@@ -112,7 +112,7 @@ def test_decay_against_cor(decaying: Run) -> None:
             assert points.y_error[index] == over.standard_error
     reported, enskog, kinetic_theory = layers(found, Line)
     assert enskog.label == "k, mean free path after Enskog"
-    assert "the mean free path 1/(√2 n 4rχ) after Enskog, where χ corrects for" in found.caption
+    assert "Enskog's λ = 1/(√2 n 4rχ), χ for the size of the balls" in found.caption
     assert reported.label == "k by the source report"
     for index in (0, 1):
         constants = [reported_constant(trace) for trace in traces(decaying, index)]
@@ -145,7 +145,7 @@ def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
     )
     labels = [line.label for line in layers(found, Line)]
     assert "the same above the energy kept by the angular momentum L" in labels
-    assert "keep their angular momentum L" in found.caption
+    assert "The angular momentum L keeps the energy" in found.caption
     alpha = record["alpha"]
     assert fitted.y[0] == 2 * alpha
     assert fitted.y[-1] == pytest.approx(2 * alpha / (1 + alpha * fitted.x[-1]))

@@ -8,6 +8,7 @@ import os
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,8 @@ EVERYTHING = FigureData(
     caption="“Quoted” & <escaped> − 1/3.",
     numbers={"third": 1 / 3, "nothing": float("nan")},
     y_limits=(0.0, None),
+    inset=(Line(X, X), Reference("y", 0.2)),
+    inset_label="detail",
 )
 
 
@@ -57,7 +60,8 @@ def figures(
     folder = tmp_path_factory.mktemp("gases")
     runs: dict[str, tuple[Run, dict[str, Any]]] = {
         "pressure-temperature": (warm, {}),
-        "pressure-area": (made(folder / "wide", *ELASTIC, "container.radius=10,20,50"), {}),
+        "pressure-area": (wide := made(folder / "wide", *ELASTIC, "container.radius=10,20,50"), {}),
+        "pressure-area-linear": (wide, {}),
         "pressure-number": (made(folder / "many", *ELASTIC, "balls.rings=1,2,3"), {}),
         "temperature-ratio": (warm, {"balls.speed": 10.0}),
     }
@@ -97,21 +101,46 @@ def test_every_figure_is_drawn_legibly(name: str, figures: dict[str, FigureData]
         in_legends = [text for legend in figure.legends for text in legend.get_texts()]
         titles = [text for text in axes.findobj(Text) if plain_text(text) == shown.title]
         words = [*titles, axes.xaxis.label, axes.yaxis.label, *axes.texts, *in_legends]
-        for text in [*words, *ticks[0], *ticks[1]]:
+        for inset in axes.child_axes:
+            ticks += [tick_labels(axis) for axis in (inset.xaxis, inset.yaxis)]
+            words.append(inset.yaxis.label)
+        for text in [*words, *itertools.chain(*ticks)]:
             box = text.get_window_extent()
             inside = figure.bbox.contains(box.x0, box.y0) and figure.bbox.contains(box.x1, box.y1)
             assert inside or not text.get_text(), f"{text.get_text()!r} is cut off"
         for legend in figure.legends:
             assert not legend.get_window_extent().overlaps(axes.get_window_extent())
+        for line in axes.lines:
+            if str(line.get_marker()) in "os^DvP" and len(
+                line.get_xdata()
+            ):  # not an error bar's cap
+                assert not line.get_clip_on()
+                shown_at = axes.transAxes.inverted().transform(
+                    axes.transData.transform(np.column_stack(line.get_data()))
+                )
+                assert np.nanmin(shown_at) >= 0
+                assert np.nanmax(shown_at) < 1, "a marker is at the upper limit"
         for labels in ticks:
             assert len(labels) >= 2
             boxes = [label.get_window_extent() for label in labels]
             assert not any(one.overlaps(two) for one, two in itertools.combinations(boxes, 2))
     drawn = {plain_text(text) for text in words}
     assert {shown.title, shown.x_label, shown.y_label} <= drawn
+    assert shown.inset_label in {"", *drawn}
     for layer in shown.layers:
         label = getattr(layer, "label", None)
         assert label is None or label in drawn
+
+
+def test_equal_markers_are_not_at_the_upper_limit() -> None:
+    """At T = 50 in all repeats, but for rounding."""
+    x = np.array([50.0, 50.0 * (1 + 2e-15)])
+    found = replace(
+        EVERYTHING, layers=(Points(x, x), Points(X[:0], X[:0])), x_limits=(0, None), inset=()
+    )
+    (axes,) = draw(found).axes
+    assert axes.get_xlim() == pytest.approx((0.0, 52.5))
+    assert axes.get_ylim() == pytest.approx((0.0, 52.5))
 
 
 def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
@@ -119,6 +148,7 @@ def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
     content = json.loads(path.read_text(encoding="utf-8"))
     assert content["numbers"] == {"third": 1 / 3, "nothing": None}
     assert content["caption"] == EVERYTHING.caption
+    assert [layer["type"] for layer in content["inset"]] == ["line", "reference"]
     types = "-".join(layer["type"] for layer in content["layers"])
     assert types == "band-line-line-points-points-histogram-reference-reference-note"
     _, line, steps, points, _, histogram, vertical, horizontal, _ = content["layers"]

@@ -65,6 +65,10 @@ def test_pressure_against_area_and_number(tmp_path: Path) -> None:
     assert points.y.tolist() == pytest.approx([pressure_of(*traces(wide, k)) for k in (0, 1)])
     assert points.y_error is None
     assert (found.x_log, found.y_log) == (True, True)
+    linear = shown(wide, "pressure-area-linear")
+    assert (linear.x_log, linear.y_log, linear.x_limits) == (False, False, [0, None])
+    assert linear.title != found.title
+    assert layers(linear, Points)[0].y.tolist() == points.y.tolist()
     elastic = ("cor=1", "sweep={}", "repeats=1")
     square = "container={shape: box, width: 20}"
     wide = made(tmp_path / "square", *elastic, square, "container.width=20,30", text=BOX)

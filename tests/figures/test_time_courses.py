@@ -52,12 +52,19 @@ def test_momentum_is_summed_from_the_states(decaying: Run, component: int, kind:
     deviation = total[:, component] / total[0, component] - 1
     assert found.numbers["largest_deviation"] == np.max(np.abs(deviation))
     (line,) = layers(found, Line)
+    assert line.y.tolist() == (total[:, component] / total[0, component]).tolist()
+    assert found.y_label == f"total momentum, p{'xy'[component]}(t)/p{'xy'[component]}(0)"
+    zero, line = found.inset
+    assert isinstance(line, Line)
+    assert isinstance(zero, Reference)
     assert line.y.tolist() == (deviation / 1e-15).tolist()
-    alone = [shown(decaying, kind, repeat=repeat, cor=0.9) for repeat in range(3)]
-    lines = [layers(figure, Line)[0] for figure in alone]
-    band, legend = layers(shown(decaying, kind, cor=0.9), Band)
-    assert legend.label == SPREAD
-    around(band, [(line.x, line.y) for line in lines])
+    assert found.inset_label.endswith("(0) − 1) · 10¹⁵")
+    lines = [shown(decaying, kind, repeat=repeat, cor=0.9).inset[-1] for repeat in range(3)]
+    of_all = shown(decaying, kind, cor=0.9)
+    assert layers(of_all, Band)[-1].label == SPREAD
+    band = of_all.inset[0]
+    assert isinstance(band, Band)
+    around(band, [(line.x, line.y) for line in lines if isinstance(line, Line)])
     # A collision rounds two momenta of at most that of a ball with all of the energy.
     largest = math.sqrt(2 * trace.start.kinetic_energy)
     bound = 4 * EPSILON * largest * len(line.x) / abs(total[0, component])
