@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -86,8 +87,14 @@ def why_not(run: Run, name: str, repeat: int | None = None, **where: Any) -> str
     return str(caught.value)
 
 
-def around(band: Band, curves: list[tuple[Any, Any]]) -> None:
-    """Assert that a band is the mean ± standard deviation of curves that change in steps."""
+def around(band: Band, curves: list[tuple[Any, Any]], logarithmic: bool = False) -> None:
+    """Assert that a band is the mean ± standard deviation of curves that change in steps.
+
+    logarithmic : whether these are of the logarithm
+    """
+    if logarithmic:
+        curves = [(time, np.log(column)) for time, column in curves]
+        band = replace(band, low=np.log(band.low), high=np.log(band.high))
     assert band.x[0] == max(time[0] for time, _ in curves)
     assert band.x[-1] == min(time[-1] for time, _ in curves)
     for k in (0, 100, 299):

@@ -48,6 +48,9 @@ MOST_RESULTS = 3
 SPREAD = "mean ± standard deviation of a repeat"
 """What a band shows."""
 
+LOG_SPREAD = "mean ± standard deviation of logarithms"
+"""What a band shows on a logarithmic axis."""
+
 
 @dataclass
 class FigureBuilder:
@@ -118,6 +121,7 @@ class FigureBuilder:
         curves: Sequence[Curve],
         *,
         steps: bool = True,
+        logarithmic: bool = False,
         style: LineStyle = "series",
     ) -> None:
         """Add the curve of the first repeat as a line, and the band of all of them."""
@@ -125,7 +129,7 @@ class FigureBuilder:
         kept = thinned(time)
         line = Line(time[kept], values[kept], self.label(point), index, style, steps=steps)
         self.lines.append(line)
-        self.bands += bands(curves, index, steps=steps)
+        self.bands += bands(curves, index, steps=steps, logarithmic=logarithmic)
 
     def figure(
         self,
@@ -140,13 +144,14 @@ class FigureBuilder:
         others : fields of ``FigureData`` that depend on the run
         """
         unnamed = [band for band in self.bands if band.label is None]
+        spread = LOG_SPREAD if others.get("y_log") else SPREAD
         sentences = [
             self.shows,
             caption,
-            f"Lines: the first repeat; bands: {SPREAD}." if unnamed else "",
+            f"Lines: the first repeat; bands: {spread}." if unnamed else "",
             setting(self.run, self.points, self.selection),
         ]
-        legend = [legend_band(SPREAD)] if unnamed else []
+        legend = [legend_band(spread)] if unnamed else []
         return FigureData(
             layers=(*self.bands, *references, *self.lines, *legend),
             caption=" ".join(filter(None, sentences)),

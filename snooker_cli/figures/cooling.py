@@ -22,8 +22,9 @@ from snooker_cli.analysis.observables import (
     standard_errors,
 )
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import SPREAD, FigureBuilder, require_motion
+from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder, require_motion
 from snooker_cli.figures.figure_data import (
+    LOGARITHMIC,
     Array,
     FigureData,
     Layer,
@@ -35,6 +36,7 @@ from snooker_cli.figures.figure_data import (
     bands,
     error_bars,
     legend_line,
+    more_than_a_decade,
     thinned,
 )
 from snooker_cli.figures.selection import Selection, described, present
@@ -96,25 +98,26 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
         raise FigureError(f"this repeat cannot be fitted: {found[0].fits[row].message}")
     curves = [(each.time, each.value) for each in (curve(trace, quantity) for trace in traces)]
     started = [each for each in curves if len(each[0]) > 1]
-    label = f"all {len(started)} repeats, {SPREAD}"
-    build.bands += bands(started, 0, label, steps=not known.is_mean)
+    log = more_than_a_decade(started)
+    label = f"all {len(started)} repeats, {LOG_SPREAD if log else SPREAD}"
+    build.bands += bands(started, 0, label, steps=not known.is_mean, logarithmic=log)
     (time, value), kept = curves[row], thinned(curves[row][0])
     fine = np.linspace(time[0], time[-1], 300)
     label = f"simulation, repeat {number}"
     build.lines.append(Line(time[kept], value[kept], label, steps=not known.is_mean, broad=True))
     numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": number}
-    notes: list[Layer] = []
     for index, decay in enumerate(found, start=1):
         model, fit, mean = LAWS[decay.law], decay.fits[row], decay.over_repeats
-        symbol = model.mean_symbol if known.is_mean else model.symbol
-        if fit.converged:
-            text = f"{symbol} = {with_error(fit.value, fit.error, RATE)}"
-            name = f"{model.label} of repeat {number}: {text}"
-            build.lines.append(Line(fine, fitted_curve(fit, fine), name, index))
-            build.result(f"{model.label}, R² = {fit.r_squared:.4f}", text)
-        if mean.count > 1:
-            text = f"{symbol} = {with_error(mean.mean, mean.standard_error, RATE)}"
-            notes.append(Note(f"mean of {mean.count} repeats: {text}"))
+        good, symbol = decay.goodness, model.mean_symbol if known.is_mean else model.symbol
+        text = f"{symbol} = {with_error(mean.mean, mean.standard_error, RATE)}"
+        of = f"mean of {mean.count} repeats" if mean.count > 1 else "one repeat"
+        fitted = [fitted_curve(each, fine) for each in decay.fits if each.converged]
+        law = np.exp(np.mean(np.log(fitted), axis=0))
+        build.lines.append(Line(fine, law, f"{model.label}, {of}: {text}", index))
+        holds = f"holds until {short(good.holds_until)} of {short(good.until)} s"
+        if good.holds_until == good.since:
+            holds = "refused from the start"
+        build.result(None, f"{model.label}, {text}{f', {holds}' if good.degrees else ''}")
         numbers |= {
             model.key: fit.value,
             f"{model.key}_error": fit.error,
@@ -123,13 +126,15 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
             f"{model.key}_standard_error": mean.standard_error,
             f"{model.key}_half_range": mean.max_min_half_range,
             f"{model.key}_repeats": mean.count,
+            f"{model.key}_chi_squared_per_degree": good.chi_squared,
+            f"{model.key}_holds_until": good.holds_until,
         }
     if known.is_mean:
-        notes.append(Note("κ is what the source report calls k/2"))
-    build.lines += notes
+        build.lines.append(Note("κ is what the source report calls k/2"))
     return build.figure(
-        f"Fits of repeat {number}: {build.results_text}.",
+        f"Fits of each repeat, their mean: {build.results_text}.",
         numbers=numbers,
+        **(LOGARITHMIC if log else {}),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
@@ -168,14 +168,36 @@ def at_common_times(curves: Sequence[Curve], *, steps: bool = False) -> Curve:
 
 
 def bands(
-    curves: Sequence[Curve], series: int, label: str | None = None, *, steps: bool
+    curves: Sequence[Curve],
+    series: int,
+    label: str | None = None,
+    *,
+    steps: bool,
+    logarithmic: bool = False,
 ) -> list[Band]:
-    """The band mean ± standard deviation of curves; none of one, or without a span of time."""
+    """The band mean ± standard deviation of curves; none of one, or without a span of time.
+
+    logarithmic : whether mean and deviation are those of ln y, which needs y > 0
+    """
     times, rows = at_common_times(curves, steps=steps)
     if len(rows) < 2 or not times[-1] > times[0]:
         return []
+    rows = np.log(rows) if logarithmic else rows
     mean, deviation = rows.mean(axis=0), rows.std(axis=0, ddof=1)
-    return [Band(times, mean - deviation, mean + deviation, label, series)]
+    low, high = mean - deviation, mean + deviation
+    low, high = (np.exp(low), np.exp(high)) if logarithmic else (low, high)
+    return [Band(times, low, high, label, series)]
+
+
+LOGARITHMIC = {"y_log": True, "y_limits": (None, None)}
+"""Fields of a figure of curves that cover more than a decade."""
+
+
+def more_than_a_decade(curves: Iterable[Curve]) -> bool:
+    """Whether curves above zero cover a factor of more than ten, so that a logarithm shows more."""
+    ends = [(float(np.min(values)), float(np.max(values))) for _, values in curves]
+    low, high = min(end[0] for end in ends), max(end[1] for end in ends)
+    return 0 < 10 * low < high
 
 
 def thinned(time: Array) -> NDArray[np.intp]:

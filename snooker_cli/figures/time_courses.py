@@ -19,7 +19,14 @@ from snooker_cli.analysis.observables import (
 )
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder, require_motion
-from snooker_cli.figures.figure_data import Curve, FigureData, Reference, at_common_times
+from snooker_cli.figures.figure_data import (
+    LOGARITHMIC,
+    Curve,
+    FigureData,
+    Reference,
+    at_common_times,
+    more_than_a_decade,
+)
 from snooker_cli.figures.selection import elastic
 from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import EPSILON
@@ -34,13 +41,16 @@ MOMENTUM_UNIT = 1e-15
 
 def energy(build: FigureBuilder) -> FigureData:
     """Kinetic energy of balls and container over that at the start."""
-    for index, point in enumerate(build.points):
-        curves = []
+    courses: list[list[Curve]] = []
+    for point in build.points:
+        courses.append([])
         for trace in build.traces(point):
             require_motion(trace.start)
             found = series(trace)
-            curves.append((found.time, energy_ratio(found)))
-        build.add_course(index, point, curves)
+            courses[-1].append((found.time, energy_ratio(found)))
+    log = more_than_a_decade(curve for curves in courses for curve in curves)
+    for index, (point, curves) in enumerate(zip(build.points, courses, strict=True)):
+        build.add_course(index, point, curves, logarithmic=log)
         build.record(
             point,
             elastic=elastic(point),
@@ -56,7 +66,7 @@ def energy(build: FigureBuilder) -> FigureData:
         sentences.append(
             f"The largest rise by an inelastic collision is {short(max(rises), 2)} of the start."
         )
-    return build.figure(" ".join(sentences))
+    return build.figure(" ".join(sentences), **(LOGARITHMIC if log else {}))
 
 
 def momentum_component(name: str, build: FigureBuilder) -> FigureData:

@@ -10,13 +10,13 @@ import pytest
 from figure_runs import around, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
-from snooker_cli.analysis.decay import curve, fit_curve, reported_constant
+from snooker_cli.analysis.decay import curve, decays, fit_curve, reported_constant
 from snooker_cli.analysis.fitting import LAWS, fitted_curve, mean_over_repeats
 from snooker_cli.engine import series
 from snooker_cli.figures import Band, Line, Note, Points, Reference
-from snooker_cli.figures.captions import SPREAD
+from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
 from snooker_cli.figures.figure_data import at_common_times
-from snooker_cli.formatting import with_error
+from snooker_cli.formatting import short, with_error
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason, Trace
 
@@ -35,6 +35,7 @@ repeats: 2
 """Three balls in a line, which collapse below CoR 0.0718."""
 
 ENDINGS = ("", "_error", "_r_squared", "_mean", "_standard_error", "_half_range", "_repeats")
+JUDGED = ("_chi_squared_per_degree", "_holds_until")
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +67,8 @@ def test_fits_are_those_of_the_repeat_and_of_all(
     curves = [curve(trace, quantity) for trace in traces(decaying, 0)]
     data, *lines = layers(found, Line)
     assert data.y.tolist() == curves[1].value.tolist()
-    notes = [note.text for note in layers(found, Note)]
+    assert [note.text[0] for note in layers(found, Note)] == ["κ"] * (quantity == "pressure")
+    judged = decays(traces(decaying, 0), [quantity])
     for (law, model), line in zip(LAWS.items(), lines, strict=True):
         results = [fit_curve(each, law) for each in curves]
         over = mean_over_repeats(results)
@@ -79,17 +81,47 @@ def test_fits_are_those_of_the_repeat_and_of_all(
             over.max_min_half_range,
             over.count,
         ]
-        assert line.y.tolist() == fitted_curve(results[1], line.x).tolist()
+        logs = np.log([fitted_curve(each, line.x) for each in results])
+        assert line.y == pytest.approx(np.exp(logs.mean(axis=0)), rel=1e-12)
         sign = symbol if law == "exponential" else model.symbol
         averaged = with_error(over.mean, over.standard_error, "s⁻¹")
-        assert f"mean of 3 repeats: {sign} = {averaged}" in notes
+        assert line.label == f"{model.label}, mean of 3 repeats: {sign} = {averaged}"
+        (good,) = (each.goodness for each in judged if each.law == law)
+        expected = [good.chi_squared, good.holds_until]
+        assert [found.numbers[f"{model.key}{ending}"] for ending in JUDGED] == expected
+        until = f"holds until {short(good.holds_until)} of {short(good.until)} s"
+        if good.holds_until == good.since:
+            until = "refused from the start"
+        assert f"{sign} = {averaged}, {until}" in found.caption
     (band,) = layers(found, Band)
-    assert band.label == f"all 3 repeats, {SPREAD}"
     pairs = [(each.time, each.value) for each in curves]
     if quantity == "pressure":
         times, rows = at_common_times(pairs)
         pairs = [(times, row) for row in rows]
-    around(band, pairs)
+    values = np.concatenate([row for _, row in pairs])
+    assert found.y_log == (values.max() > 10 * values.min())
+    assert band.label == f"all 3 repeats, {LOG_SPREAD if found.y_log else SPREAD}"
+    if found.y_log:
+        assert found.y_limits == (None, None)
+    around(band, pairs, found.y_log)
+
+
+def test_a_decay_over_more_than_a_decade_has_a_logarithmic_axis(decaying: Run) -> None:
+    for name in ("energy", "energy-fit", "haff-time", "event-decay"):
+        steep = shown(decaying, name, cor=0.8)
+        drawn = np.concatenate([line.y for line in layers(steep, Line)])
+        assert drawn.max() > 10 * drawn.min() > 0 or name == "haff-time"
+        assert steep.y_log
+    slow = shown(decaying, "energy-fit", cor=0.9)
+    values = layers(slow, Line)[0].y
+    assert slow.y_log == (values.max() > 10 * values.min())
+    assert not shown(decaying, "pressure-fit", cor=0.9).y_log
+
+
+def test_one_repeat_has_no_error_in_the_legend(tmp_path: Path) -> None:
+    alone = made(tmp_path / "run", "repeats=1")
+    labels = [line.label or "" for line in layers(shown(alone, "energy-fit"), Line)[1:]]
+    assert all("one repeat" in label and "±" not in label for label in labels)
 
 
 def test_repeats_trapped_before_the_pressure_is_fitted_leave_no_band(tmp_path: Path) -> None:

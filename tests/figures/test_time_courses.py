@@ -13,7 +13,7 @@ from snooker_cli import theory
 from snooker_cli.analysis import observables
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import Band, Line, Reference
-from snooker_cli.figures.captions import SPREAD
+from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
 from snooker_cli.figures.figure_data import bands
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON
@@ -24,7 +24,8 @@ def test_energy_of_one_repeat_and_of_all(decaying: Run) -> None:
     records, lines = found.numbers["points"], layers(found, Line)
     assert [line.label for line in lines] == ["CoR 0.8", "CoR 0.9", "CoR 1"]
     assert [record["elastic"] for record in records] == [False, False, True]
-    assert f"bands: {SPREAD}." in found.caption
+    assert f"bands: {LOG_SPREAD}." in found.caption
+    assert found.y_log  # at CoR 0.8 less than a tenth is left
     for index, (line, band) in enumerate(zip(lines, layers(found, Band)[:-1], strict=True)):
         curves = []
         for trace in traces(decaying, index):
@@ -32,7 +33,7 @@ def test_energy_of_one_repeat_and_of_all(decaying: Run) -> None:
             total = columns.kinetic_energy + columns.container_energy
             curves.append((columns.time, total / total[0]))
         assert [line.x.tolist(), line.y.tolist()] == [each.tolist() for each in curves[0]]
-        around(band, curves)
+        around(band, curves, found.y_log)
         assert band.series == index
         worst = max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves)
         assert (records[index]["largest_deviation"], records[index]["repeats"]) == (worst, 3)
