@@ -189,7 +189,7 @@ def bands(
     return [Band(times, low, high, label, series)]
 
 
-LOGARITHMIC = {"y_log": True, "y_limits": (None, None)}
+LOGARITHMIC: dict[str, Any] = {"y_log": True, "y_limits": (None, None)}
 """Fields of a figure of curves that cover more than a decade."""
 
 
