@@ -18,22 +18,32 @@ from typing import Any
 def atomic_write(path: Path) -> Iterator[Path]:
     """Yield a temporary path; what is written there replaces ``path`` when the block ends.
 
-    Makes the folder. After an exception nothing is left. Raises ``OSError``.
+    Makes the folder, and follows a link. After an exception the older file is as it was. Raises
+    ``OSError``, which names ``path``.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = temporary_path(path)
+    target = path.resolve()
+    part = temporary_path(target)
     try:
         yield part
-        move_into_place(part, path)
+        move_into_place(part, target)
+    except OSError as error:
+        if error.errno and error.filename in (None, str(part)):
+            error.filename, error.filename2 = str(path), None
+        raise
     finally:
         discard(part)
 
 
-def write_json(path: Path, content: Any) -> None:
-    """Write an indented JSON file. Raises ``OSError``, and ``ValueError`` for inf and nan."""
-    text = json.dumps(content, indent=2, allow_nan=False) + "\n"
+def write_text(path: Path, text: str) -> None:
+    """Write a text file. Raises ``OSError``."""
     with atomic_write(path) as part:
         part.write_text(text, encoding="utf-8")
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write an indented JSON file. Raises ``OSError``, and ``ValueError`` for inf and nan."""
+    write_text(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
 
 
 def temporary_path(path: Path) -> Path:

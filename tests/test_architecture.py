@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -155,6 +156,23 @@ def test_only_the_classes_of_containers_know_shapes_by_their_word(path: Path) ->
     tree = ast.parse(path.read_text(encoding="utf-8"))
     lines = [node.lineno for node in ast.walk(tree) if compares_a_shape(node)]
     assert not lines, f"{dotted(path)}, line {lines}: ask the container's class instead"
+
+
+def writes_in_place(node: ast.AST) -> bool:
+    """Whether code writes a whole file under a name that readers use."""
+    if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
+        return False
+    names = {"write_text": node.func.value, "write_bytes": node.func.value}
+    name = (names | {"savefig": node.args[0] if node.args else node}).get(node.func.attr)
+    return name is not None and not re.search("part|scratch", ast.unparse(name))
+
+
+@pytest.mark.parametrize("path", MODULES, ids=dotted)
+def test_files_are_written_under_a_temporary_name(path: Path) -> None:
+    """So that a full disk or an interrupt leaves the older file."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    lines = [node.lineno for node in ast.walk(tree) if writes_in_place(node)]
+    assert not lines, f"{dotted(path)}, line {lines}: use files.atomic_write or files.write_text"
 
 
 def test_no_file_name_occurs_twice() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from pathlib import Path
 
@@ -29,3 +30,22 @@ def test_what_goes_wrong_leaves_the_old_file(tmp_path: Path) -> None:
         part.write_text(str(1 / len(part.name[:0])))
     assert json.loads(path.read_text()) == {"k": 0.1 + 0.2}
     assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_failed_write_names_the_file_and_follows_a_link(tmp_path: Path) -> None:
+    """The temporary name means nothing to a reader."""
+    path, link = tmp_path / "film.gif", tmp_path / "link.gif"
+    path.write_text("old")
+    link.symlink_to(path)
+    for error in (OSError(errno.ENOSPC, "full"), OSError(errno.EIO, "broken", "other")):
+        with pytest.raises(OSError, match=error.strerror) as failed, atomic_write(link):
+            raise error
+        assert failed.value.filename == ("other" if error.errno == errno.EIO else str(link))
+    with pytest.raises(FileNotFoundError) as absent, atomic_write(link):
+        pass
+    assert absent.value.filename == str(link)
+    assert path.read_text() == "old"
+    with atomic_write(link) as part:
+        part.write_text("new")
+    assert (path.read_text(), link.is_symlink()) == ("new", True)
+    assert set(tmp_path.iterdir()) == {path, link}

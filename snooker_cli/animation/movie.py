@@ -24,6 +24,7 @@ from snooker_cli.animation.film import Film
 from snooker_cli.animation.frames import SPEED_COLOURS, Frame, Pace, frames, view
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
+from snooker_cli.files import atomic_write
 from snooker_cli.formatting import short
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -55,7 +56,7 @@ SMALLEST = 2.0
 MOST_FRAMES = 1200
 """In a GIF: each needs 0.4 MB of memory, and pages load it slowly."""
 
-MP4_OPTIONS = ["-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart"]
+MP4_OPTIONS = ["-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart", "-f", "mp4"]
 """For ffmpeg: colours for every player, little loss, and the index at the front."""
 
 
@@ -266,7 +267,8 @@ def save_movie(
         palette.putpalette([*cast(list[int], palette.getpalette())[: 3 * 255], *floor])
         plain: dict[str, Any] = {"palette": palette, "dither": Image.Dither.NONE}
         first, *others = (Image.fromarray(image).quantize(**plain) for image in images)
-    first.save(path, save_all=True, append_images=others, duration=1000 / rate, loop=0)
+    with atomic_write(path) as part:
+        first.save(part, "GIF", save_all=True, append_images=others, duration=1000 / rate, loop=0)
     return count
 
 
@@ -276,7 +278,7 @@ def _write_mp4(path: Path, images: Iterable[Pixels], rate: int) -> None:
     shown = sheet.figimage(np.zeros((round(HEIGHT * DPI), round(WIDTH * DPI), 3), np.uint8))
     writer = FFMpegWriter(fps=rate, codec="libx264", extra_args=MP4_OPTIONS)
     try:
-        with writer.saving(sheet, str(path), DPI):
+        with atomic_write(path) as part, writer.saving(sheet, str(part), DPI):
             for image in images:
                 shown.set_data(image)
                 writer.grab_frame()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -14,6 +15,7 @@ from snooker_cli.cli.options import AsJson, ConfigPath, Overrides, check_name, c
 from snooker_cli.cli.output import notice, print_line, print_result, table
 from snooker_cli.config import schema as config_schema
 from snooker_cli.errors import UserError
+from snooker_cli.files import write_text
 
 SCHEMA = "snooker-schema.json"
 """The schema beside a config; the config's first line names it for editors."""
@@ -69,14 +71,11 @@ def init(
         notice(f"tip: `snooker schema > {SCHEMA}` in this folder lets your editor check the file")
         return
     path = out or Path(f"{template}.yaml")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise UserError(f"{path}: exists already", "give --out for another name") from None
+    if os.path.lexists(path):
+        raise UserError(f"{path}: exists already", "give --out for another name")
+    write_text(path, text)
     beside = path.with_name(SCHEMA)
-    beside.write_text(_schema_text() + "\n", encoding="utf-8")
+    write_text(beside, _schema_text() + "\n")
     for written in (path, beside):
         print_line(str(written))
     notice(f"next: snooker run {path} --dry-run")

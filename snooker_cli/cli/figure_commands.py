@@ -25,6 +25,7 @@ from snooker_cli.cli.output import notice, point_label, print_json, print_line, 
 from snooker_cli.config.yaml_document import document
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.figures import FIGURES, FigureSpec, Selection, selected, unfinished
+from snooker_cli.files import write_text
 from snooker_cli.formatting import counted
 from snooker_cli.runs import open_run
 
@@ -228,11 +229,10 @@ def animate(
             f"the film ends after {len(made):,} collisions, at {made.end:.6g} s; --from, --to and "
             "--collisions choose others"
         )
-    out.parent.mkdir(parents=True, exist_ok=True)
     frames = None
     if ending == ".html":
         text = page(made, pace=pace, seconds=seconds, magnify=magnify)
-        out.write_text(text, encoding="utf-8")
+        write_text(out, text)
     else:
         from snooker_cli.animation.movie import save_movie  # loads matplotlib
 

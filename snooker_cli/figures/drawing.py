@@ -27,6 +27,7 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
 )
+from snooker_cli.files import atomic_write, write_text
 from snooker_cli.formatting import plain
 
 if TYPE_CHECKING:
@@ -249,16 +250,16 @@ def save(data: FigureData, stem: Path) -> list[Path]:
 
     Title and caption are also in the metadata of the images.
     """
-    stem.parent.mkdir(parents=True, exist_ok=True)
     # Not with_suffix: a stem may have a point, as in `energy-fit-cor-0.8`.
     paths = [stem.with_name(f"{stem.name}.{ending}") for ending in ("svg", "png", "json")]
     svg, png, text = paths
     words = {"Title": data.title, "Description": data.caption}
     with styled():
         figure = draw(data)
-        figure.savefig(svg, metadata={**words, "Date": None, "Creator": "snooker"})
-        figure.savefig(png, metadata={**words, "Software": None})
-    text.write_text(to_json(data), encoding="utf-8")
+        for path, rest in ((svg, {"Date": None, "Creator": "snooker"}), (png, {"Software": None})):
+            with atomic_write(path) as part:
+                figure.savefig(part, format=path.suffix[1:], metadata=words | rest)
+    write_text(text, to_json(data))
     return paths
 
 

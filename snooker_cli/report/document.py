@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from snooker_cli.errors import UserError
+from snooker_cli.files import atomic_write, write_text
 from snooker_cli.formatting import counted, listed, rough, short, with_error
 
 EPOCH = 0
@@ -94,7 +95,7 @@ def write_html(document: Document, players: Sequence[str], folder: Path) -> Path
     }
     path = folder / "report.html"
     values = {**document, "images": images, "players": players}
-    path.write_text(rendered("report.html.j2", values, escape=True), encoding="utf-8")
+    write_text(path, rendered("report.html.j2", values, escape=True))
     return path
 
 
@@ -111,7 +112,8 @@ def write_pdf(document: Document, folder: Path) -> Path:
         (scratch / "figures").symlink_to((folder / "figures").resolve())
         source, root = str(scratch / "report.typ"), str(folder.resolve())
         try:
-            typst.compile(source, output=str(path), root=root, timestamp=EPOCH)
+            with atomic_write(path) as part:
+                typst.compile(source, str(part), root=root, format="pdf", timestamp=EPOCH)
         except RuntimeError as error:
             raise UserError(f"{path}: typst cannot make the PDF ({error})") from None
     return path

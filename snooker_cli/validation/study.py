@@ -15,6 +15,7 @@ from typing import Any, ClassVar
 from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.figures import FigureData, plain
+from snooker_cli.files import write_text
 from snooker_cli.formatting import Column, counted, table_lines
 from snooker_cli.runs.execution import processors
 
@@ -84,12 +85,11 @@ class Study(ABC):
         """Write the tables, the record and the figures into a folder; the paths."""
         from snooker_cli.figures.drawing import save
 
-        folder.mkdir(parents=True, exist_ok=True)
         contents = {"txt": "\n".join(self.tables(record)), "json": text_of(record)}
         written = []
         for ending, content in contents.items():
             written.append(folder / f"{self.name}.{ending}")
-            written[-1].write_text(content + "\n", encoding="utf-8")
+            write_text(written[-1], content + "\n")
         for name, figure in self.figures(record).items():
             written += save(figure, folder / name)
         return written

@@ -78,6 +78,46 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
     assert contents(runs.open_run(directory)) == contents(at_once)
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        "animate small --out film.html",
+        "animate small --out film.gif --seconds 0.1",
+        "animate small --out film.mp4 --seconds 0.1",
+        "plot small energy",
+        "fit small",
+        "export small --out events.csv",
+        "init decay --out new/decay.yaml",
+    ],
+)
+def test_a_full_disk_keeps_what_was_written_before(
+    command: str, finished: Path, snooker: Snooker
+) -> None:
+    """Neither a damaged file nor a temporary one is left."""
+    if "mp4" in command and shutil.which("ffmpeg") is None:
+        pytest.skip("there is no ffmpeg here")
+    before = set(Path().rglob("*"))
+    assert snooker(*command.split()).code == 0
+    written = [path for path in set(Path().rglob("*")) - before if path.is_file()]
+    assert written
+    for path in written:
+        path.write_bytes(b"the older file")
+    if command.startswith("init"):
+        Path("new/decay.yaml").unlink()
+    left = {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()}
+    unlimited = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, unlimited[1]))
+    try:
+        ended = snooker(*command.split())
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, unlimited)
+    assert ended.code == 2
+    reason = "ffmpeg could not write it" if "mp4" in command else "File too large"
+    assert reason in ended.err
+    assert written[0].name in ended.err or len(written) > 1
+    assert {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()} == left
+
+
 @cache
 def mounts() -> bool:
     """Whether a process of ours may mount file systems that it alone sees, as on most Linux."""
