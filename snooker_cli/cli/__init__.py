@@ -2,6 +2,7 @@
 
 import gc
 import os
+import sys
 from functools import partial
 
 from snooker_cli.cli.exit_codes import ending_on_interrupt
@@ -12,6 +13,10 @@ COLLECT_AFTER = 100_000
 
 def main() -> None:
     """Run the command line."""
+    # What goes to a closed stream (`>&-`) is dropped. Otherwise a result file would get its number.
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123, SIM115
     # The products of matrices here are small. More threads would only wait for them, and the
     # number of threads would decide how sums are rounded.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -18,6 +18,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, Self, TypeVar
 
 from snooker_cli import store
+from snooker_cli.errors import RunError
 from snooker_cli.runs.batch import (
     CHECKPOINT_INTERVAL,
     Batch,
@@ -28,7 +29,7 @@ from snooker_cli.runs.batch import (
     compile_for,
     simulate_and_store,
 )
-from snooker_cli.runs.folder import record_failure, record_failures
+from snooker_cli.runs.folder import manifest_number, record_failure, record_failures
 from snooker_cli.runs.plan import alike, batch_size
 from snooker_cli.runs.run import RepeatStatus, Run, State
 
@@ -167,13 +168,15 @@ def execute(
     interval : seconds after which a long repeat saves a checkpoint
 
     An error in one repeat does not stop the others. Interrupts are the caller's: it turns signals
-    into ``cancelled``. Saved fits and comparisons of fewer repeats are deleted.
+    into ``cancelled``. Saved fits and comparisons of fewer repeats are deleted. Raises ``RunError``
+    if the run's folder is gone or another one; ``cancelled`` is then set.
     """
     results: list[RepeatResult] = []
     missing: list[tuple[int, int]] = []
     found: dict[int, list[RepeatStatus]] = {point.index: [] for point in run.points}
     needless: set[Path] = set()
     damaged: dict[Path, store.FileInfo | None] = {}
+    manifest = manifest_number(run.directory)
 
     def finish(result: RepeatResult) -> None:
         results.append(result)
@@ -209,6 +212,14 @@ def execute(
             for ended in simulating.simulate(job, _batches(run, missing), watcher):
                 for result in ended or ():
                     finish(result)
+                if manifest_number(run.directory) != manifest:
+                    cancelled.set()  # nothing more can be stored
+        if manifest_number(run.directory) != manifest:
+            raise RunError(
+                f"{run.directory}: was deleted, moved or replaced during the run",
+                "run the same command again",
+                code="lost",
+            )
         if all_checked and (missing or needless):
             left = {path for path, info in damaged.items() if store.file_info(path) == info}
             run.delete_superseded(left)

@@ -240,6 +240,13 @@ def holds_results(path: Path) -> bool:
     return False
 
 
+def manifest_number(directory: Path) -> int | None:
+    """The manifest's number on its disk, which another manifest does not have; None without one."""
+    with suppress(OSError):
+        return (directory / MANIFEST).stat().st_ino
+    return None
+
+
 def _is_run(path: Path) -> bool:
     return (path / MANIFEST).is_file()
 

@@ -37,7 +37,7 @@ COMPRESS_FROM = 4096
 
 
 def write(path: Path, repeats: Sequence[tuple[int, Trace]], provenance: Provenance) -> None:
-    """Write a batch's file, whole or not at all. Raises ``AbsentError``.
+    """Write a batch's file, whole or not at all. Makes the point's folder. Raises ``AbsentError``.
 
     repeats : number and trace of each, in order
     """
@@ -93,7 +93,7 @@ class Recorder:
             return
         with self._refusals():
             if self._file is None:
-                self.path.parent.mkdir(parents=True, exist_ok=True)
+                self.path.parent.mkdir(exist_ok=True)
                 self._file = hdf5.open_file(self._part, "x")
             while self.number - self._written >= ROWS:
                 self._wait(WAITING)
@@ -119,7 +119,7 @@ class Recorder:
                 self._write_rest(self._file, provenance)
                 self._file.close()
             else:
-                self.path.parent.mkdir(parents=True, exist_ok=True)
+                self.path.parent.mkdir(exist_ok=True)
                 # In memory first: HDF5 may crash if a full disk refuses a whole file.
                 with hdf5.open_file(self._part, "memory") as file:
                     self._write_rest(file, provenance)

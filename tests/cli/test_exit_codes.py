@@ -108,6 +108,29 @@ def test_a_reader_that_leaves_ends_a_command_without_an_error(
     assert (done.returncode, done.stderr) == (0, b"")
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["schema"],
+        *(pytest.param([name, "small"], marks=pytest.mark.long) for name in LOUD),
+    ],
+)
+def test_a_closed_stdout_is_no_error(arguments: list[str], finished: Path) -> None:
+    """As after `>&-`."""
+    command = [sys.executable, "-m", "snooker_cli", *arguments]
+    closed = ["sh", "-c", 'exec "$@" >&-', "sh", *command]
+    done = subprocess.run(closed, capture_output=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
+
+
+def test_notices_for_a_closed_stderr_are_not_in_the_output(here: Path) -> None:
+    command = [sys.executable, "-m", "snooker_cli", "init", "decay", "--out", "-"]
+    closed = ["sh", "-c", 'exec "$@" 2>&-', "sh", *command]
+    done = subprocess.run(closed, capture_output=True, text=True, check=True)
+    assert "repeats:" in done.stdout
+    assert "snooker: tip:" not in done.stdout
+
+
 def test_ctrl_c_while_a_command_writes(here: Path, snooker: Snooker) -> None:
     """While its reader waits, an export hangs in a write until it is interrupted."""
     long = ["-o", "cor=1", "-o", "repeats=1", "-o", "collisions=20000", "--out", "long"]

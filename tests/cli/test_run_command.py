@@ -13,6 +13,7 @@ from command_line import Snooker
 
 from snooker_cli import runs
 from snooker_cli.cli import output
+from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.trace import StopReason
 
 GAS = """\
@@ -42,6 +43,39 @@ def overrides(*keys: str) -> list[str]:
 
 
 # Results
+
+
+@pytest.mark.parametrize("replaced", [False, True])
+def test_a_folder_that_is_deleted_during_a_run_is_an_error(
+    replaced: bool, here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The run ends soon, and leaves no folder that the next run would refuse."""
+    assert snooker("run", "small.yaml", "--out", "other").code == 0
+    finish, done = output.RunProgress.finished, []
+
+    def finished(self: output.RunProgress, result: RepeatResult) -> None:
+        finish(self, result)
+        if not done and replaced:
+            shutil.move("runs/small", "moved")
+            shutil.copytree("other", "runs/small")
+        elif not done:
+            shutil.rmtree("runs/small")
+        done.append(result)
+
+    monkeypatch.setattr(output.RunProgress, "finished", finished)
+    many = ["run", "small.yaml", "-o", "collisions=2000", "-o", "repeats=10000", "-j", "1"]
+    ended = snooker(*many)
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err.splitlines()[-1] == (
+        "snooker: runs/small: was deleted, moved or replaced during the run; "
+        "run the same command again"
+    )
+    assert 0 < len(done) < 20000
+    assert Path("runs/small").exists() == replaced
+    if not replaced:
+        monkeypatch.undo()
+        monkeypatch.chdir(here)
+        assert snooker("run", "small.yaml").code == 0
 
 
 def test_json_holds_what_the_files_hold(here: Path, snooker: Snooker) -> None:
