@@ -173,7 +173,7 @@ def test_any_batch_comes_back_bit_for_bit(
 def test_a_simulated_trace_comes_back_bit_for_bit_and_replaces_what_was_there(
     traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
 ) -> None:
-    path = tmp_path / "a" / "b" / "new.h5"
+    path = tmp_path / "point-0000" / "new.h5"
     for trace in traces.values():
         store.write(path, [(7, trace)], provenance)
         ((found, header),) = store.read(path)
@@ -182,6 +182,15 @@ def test_a_simulated_trace_comes_back_bit_for_bit_and_replaces_what_was_there(
         assert header.fingerprint == store.content_hash(trace)
         assert header.collisions == trace.collisions == 300
         assert [entry.name for entry in path.parent.iterdir()] == ["new.h5"]
+
+
+def test_a_run_that_was_deleted_is_not_made_again(
+    traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
+) -> None:
+    """The next run would refuse a folder that has results and no manifest."""
+    with pytest.raises(AbsentError, match="No such file"):
+        store.write(tmp_path / "run" / "point-0000" / "new.h5", [(7, traces["events"])], provenance)
+    assert not [*tmp_path.iterdir()]
 
 
 def test_a_config_of_many_balls_fits(
