@@ -12,6 +12,7 @@ from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from importlib.metadata import version
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from typing import Any
 from snooker_cli import __version__, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import RunError
+from snooker_cli.formatting import listed
 from snooker_cli.runs.batch import (
     Batch,
     Begun,
@@ -52,10 +54,12 @@ _ADDRESS = re.compile(r"(?:tcp|tls)://(?:\[[0-9A-Fa-f:.%]+\]|[^\s/:\[\]]+):(\d{1
 
 def software() -> str:
     """What must be the same wherever repeats of one run are simulated; of this process."""
-    return (
-        f"snooker {__version__} with engine version {ENGINE_VERSION} and files of schema "
+    own = (
+        f"snooker {__version__} with engine version {ENGINE_VERSION}, files of schema "
         f"{SCHEMA_VERSION}"
     )
+    names = {"numba": "numba", "NumPy": "numpy", "dask": "dask", "distributed": "distributed"}
+    return listed([own, *(f"{name} {version(package)}" for name, package in names.items())])
 
 
 @dataclass(frozen=True)
@@ -117,7 +121,7 @@ def simulate_remotely(remote: RemoteRun, batch: Batch) -> list[RepeatResult] | N
 def _other_software(worker: str, theirs: object, mine: str) -> RunError:
     return RunError(
         f"{worker} has {theirs}, not {mine}",
-        "install the same snooker everywhere and start the workers again",
+        "install the same versions everywhere and start the workers again",
     )
 
 

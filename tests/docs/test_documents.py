@@ -28,7 +28,7 @@ from snooker_cli.cli.config_commands import templates
 from snooker_cli.config import digest, load, parse
 from snooker_cli.engine.jit import NOTICE
 from snooker_cli.formatting import rough, short
-from snooker_cli.report.setting_search import LIKELY, TARGETS, search
+from snooker_cli.report.setting_search import DECIDED, LIKELY, search
 from snooker_cli.report.source_values import SOURCE_VALUES
 from snooker_cli.report.supplements import measurement
 from snooker_cli.runs import Run
@@ -207,15 +207,18 @@ def test_the_audit_of_the_source_report(tmp_path: Path) -> None:
     found = search(run, elastic)
     best, text = found.ranked[0], sentences_of(ACCURACY)
     assert f"Of {len(SOURCE_VALUES)} numbers that it prints" in text
-    assert f"We compared {len(found.ranked)} settings" in text
+    tried, repeats = len(found.candidates), run.experiment.repeats
+    assert f"We tried {tried} settings with {repeats} repeats each" in text
+    assert f"a limit of χ² = {LIKELY}, and the best setting has about {best.score:.0f}" in text
+    assert found.near == 0
     assert (best.elastic_wall, best.fixed_amplitude, best.window) == (True, False, 500)
     slip = best.slip
     assert (best.radius, slip.decay, slip.speed, slip.pressure) == (1.0, -1, 0, 0)
     assert found.factor == 10.0
-    assert f"rings to {best.extent:g} of the container's radius" in text
-    values = [best.our_value(number).value for number in TARGETS[:4]]
-    assert "It gives {:.3f}, {:.3f}, {:.3f} and {:.3f} 1/s".format(*values) in text
-    assert best.score < LIKELY
+    for part in ("radius", "slip", "elastic_wall", "fixed_amplitude", "extent"):
+        assert found.support(part) > DECIDED, part
+    assert f"Rings to {best.extent:g} of the container's radius" in text
+    assert f"χ² only {found.cost('extent'):.0f} more" in text
     tiny = next(one for one in found.ranked if one.radius < 1.0)
     for number in (SOURCE_VALUES["speed_0.8"], SOURCE_VALUES["pressure"]):
         assert not tiny.our_value(number).agrees(number)

@@ -203,7 +203,7 @@ def test_workers_with_another_engine_are_refused(
         client.run(version, mine, workers=[worker])
     assert (ended.code, ended.out) == (2, "")
     assert ended.err.startswith(f"snooker: the worker at {worker} has snooker ")
-    assert "with engine version 99 and files of schema" in ended.err
+    assert "with engine version 99, files of schema" in ended.err
     assert not (here / "runs").exists()
 
 
@@ -252,7 +252,7 @@ def test_a_stored_batch_that_lacks_a_repeat_is_simulated_again(
     [
         ({"directory": Path("elsewhere").absolute()}, "elsewhere: there is no run here"),
         ({"identity": "0" * 8}, "holds another run as the worker on "),
-        ({"software": "snooker 99"}, "not snooker 99; install the same snooker everywhere"),
+        ({"software": "snooker 99"}, "not snooker 99; install the same versions everywhere"),
     ],
 )
 def test_a_worker_refuses_what_it_must_not_simulate(
