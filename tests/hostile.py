@@ -152,7 +152,7 @@ def dataset(name: str, make: Callable[[h5py.File, str], object]) -> Damage:
 
 
 def declared(rows: int, chunk: int | None) -> Callable[[h5py.File, str], object]:
-    """A dataset of so many rows, of which none is stored."""
+    """A dataset of this many rows, of which none is stored."""
     options: dict[str, Any] = {}
     if chunk:
         options = {"chunks": (chunk,), "maxshape": (None,), "shuffle": True, "compression": 1}

@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
@@ -186,7 +187,7 @@ class Decay:
     walls : whether the container has walls; without them, pressures are the virial's
     elastic : whether no collision loses energy, so that nothing is fitted
     fits : of each repeat
-    goodness : of the law, on logarithms
+    judged : times (s) and ln y of each repeat that is judged, and its fit
     """
 
     quantity: str
@@ -197,7 +198,12 @@ class Decay:
     walls: bool
     elastic: bool
     fits: tuple[FitResult, ...]
-    goodness: Goodness
+    judged: tuple[list[TimeCourse], list[FitResult]] = field(compare=False, repr=False)
+
+    @cached_property
+    def goodness(self) -> Goodness:
+        """How well the law describes the logarithms; computed when it is first read."""
+        return goodness(*self.judged)
 
     @property
     def short(self) -> int:
@@ -310,11 +316,14 @@ _FITS: WeakKeyDictionary[Trace, dict[str, dict[str, FitResult]]] = WeakKeyDictio
 """Fits of the repeats in memory, by quantity and law."""
 
 
-def repeat_fits(trace: Trace, quantity: str) -> dict[str, FitResult]:
-    """The fits of one repeat by law, made once. Raises ``KeyError`` for an unknown quantity."""
+def repeat_fits(trace: Trace, quantity: str, found: Curve | None = None) -> dict[str, FitResult]:
+    """The fits of one repeat by law, made once. Raises ``KeyError`` for an unknown quantity.
+
+    found : the curve of all times, if the caller has it
+    """
     known = _FITS.setdefault(trace, {})
     if quantity not in known:
-        known[quantity] = _fitted(trace, curve(trace, quantity))
+        known[quantity] = _fitted(trace, found or curve(trace, quantity))
     return known[quantity]
 
 
@@ -357,7 +366,7 @@ def decays(
         walls, lossless = trace.start.container.has_wall, elastic(trace.start)
         for name in quantities:
             found = curve(trace, name, since, until)
-            fits[name].append(repeat_fits(trace, name) if whole else _fitted(trace, found))
+            fits[name].append(repeat_fits(trace, name, found) if whole else _fitted(trace, found))
             curves[name].append(_logarithms(trace, found))
     judged = [row for row, reason in enumerate(ended) if reason.complete]
     judged = judged if len(judged) > 2 else list(range(len(ended)))
@@ -365,9 +374,9 @@ def decays(
     for name, law in [(key, law) for key in quantities for law in QUANTITIES[key].laws]:
         each = tuple(one[law] for one in fits[name])
         chosen = [curves[name][row] for row in judged], [each[row] for row in judged]
-        over, good = mean_over_repeats(each), goodness(*chosen)
+        over = mean_over_repeats(each)
         held = QUANTITIES[name].starts_at_one and since == 0
-        result.append(Decay(name, law, held, over, endings, walls, lossless, each, good))
+        result.append(Decay(name, law, held, over, endings, walls, lossless, each, chosen))
     return result
 
 

@@ -389,9 +389,9 @@ def _summaries(file: h5py.File) -> list[Summary]:
     shapes = {values.shape for values in columns.values()}
     _require(shapes == {(len(time),)}, "lengths of the columns of the summary")
     _require(counts.shape == (len(time), SPEED_BINS) and np.isfinite(time).all(), "summary")
+    found = []
     for rows in _rows(file):
         _require(np.all(np.diff(time[rows], prepend=0.0) >= 0), "order of the times of a summary")
-    return [
-        Summary(Series(**{name: values[rows] for name, values in columns.items()}), counts[rows])
-        for rows in _rows(file)
-    ]
+        series = Series(**{name: values[rows] for name, values in columns.items()})
+        found.append(Summary(series, counts[rows]))
+    return found
