@@ -3,22 +3,16 @@
 All places are seen from the container's centre, and all lengths are in m.
 """
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
+from typing import ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 
 from snooker_cli.errors import SceneError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from snooker_cli.neighbours import Floats
-
+from snooker_cli.neighbours import Floats
 
 PERIODIC_DIAMETERS = 5
 """A periodic box is at least this many diameters of its largest ball wide: cells need it."""
@@ -66,9 +60,9 @@ class Container(ABC):
     has_wall: ClassVar[bool] = True
     can_move: ClassVar[bool] = False
 
-    if TYPE_CHECKING:
-
-        def __init__(self, *lengths: float) -> None: ...
+    @abstractmethod
+    def __init__(self, *lengths: float) -> None:
+        """The container with these lengths, m, in the order of ``keys``."""
 
     @classmethod
     @abstractmethod

@@ -1,7 +1,5 @@
 """Errors that a user can cause and fix, each with an exit code."""
 
-from __future__ import annotations
-
 import os
 from enum import IntEnum
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Files that appear whole or not at all, whenever the process or the machine stops."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform

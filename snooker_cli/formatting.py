@@ -1,7 +1,5 @@
 """Numbers, lists and tables as text, the same in tables, figures and the report."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Pairs of disks near each other, found with cells, in the plane or in a periodic box."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import TypeAlias

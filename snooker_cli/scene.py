@@ -1,21 +1,14 @@
 """The plain data that a simulation starts from: balls, container, coefficients of restitution."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from snooker_cli.containers import Container
 from snooker_cli.errors import SceneError
 from snooker_cli.neighbours import near_pairs
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from snooker_cli.containers import Container
-
 
 EPSILON = float(np.finfo(np.float64).eps)
 TINY = float(np.finfo(np.float64).tiny)

@@ -1,7 +1,5 @@
 """A repeat -> a film: its balls, collisions, energy and pressure in a span of time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 

@@ -1,7 +1,5 @@
 """A film -> its view of the plane and its frames: states at evenly spaced moments."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A film -> one HTML page with its data and the player; it needs no other file or network."""
 
-from __future__ import annotations
-
 import base64
 import html
 import json

@@ -1,7 +1,5 @@
 """A film -> a GIF or an MP4 of its frames."""
 
-from __future__ import annotations
-
 import math
 import shutil
 import subprocess

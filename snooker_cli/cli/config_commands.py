@@ -1,7 +1,5 @@
 """``snooker init``, ``validate`` and ``schema``: write and check configs."""
 
-from __future__ import annotations
-
 import json
 import os
 from importlib.resources import files

@@ -1,7 +1,5 @@
 """How a command ends: exit codes, sentences for errors, Ctrl-C and SIGTERM."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

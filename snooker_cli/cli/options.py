@@ -1,7 +1,5 @@
 """Arguments and options that several commands share, and their completion on Tab."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable, Sequence
 from pathlib import Path

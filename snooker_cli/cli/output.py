@@ -1,7 +1,5 @@
 """What commands print: lines, tables and JSON on stdout, notices and progress on stderr."""
 
-from __future__ import annotations
-
 import json
 import logging
 import os

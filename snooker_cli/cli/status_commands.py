@@ -1,7 +1,5 @@
 """``snooker ls``, ``show`` and ``verify``: the state of runs and of their files."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime

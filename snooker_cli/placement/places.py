@@ -1,28 +1,18 @@
 """Places of balls at the start: on rings, on a hexagonal lattice, or at random."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Sequence
 from decimal import Decimal, localcontext
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from snooker_cli.containers import Circle
+from snooker_cli.containers import Circle, Container
 from snooker_cli.errors import JammedError
-from snooker_cli.neighbours import near, near_pairs
+from snooker_cli.neighbours import Floats, Indices, near, near_pairs
 from snooker_cli.placement.random_numbers import points_in_disc, uniforms
 from snooker_cli.scene import EPSILON
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from snooker_cli.containers import Container
-    from snooker_cli.neighbours import Floats, Indices
-
 
 # Rings: regular polygons whose corners are correctly rounded
 

@@ -4,17 +4,12 @@ NumPy guarantees the raw 64-bit output of PCG64. From it all follows by +, -, *,
 which every machine rounds correctly. The library's sin, cos and log are not used: they differ.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from snooker_cli.neighbours import Floats, Indices
+from snooker_cli.neighbours import Floats, Indices
 
 PLACES, MAXWELL = 1, 2
 """Streams of a repeat besides that of its directions."""

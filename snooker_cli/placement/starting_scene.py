@@ -1,15 +1,16 @@
 """A point of an experiment and a repeat -> the scene at its start; the same bits everywhere."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Sequence
 from decimal import ROUND_CEILING, Context
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from snooker_cli.config import BallList, Rings, stream_seed
+from snooker_cli.config import BallList, Experiment, Rings, stream_seed
+from snooker_cli.containers import Container
 from snooker_cli.errors import JammedError, SceneError
+from snooker_cli.neighbours import Floats
 from snooker_cli.placement.places import lattice, random_places, ring_positions
 from snooker_cli.placement.random_numbers import (
     PLACES,
@@ -19,13 +20,6 @@ from snooker_cli.placement.random_numbers import (
     stream,
 )
 from snooker_cli.scene import Scene, check, check_speeds
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from snooker_cli.config import Experiment
-    from snooker_cli.containers import Container
-    from snooker_cli.neighbours import Floats
 
 
 def starting_scene(experiment: Experiment, repeat: int) -> Scene:

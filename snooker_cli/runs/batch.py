@@ -1,7 +1,5 @@
 """Simulate a batch of repeats and store it, on this machine or on another."""
 
-from __future__ import annotations
-
 import json
 import platform
 import threading

@@ -1,7 +1,5 @@
 """Simulate batches by the workers of a dask scheduler; only this file imports ``distributed``."""
 
-from __future__ import annotations
-
 import platform
 import re
 import secrets

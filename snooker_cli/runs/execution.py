@@ -1,7 +1,5 @@
 """Execute a run: check its files, compile, simulate what is missing, and store it."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import sys

@@ -1,7 +1,5 @@
 """A run's folder: create it, lock it, extend it, and find it again."""
 
-from __future__ import annotations
-
 import difflib
 import json
 import os

@@ -1,7 +1,5 @@
 """What a run will do: its classes of scenes, each tried, and estimates of time and disk."""
 
-from __future__ import annotations
-
 import math
 import shutil
 from collections.abc import Iterable, Sequence

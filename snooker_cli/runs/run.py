@@ -1,7 +1,5 @@
 """A run: its points, the files of its repeats, and whether each repeat is valid and complete."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

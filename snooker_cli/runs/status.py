@@ -5,8 +5,6 @@ lock and has begun to write the file; short repeats are simulated in memory, so 
 until their file exists. It has failed if the record of failures names it and it is not done.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass, field
 from itertools import chain

@@ -1,7 +1,5 @@
 """Verify a run: read every file, check its hash and origin, and simulate it again on request."""
 
-from __future__ import annotations
-
 import json
 import threading
 from collections.abc import Iterator

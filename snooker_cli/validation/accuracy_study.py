@@ -1,7 +1,5 @@
 """``snooker bench error``: what each method to simulate costs, and how wrong it is."""
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections.abc import Callable, Iterator, Sequence

@@ -9,13 +9,11 @@ distance. A contact is a root of |x + w t| = d: the smaller one for two balls, a
 with d = R - r, for a ball in a circle.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -31,10 +29,9 @@ except ModuleNotFoundError:
         "mpmath is not installed", "install it with pip install 'snooker-cli[reference]'"
     ) from None
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from numpy.typing import NDArray
 
-    from snooker_cli.scene import Scene
+from snooker_cli.scene import Scene
 
 Number: TypeAlias = Any
 """A number of mpmath with the digits of its context."""

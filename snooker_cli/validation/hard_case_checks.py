@@ -15,20 +15,19 @@ number of events; measured errors grow as its square root and stay far below.
   ``PLACE`` epsilon of the start does, or of the contact's distance at its speed; roundings add up.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli.analysis.observables import losses, total_energy
 from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay, series
-from snooker_cli.scene import EPSILON
-from snooker_cli.trace import StopReason
+from snooker_cli.scene import EPSILON, Scene
+from snooker_cli.trace import Events, StopReason, Trace
 from snooker_cli.validation.exact_twin import trajectory
 from snooker_cli.validation.methods import (
     deepest_overlap,
@@ -37,14 +36,8 @@ from snooker_cli.validation.methods import (
     imbalance,
 )
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Events, Trace
-
-    Floats = NDArray[np.float64]
-    Fact = Callable[[Trace], Iterator["Check"]]
+Floats = NDArray[np.float64]
+Fact = Callable[[Trace], Iterator["Check"]]
 
 OPERATIONS, PLACE = 16, 8
 

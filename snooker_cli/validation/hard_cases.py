@@ -4,8 +4,6 @@ No ball may be lost or overlap another, every number must be finite, and a run m
 reason.
 """
 
-from __future__ import annotations
-
 import difflib
 import math
 import time
@@ -14,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Self
 
 from snooker_cli.config import load
 from snooker_cli.containers import Circle
@@ -22,13 +20,10 @@ from snooker_cli.engine import simulate
 from snooker_cli.errors import SceneError, UserError
 from snooker_cli.formatting import counted
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.trace import StopReason
+from snooker_cli.trace import StopReason, Trace
 from snooker_cli.validation import hard_case_checks as facts
 from snooker_cli.validation.hard_case_checks import Check, ExactStart, checks
 from snooker_cli.validation.study import Cells, Record, Study, small, table
-
-if TYPE_CHECKING:
-    from snooker_cli.trace import Trace
 
 FOLDER = Path("configs", "hard")
 
@@ -115,7 +110,7 @@ class HardCaseStudy(Study):
     folder: Path = FOLDER
 
     @classmethod
-    def of(cls, names: Sequence[str], folder: Path) -> HardCaseStudy:
+    def of(cls, names: Sequence[str], folder: Path) -> Self:
         """The named cases, or all but those that take minutes.
 
         Raises ``UserError`` if there is no such folder or case.

@@ -1,7 +1,5 @@
 """Methods to simulate a scene: this engine, the source report's algorithm, time stepping."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Sequence

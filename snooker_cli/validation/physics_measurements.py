@@ -1,14 +1,12 @@
 """Gases beside known values: their scenes, repeats in threads, and means over seeds."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli import theory
 from snooker_cli.analysis.observables import mean_and_error
@@ -18,14 +16,10 @@ from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import processors
 from snooker_cli.trace import Series
+from snooker_cli.validation.study import Record
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from snooker_cli.validation.study import Record
-
-    Array = NDArray[np.float64]
-    Measure = Callable[["GasSample", Series], tuple[float, ...]]
+Array = NDArray[np.float64]
+Measure = Callable[["GasSample", Series], tuple[float, ...]]
 
 ALLOWED = 4.0
 """Allowed standard errors: by chance a few dozen rows exceed three, not four."""

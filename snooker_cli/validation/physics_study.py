@@ -1,7 +1,5 @@
 """``snooker bench physics``: gases beside known values of their pressure, rates and speeds."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

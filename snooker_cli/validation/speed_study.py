@@ -1,7 +1,5 @@
 """``snooker bench speed``: short repeats and collisions per second, cost of storage, and memory."""
 
-from __future__ import annotations
-
 import json
 import math
 import statistics

@@ -1,7 +1,5 @@
 """The structure of every study of ``snooker bench``: plan, measure, tables, figures, files."""
 
-from __future__ import annotations
-
 import json
 import platform
 import time
