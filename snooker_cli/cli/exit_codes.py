@@ -68,7 +68,7 @@ def raising() -> Iterator[list[int]]:
         came.append(number)
         raise KeyboardInterrupt
 
-    def dropped(unraisable: sys.UnraisableHookArgs) -> None:
+    def dropped(unraisable: Any) -> None:
         if sys.platform != "win32" and unraisable.exc_type is KeyboardInterrupt:
             signal.setitimer(signal.ITIMER_REAL, RAISE_AGAIN_AFTER)
         else:
