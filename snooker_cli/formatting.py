@@ -71,6 +71,11 @@ def rough(value: float) -> str:
     return f"{short:,.0f}" if short >= 10 else f"{short:g}"
 
 
+def ratio(value: float | None) -> str:
+    """A ratio to two digits, without a power of ten below a million; a dash for none."""
+    return short(value, 2) if value is None or not 10 <= value < 1e6 else rough(value)
+
+
 def plain(value: Any) -> Any:
     """A value as JSON has it: lists for arrays and tuples, ``None`` for what is not finite."""
     if hasattr(value, "tolist"):

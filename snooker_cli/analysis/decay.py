@@ -28,7 +28,7 @@ from snooker_cli.analysis.fitting import (
     mean_over_repeats,
 )
 from snooker_cli.analysis.observables import after_collisions, elastic, over_first, so_far
-from snooker_cli.formatting import listed, plain
+from snooker_cli.formatting import listed, plain, short
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import StopReason, Trace
 
@@ -261,6 +261,12 @@ class Decay:
             }
         )
         return content
+
+
+def range_held(row: Mapping[str, Any]) -> str:
+    """``1.5/6.1``: until when the law of a row of ``fit.json`` holds, of the judged time (s)."""
+    holds, end = short(row["holds_to"]), short(row["judged_to"])
+    return "–" if holds == "–" else f"{holds}/{end}"
 
 
 def reported_constant(trace: Trace) -> float:

@@ -10,11 +10,11 @@ from typing import Annotated, Any
 
 import typer
 
-from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
+from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING, range_held
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
 from snooker_cli.cli.options import AsJson, RunName
 from snooker_cli.cli.output import notice, point_label, print_line, print_result, table
-from snooker_cli.formatting import rough, short, with_error
+from snooker_cli.formatting import ratio, short, with_error
 from snooker_cli.runs import Run, open_run
 
 FIT_COLUMNS = (
@@ -83,22 +83,17 @@ def _print_analysis(
 
 def _fit_cells(one: dict[str, Any]) -> list[str]:
     constant = "no decay" if one["elastic"] else with_error(one["value"], one["error"])
-    holds, end = short(one["holds_to"]), short(one["judged_to"])
     return [
         point_label(one["parameters"]),
         one["quantity"].removesuffix("_amplitude_1").replace("_", " "),
         one["model"],
         "1" if one["amplitude"] == "fixed at 1" else "free",
         constant,
-        _factor(one["chi_squared_per_degree"]),
-        "–" if holds == "–" else f"{holds}/{end}",
-        _factor(one["end_over_fit"]),
+        ratio(one["chi_squared_per_degree"]),
+        range_held(one),
+        ratio(one["end_over_fit"]),
         f"{one['complete']} of {one['repeats'] + one['failed']}",
     ]
-
-
-def _factor(value: float | None) -> str:
-    return short(value, 2) if value is None or not 10 <= value < 1e6 else rough(value)
 
 
 def _compare_cells(one: dict[str, Any]) -> list[str]:

@@ -34,6 +34,9 @@ from snooker_cli.formatting import listed
 MAX_BALLS = 10_000_000
 """Balls of all species; their start takes half a minute and 2 GB."""
 
+LEAST_LOSS = 1e-6
+"""1 − wall CoR of balls that slide, or 0. Here 18 million bounces come before a slide."""
+
 MAX_INTEGER = 2**63 - 1
 """The largest 64-bit integer, for files and arrays."""
 
@@ -375,6 +378,12 @@ def _faults(experiment: Experiment) -> Iterator[Problem]:
         sentence = (
             "slide needs a circle with a fixed wall; set container.mass: .inf, or collapse: stop, "
             "{tc: 0.01} or {elastic_below: 1e-6}"
+        )
+        yield Problem(("collapse",), sentence)
+    if experiment.collapse == "slide" and 0 < 1 - experiment.effective_wall_cor < LEAST_LOSS:
+        sentence = (
+            f"slide adds up bounces one by one, too many for a wall CoR between 1 − {LEAST_LOSS:g} "
+            "and 1; set wall_cor: 1, or collapse: stop"
         )
         yield Problem(("collapse",), sentence)
 

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from snooker_cli import theory
+from snooker_cli.analysis.decay import range_held
+from snooker_cli.analysis.fitting import LAWS, LEAST_PROBABILITY
 from snooker_cli.analysis.predictions import scene_rates
 from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.selection import distinct
-from snooker_cli.formatting import listed, with_error
+from snooker_cli.formatting import listed, ratio, short, with_error
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.audit import Audit
 from snooker_cli.report.reproduction import StatedResults
@@ -76,6 +78,13 @@ def values(
         "coefficients": COEFFICIENTS,
         "targets": TARGETS,
         "likely": LIKELY,
+        "refused": LEAST_PROBABILITY,
+        "few": {law: [chosen[cor, "kinetic_energy", law] for cor in COEFFICIENTS] for law in LAWS},
+        "many": [
+            {"parameters": {"cor": cor}, **laws["kinetic_energy", "haff"].as_json()}
+            for cor, laws in audit.stated.laws.items()
+        ],
+        "constant": _constant,
         "freedom": FREEDOM,
         "parts": PARTS,
         "resamples": RESAMPLES,
@@ -116,6 +125,18 @@ def values(
 
 def _text(ours: OurValue | None) -> str:
     return "" if ours is None else with_error(ours.value, ours.error)
+
+
+def _constant(one: Record | None) -> list[str]:
+    """Cells of a fitted constant: with its error, half of the range, χ², until when it holds."""
+    if one is None:
+        return ["–"] * 4
+    return [
+        with_error(one["value"], one["error"]),
+        short(one["max_min_half_range"], 2),
+        ratio(one["chi_squared_per_degree"]),
+        range_held(one),
+    ]
 
 
 def _at_each(texts: Sequence[str]) -> str:

@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 
 from snooker_cli.errors import UserError
 from snooker_cli.files import atomic_write, write_text
-from snooker_cli.formatting import counted, listed, rough, short, with_error
+from snooker_cli.formatting import counted, listed, ratio, rough, short, with_error
 
 EPOCH = 0
 """Date of the PDF, s since 1970: the same bytes each time."""
@@ -129,6 +129,7 @@ def rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> s
     environment.filters |= {
         "short": short,
         "rough": rough,
+        "ratio": ratio,
         "counted": counted,
         "listed": lambda words: listed(list(words)),
         "general": lambda value: f"{value:g}",

@@ -12,6 +12,7 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.analysis.comparison import relaxed_at
 from snooker_cli.analysis.decay import Decay, decays, reported_constant
+from snooker_cli.analysis.fitting import LEAST_PROBABILITY
 from snooker_cli.analysis.observables import (
     ROUNDING,
     at_collisions,
@@ -32,7 +33,7 @@ from snooker_cli.analysis.observables import (
 from snooker_cli.figures import Selection, selected
 from snooker_cli.figures.distributions import REDUCED_TEMPERATURE
 from snooker_cli.figures.selection import distinct, repeats, value_at
-from snooker_cli.formatting import listed, short, with_error
+from snooker_cli.formatting import listed, ratio, short, with_error
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.setting_search import Sample
 from snooker_cli.report.source_values import (
@@ -273,15 +274,11 @@ def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
     """Claims on energy, temperature and pressure, for the stated scene."""
     (elastic,) = _points(run, {"cor": 1.0})
     off = max(float(np.abs(energy_ratio(series(t)) - 1).max()) for t in run.traces(elastic))
-    better, total, squares, local = 0, 0, [], []
+    exponential, judged, local = True, [], []
     for cor, laws in stated.laws.items():
-        exponential, haff = (laws["kinetic_energy", law] for law in ("exponential", "haff"))
-        better += sum(
-            other.rms_residual < one.rms_residual
-            for one, other in zip(exponential.fits, haff.fits, strict=True)
-        )
-        total += len(haff.fits)
-        squares.append(f"{exponential.r_squared:.3f} against {haff.r_squared:.3f} at CoR {cor:g}")
+        one, other = (laws["kinetic_energy", law].goodness for law in ("exponential", "haff"))
+        exponential = exponential and one.probability >= LEAST_PROBABILITY
+        judged.append(f"{ratio(one.chi_squared)} against {ratio(other.chi_squared)} at CoR {cor:g}")
         local.append(_local_ratio(laws))
     numbers = stated.numbers
     apart = max(
@@ -291,10 +288,7 @@ def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
     low, high = (numbers[f"tau_{cor}"].value for cor in COEFFICIENTS)
     return {
         "energy_conserved": (off < ROUNDING, {"off": short(off, 1)}),
-        "exponential": (
-            2 * better < total,
-            {"better": better, "total": total, "squares": ", ".join(squares)},
-        ),
+        "exponential": (exponential, {"judged": listed(judged)}),
         "temperature_follows": (apart < CLOSE, {"apart": short(apart, 1)}),
         "half_rate": (
             all(abs(ratio.mean - 0.5) < abs(ratio.mean - 1) for ratio in local),

@@ -98,6 +98,18 @@ def test_other_values_of_collapse_are_refused(collapse: str, override: str) -> N
     assert str(problem).startswith("run.yaml:5:11: collapse: ")
 
 
+@pytest.mark.parametrize("key", ["cor", "wall_cor"])
+def test_a_slide_after_endless_bounces_is_refused(key: str) -> None:
+    """The engine would add up 1e13 bounces one by one."""
+    others = ("balls={count: 1, radius: 1, speed: 1}",)
+    for loss in (0.0, 1e-6, 1e-3):
+        assert collapsing("slide", *others, f"{key}={1 - loss!r}").collapse == "slide"
+    with pytest.raises(ConfigError) as error:
+        collapsing("slide", *others, f"{key}={1 - 1e-12!r}")
+    (problem,) = error.value.problems
+    assert "collapse: slide adds up bounces one by one" in str(problem)
+
+
 # The JSON schema
 
 LENGTHS = dict.fromkeys(key for shape in SHAPES.values() for key in shape.keys)
