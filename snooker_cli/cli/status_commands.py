@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Iterator, Mapping
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,16 +24,11 @@ from snooker_cli.errors import ExitCode, RunError, StoreError
 from snooker_cli.formatting import counted, listed, printable, size
 from snooker_cli.runs import State, open_run, runs_in
 from snooker_cli.runs.execution import processors
-from snooker_cli.runs.status import RunStatus, run_status
+from snooker_cli.runs.status import COUNTS, run_status
 from snooker_cli.runs.verification import verify as verdicts
-
-COUNTS = ("done", "running", "failed", "to_do")
-"""Each repeat is in one of these columns."""
 
 COUNT_HEADINGS = ">done | >running | >failed | >to do | >collisions"
 MOST_REMARKS = 10
-LATEST = 2.5e11
-"""The year 9892, in s since 1970: dates end soon after it."""
 
 
 def ls(
@@ -51,7 +46,8 @@ def ls(
     found: list[dict[str, Any]] = []
     for path in runs_in(directory):
         try:
-            found.append(_record(run_status(open_run(path))))
+            found.append(run_status(open_run(path)))
+            del found[-1]["ledger"]
         except RunError as error:
             notice(str(error))
             found.append({"run": str(path), "error": str(error)})
@@ -67,49 +63,15 @@ def show(run: RunName, as_json: AsJson = False) -> None:
     """Show the state of RUN: points, ends of repeats, files."""
     opened = open_run(run)
     status = run_status(opened)
-    content = _record(status) | {
+    ledger = status.pop("ledger")
+    content = status | {
         "title": opened.experiment.title,
         "common_random": opened.experiment.common_random,
         "analyses": [path.name for path in opened.analyses()],
         "figures": [path.name for path in opened.figures()],
-        "ledger": [
-            {
-                "parameters": one.point.as_json(),
-                **{name: getattr(one, name) for name in (*COUNTS, "collisions")},
-                "ended": dict(one.ended),
-                "remarks": [
-                    {"repeat": repeat, "remark": sentence} for repeat, sentence in one.remarks
-                ],
-            }
-            for one in status.points
-        ],
+        "ledger": ledger,
     }
     print_result(content, as_json, [*_status_lines(content), *opened.common_random_notes])
-
-
-def _record(status: RunStatus) -> dict[str, Any]:
-    """What ``ls --json`` prints of a run."""
-    run = status.run
-    counts = {name: status.total(name) for name in COUNTS}
-    unfinished = "unfinished" if counts["failed"] + counts["to_do"] else "done"
-    last = None
-    if status.finished is not None:  # an archive may give a file any date
-        last = datetime.fromtimestamp(min(max(status.finished, 0.0), LATEST), UTC)
-    return {
-        "run": str(run.directory),
-        "state": "running" if status.locked else unfinished,
-        "points": len(run.points),
-        "repeats": run.experiment.repeats,
-        **counts,
-        "collisions": status.total("collisions"),
-        "files": status.files,
-        "bytes": status.bytes,
-        "last_file": None if last is None else last.isoformat(timespec="seconds"),
-        "engine_version": run.engine_version,
-        "engine": run.engine,
-        "config": run.identity,
-        "command": status.command,
-    }
 
 
 def _counts(record: Mapping[str, Any]) -> list[str]:

@@ -6,99 +6,82 @@ until their file exists. It has failed if the record of failures names it and it
 """
 
 from collections import Counter
-from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 from snooker_cli import store
-from snooker_cli.config import Point
 from snooker_cli.files import unfinished
 from snooker_cli.formatting import printable
 from snooker_cli.runs.folder import failures, is_locked
 from snooker_cli.runs.run import RepeatStatus, Run, State, is_named, named
 
+COUNTS = ("done", "running", "failed", "to_do")
+"""Each repeat is counted in one of these."""
 
-@dataclass
-class PointStatus:
-    """The repeats of a point.
+LATEST = 2.5e11
+"""The year 9892, in s since 1970: dates end soon after it."""
 
-    done, running, failed, to_do : numbers of repeats, each in one of them
-    ended : the stop reasons of the repeats that are done, and how many have each
-    collisions : of the repeats that are done
-    remarks : number and problem of each repeat that failed or whose file is not usable
+
+def run_status(run: Run) -> dict[str, Any]:
+    """The status of a run as ``show --json`` prints it, by the headers of its files.
+
+    Numbers of repeats, the ``collisions`` of those that are done, and of the newest file its date
+    and the command that wrote it. ``ledger`` has the same numbers of each point, the stop reasons
+    of repeats that are done (``ended``), and ``remarks`` on failed repeats and unusable files.
     """
-
-    point: Point
-    done: int = 0
-    running: int = 0
-    failed: int = 0
-    to_do: int = 0
-    ended: Counter[str] = field(default_factory=Counter)
-    collisions: int = 0
-    remarks: list[tuple[int, str]] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class RunStatus:
-    """The status of all repeats of a run.
-
-    locked : whether a `snooker run` is writing in the folder
-    finished : when the last file was written, s since 1970; None without files
-    command : the command that wrote it
-    files, bytes : number and size of the repeats' files
-    """
-
-    run: Run
-    locked: bool
-    points: tuple[PointStatus, ...]
-    finished: float | None
-    command: str
-    files: int
-    bytes: int
-
-    def total(self, name: str) -> int:
-        """The sum of ``done``, ``collisions`` and so on over the points."""
-        return sum(getattr(point, name) for point in self.points)
-
-
-def run_status(run: Run) -> RunStatus:
-    """The status of a run by the headers of its files, whose content is not checked."""
     locked = is_locked(run.directory)
     folders = run.directory.glob("point-*") if locked else ()
     parts = chain.from_iterable(map(unfinished, folders))
     writing = [named(path) for path in map(target_of, parts) if is_named(path)]
     failed = failures(run)
-    points = tuple(PointStatus(point) for point in run.points)
+    numbers = dict.fromkeys((*COUNTS, "collisions"), 0)
+    ledger: list[dict[str, Any]] = [
+        {"parameters": point.as_json(), **numbers, "ended": Counter(), "remarks": []}
+        for point in run.points
+    ]
     files: dict[Path, tuple[store.FileInfo, RepeatStatus]] = {}
     for status in chain.from_iterable(run.statuses(point.index) for point in run.points):
-        item, mine = (status.point, status.repeat), points[status.point]
+        row, item, remark = ledger[status.point], (status.point, status.repeat), ""
         if status.path not in files and (info := store.file_info(status.path)):
             files[status.path] = info, status
         if status.state is State.DONE and status.header is not None:
-            mine.done += 1
-            mine.ended[str(status.header.stop.reason)] += 1
-            mine.collisions += status.header.collisions
+            state = "done"
+            row["ended"][str(status.header.stop.reason)] += 1
+            row["collisions"] += status.header.collisions
         elif any(point == status.point and status.repeat in some for point, some in writing):
-            mine.running += 1
+            state = "running"
         elif item in failed:
-            mine.failed += 1
-            mine.remarks.append((status.repeat, printable(f"failed: {failed[item]}")))
+            state, remark = "failed", printable(f"failed: {failed[item]}")
         else:
-            mine.to_do += 1
+            state = "to_do"
             if status.reason:
                 remark = "; ".join(filter(None, (status.reason, status.advice)))
-                mine.remarks.append((status.repeat, remark))
+        row[state] += 1
+        if remark:
+            row["remarks"].append({"repeat": status.repeat, "remark": remark})
+    totals = {name: sum(row[name] for row in ledger) for name in numbers}
+    state = "unfinished" if totals["failed"] + totals["to_do"] else "done"
     last, newest = max(files.values(), key=lambda file: file[0].modified, default=(None, None))
-    header = newest.header if newest else None
-    return RunStatus(
-        run,
-        locked,
-        points,
-        finished=last.modified / 1e9 if last else None,
-        command=header.provenance.command if header else "",
-        files=len(files),
-        bytes=sum(info.size for info, _ in files.values()),
-    )
+    header, written = newest.header if newest else None, None
+    if last:  # an archive may give a file any date
+        written = datetime.fromtimestamp(min(max(last.modified / 1e9, 0.0), LATEST), UTC)
+    return {
+        "run": str(run.directory),
+        "state": "running" if locked else state,
+        "points": len(run.points),
+        "repeats": run.experiment.repeats,
+        **totals,
+        "files": len(files),
+        "bytes": sum(info.size for info, _ in files.values()),
+        "last_file": written and written.isoformat(timespec="seconds"),
+        "engine_version": run.engine_version,
+        "engine": run.engine,
+        "config": run.identity,
+        "command": header.provenance.command if header else "",
+        "ledger": ledger,
+    }
 
 
 def target_of(part: Path) -> Path:

@@ -287,9 +287,9 @@ def test_one_failing_repeat_does_not_stop_the_others(
     assert "repeats-0001-0001.h5: cannot write the result" in failed[0].error
     assert failed[0] in notes.results
     assert failures(copied) == {(0, 1): failed[0].error}
-    first, second = run_status(copied).points
-    assert (first.done, first.failed, first.to_do, second.done) == (2, 1, 0, 3)
-    assert first.remarks == [(1, f"failed: {failed[0].error}")]
+    first, second = run_status(copied)["ledger"]
+    assert (first["done"], first["failed"], first["to_do"], second["done"]) == (2, 1, 0, 3)
+    assert first["remarks"] == [{"repeat": 1, "remark": f"failed: {failed[0].error}"}]
     copied.path(0, [1]).rmdir()
     assert [each.cached for each in done(copied)] == [True, False, True, True, True, True]
     assert failures(copied) == {}
@@ -310,7 +310,7 @@ class Recorded(Watcher):
             self.record.mkdir()
 
     def finished(self, result: RepeatResult) -> None:
-        self.failed.append(run_status(self.run).total("failed"))
+        self.failed.append(run_status(self.run)["failed"])
         if self.refused and len(self.failed) == 7:
             self.record.rmdir()
 

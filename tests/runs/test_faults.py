@@ -64,8 +64,8 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
     failed = [line for line in talk.splitlines() if " failed: " in line]
     assert len(failed) == 3
     assert all("cannot write the result (File too large); make room or" in line for line in failed)
-    points = run_status(runs.open_run(directory)).points
-    assert [(point.done, point.failed) for point in points] == [(3, 0), (0, 3)]
+    points = run_status(runs.open_run(directory))["ledger"]
+    assert [(point["done"], point["failed"]) for point in points] == [(3, 0), (0, 3)]
     code, printed, _ = executed("verify", str(directory), "--json")
     checked = json.loads(printed)
     assert (code, checked["done"], checked["missing"], checked["bad"]) == (0, 3, 3, [])
