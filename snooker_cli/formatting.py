@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -98,20 +98,18 @@ def duration(seconds: float) -> str:
     return f"{rough(seconds)} s"
 
 
-class Column(NamedTuple):
-    """A column's heading; ``right`` aligns its values on the right, for numbers."""
+def text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows under headings, columns as wide as their widest value.
 
-    heading: str
-    right: bool = False
-
-
-def table_lines(columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Rows under headings, columns as wide as their widest value."""
-    table = [[column.heading for column in columns], *rows]
-    widths = [max(len(row[k]) for row in table) for k in range(len(columns))]
+    A heading that begins with ``>``, which is not shown, aligns its column on the right.
+    """
+    table = [[heading.removeprefix(">") for heading in headings], *rows]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = []
     for row in table:
-        both = zip(row, widths, columns, strict=True)
-        cells = (cell.rjust(width) if to.right else cell.ljust(width) for cell, width, to in both)
+        both = zip(headings, row, widths, strict=True)
+        cells = (
+            cell.rjust(width) if to[:1] == ">" else cell.ljust(width) for to, cell, width in both
+        )
         lines.append("  ".join(cells).rstrip())
     return lines

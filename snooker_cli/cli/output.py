@@ -22,7 +22,7 @@ from rich.progress import (
 )
 
 from snooker_cli.cli.exit_codes import bug_message, wants_traceback
-from snooker_cli.formatting import Column, printable, table_lines
+from snooker_cli.formatting import printable, text_table
 from snooker_cli.runs import RepeatStatus
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher
@@ -67,8 +67,7 @@ def print_result(content: Any, as_json: bool, lines: Iterable[str]) -> None:
 
 def table(headings: str, rows: Sequence[Sequence[str]]) -> list[str]:
     """Rows under headings: ``name | >number``, where > aligns a column on the right."""
-    columns = [Column(each.lstrip(">"), each[0] == ">") for each in headings.split(" | ")]
-    return table_lines(columns, rows)
+    return text_table(headings.split(" | "), rows)
 
 
 def first(lines: Sequence[str], most: int, rest: str) -> list[str]:

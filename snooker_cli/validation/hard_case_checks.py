@@ -16,16 +16,17 @@ number of events; measured errors grow as its square root and stay far below.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from snooker_cli.analysis.observables import losses, total_energy
 from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay, series
+from snooker_cli.neighbours import Floats
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import Events, StopReason, Trace
 from snooker_cli.validation.exact_twin import trajectory
@@ -35,9 +36,6 @@ from snooker_cli.validation.methods import (
     first_different,
     imbalance,
 )
-
-Floats = NDArray[np.float64]
-Fact = Callable[[Trace], Iterator["Check"]]
 
 OPERATIONS, PLACE = 16, 8
 
@@ -283,15 +281,15 @@ def follows(trace: Trace, truth: ExactStart) -> Iterator[Check]:
 # Facts about single cases
 
 
-def collapse_below(critical: float) -> Fact:
-    """The fact that a run collapses if, and only if, its restitution is below a critical one."""
+def _collapses_below(critical: float, trace: Trace) -> Iterator[Check]:
+    """A run collapses if, and only if, its restitution is below a critical one."""
+    collapsed = trace.stop.reason is StopReason.COLLAPSE
+    wrong = collapsed != (trace.start.restitution < critical)
+    yield Check("wrong endings", float(wrong), 0)
 
-    def fact(trace: Trace) -> Iterator[Check]:
-        collapsed = trace.stop.reason is StopReason.COLLAPSE
-        wrong = collapsed != (trace.start.restitution < critical)
-        yield Check("wrong endings", float(wrong), 0)
 
-    return fact
+two_collapse = partial(_collapses_below, 3 - 2 * math.sqrt(2))
+three_collapse = partial(_collapses_below, 7 - 4 * math.sqrt(3))
 
 
 def galperin(trace: Trace) -> Iterator[Check]:

@@ -5,14 +5,16 @@ reason.
 """
 
 import difflib
-import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib.resources import files
 from pathlib import Path
 from typing import Self
+
+import yaml
 
 from snooker_cli.config import load
 from snooker_cli.containers import Circle
@@ -20,7 +22,7 @@ from snooker_cli.engine import simulate
 from snooker_cli.errors import SceneError, UserError
 from snooker_cli.formatting import counted
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.trace import StopReason, Trace
+from snooker_cli.trace import Trace
 from snooker_cli.validation import hard_case_checks as facts
 from snooker_cli.validation.hard_case_checks import Check, ExactStart, checks
 from snooker_cli.validation.study import Cells, Record, Study, small, table
@@ -40,63 +42,19 @@ INVARIANTS = {
 }
 """The checks that most cases have, and their headings."""
 
-COLLISIONS, TIME, COLLAPSE = StopReason.COLLISIONS, StopReason.TIME, StopReason.COLLAPSE
-NOTHING_LEFT, WALL_TRAP = StopReason.NOTHING_LEFT, StopReason.WALL_TRAP
-
 
 @dataclass(frozen=True)
 class HardCase:
-    """A scene of ``configs/hard`` and what is known of it.
-
-    endings : how a run may end; which of these it is may depend on rounding
-    fact : what is known exactly of a run
-    by_name_only : takes minutes
-    """
+    """A scene of ``configs/hard`` and what is known of it; hard_cases.yaml explains the fields."""
 
     name: str
-    endings: tuple[StopReason, ...]
-    fact: facts.Fact | None = None
+    endings: Sequence[str]
+    fact: str | None = None
     by_name_only: bool = False
 
 
-CASES = {
-    case.name: case
-    for case in (
-        HardCase("grazing-offset", (TIME,)),
-        HardCase("grazing-angle", (TIME,)),
-        HardCase("touching", (TIME,)),
-        HardCase("touching-wall", (TIME,)),
-        HardCase("along-the-wall", (WALL_TRAP, COLLAPSE)),
-        HardCase("ring", (COLLISIONS,)),
-        HardCase("rack", (COLLISIONS, COLLAPSE, WALL_TRAP)),
-        HardCase("newton-row", (TIME,)),
-        HardCase("cor-extremes", (COLLISIONS, COLLAPSE)),
-        HardCase("whispering-1e-6", (COLLISIONS,)),
-        HardCase("whispering-1e-9", (COLLISIONS,)),
-        HardCase("wall-trap", (WALL_TRAP,)),
-        HardCase("wall-trap-sums", (TIME,)),
-        HardCase("collapse-two", (COLLAPSE, TIME), facts.collapse_below(3 - 2 * math.sqrt(2))),
-        HardCase("collapse-three", (COLLAPSE, TIME), facts.collapse_below(7 - 4 * math.sqrt(3))),
-        HardCase("cluster", (COLLAPSE,)),
-        HardCase("cluster-circle", (COLLAPSE, WALL_TRAP)),
-        HardCase("galperin", (TIME,), facts.galperin),
-        HardCase("galperin-1e12", (TIME,), facts.galperin),
-        HardCase("mass-ratios", (COLLISIONS, COLLAPSE, WALL_TRAP)),
-        HardCase("container-masses", (COLLISIONS, COLLAPSE, WALL_TRAP)),
-        HardCase("radii-1e-9", (COLLISIONS,)),
-        HardCase("radii-apart", (COLLISIONS, WALL_TRAP)),
-        HardCase("full", (COLLISIONS,)),
-        HardCase("speeds", (COLLISIONS, WALL_TRAP)),
-        HardCase("speeds-mixed", (COLLISIONS, WALL_TRAP)),
-        HardCase("packing", (COLLISIONS,)),
-        HardCase("corner", (TIME,)),
-        HardCase("clock-slow", (TIME,)),
-        HardCase("clock-far", (TIME,)),
-        HardCase("at-rest", (NOTHING_LEFT,), facts.nothing_happens),
-        HardCase("at-rest-periodic", (NOTHING_LEFT,), facts.nothing_happens),
-        HardCase("billion", (COLLISIONS,), facts.random_walk, by_name_only=True),
-    )
-}
+_KNOWN = files("snooker_cli.validation").joinpath("hard_cases.yaml").read_text("utf-8")
+CASES = {name: HardCase(name, **known) for name, known in yaml.safe_load(_KNOWN).items()}
 
 
 @dataclass(frozen=True)
@@ -122,9 +80,8 @@ class HardCaseStudy(Study):
             )
         for name in names:
             if name not in CASES:
-                close = difflib.get_close_matches(name, CASES, n=1)
-                hint = f"did you mean {close[0]}?" if close else f"the cases are {', '.join(CASES)}"
-                raise UserError(f"there is no hard case {name}; {hint}")
+                (near,) = difflib.get_close_matches(name, CASES, n=1, cutoff=0.0)
+                raise UserError(f"there is no hard case {name}; did you mean {near}?")
         chosen = [CASES[name] for name in dict.fromkeys(names)]
         return cls(tuple(chosen or (one for one in CASES.values() if not one.by_name_only)), folder)
 
@@ -222,7 +179,7 @@ def judged(
         if truth is not None and trace.events is not None:
             found += facts.follows(trace, truth)
         if case.fact is not None:
-            found += case.fact(trace)
+            found += getattr(facts, case.fact)(trace)
     faults = [
         f"{check.name}: {check.error:.2g} is over {check.bound:.2g}"
         for check in found

@@ -1,25 +1,316 @@
-"""``snooker bench physics``: gases beside known values of their pressure, rates and speeds."""
+"""``snooker bench physics``: gases beside known values of their pressure, rates and speeds.
+
+Gases are simulated in threads. A mean over seeds, with its error, is beside each known value.
+"""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
+import numpy as np
+
+from snooker_cli import theory
+from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.analysis.predictions import DENSEST_FLUID
+from snooker_cli.config import parse
 from snooker_cli.containers import SHAPES
+from snooker_cli.engine import simulate
 from snooker_cli.formatting import listed, short, with_error
+from snooker_cli.neighbours import Floats
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.runs.execution import processors
 from snooker_cli.theory.equation_of_state import PUBLISHED_RATIOS
-from snooker_cli.validation.physics_measurements import (
-    ALLOWED,
-    HAFF,
-    PUBLISHED_PRECISION,
-    STATE,
-    VIRIALS,
-    GasSample,
-    fluid_rows,
-    haff_rows,
-    speed_rows,
-)
+from snooker_cli.trace import Series
 from snooker_cli.validation.study import Cells, Record, Study, header_lines, table
+
+ALLOWED = 4.0
+"""Allowed standard errors: by chance a few dozen rows exceed three, not four."""
+
+START_TEMPERATURE = 50.0
+"""Kinetic energy of a ball of 1 kg at the start, J, on average: half of the square of 10 m/s."""
+
+TEMPLATE = """
+container: {{shape: {shape}}}
+balls: {{count: {balls}, radius: 1.0, packing: {packing!r}, speed: 10.0, speeds: maxwell}}
+cor: {cor!r}
+collisions: 1
+seed: 1
+"""
+
+
+@dataclass(frozen=True)
+class GasSample:
+    """Equal balls of 1 m and 1 kg that start on a lattice at ``START_TEMPERATURE``.
+
+    settling, collisions : collisions with balls that each ball has before and while measuring
+    seeds : repeats
+    """
+
+    balls: int
+    packing: float
+    settling: float
+    collisions: float
+    seeds: int
+    cor: float = 1.0
+    shape: str = "periodic"
+
+    @property
+    def settling_events(self) -> int:
+        """Collisions of all balls together before measuring: two balls share one."""
+        return round(self.settling * self.balls / 2)
+
+    @property
+    def measured_events(self) -> int:
+        """Collisions of all balls together while measuring."""
+        return round(self.collisions * self.balls / 2)
+
+    @property
+    def free(self) -> int:
+        """Free velocities of balls: a periodic box without momentum has one less."""
+        return self.balls - (not SHAPES[self.shape].has_wall)
+
+    @property
+    def temperature(self) -> float:
+        """Temperature at which balls meet each other at the start, J."""
+        return START_TEMPERATURE * self.balls / self.free
+
+    @property
+    def collision_rate(self) -> float:
+        """Enskog's rate of collisions of a ball with others, 1/s."""
+        density = theory.number_density(self.balls, self.balls * math.pi / self.packing)
+        contact = theory.contact_value(self.packing)
+        return theory.ball_ball_rate(density, 1.0, self.temperature, contact)
+
+    def means(self, measure: Callable[["GasSample", Series], tuple[float, ...]]) -> Floats:
+        """Mean and standard error over seeds of each measured value, a row each.
+
+        The same for any number of threads.
+        """
+        experiment = parse(TEMPLATE.format(**vars(self))).experiment
+        events = self.settling_events + self.measured_events
+
+        def one(seed: int) -> tuple[float, ...]:
+            scene = starting_scene(experiment, seed)
+            summary = simulate(scene, collisions=events, summary=True, engine="cells").summary
+            assert summary is not None
+            return measure(self, evenly(summary.series))
+
+        with ThreadPoolExecutor(processors()) as pool:
+            found = np.array(list(pool.map(one, range(self.seeds))))
+        return np.array([mean_and_error(column) for column in found.T])
+
+
+def known_value(
+    group: str,
+    quantity: str,
+    gas: GasSample,
+    measured: Sequence[float],
+    expected: float,
+    source: str,
+    *,
+    expected_error: float = 0.0,
+    known: float = 0.0,
+    systematic: float = 0.0,
+) -> Record:
+    """The row of the mean of a quantity over seeds beside an expected value.
+
+    measured : with its standard error
+    source : of the expected value, author and year
+    expected_error : standard error of the expected value, as far as it is known
+    known : what a finite number of balls adds to the expected value, by theory
+    systematic : how far the expected value may be off otherwise, by bound or estimate
+    """
+    mean, error = measured
+    difference, both_errors = mean - expected, math.hypot(error, expected_error)
+    left = difference - known
+    setting = {key: getattr(gas, key) for key in ("shape", "balls", "packing", "cor", "seeds")}
+    setting |= {"settling": gas.settling_events, "collisions": gas.measured_events}
+    return {
+        "group": group,
+        "quantity": quantity,
+        "setting": setting,
+        "measured": mean,
+        "error": error,
+        "expected": expected,
+        "expected_error": expected_error,
+        "source": source,
+        "known": known,
+        "systematic": systematic,
+        "difference": difference,
+        "both_errors": both_errors,
+        "left_in_errors": left / both_errors,
+        "agrees": abs(left) <= ALLOWED * both_errors + systematic,
+    }
+
+
+def evenly(series: Series) -> Series:
+    """The rows of a summary that are on the even grid, and the last, for means over rows."""
+    time = series.time
+    rows = np.append(time[:-1] % (time[-2] - time[-3]) == 0, True)
+    return Series(*(column[rows] for column in vars(series).values()))
+
+
+# Pressure and collision rate of elastic disks in a periodic box
+
+STATE, RATE = "equation of state", "collision rate"
+
+VIRIALS = "Padé of ten virial coefficients, Clisby & McCoy 2006"
+ENSKOG = "Enskog, contact value of that Padé"
+
+PUBLISHED_PRECISION = 1e-4
+"""Relative error of published simulated Z, and of the Padé above ``SERIES_EXACT``, where its last
+coefficients matter."""
+
+SERIES_EXACT = 0.4
+
+
+def fluid_rows(gas: GasSample) -> Iterator[Record]:
+    """Z beside published simulations, if there are any, and the Padé; the collision rate."""
+    packing = gas.packing
+    ratio, rate = gas.means(ratio_and_rate)
+    lacking = missing(packing, gas.balls)
+    precision = PUBLISHED_PRECISION if packing > SERIES_EXACT else 0.0
+    sources = [(theory.compressibility(packing), precision, VIRIALS)]
+    simulated = theory.published_ratio(packing)
+    if simulated is not None:
+        sources.insert(0, (simulated.ratio, PUBLISHED_PRECISION, simulated.source))
+    for value, relative, source in sources:
+        yield known_value(
+            *(STATE, "Z = PV/NT", gas, ratio, value, source),
+            expected_error=relative * value,
+            known=-lacking,
+        )
+    expected = gas.collision_rate
+    fewer = 1 - lacking / (2 * packing * theory.contact_value(packing))
+    yield known_value(
+        *(RATE, "collisions of a ball, 1/s", gas, rate, expected, ENSKOG),
+        expected_error=precision * expected,
+        known=expected * (fewer * theory.fixed_energy_factor(gas.free) - 1),
+    )
+
+
+def ratio_and_rate(gas: GasSample, series: Series) -> tuple[float, float]:
+    """Z by the virial, and collisions of a ball per second, of a repeat after settling."""
+    since = int(np.searchsorted(series.pair_events, gas.settling_events))
+    time, virial, events = (
+        float(column[-1] - column[since])
+        for column in (series.time, series.pair_virial, series.pair_events)
+    )
+    thermal = gas.balls * gas.temperature
+    return 1 + virial / (2 * thermal * time), 2 * events / (gas.balls * time)
+
+
+def missing(packing: float, number: int) -> float:
+    """What Z lacks with N balls in a periodic box: n P''/(2 N P')."""
+    step = 1e-4
+    x = packing + step * np.array([-1.0, 0.0, 1.0])
+    pressure = x * theory.compressibility(x)
+    first = (pressure[2] - pressure[0]) / (2 * step)
+    second = (pressure[2] - 2 * pressure[1] + pressure[0]) / step**2
+    return float(packing * second / first / (2 * number))
+
+
+# Haff's law of cooling, and the speeds of a cooling gas
+
+HAFF, SHAPE = "Haff's law", "speeds of a cooling gas"
+
+SONINE_RATE = 0.001
+"""What a2 alone may leave out of the cooling rate, relative, by ``theory.sonine_coefficient``."""
+
+SONINE_ERROR = 0.005
+"""Error of a2 itself, from the same source, at a CoR of 0.5 and above."""
+
+SONINE = "van Noije & Ernst 1998, linearised as by Montanero & Santos 2000"
+
+
+def haff_rows(gas: GasSample, dilute: bool) -> Iterator[Record]:
+    """Haff's rate beside theory; in a dilute gas also whether it is constant, and a2."""
+    slope, even, a2 = gas.means(slopes_and_shape)
+    alpha = theory.haff_rate(theory.cooling_rate(gas.cor, gas.collision_rate))
+    # What N balls change: their collisions are fewer, and their energy is fixed.
+    contact = theory.contact_value(gas.packing)
+    fewer = 1 - missing(gas.packing, gas.balls) / (2 * gas.packing * contact)
+    systematic = SONINE_RATE + gas.packing
+    haff = "Haff 1983, Enskog, a2 after van Noije & Ernst 1998"
+    yield known_value(
+        *(HAFF, "Haff's rate, 1/s", gas, slope, alpha, haff),
+        known=alpha * (fewer * mean_cube(gas.free) - 1),
+        systematic=systematic * alpha,
+    )
+    if not dilute:
+        return
+    quantity = "slope of √(E0/E), later over earlier half"
+    yield known_value(
+        *(HAFF, quantity, gas, even, 1.0, "Haff 1983"),
+        systematic=systematic,
+    )
+    yield known_value(
+        *(SHAPE, "a2", gas, a2, theory.sonine_coefficient(gas.cor), SONINE),
+        systematic=SONINE_ERROR,
+    )
+
+
+def mean_cube(free: int) -> float:
+    """Mean |u|³ of a velocity component of N balls at fixed energy, over Maxwell's.
+
+    N^(3/2) Γ(N)/Γ(N + 3/2): the 2N components are uniform on a sphere.
+    """
+    return theory.fixed_energy_factor(free) * free / (free + 0.5)
+
+
+def slopes_and_shape(gas: GasSample, series: Series) -> tuple[float, float, float]:
+    """Slope of √(E0/E) (1/s), that of the later half over that of the earlier, and a2.
+
+    The halves have equally many collisions. a2 is relative to N − 1 balls at fixed energy.
+    """
+    root = np.sqrt(series.kinetic_energy[0] / series.kinetic_energy)
+    half = gas.measured_events // 2
+    first, middle = np.searchsorted(
+        series.pair_events, [gas.settling_events, gas.settling_events + half]
+    )
+    earlier, later, whole = (
+        float((root[end] - root[start]) / (series.time[end] - series.time[start]))
+        for start, end in ((first, middle), (middle, -1), (first, -1))
+    )
+    kurtosis = float(np.mean(series.energy_moment[first:]))
+    return whole, later / earlier, kurtosis / theory.fixed_energy_kurtosis(gas.free) - 1
+
+
+# Speeds of few balls at fixed energy, which have the Beta law exactly
+
+SPEEDS = "speeds at fixed energy"
+
+BETA = "Beta law, exact"
+
+APART = 5.0
+"""Collisions of a ball between two readings; ⟨v⁴⟩ has forgotten nine tenths by then."""
+
+
+def speed_rows(gas: GasSample) -> Iterator[Record]:
+    """Mean speed and kurtosis of the speeds of a gas."""
+    speed, kurtosis = gas.means(speeds)
+    expected = theory.fixed_energy_mean_speed(gas.free, START_TEMPERATURE)
+    yield known_value(SPEEDS, "mean speed, m/s", gas, speed, expected, BETA)
+    expected = theory.fixed_energy_kurtosis(gas.free)
+    yield known_value(SPEEDS, "⟨v⁴⟩/⟨v²⟩²", gas, kurtosis, expected, BETA)
+
+
+def speeds(gas: GasSample, series: Series) -> tuple[float, float]:
+    """Mean speed and kurtosis over the readings of a repeat.
+
+    Readings are rows of the even grid after settling; by the mean rate, balls collide ``APART``
+    times between them. The last row, which is off the grid, is not a reading.
+    """
+    first = int(np.searchsorted(series.pair_events, gas.settling_events))
+    last = len(series.time) - 2
+    collisions = 2 * (series.pair_events[last] - series.pair_events[first]) / gas.balls
+    readings = slice(first, last + 1, max(1, math.ceil(APART * (last - first) / collisions)))
+    mean_speed, moment = series.mean_speed[readings], series.energy_moment[readings]
+    return float(np.mean(mean_speed)), float(np.mean(moment))
+
+
+# The study
 
 SIMULATED = tuple(one.packing for one in PUBLISHED_RATIOS if one.packing <= DENSEST_FLUID)
 """Packings with a published simulation of a fluid, the thinnest first."""

@@ -15,7 +15,7 @@ import numpy as np
 from snooker_cli import store
 from snooker_cli.config import parse
 from snooker_cli.engine import ENGINE_VERSION, simulate, simulate_batch, simulation
-from snooker_cli.errors import UserError
+from snooker_cli.errors import UNREADABLE, UserError, error_text
 from snooker_cli.placement.starting_scene import starting_scene, starting_scenes
 from snooker_cli.runs import Run, create
 from snooker_cli.runs.batch import Job
@@ -44,9 +44,6 @@ repeats: {repeats}
 seed: 1
 record: {record}
 """
-
-HEADER = ("machine", "snooker", "engine_version", "versions", "date", "seconds", "quick")
-"""What a comparison keeps of the earlier record besides its rates."""
 
 PAGE_COUNTS = Path("/proc/self/statm")
 
@@ -132,10 +129,11 @@ class SpeedStudy(Study):
             timings.append(self.timing(case))
         report("recording")
         stored = recording(SpeedCase(37, 0.37, free=True), self.recorded, self.repeats)
-        found = {"short_repeats": short, "cases": timings, "recording": stored, "memory": used}
-        return (
-            found if self.earlier is None else found | {"comparison": compared(self.earlier, found)}
-        )
+        found: Record = {"short_repeats": short, "cases": timings}
+        found |= {"recording": stored, "memory": used}
+        if self.earlier is not None:
+            found["comparison"] = compared(self.earlier, found)
+        return found
 
     def events_of(self, case: SpeedCase) -> int:
         """Collisions in a repeat of a case."""
@@ -339,34 +337,19 @@ def earlier_record(path: Path) -> Record:
 
     Raises ``UserError`` if the file cannot be read or is not such a record.
     """
-
-    def unusable(problem: str) -> UserError:
-        return UserError(
-            f"{path}: {problem}", "give a speed.json that `snooker bench speed --out DIR` wrote"
-        )
-
     try:
         record: Record = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise unusable(f"cannot be read ({error.strerror})") from None
-    except (ValueError, RecursionError) as error:
-        where = f", line {error.lineno}" if isinstance(error, json.JSONDecodeError) else ""
-        raise unusable(f"is not JSON{where}") from None
-    study = record.get("measurement") if isinstance(record, dict) else None
-    if study != SpeedStudy.name:
-        raise unusable(
-            f"has a measurement of `snooker bench {study}`" if study else "has no measurement"
-        )
-    record.pop("comparison", None)
-    try:
+        if (study := record["measurement"]) != SpeedStudy.name:
+            raise ValueError(f"it has a measurement of `snooker bench {study}`")
+        record.pop("comparison", None)
         list(SpeedStudy.tables(record))
-        usable = all(0 < rate < math.inf for rate in _rates(record).values())
-    except KeyError as error:
-        raise unusable(f"has no key {error.args[0]}") from None
-    except (TypeError, ValueError, AttributeError, ArithmeticError):
-        usable = False
-    if not usable:
-        raise unusable("has a value that is not of a measurement")
+        if not all(0 < rate < math.inf for rate in _rates(record).values()):
+            raise ValueError("it has a rate that is not positive")
+    except (*UNREADABLE, AttributeError) as error:
+        raise UserError(
+            f"{path}: cannot be compared ({error_text(error)})",
+            "give a speed.json that `snooker bench speed --out DIR` wrote",
+        ) from None
     return record
 
 
@@ -381,7 +364,7 @@ def compared(then: Record, now: Record) -> Record:
         old, new = before.get(name), after.get(name)
         ratio = None if old is None or new is None else new / old
         rates.append({"rate": name, "then": old, "now": new, "ratio": ratio})
-    return {"then": {key: then[key] for key in HEADER}, "rates": rates}
+    return {"then": {key: value for key, value in then.items() if key not in now}, "rates": rates}
 
 
 def _rates(record: Record) -> dict[str, float]:
@@ -391,11 +374,9 @@ def _rates(record: Record) -> dict[str, float]:
         f"{one['collisions']:,} collisions, {one['record']}": one["median"]
         for one in record["short_repeats"]
     }
-    names = ("balls", "packing", "container", "engine")
     gases = {
-        "collisions/s: {} balls, packing {}, {}, {}".format(
-            *(CELLS[name](one) for name in names)
-        ): (one["median"])
+        f"collisions/s: {one['balls']:,} balls, packing {one['packing']:g}, "
+        f"{CELLS['container'](one)}, {one['engine']}": one["median"]
         for one in record["cases"]
     }
     return short | gases

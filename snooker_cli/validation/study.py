@@ -14,7 +14,7 @@ from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.figures import FigureData, plain
 from snooker_cli.files import write_text
-from snooker_cli.formatting import Column, counted, table_lines
+from snooker_cli.formatting import counted, text_table
 from snooker_cli.runs.execution import processors
 
 Record = dict[str, Any]
@@ -114,8 +114,8 @@ def header_lines(record: Record) -> Iterator[str]:
 
 def table(rows: Sequence[Record], cells: Cells, left: Container[str]) -> list[str]:
     """Rows under headings; ``left`` has the headings of columns of text."""
-    columns = [Column(heading, heading not in left) for heading in cells]
-    return table_lines(columns, [[cell(row) for cell in cells.values()] for row in rows])
+    headings = [heading if heading in left else f">{heading}" for heading in cells]
+    return text_table(headings, [[cell(row) for cell in cells.values()] for row in rows])
 
 
 def small(value: float | None) -> str:

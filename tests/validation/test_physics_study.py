@@ -15,12 +15,13 @@ from snooker_cli import theory
 from snooker_cli.cli.app import app
 from snooker_cli.report.supplements import measurement
 from snooker_cli.theory.equation_of_state import PUBLISHED_RATIOS
-from snooker_cli.validation import physics_measurements as measurements
-from snooker_cli.validation.physics_measurements import GasSample, known_value
+from snooker_cli.validation import physics_study as measurements
 from snooker_cli.validation.physics_study import (
     ONLY_OPEN,
+    GasSample,
     agreement,
     in_order,
+    known_value,
     quick_study,
     values,
     verdict,

@@ -182,13 +182,14 @@ def test_rates_of_two_records_stand_beside_each_other() -> None:
         return {"balls": 37, "packing": packing, "free": False, "engine": "cells", "median": median}
 
     short = {"repeats": 9, "balls": 37, "collisions": 500, "record": "events"}
-    then = dict.fromkeys(speed_study.HEADER, "as it was") | {
+    header = {"machine": {"processor": "as it was"}, "date": "then"}
+    then = header | {
         "short_repeats": [short | {"median": 200.0}],
         "cases": [row(0.1, 4e6), row(0.2, 1e6)],
     }
     now = {"short_repeats": [short | {"median": 500.0}], "cases": [row(0.3, 3e6), row(0.1, 2e6)]}
     found = compared(then, now)
-    assert found["then"] == dict.fromkeys(speed_study.HEADER, "as it was")
+    assert found["then"] == header
     assert [(one["then"], one["now"], one["ratio"]) for one in found["rates"]] == [
         (200.0, 500.0, 2.5),
         (None, 3e6, None),
@@ -231,12 +232,14 @@ def test_the_command_compares_with_an_earlier_record(
 @pytest.mark.parametrize(
     ("changed", "sentence"),
     [
-        ({"machine": {}}, "has no key processor"),
-        ({"cases": [{"balls": 1}]}, "has no key packing"),
-        ({"cases": 3}, "has a value that is not of a measurement"),
-        ({"date": 2026}, "has a value that is not of a measurement"),
-        ({"measurement": "error"}, "has a measurement of `snooker bench error`"),
-        ({"measurement": None}, "has no measurement"),
+        ({"machine": {}}, "no 'processor'"),
+        ({"cases": [{"balls": 1}]}, "no 'packing'"),
+        ({"cases": 3}, "'int' object is not iterable"),
+        ({"date": 2026}, "'int' object is not subscriptable"),
+        ({"versions": []}, "unsupported operand"),
+        ({"short_repeats": {"a": "b"}}, "string indices"),
+        ({"measurement": "error"}, "it has a measurement of `snooker bench error`"),
+        ({"measurement": None}, "it has a measurement of `snooker bench None`"),
     ],
 )
 def test_a_wrong_record_is_not_compared(
@@ -244,7 +247,7 @@ def test_a_wrong_record_is_not_compared(
 ) -> None:
     path = tmp_path / "speed.json"
     path.write_text(json.dumps(bench("speed")[1] | changed), encoding="utf-8")
-    with pytest.raises(UserError, match=f"speed.json: {sentence}; give a speed.json that"):
+    with pytest.raises(UserError, match=rf"speed.json: .*\({sentence}.*\); give a speed.json that"):
         earlier_record(path)
 
 
@@ -256,14 +259,14 @@ def test_a_record_whose_rates_are_no_rates_is_not_compared(
     record["short_repeats"][0]["median"] = rate
     path = tmp_path / "speed.json"
     path.write_text(json.dumps(record), encoding="utf-8")
-    with pytest.raises(UserError, match="has a value that is not of a measurement"):
+    with pytest.raises(UserError, match=r"cannot be compared \("):
         earlier_record(path)
 
 
 def test_json_that_is_no_record_is_not_compared(tmp_path: Path) -> None:
     path = tmp_path / "speed.json"
     path.write_text('["speed"]', encoding="utf-8")
-    with pytest.raises(UserError, match="has no measurement"):
+    with pytest.raises(UserError, match=r"cannot be compared \("):
         earlier_record(path)
 
 
@@ -271,7 +274,7 @@ def test_json_that_is_no_record_is_not_compared(tmp_path: Path) -> None:
 def test_a_file_that_is_not_json_is_not_compared(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "speed.json"
     path.write_bytes(content)
-    with pytest.raises(UserError, match="is not JSON"):
+    with pytest.raises(UserError, match=r"cannot be compared \("):
         earlier_record(path)
 
 
