@@ -10,16 +10,18 @@ import json
 import math
 import struct
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import chain, pairwise
+from operator import attrgetter
 from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.containers import Box, Circle
+from snooker_cli.containers import Box, Circle, Container
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
 
@@ -93,6 +95,8 @@ HASHED_ROWS = 65536
 HASHED_IF_SET = ("contact_duration", "elastic_below", "slides")
 """Fields of a scene that are hashed only if not zero or false, so that earlier hashes stay."""
 
+_rules = attrgetter("restitution", "wall_restitution", *HASHED_IF_SET)
+
 HASHED_LENGTHS = (*Circle.keys, *Box.keys)
 """Lengths of containers that are always hashed, as nan if a shape lacks them."""
 
@@ -144,8 +148,7 @@ class Fingerprint:
 
     def content(self, trace: Trace) -> str:
         """The hash of the events added and of the rest of a trace."""
-        values = chain(_hashed_values(trace.start), _hashed_values(trace.finish))
-        digest = hashlib.sha256(b"".join(map(_bytes, values)))
+        digest = hashlib.sha256(_scene_bytes(trace.start) + _scene_bytes(trace.finish))
         for name, column in self._columns.items():
             last, hashes = column.digest(), self._hashes[name]
             digest.update(hashlib.sha256(b"".join([*hashes, last])).digest() if hashes else last)
@@ -179,16 +182,23 @@ def content_hash(trace: Trace) -> str:
     return fingerprint.content(trace)
 
 
-def _hashed_values(scene: Scene) -> Iterator[Any]:
+def _scene_bytes(scene: Scene) -> bytes:
     """All values of a scene in the order of the fingerprint."""
-    lengths = dict(vars(scene.container))
+    sizes, rules = _shared_bytes(scene.container, scene.container_mass, *_rules(scene))
+    balls = (scene.positions, scene.velocities, scene.radii, scene.masses)
+    container = (scene.container_position, scene.container_velocity)
+    return b"".join([*map(_bytes, balls), sizes, *map(_bytes, container), rules])
+
+
+@lru_cache(maxsize=4)
+def _shared_bytes(container: Container, mass: float, *rules: float) -> tuple[bytes, bytes]:
+    """What all scenes of a batch have in common: the container, and how balls collide."""
+    lengths = dict(vars(container))
     first, *others = (lengths.pop(key, math.nan) for key in HASHED_LENGTHS)
-    values = {**vars(scene), "container": first}
-    later = {name: values.pop(name) for name in HASHED_IF_SET} | lengths
-    yield from (*values.values(), scene.container.name, *others)
-    for name, value in later.items():
-        if value:
-            yield from (name, value)
+    always, later = rules[: -len(HASHED_IF_SET)], rules[-len(HASHED_IF_SET) :]
+    named = [*zip(HASHED_IF_SET, later, strict=True), *lengths.items()]
+    values = [*always, container.name, *others, *chain(*(each for each in named if each[1]))]
+    return _bytes(first) + _bytes(mass), b"".join(map(_bytes, values))
 
 
 def smallest(counts: NDArray[np.int64]) -> NDArray[Any]:
@@ -198,7 +208,7 @@ def smallest(counts: NDArray[np.int64]) -> NDArray[Any]:
     return counts.astype(np.min_scalar_type(counts.max()))
 
 
-def _bytes(value: NDArray[Any] | float | str) -> bytes | memoryview:
+def _bytes(value: NDArray[Any] | float | str) -> Any:
     """An array's bytes in little-endian order, those of a number as a double, or of text."""
     if isinstance(value, str):
         return value.encode()
