@@ -57,4 +57,4 @@ runs/%/.done: configs/%.yaml snooker_cli/engine/__init__.py snooker_cli/store/fi
 	@touch $@
 
 runs/report/report.pdf: $(DONE) $(REPORT_SOURCES) | $(READY)
-	$(BIN)/snooker report --runs runs --out runs/report
+	$(BIN)/snooker reproduce --runs runs --out runs/report

@@ -1,7 +1,7 @@
 """Numbers, lists and tables as text, the same in tables, figures and the report."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -45,6 +45,12 @@ def printable(text: str, kept: str = "") -> str:
     if text.isprintable():
         return text
     return "".join(one if one.isprintable() or one in kept else ascii(one)[1:-1] for one in text)
+
+
+def point_label(parameters: Mapping[str, object]) -> str:
+    """A point's swept keys and values, as in ``cor=0.8, balls.radius=1.0``."""
+    values = {key: "null" if value is None else value for key, value in parameters.items()}
+    return printable(", ".join(f"{key}={value}" for key, value in values.items())) or "all"
 
 
 def listed(words: Sequence[str]) -> str:

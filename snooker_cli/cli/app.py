@@ -20,13 +20,16 @@ COMMANDS = {
     "compare": ("analysis_commands", "Compare the results of RUN with theory."),
     "plot": ("figure_commands", "Draw figures of RUN as SVG, PNG and JSON."),
     "animate": ("figure_commands", "Make a film of a repeat: HTML page, GIF or MP4."),
-    "report": ("analysis_commands", "Write the report on the reproduced results."),
+    "reproduce": ("report_commands", "Write the reproduction of the source report."),
     "export": ("export_command", "Export collisions or states of a repeat."),
     "validate": ("config_commands", "Check CONFIG without running it."),
     "schema": ("config_commands", "Print the JSON schema of configs, for editors."),
     "bench": ("bench_command", "Measure the engine: speed, errors, physics, hard cases."),
 }
 """The module and the first sentence of the help of each command."""
+
+HIDDEN = ("reproduce",)
+"""Commands that ``snooker --help`` does not list."""
 
 
 def loaded(name: str) -> Any:
@@ -47,7 +50,7 @@ class Commands(TyperGroup):
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
         for name, (_, sentence) in COMMANDS.items():
-            self.add_command(TyperCommand(name, help=sentence))
+            self.add_command(TyperCommand(name, help=sentence, hidden=name in HIDDEN))
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command that the arguments name, loaded, and its arguments."""

@@ -21,12 +21,12 @@ from snooker_cli.cli.options import (
     chosen_point,
     explanation,
 )
-from snooker_cli.cli.output import notice, point_label, print_json, print_line, print_result, table
+from snooker_cli.cli.output import notice, print_json, print_line, print_result, table
 from snooker_cli.config.yaml_document import document
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.figures import FIGURES, FigureSpec, Selection, selected, unfinished
 from snooker_cli.files import write_text
-from snooker_cli.formatting import counted
+from snooker_cli.formatting import counted, point_label
 from snooker_cli.runs import open_run
 
 ENDINGS = (".html", ".gif", ".mp4")

@@ -6,8 +6,7 @@ import os
 import sys
 import threading
 import time
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Self
 
@@ -26,7 +25,6 @@ from snooker_cli.formatting import printable, text_table
 from snooker_cli.runs import RepeatStatus
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher
-from snooker_cli.trace import StopReason
 
 MOST_ROWS = 200
 """Points in a table that is printed; a terminal keeps about as many lines."""
@@ -80,24 +78,6 @@ def point_table(headings: str, rows: Sequence[Sequence[str]]) -> list[str]:
     """A table with a row for each of the first points."""
     heading, *lines = table(headings, rows)
     return [heading, *first(lines, MOST_ROWS, " points; --json prints all")]
-
-
-def point_label(parameters: Mapping[str, object]) -> str:
-    """A point's swept keys and values, as in ``cor=0.8, balls.radius=1.0``."""
-    values = {key: "null" if value is None else value for key, value in parameters.items()}
-    return printable(", ".join(f"{key}={value}" for key, value in values.items())) or "all"
-
-
-COMPLETE = (StopReason.COLLISIONS, StopReason.TIME)
-"""Reasons of repeats that did not end early."""
-
-
-def ended(point: Mapping[str, Any]) -> str:
-    """How many of a point's repeats are complete, and how many ended early for each reason."""
-    counts: Counter[str] = Counter()
-    for reason, count in point["ended"].items():
-        counts["complete" if reason in COMPLETE else reason.replace("_", " ")] += count
-    return ", ".join(f"{count} {reason}" for reason, count in counts.items())
 
 
 def notice(message: str) -> None:

@@ -18,20 +18,19 @@ from snooker_cli.cli.exit_codes import STOPPING, handling, leave
 from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Jobs, Overrides, checked
 from snooker_cli.cli.output import (
     RunProgress,
-    ended,
     first,
     notice,
-    point_label,
     point_table,
     print_result,
 )
 from snooker_cli.config import Point
 from snooker_cli.errors import ExitCode, UserError
-from snooker_cli.formatting import counted, duration, listed, printable, size
+from snooker_cli.formatting import counted, duration, listed, point_label, printable, size
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import POLL_INTERVAL, execute, processors
 from snooker_cli.runs.plan import is_excessive, run_plan
+from snooker_cli.runs.status import ended
 from snooker_cli.trace import StopReason
 
 if TYPE_CHECKING:

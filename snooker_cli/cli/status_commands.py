@@ -11,20 +11,12 @@ from rich.console import Console
 from rich.progress import track
 
 from snooker_cli.cli.options import AsJson, Jobs, RunName
-from snooker_cli.cli.output import (
-    ended,
-    first,
-    notice,
-    point_label,
-    point_table,
-    print_result,
-    table,
-)
+from snooker_cli.cli.output import first, notice, point_table, print_result, table
 from snooker_cli.errors import ExitCode, RunError, StoreError
-from snooker_cli.formatting import counted, listed, printable, size
+from snooker_cli.formatting import counted, listed, point_label, printable, size
 from snooker_cli.runs import State, open_run, runs_in
 from snooker_cli.runs.execution import processors
-from snooker_cli.runs.status import COUNTS, run_status
+from snooker_cli.runs.status import COUNTS, ended, run_status
 from snooker_cli.runs.verification import verify as verdicts
 
 COUNT_HEADINGS = ">done | >running | >failed | >to do | >collisions"

@@ -6,6 +6,7 @@ until their file exists. It has failed if the record of failures names it and it
 """
 
 from collections import Counter
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from itertools import chain
 from pathlib import Path
@@ -16,6 +17,7 @@ from snooker_cli.files import unfinished
 from snooker_cli.formatting import printable
 from snooker_cli.runs.folder import failures, is_locked
 from snooker_cli.runs.run import RepeatStatus, Run, State, is_named, named
+from snooker_cli.trace import StopReason
 
 COUNTS = ("done", "running", "failed", "to_do")
 """Each repeat is counted in one of these."""
@@ -87,3 +89,15 @@ def run_status(run: Run) -> dict[str, Any]:
 def target_of(part: Path) -> Path:
     """The batch's file that a temporary file becomes."""
     return part.with_name(f"{part.name.partition('.h5.')[0]}.h5")
+
+
+COMPLETE = (StopReason.COLLISIONS, StopReason.TIME)
+"""Reasons of repeats that did not end early."""
+
+
+def ended(point: Mapping[str, Any]) -> str:
+    """How many of a point's repeats are complete, and how many ended early for each reason."""
+    counts: Counter[str] = Counter()
+    for reason, count in point["ended"].items():
+        counts["complete" if reason in COMPLETE else reason.replace("_", " ")] += count
+    return ", ".join(f"{count} {reason}" for reason, count in counts.items())

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from command_line import Snooker
 
-from snooker_cli.cli.app import COMMANDS, loaded
+from snooker_cli.cli.app import COMMANDS, HIDDEN, loaded
 from snooker_cli.figures import FIGURES
 
 HEAVY = {"numba", "numpy", "scipy", "matplotlib", "h5py", "pydantic", "yaml", "jinja2", "typst"}
@@ -27,7 +27,8 @@ def test_help_lists_the_commands_without_loading_heavy_libraries() -> None:
     command = [sys.executable, "-c", script, "--help"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     for name, (_, sentence) in COMMANDS.items():
-        assert re.search(rf"(?m)^  {name} +{re.escape(sentence)}$", done.stdout)
+        listed = re.search(rf"(?m)^  {name} +{re.escape(sentence)}$", done.stdout)
+        assert bool(listed) == (name not in HIDDEN)
         assert loaded(name).help.splitlines()[0] == sentence
     modules = {name.partition(".")[0] for name in done.stderr.split()}
     assert "typer" in modules
