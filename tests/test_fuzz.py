@@ -165,7 +165,7 @@ VALUES = (
     | st.lists(SNIPPETS, max_size=5).map("".join)
     | DATA.map(json.dumps)
 )
-SCHEMA = schema()
+SCHEMA = json.loads(schema())
 SWEPT = [*SCHEMA["properties"], *SCHEMA["properties"]["sweep"]["properties"]]
 OVERRIDES = st.lists(
     st.builds("{}={}".format, st.sampled_from(SWEPT + KEYS.split()) | st.text(max_size=5), VALUES),

@@ -1,6 +1,5 @@
 """``snooker init``, ``validate`` and ``schema``: write and check configs."""
 
-import json
 import os
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -73,7 +72,7 @@ def init(
         raise UserError(f"{path}: exists already", "give --out for another name")
     write_text(path, text)
     beside = path.with_name(SCHEMA)
-    write_text(beside, _schema_text() + "\n")
+    write_text(beside, config_schema())
     for written in (path, beside):
         print_line(str(written))
     notice(f"next: snooker run {path} --dry-run")
@@ -98,8 +97,4 @@ def validate(config: ConfigPath, override: Overrides = None, as_json: AsJson = F
 
 def schema() -> None:
     """Print the JSON schema of configs, for editors."""
-    print_line(_schema_text())
-
-
-def _schema_text() -> str:
-    return json.dumps(config_schema(), indent=2)
+    print_line(config_schema().rstrip())

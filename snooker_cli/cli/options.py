@@ -1,6 +1,7 @@
 """Arguments and options that several commands share, and their completion on Tab."""
 
 import difflib
+import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from textwrap import shorten
@@ -30,7 +31,7 @@ def complete_runs() -> list[str]:
 
 def complete_overrides() -> list[tuple[str, str]]:
     """Keys for -o: those at the top of a config, and those that can be swept."""
-    top = schema()["properties"]
+    top = json.loads(schema())["properties"]
     keys = {**top, **top["sweep"]["properties"]}
     return [
         (f"{key}=", explanation(entry["description"]))

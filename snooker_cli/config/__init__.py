@@ -5,11 +5,12 @@ Everything that a user can get wrong is raised as ConfigError, all problems at o
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from importlib.resources import files
 from os import PathLike
 from pathlib import Path
 
 from snooker_cli.config.axes import check_overrides, overridden, unzipped
-from snooker_cli.config.models import BallCount, BallList, Experiment, Rings, schema
+from snooker_cli.config.models import BallCount, BallList, Experiment, Rings
 from snooker_cli.config.points import (
     LIMITS,
     Point,
@@ -64,6 +65,11 @@ class Loaded:
         place = ("sweep", key) if swept else key_path(key)
         position = self.document.position(place)
         return ConfigError([Problem(key_path(key), sentence, position=position)])
+
+
+def schema() -> str:
+    """The JSON schema of configs (draft 2020-12), as ``tests/make_schema.py`` writes it."""
+    return files("snooker_cli.config").joinpath("schema.json").read_text("utf-8")
 
 
 def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Loaded:

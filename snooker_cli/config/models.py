@@ -1,4 +1,4 @@
-"""The model of an experiment: its keys with units, ranges and rules, and their JSON schema."""
+"""The model of an experiment: its keys with units, ranges and rules."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -21,10 +21,9 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
-from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import PydanticCustomError
 
-from snooker_cli.config.axes import WHOLE_RUN, ZIP, Axes, axes, written
+from snooker_cli.config.axes import Axes, axes, written
 from snooker_cli.config.problems import ConfigError, KeyPath, Problem
 from snooker_cli.containers import SHAPES, Circle, Container, ShapeName
 from snooker_cli.formatting import listed
@@ -463,66 +462,3 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
         if surplus := packed if len(packed) < len(given) - 1 else packed[1:]:
             sentence += f", so remove {listed(surplus)}"
         yield Problem(("balls",), sentence)
-
-
-# The JSON schema of a configuration file, for editors and other programs.
-
-
-class _Generator(GenerateJsonSchema):
-    """Pydantic's generator without invented titles, and with null for the infinite default."""
-
-    def field_title_should_be_set(self, schema: Any) -> bool:
-        return False
-
-    def encode_default(self, dft: Any) -> Any:
-        return None if dft == math.inf else super().encode_default(dft)
-
-
-_SEVERAL = {
-    "type": ["array", "string"],
-    "minItems": 1,
-    "pattern": r"^\s*(range\s*\(.*\)|[^:]+:[^:]+:[^:]+)\s*$",
-}
-"""A list of values, or the text of a range."""
-
-
-def schema() -> dict[str, Any]:
-    """A JSON schema (draft 2020-12) made from the models; `sweep` lists what can be swept."""
-    document = Experiment.model_json_schema(schema_generator=_Generator)
-    properties, definitions = document["properties"], document["$defs"]
-    swept: dict[str, tuple[str, dict[str, Any]]] = {}
-    for key, entry in properties.items():
-        variants = (entry, *entry.get("oneOf", ()), *entry.get("anyOf", ()))
-        homes = [each["$ref"] for each in variants if "$ref" in each]
-        for home in homes:
-            for inner, part in definitions[home.rpartition("/")[2]]["properties"].items():
-                if "$ref" not in part.get("items", {}):
-                    swept[f"{key}.{inner}"] = f"{home}/properties/{inner}", part
-        words = any(each.get("type") == "string" for each in variants)
-        if key not in WHOLE_RUN and (words or not homes):
-            swept[key] = f"#/properties/{key}", entry
-    group = {"$ref": "#/properties/sweep"}
-    sweep = {
-        "description": properties["sweep"]["description"],
-        "type": "object",
-        "properties": {
-            **{
-                key: {**_SEVERAL, "description": entry["description"], "items": {"$ref": place}}
-                for key, (place, entry) in swept.items()
-            },
-            ZIP: {
-                "description": "Keys that change together: lists of equal length, or several such "
-                "groups as a list.",
-                "anyOf": [group, {"type": "array", "items": group}],
-            },
-        },
-        "patternProperties": {r"^balls(\.list)?\[[0-9]+\]\.": _SEVERAL},
-        "additionalProperties": False,
-    }
-    return {
-        "$schema": GenerateJsonSchema.schema_dialect,
-        **document,
-        "properties": {**properties, "sweep": sweep},
-        "title": "snooker experiment",
-        "anyOf": [{"required": ["collisions"]}, {"required": ["time"]}],
-    }

@@ -20,6 +20,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
+import make_schema
 import pytest
 import yaml
 
@@ -153,8 +154,12 @@ def test_the_configs_shown_are_the_files() -> None:
     assert parse(block(TUTORIAL, "yaml")).experiment == decay
 
 
-def test_the_schema_of_the_configs_is_the_commands(snooker: Callable[..., Any]) -> None:
-    assert text_of(ROOT / "configs" / "schema.json") == in_process("snooker schema", snooker)
+def test_the_schema_of_the_command_and_of_the_configs_is_that_of_the_models(
+    snooker: Callable[..., Any],
+) -> None:
+    assert in_process("snooker schema", snooker) == make_schema.text()
+    for file in make_schema.FILES:
+        assert text_of(file) == make_schema.text()
 
 
 @pytest.mark.parametrize(
