@@ -1,28 +1,23 @@
 """Export a repeat for other programs: tables as CSV or Parquet, states as H5MD in 3D."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.engine import replay, times_within
+from snooker_cli.engine import States, replay, times_within
 from snooker_cli.errors import UserError, error_text
 from snooker_cli.files import atomic_write
 from snooker_cli.scene import Scene
 from snooker_cli.store import RepeatHeader, hdf5
 from snooker_cli.store.file_format import write_h5md_group
 from snooker_cli.trace import CONTAINER, Events, Trace
-
-if TYPE_CHECKING:
-    from snooker_cli.engine import States
 
 Table = dict[str, NDArray[Any]]
 """Columns of one length, by name."""

@@ -56,7 +56,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "rich": ("cli",),
     "pydantic": ("config",),
     "pydantic_core": ("config",),
-    "yaml": ("config", "figures", "report", "validation.hard_cases"),
+    "yaml": ("config", "figures", "report", "validation"),
     "numba": ("engine.jit",),
     "llvmlite": ("engine.jit",),
     "h5py": ("export", "store"),

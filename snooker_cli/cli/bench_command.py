@@ -78,9 +78,9 @@ def error(
     computed with as many digits as chaos needs. It takes a minute or two. Run
     nothing else meanwhile.
     """
-    from snooker_cli.validation.accuracy_study import full_study, quick_study
+    from snooker_cli.validation.accuracy_study import AccuracyStudy
 
-    _carry_out(quick_study() if quick else full_study(), out, as_json)
+    _carry_out(AccuracyStudy.planned("quick" if quick else "full"), out, as_json)
 
 
 @bench.command()
@@ -94,9 +94,9 @@ def physics(
     Each difference is given in standard errors. It takes two to four minutes, and ends with exit
     code 4 if a value does not agree.
     """
-    from snooker_cli.validation.physics_study import full_study, quick_study
+    from snooker_cli.validation.physics_study import PhysicsStudy
 
-    _carry_out(quick_study() if quick else full_study(), out, as_json)
+    _carry_out(PhysicsStudy.planned("quick" if quick else "full"), out, as_json)
 
 
 @bench.command()

@@ -1,7 +1,5 @@
 """``snooker export``: a repeat's events or states, for other programs."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """``snooker plot`` and ``animate``: figures and films of runs."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from pathlib import Path

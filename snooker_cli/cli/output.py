@@ -12,13 +12,7 @@ from typing import Any, Self
 
 import typer
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from snooker_cli.cli.exit_codes import bug_message, wants_traceback
 from snooker_cli.formatting import printable, text_table

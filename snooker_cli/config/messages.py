@@ -8,13 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from snooker_cli.config.models import (
-    BALLS,
-    Ball,
-    ContainerConfig,
-    Experiment,
-    Species,
-)
+from snooker_cli.config.models import BALLS, Ball, ContainerConfig, Experiment, Species
 from snooker_cli.config.problems import MOST_FOUND, ConfigError, KeyPath, Problem, given, rendered
 from snooker_cli.config.yaml_document import is_number
 

@@ -12,15 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from snooker_cli import store
-from snooker_cli.config import (
-    LIMITS,
-    Experiment,
-    Point,
-    digest,
-    extends,
-    points,
-    validated,
-)
+from snooker_cli.config import LIMITS, Experiment, Point, digest, extends, points, validated
 from snooker_cli.errors import UNREADABLE, DamagedError, RunError, StoreError, error_text
 from snooker_cli.files import atomic_write, unfinished, write_json
 from snooker_cli.formatting import listed, printable

@@ -4,8 +4,7 @@ import math
 import statistics
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -22,8 +21,9 @@ from snooker_cli.validation.methods import (
     imbalance,
     rms_distance,
 )
-from snooker_cli.validation.reference_scenes import SCENES, ReferenceScene, rings
+from snooker_cli.validation.reference_scenes import ReferenceScene, reference_scene
 from snooker_cli.validation.study import (
+    PLANS,
     Cells,
     Record,
     Study,
@@ -49,22 +49,27 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class AccuracyStudy(Study):
-    """The methods beside the exact twin, and beside each other in averages.
-
-    scenes, steps : followed event by event; the steps of time stepping for them, s
-    ensembles, averaged_steps : averages over ``repeats`` starts and ``time`` (s); the steps, s
-    """
+    """The methods beside the exact twin, and beside each other in averages; see plans.yaml."""
 
     name = "error"
     libraries = ("numpy", "numba", "mpmath")
 
-    scenes: tuple[ReferenceScene, ...]
-    steps: tuple[float, ...]
-    ensembles: tuple[ReferenceScene, ...]
-    averaged_steps: tuple[float, ...]
+    scenes: Sequence[ReferenceScene]
+    steps: Sequence[float]
+    ensembles: Sequence[ReferenceScene]
+    averaged_steps: Sequence[float]
     time: float
     repeats: int
     quick: bool = False
+
+    @classmethod
+    def planned(cls, name: str) -> Self:
+        """The plan "full" or "quick"."""
+        plan = dict(PLANS["error"][name])
+        scenes, ensembles = (
+            [reference_scene(each) for each in plan.pop(key)] for key in ("scenes", "ensembles")
+        )
+        return cls(scenes=scenes, ensembles=ensembles, quick=name == "quick", **plan)
 
     def results(self, report: Callable[[str], None]) -> Record:
         """Measure scenes and ensembles."""
@@ -99,34 +104,6 @@ class AccuracyStudy(Study):
             found[f"error-against-cost-{scene['name']}"] = error_against_cost(record, scene)
             found[f"error-growth-{scene['name']}"] = error_growth(record, scene)
         return found
-
-
-def full_study() -> AccuracyStudy:
-    """A minute or two of measuring."""
-    report, cooling = SCENES["report"], SCENES["report-cor-0.8"]
-    return AccuracyStudy(
-        scenes=(report, cooling, SCENES["dilute"], SCENES["mixture"]),
-        steps=(1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
-        ensembles=(report, cooling),
-        averaged_steps=(1e-2, 1e-3, 1e-4),
-        time=1.0,
-        repeats=128,
-    )
-
-
-def quick_study() -> AccuracyStudy:
-    """The same for seven balls, in seconds."""
-    light = SCENES["light-container"]
-    lossy = partial(rings, number=1, restitution=0.9)
-    return AccuracyStudy(
-        scenes=(ReferenceScene(light.name, light.description, 50, light.start),),
-        steps=(1e-2, 1e-3, 1e-4),
-        ensembles=(ReferenceScene("seven", "seven balls, CoR 0.9", 50, lossy),),
-        averaged_steps=(1e-2, 1e-3),
-        time=2.0,
-        repeats=4,
-        quick=True,
-    )
 
 
 # What is measured

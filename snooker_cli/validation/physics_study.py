@@ -7,12 +7,12 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis.observables import mean_and_error
-from snooker_cli.analysis.predictions import DENSEST_FLUID
 from snooker_cli.config import parse
 from snooker_cli.containers import SHAPES
 from snooker_cli.engine import simulate
@@ -20,9 +20,8 @@ from snooker_cli.formatting import listed, short, with_error
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import processors
-from snooker_cli.theory.equation_of_state import PUBLISHED_RATIOS
 from snooker_cli.trace import Series
-from snooker_cli.validation.study import Cells, Record, Study, header_lines, table
+from snooker_cli.validation.study import PLANS, Cells, Record, Study, header_lines, table
 
 ALLOWED = 4.0
 """Allowed standard errors: by chance a few dozen rows exceed three, not four."""
@@ -312,9 +311,6 @@ def speeds(gas: GasSample, series: Series) -> tuple[float, float]:
 
 # The study
 
-SIMULATED = tuple(one.packing for one in PUBLISHED_RATIOS if one.packing <= DENSEST_FLUID)
-"""Packings with a published simulation of a fluid, the thinnest first."""
-
 NOTES = (
     "± and errors are standard errors of means over seeds, with the expected value's own error "
     "where it is known.",
@@ -339,7 +335,7 @@ ONLY_OPEN = "only with open"
 
 @dataclass(frozen=True)
 class PhysicsStudy(Study):
-    """The gases to measure, by what they are measured for."""
+    """The gases to measure, by what they are measured for; see plans.yaml."""
 
     name = "physics"
     libraries = ("numpy", "numba")
@@ -349,6 +345,15 @@ class PhysicsStudy(Study):
     cooling_denser: tuple[GasSample, ...]
     speeds: tuple[GasSample, ...]
     quick: bool = False
+
+    @classmethod
+    def planned(cls, name: str) -> Self:
+        """The plan "full" or "quick"."""
+        gases = {
+            key: tuple(GasSample(**each) for each in known)
+            for key, known in PLANS["physics"][name].items()
+        }
+        return cls(**gases, quick=name == "quick")
 
     def results(self, report: Callable[[str], None]) -> Record:
         """The rows, in order, and notes on them."""
@@ -384,37 +389,6 @@ class PhysicsStudy(Study):
         yield ""
         yield from record["notes"]
         yield verdict(record)
-
-
-def full_study() -> PhysicsStudy:
-    """Two to four minutes of measuring on two processors."""
-    return PhysicsStudy(
-        fluids=(
-            GasSample(1024, 0.01, 100, 500, 24),
-            *(
-                GasSample(1024, packing, 100, 2000, 24)
-                for packing in (0.1, 0.2, 0.3, 0.4, *SIMULATED)
-            ),
-        ),
-        cooling=tuple(GasSample(1024, 0.002, 10, 20, 300, cor) for cor in (0.95, 0.9, 0.8, 0.7)),
-        cooling_denser=tuple(GasSample(1024, each, 10, 20, 150, 0.9) for each in (0.01, 0.05)),
-        speeds=(
-            GasSample(7, 0.2, 20, 8000, 64, shape="box"),
-            GasSample(37, 0.2, 20, 8000, 64, shape="box"),
-            GasSample(37, 0.2, 20, 5000, 64),
-        ),
-    )
-
-
-def quick_study() -> PhysicsStudy:
-    """The same with few balls, in seconds."""
-    return PhysicsStudy(
-        fluids=tuple(GasSample(100, packing, 50, 200, 12) for packing in (0.3, SIMULATED[0])),
-        cooling=(GasSample(256, 0.01, 10, 20, 20, 0.9),),
-        cooling_denser=(GasSample(256, 0.05, 10, 20, 20, 0.9),),
-        speeds=(GasSample(7, 0.2, 20, 1000, 12, shape="box"), GasSample(37, 0.2, 20, 300, 12)),
-        quick=True,
-    )
 
 
 # The record in sentences and tables

@@ -1,10 +1,11 @@
 """Scenes for the exact twin: the source report's scene and variants of it."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from snooker_cli.config import parse
 from snooker_cli.placement.places import DIGITS
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import EPSILON, Scene
+from snooker_cli.validation.study import PLANS
 
 
 @dataclass(frozen=True)
@@ -85,26 +87,12 @@ def geometric(first: float, last: float, number: int) -> NDArray[np.float64]:
         return np.array([float(start * power) for power in powers])
 
 
-SCENES = {
-    scene.name: scene
-    for scene in (
-        ReferenceScene("report", "the source report's scene, elastic", 500, rings, 0.041),
-        ReferenceScene(
-            *("report-cor-0.8", "the source report's scene, CoR 0.8", 500),
-            partial(rings, restitution=0.8),
-        ),
-        ReferenceScene(
-            *("dilute", "the source report's balls with a radius of 0.1 m", 150),
-            partial(rings, radius=0.1),
-            0.196,
-        ),
-        ReferenceScene(
-            "mixture", "unequal radii and masses, CoR 0.9, container of 20 kg", 300, mixture
-        ),
-        ReferenceScene(
-            *("light-container", "seven balls of 1 kg, elastic, in a container of 5 kg", 300),
-            partial(rings, number=1, container_mass=5.0),
-        ),
-    )
-}
+def reference_scene(known: Mapping[str, Any]) -> ReferenceScene:
+    """A scene of plans.yaml."""
+    settings = {key: value for key, value in known.items() if key != "rings"}
+    start = partial(rings, **known["rings"]) if "rings" in known else mixture
+    return ReferenceScene(start=start, **settings)
+
+
+SCENES = {each["name"]: reference_scene(each) for each in PLANS["scenes"]}
 """The scenes by name."""

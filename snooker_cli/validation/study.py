@@ -7,8 +7,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, ClassVar
+
+import yaml
 
 from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
@@ -22,6 +25,12 @@ Record = dict[str, Any]
 
 Cells = Mapping[str, Callable[[Record], str]]
 """The columns of a table: headings, and how a row of the record gives their text."""
+
+
+PLANS: Record = yaml.safe_load(
+    files("snooker_cli.validation").joinpath("plans.yaml").read_text("utf-8")
+)
+"""The content of plans.yaml."""
 
 
 class Study(ABC):

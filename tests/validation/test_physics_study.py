@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from snooker_cli import theory
+from snooker_cli.analysis.predictions import DENSEST_FLUID
 from snooker_cli.cli.app import app
 from snooker_cli.report.supplements import measurement
 from snooker_cli.theory.equation_of_state import PUBLISHED_RATIOS
@@ -19,10 +20,10 @@ from snooker_cli.validation import physics_study as measurements
 from snooker_cli.validation.physics_study import (
     ONLY_OPEN,
     GasSample,
+    PhysicsStudy,
     agreement,
     in_order,
     known_value,
-    quick_study,
     values,
     verdict,
 )
@@ -68,8 +69,10 @@ def test_what_is_left_is_judged(changes: dict[str, float], agrees: bool) -> None
 
 def test_a_gas_with_losses_does_not_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     gas = GasSample(100, 0.3, 50, 200, 6, cor=0.98)
-    lossy = replace(quick_study(), fluids=(gas,), cooling=(), cooling_denser=(), speeds=())
-    monkeypatch.setattr("snooker_cli.validation.physics_study.quick_study", lambda: lossy)
+    lossy = replace(
+        PhysicsStudy.planned("quick"), fluids=(gas,), cooling=(), cooling_denser=(), speeds=()
+    )
+    monkeypatch.setattr(PhysicsStudy, "planned", lambda _: lossy)
     ended = CliRunner().invoke(app, ["bench", "physics", "--quick"])
     assert ended.exit_code == 4
     assert "0 of 2 rows agree" in ended.stdout
@@ -113,7 +116,7 @@ def test_states_and_rates_are_those_of_theory(record: Record) -> None:
 
 
 def test_cooling_and_speeds_are_those_of_theory(record: Record) -> None:
-    (gas,) = quick_study().cooling
+    (gas,) = PhysicsStudy.planned("quick").cooling
     temperature, contact = 50 * gas.balls / (gas.balls - 1), theory.contact_value(gas.packing)
     rate = theory.ball_ball_rate(gas.packing / math.pi, 1.0, temperature, contact)
     row, even, denser = of(record, measurements.HAFF)
@@ -177,7 +180,12 @@ def test_the_saved_measurement_says_where_only_the_allowance_makes_a_row_agree()
     assert found["closed"] == found["agreeing_closed"] == allowances.count(False)
     (hidden,) = found["only_open"]
     assert abs(hidden["left_in_errors"]) > 4
-    lines = list(quick_study().tables(saved))
+    lines = list(PhysicsStudy.planned("quick").tables(saved))
     assert sum("only with open" in line for line in lines) == 1
     assert lines.index(measurements.SPEEDS) < lines.index(measurements.HAFF)
     assert "only with what is open: Haff's rate, 1/s at packing 0.05 (−10.9)" in lines[-1]
+
+
+def test_the_full_study_has_the_published_simulations_of_fluids() -> None:
+    published = {one.packing for one in PUBLISHED_RATIOS if one.packing <= DENSEST_FLUID}
+    assert {gas.packing for gas in PhysicsStudy.planned("full").fluids} >= published
