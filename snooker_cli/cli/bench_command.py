@@ -105,9 +105,6 @@ def hard(
         list[str] | None,
         typer.Argument(metavar="[CASE]...", help="Only these [all but those that take minutes]."),
     ] = None,
-    configs: Annotated[
-        Path, typer.Option("--configs", metavar="DIR", help="The folder of the cases' configs.")
-    ] = Path("configs", "hard"),
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -118,7 +115,7 @@ def hard(
     """
     from snooker_cli.validation.hard_cases import HardCaseStudy
 
-    _carry_out(HardCaseStudy.of(cases or [], configs), out, as_json)
+    _carry_out(HardCaseStudy.of(cases or []), out, as_json)
 
 
 def _carry_out(study: Study, out: Path | None, as_json: bool) -> None:

@@ -1,6 +1,7 @@
 """``snooker init``, ``validate`` and ``schema``: write and check configs."""
 
 import os
+import re
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -10,6 +11,7 @@ import typer
 
 from snooker_cli.cli.options import AsJson, ConfigPath, Overrides, check_name, checked, explanation
 from snooker_cli.cli.output import notice, print_line, print_result, table
+from snooker_cli.config import EXAMPLES
 from snooker_cli.config import schema as config_schema
 from snooker_cli.errors import UserError
 from snooker_cli.files import write_text
@@ -26,9 +28,21 @@ def templates() -> dict[str, Traversable]:
     return {name: files("snooker_cli.cli") / "templates" / f"{name}.yaml" for name in names}
 
 
-def purpose(template: Traversable) -> str:
-    """What a template is for: its second line."""
-    return template.read_text(encoding="utf-8").splitlines()[1].removeprefix("# ")
+def examples() -> dict[str, Traversable]:
+    """The configs of configs/ by name, such as ``configs/box`` and ``configs/hard/ring``."""
+    paths = [*sorted(EXAMPLES.glob("*.yaml")), *sorted(EXAMPLES.glob("*/*.yaml"))]
+    return {
+        Path("configs", path.relative_to(EXAMPLES)).with_suffix("").as_posix(): path
+        for path in paths
+    }
+
+
+def purpose(config: Traversable) -> str:
+    """What a template is for: its second line; the title of an example."""
+    lines = config.read_text(encoding="utf-8").splitlines()
+    if lines[2] == "#":
+        return lines[1].removeprefix("# ")
+    return next(line.removeprefix("title: ") for line in lines if line.startswith("title: "))
 
 
 def complete_templates() -> list[tuple[str, str]]:
@@ -41,7 +55,7 @@ def init(
         str | None,
         typer.Argument(
             metavar="TEMPLATE",
-            help="The template [list all].",
+            help="A name of the list [list the templates].",
             autocompletion=complete_templates,
         ),
     ] = None,
@@ -49,20 +63,26 @@ def init(
         Path | None,
         typer.Option("--out", metavar="FILE", help="The config; - prints it [TEMPLATE.yaml]."),
     ] = None,
+    list_all: Annotated[
+        bool, typer.Option("--list", help="List the templates and all example configs.")
+    ] = False,
 ) -> None:
     """Write a commented config; without TEMPLATE, list all templates.
 
-    The config explains every key. The file snooker-schema.json is written beside it. With that,
-    editors with a YAML language server complete keys and check values. The names of the written
-    files are printed.
+    A template explains every key. --list also lists the examples in configs/: the configs of the
+    reproduction, and scenes that are hard to simulate. The file snooker-schema.json is written
+    beside the config. With that, editors with a YAML language server complete keys and check
+    values. The names of the written files are printed.
     """
-    found = templates()
-    if template is None:
-        rows = [[name, purpose(each)] for name, each in found.items()]
+    found = templates() | examples()
+    if template is None or list_all:
+        shown = found if list_all else templates()
+        rows = [[name, purpose(each)] for name, each in shown.items()]
         print_result(rows, False, table("template | what it is", rows))
         return
-    check_name(template, found, "template", "snooker init")
+    check_name(template, found, "template", "snooker init --list")
     text = found[template].read_text(encoding="utf-8")
+    text = re.sub(r"\$schema=\S+", f"$schema={SCHEMA}", text, count=1)
     if out == STDOUT:
         typer.echo(text, nl=False)
         notice(f"tip: `snooker schema > {SCHEMA}` in this folder lets your editor check the file")

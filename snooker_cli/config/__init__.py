@@ -25,6 +25,7 @@ from snooker_cli.config.problems import ConfigError, Problem, key_path, shown
 from snooker_cli.config.yaml_document import YamlDocument, document, text_of
 
 __all__ = [
+    "EXAMPLES",
     "LIMITS",
     "BallCount",
     "BallList",
@@ -43,6 +44,11 @@ __all__ = [
     "to_json",
     "validated",
 ]
+
+
+_PACKAGE = Path(__file__).parents[1]
+EXAMPLES = next(filter(Path.is_dir, (_PACKAGE / "configs", _PACKAGE.parent / "configs")), _PACKAGE)
+"""The folder of the example configs: inside an installed package, at the top of a checkout."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from typing import Self
 
 import yaml
 
-from snooker_cli.config import load
+from snooker_cli.config import EXAMPLES, load
 from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.errors import SceneError, UserError
@@ -27,7 +27,8 @@ from snooker_cli.validation import hard_case_checks as facts
 from snooker_cli.validation.hard_case_checks import Check, ExactStart, checks
 from snooker_cli.validation.study import Cells, Record, Study, small, table
 
-FOLDER = Path("configs", "hard")
+FOLDER = EXAMPLES / "hard"
+"""The configs of the cases."""
 
 LONGEST, SLOWEST = 60.0, 1e5
 """A run hangs if it takes longer than this time, s, plus its collisions at this rate, 1/s."""
@@ -68,22 +69,17 @@ class HardCaseStudy(Study):
     folder: Path = FOLDER
 
     @classmethod
-    def of(cls, names: Sequence[str], folder: Path) -> Self:
+    def of(cls, names: Sequence[str]) -> Self:
         """The named cases, or all but those that take minutes.
 
-        Raises ``UserError`` if there is no such folder or case.
+        Raises ``UserError`` if there is no such case.
         """
-        if not folder.is_dir():
-            raise UserError(
-                f"there is no folder {folder}; run this command in the folder with snooker's "
-                "configs/hard, or name the folder of the cases with --configs"
-            )
         for name in names:
             if name not in CASES:
                 (near,) = difflib.get_close_matches(name, CASES, n=1, cutoff=0.0)
                 raise UserError(f"there is no hard case {name}; did you mean {near}?")
         chosen = [CASES[name] for name in dict.fromkeys(names)]
-        return cls(tuple(chosen or (one for one in CASES.values() if not one.by_name_only)), folder)
+        return cls(tuple(chosen or (one for one in CASES.values() if not one.by_name_only)))
 
     def results(self, report: Callable[[str], None]) -> Record:
         """Run all cases. Raises ``ConfigError`` if a config is missing or wrong."""

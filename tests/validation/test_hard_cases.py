@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scenes import EPSILON, scene_of
 
-from snooker_cli.config import load, parse
+from snooker_cli.config import ConfigError, load, parse
 from snooker_cli.engine import series, simulate
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.starting_scene import starting_scene
@@ -27,12 +27,14 @@ from snooker_cli.validation.hard_case_checks import (
     follows,
     longest_run,
 )
-from snooker_cli.validation.hard_cases import CASES, HardCase, HardCaseStudy, judged, verdict
-
-Snooker = Callable[..., Any]
-
-FOLDER = Path(__file__).parents[2] / "configs" / "hard"
-
+from snooker_cli.validation.hard_cases import (
+    CASES,
+    FOLDER,
+    HardCase,
+    HardCaseStudy,
+    judged,
+    verdict,
+)
 
 # --- the cases ------------------------------------------------------------------------------
 
@@ -276,11 +278,8 @@ def test_a_record_has_the_faults() -> None:
     assert len(faults) == len(second["faults"])
 
 
-def test_a_scene_that_cannot_exist_is_refused_with_its_place(
-    snooker: Snooker, tmp_path: Path
-) -> None:
+def test_a_scene_that_cannot_exist_is_refused_with_its_place(tmp_path: Path) -> None:
     text = (FOLDER / "full.yaml").read_text(encoding="utf-8")
     (tmp_path / "full.yaml").write_text(text.replace("9.999999999999998", "10.0"))
-    ended = snooker("bench", "hard", "full", "--configs", tmp_path)
-    assert ended.code == 3
-    assert "full.yaml:" in ended.err
+    with pytest.raises(ConfigError, match=r"full\.yaml:"):
+        verdict(CASES["full"], tmp_path)
