@@ -105,11 +105,10 @@ def write_pdf(document: Document, folder: Path) -> Path:
 
     path = folder / "report.pdf"
     with tempfile.TemporaryDirectory(dir=folder) as name:
-        # Typst reads only files below its root, so template and data are put next to the figures.
+        # Typst reads only files below its root, the folder that has the figures.
         scratch = Path(name)
         (scratch / "report.typ").write_text(_template("report.typ"), encoding="utf-8")
         (scratch / "document.json").write_text(json.dumps(document), encoding="utf-8")
-        (scratch / "figures").symlink_to((folder / "figures").resolve())
         source, root = str(scratch / "report.typ"), str(folder.resolve())
         try:
             with atomic_write(path) as part:
