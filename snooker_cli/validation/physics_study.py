@@ -311,24 +311,6 @@ def speeds(gas: GasSample, series: Series) -> tuple[float, float]:
 
 # The study
 
-NOTES = (
-    "± and errors are standard errors of means over seeds, with the expected value's own error "
-    "where it is known.",
-    "“Known” is the effect of N balls in a periodic box instead of infinitely many, by theory: "
-    "N − 1 free velocities, and a number that does not fluctuate (Lebowitz & Percus 1961). “Left” "
-    "is the difference without the known effect, in standard errors. “Open” is the uncertainty of "
-    "the expected value itself: correlated collisions and a3 in Haff's law, a3 and squares of a2 "
-    "in a2.",
-    "Temperatures in a periodic box are E/(N − 1). Z and the collision rate of a gas come from the "
-    "same repeats and are not independent.",
-    "Haff's law is for a gas that stays homogeneous, so cooling is compared in dilute gases. "
-    "An estimate, not a bound: the open part is of the order of the packing.",
-    "Simulated Z are Erpenbeck & Luban's; we assume that they are right to "
-    f"{PUBLISHED_PRECISION:g}. Those of Engel et al. 2013 above a packing of 0.69, where disks "
-    "order, are for 1,048,576 disks, too many for a short run.",
-)
-"""What a reader of the rows has to know."""
-
 ONLY_OPEN = "only with open"
 """The agreement of a row that deviates by more than ``ALLOWED``, but within what is open."""
 
@@ -369,7 +351,11 @@ class PhysicsStudy(Study):
             found += speed_rows(gas)
         groups = list(dict.fromkeys(row["group"] for row in found))
         found.sort(key=lambda row: groups.index(row["group"]))
-        return {"allowed_errors": ALLOWED, "notes": NOTES, "rows": in_order(found)}
+        return {
+            "allowed_errors": ALLOWED,
+            "notes": PLANS["physics"]["notes"],
+            "rows": in_order(found),
+        }
 
     @staticmethod
     def passed(record: Record) -> bool:
