@@ -17,7 +17,7 @@ from typing import Any
 
 from snooker_cli import __version__, store
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import RunError
+from snooker_cli.errors import RunError, error_text
 from snooker_cli.formatting import listed
 from snooker_cli.runs.batch import (
     Batch,
@@ -189,7 +189,7 @@ class DaskExecutor(Executor):
                 raise
             except Exception as error:
                 raise RunError(
-                    f"no dask scheduler answers at {address} ({_first_line(error)})",
+                    f"no dask scheduler answers at {address} ({error_text(error)})",
                     "start one with `dask scheduler` and its workers with `dask worker`, or "
                     "correct the address",
                 ) from None
@@ -224,7 +224,7 @@ class DaskExecutor(Executor):
             if theirs == mine or isinstance(theirs, OSError):  # of a worker that has just gone
                 continue
             if not isinstance(theirs, str):
-                theirs = f"no such snooker ({_first_line(theirs)})"
+                theirs = f"no such snooker ({error_text(theirs)})"
             raise _other_software(f"the worker at {address}", theirs, mine)
 
     def _stored(self) -> Set[Any]:
@@ -267,7 +267,3 @@ def _delete_unfinished(run: Run, batches: Sequence[Batch]) -> None:
         if target_of(part) in stored:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
-
-
-def _first_line(error: BaseException) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]
