@@ -5,6 +5,9 @@ PYTHON ?= python3
 MAKEFLAGS += --jobs=2
 BIN := .venv/bin
 READY := .venv/.ready
+TESTS_READY := .venv/.ready-for-tests
+
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 RUNS := decay temperature area number radius dilute speeds restitution elastic-wall sliding audit
 DONE := $(RUNS:%=runs/%/.done)
@@ -16,14 +19,14 @@ REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.* snooker_cli/repo
 help:  ## List the targets.
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
-setup: $(READY)  ## Create .venv with everything.
+setup: $(TESTS_READY)  ## Create .venv with everything, also for tests.
 
 report: runs/report/report.pdf  ## Simulate what has changed in configs/ and write runs/report/.
 
-test: $(READY)  ## Run the tests, except the long ones.
+test: $(TESTS_READY)  ## Run the tests, except the long ones.
 	$(BIN)/pytest -n 2 --dist worksteal -m "not long"
 
-lint: $(READY)  ## Check style and types.
+lint: $(TESTS_READY)  ## Check style and types.
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
@@ -35,7 +38,7 @@ bench: $(READY)  ## Measure the engine's speed on an idle machine.
 	$(BIN)/snooker bench speed --out runs/bench
 
 # The report uses saved measurements of errors, hard cases and physics, because they depend on the machine.
-measured: $(READY)  ## Measure errors, hard cases and physics again on an idle machine.
+measured: $(TESTS_READY)  ## Measure errors, hard cases and physics again on an idle machine.
 	for each in error hard physics; do \
 		$(BIN)/snooker bench $$each --out runs/measured && \
 		cp runs/measured/$$each.json snooker_cli/report/measured/ || exit 1; \
@@ -47,8 +50,15 @@ clean:  ## Remove all runs.
 
 $(READY): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("snooker needs Python 3.11 or newer: make PYTHON=python3.12" if sys.version_info < (3, 11) else 0)'
-	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@echo "Creating .venv with $$($(PYTHON) --version)"
+	@$(PYTHON) -m venv .venv
+	@echo "Installing snooker and what the report needs"
+	@$(INSTALL) --editable '.[report]'
+	@touch $@
+
+$(TESTS_READY): $(READY)
+	@echo "Installing what the tests need"
+	@$(INSTALL) --editable '.[dev]'
 	@touch $@
 
 # A changed config repeats its run and no other. Another engine version or file schema repeats all.

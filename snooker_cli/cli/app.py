@@ -26,7 +26,7 @@ COMMANDS = {
 }
 """The module and the first sentence of the help of each command."""
 
-HIDDEN = ("reproduce",)
+HIDDEN = ("reproduce", "schema")
 """Commands that ``snooker --help`` does not list."""
 
 

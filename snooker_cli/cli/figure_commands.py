@@ -191,7 +191,10 @@ def animate(
         int | None, typer.Option("--fps", min=1, max=60, help="GIF, MP4: frames per second [20].")
     ] = None,
     magnify: Annotated[
-        float, typer.Option("--magnify", min=1, max=1e12, help="Enlarge the container's motion.")
+        float,
+        typer.Option(
+            "--magnify", hidden=True, min=1, max=1e12, help="Enlarge the container's motion."
+        ),
     ] = 1.0,
     as_json: AsJson = False,
 ) -> None:

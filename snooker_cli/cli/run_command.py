@@ -57,7 +57,8 @@ def run(
         bool, typer.Option("--fresh", help="Replace the results in the folder, of any config.")
     ] = False,
     engine: Annotated[
-        EngineName | None, typer.Option("--engine", help="Of all points [the best for each].")
+        EngineName | None,
+        typer.Option("--engine", hidden=True, help="Of all points [the best for each]."),
     ] = None,
     checkpoint: Annotated[
         float,
@@ -72,7 +73,10 @@ def run(
         bool, typer.Option("--yes", help="Allow a run over a week or over the free disk space.")
     ] = False,
     no_collapse: Annotated[
-        bool, typer.Option("--no-collapse", help="Exit code 5 after a wall trap or collapse.")
+        bool,
+        typer.Option(
+            "--no-collapse", hidden=True, help="Exit code 5 after a wall trap or collapse."
+        ),
     ] = False,
     as_json: AsJson = False,
     no_progress: Annotated[bool, typer.Option("--no-progress", help="No progress bar.")] = False,

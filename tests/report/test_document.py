@@ -10,7 +10,7 @@ from pypdf import PdfReader
 
 from snooker_cli.report.document import write_pdf
 
-SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><rect width="9" height="9"/></svg>'
+SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><path d="M0 0h9v9z"/></svg>'
 
 
 def test_the_pdf_has_its_figures_without_links(
