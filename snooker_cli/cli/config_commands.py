@@ -24,7 +24,7 @@ STDOUT = Path("-")
 
 def templates() -> dict[str, Traversable]:
     """The commented configs by name, the simplest first."""
-    names = ("report", "decay", "sweep", "exact", "dense")
+    names = ("report", "decay", "sweep", "exact", "dense", "brownian")
     return {name: files("snooker_cli.cli") / "templates" / f"{name}.yaml" for name in names}
 
 

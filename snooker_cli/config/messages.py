@@ -16,7 +16,8 @@ _MODELS: dict[KeyPath, type[BaseModel]] = {
     ("container",): ContainerConfig,
     **{("balls", tag): model for tag, model in BALLS.items()},
     ("balls", "list", "list"): Ball,
-    ("balls", "species"): Species,
+    ("balls", "species", "count"): Species,
+    ("balls", "species", "position"): Ball,
 }
 """The model at each pydantic location, without its indices; of others it is Experiment."""
 
@@ -30,8 +31,10 @@ def config_error(error: ValidationError) -> ConfigError:
         if len(found) >= MOST_FOUND:
             break
         location, value = each["loc"], each["input"]
-        # The tag of a variant follows balls.
+        # The tag of a variant follows balls, and the index of a group.
         path = location[:1] + location[2:] if location[:1] == ("balls",) else location
+        if location[:2] == ("balls", "species"):
+            path = ("balls", *location[2:3], *location[4:])
         names = tuple(part for part in location[:-1] if isinstance(part, str))
         model = _MODELS.get(names, Experiment)
         match each["type"]:

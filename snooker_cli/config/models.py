@@ -1,7 +1,7 @@
 """The model of an experiment: its keys with units, ranges and rules."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -206,7 +206,7 @@ class Species(_Sparse):
     """Mass of every ball, kg."""
     speed: NotNegative
     """Speed of every ball at the start, m/s; with speeds: maxwell the root mean square. In a
-    periodic box the total momentum is set to zero at the same kinetic energy."""
+    periodic box the total momentum of balls given by count is set to zero at the same energy."""
     speeds: Literal["equal", "maxwell"] = "equal"
     """Speeds at the start: equal, or from Maxwell's distribution. Directions are random."""
     start: Literal["lattice", "random"] | None = None
@@ -234,18 +234,28 @@ def _tag(balls: object) -> str | None:
     """The only key of BALLS that a mapping has, or that of a model; "species" for a list."""
     if isinstance(balls, list | tuple):
         return "species"
-    names = balls if isinstance(balls, Mapping) else getattr(type(balls), "model_fields", ())
-    found = [key for key in BALLS if key in names]
+    found = [key for key in BALLS if key in _keys(balls)]
     return found[0] if len(found) == 1 else None
 
 
-AllSpecies = Annotated[tuple[Species, ...], Field(min_length=1), _FROM_LIST]
+def _keys(part: object) -> Collection[str]:
+    """The keys of a mapping or of a model; none of anything else."""
+    return part if isinstance(part, Mapping) else getattr(type(part), "model_fields", ())
+
+
+Group = Annotated[
+    Annotated[Ball, Tag("position")] | Annotated[Species, Tag("count")],
+    Discriminator(lambda one: "position" if "position" in _keys(one) else "count"),
+]
+"""One ball at its place, or a species."""
+
+Groups = Annotated[tuple[Group, ...], Field(min_length=1), _FROM_LIST]
 
 Balls = Annotated[
     Annotated[Rings, Tag("rings")]
     | Annotated[BallList, Tag("list")]
     | Annotated[BallCount, Tag("count")]
-    | Annotated[AllSpecies, Tag("species")],
+    | Annotated[Groups, Tag("species")],
     Discriminator(_tag),
 ]
 
@@ -281,8 +291,8 @@ class Experiment(Model):
     container: ContainerConfig
     """Container: a circle, a box or a periodic box."""
     balls: Balls
-    """Balls at the start: a count of equal balls, a list of several such species, rings of equal
-    balls, or a list of single balls."""
+    """Balls at the start: a count of equal balls, a list of several such species (after any
+    single balls with a position), rings of equal balls, or a list of single balls."""
     cor: Restitution
     """Coefficient of restitution between balls, 0 (no rebound) to 1 (elastic)."""
     wall_cor: Restitution | None = None
@@ -338,9 +348,14 @@ class Experiment(Model):
     @property
     def species(self) -> tuple[Species, ...]:
         """The species of balls given by count; none of rings or a list."""
-        if isinstance(self.balls, BallCount):
-            return (self.balls,)
-        return self.balls if isinstance(self.balls, tuple) else ()
+        groups = self.balls if isinstance(self.balls, tuple) else (self.balls,)
+        return tuple(each for each in groups if isinstance(each, Species))
+
+    @property
+    def placed(self) -> tuple[Ball, ...]:
+        """The single balls with a position among species; balls 0, 1, … of the scene."""
+        groups = self.balls if isinstance(self.balls, tuple) else ()
+        return tuple(each for each in groups if isinstance(each, Ball))
 
     @property
     def start(self) -> str:
@@ -427,9 +442,13 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
     """Species must fit each other. Two of the container's size, their radii and packing follow."""
     container, balls, species = experiment.container, experiment.balls, experiment.species
     shape, size = container.shape_class, f"container.{container.shape_class.keys[0]}"
-    paths: list[KeyPath] = [("balls", k) for k in range(len(species))]
+    placed = experiment.placed
+    paths: list[KeyPath] = [("balls", len(placed) + k) for k in range(len(species))]
     if isinstance(balls, BallCount):
         paths = [("balls",)]
+    elif placed and (faults := tuple(_faults_of_placed(experiment))):
+        yield from faults
+        return
     number = sum(each.count for each in species)
     if number > MAX_BALLS:
         sentence = f"the species have {number:,} balls in all, of at most {MAX_BALLS:,}; give fewer"
@@ -462,3 +481,18 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
         if surplus := packed if len(packed) < len(given) - 1 else packed[1:]:
             sentence += f", so remove {listed(surplus)}"
         yield Problem(("balls",), sentence)
+
+
+def _faults_of_placed(experiment: Experiment) -> Iterator[Problem]:
+    """Balls with a position come before species that fill a container of a given size."""
+    placed = len(experiment.placed)
+    if not experiment.species:
+        sentence = "all balls have a position; write balls: {list: […]}, or add balls with a count"
+        yield Problem(("balls",), sentence)
+    for k, ball in enumerate(experiment.balls if isinstance(experiment.balls, tuple) else ()):
+        if isinstance(ball, Ball) and k >= placed:
+            sentence = "a ball with a position is given after a species; move it to the front"
+            yield Problem(("balls", k), sentence)
+    if experiment.container.packing is not None:
+        sentence = "packing is for balls given by count alone; give the container's size instead"
+        yield Problem(("container", "packing"), sentence, about_key=True)

@@ -174,8 +174,8 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
         if getattr(experiment, key) == Experiment.model_fields[key].default:
             physics.pop(key, None)
     if experiment.species:
-        unplaced = [each.model_copy(update={"start": None}) for each in experiment.species]
-        physics["balls"] = [each.model_dump() for each in unplaced]
+        groups = [each.model_copy(update={"start": None}) for each in experiment.species]
+        physics["balls"] = [each.model_dump() for each in (*experiment.placed, *groups)]
         physics["start"] = experiment.start
     text = json.dumps(physics, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()

@@ -192,8 +192,9 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
 def _constants(points: Sequence[Point]) -> Iterator[str]:
     """What all points have in common, as ``r = 1 m``."""
     experiment = points[0].experiment
-    if len(experiment.species) > 1:
-        yield f"N = {sum(each.count for each in experiment.species)} of several species"
+    if isinstance(experiment.balls, tuple):
+        number = len(experiment.placed) + sum(each.count for each in experiment.species)
+        yield f"N = {number} of several species"
     elif balls := getattr(experiment.balls, "list", None):
         yield f"N = {len(balls)}"
     wall = any(point.experiment.container.shape_class.has_wall for point in points)

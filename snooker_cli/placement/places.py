@@ -81,6 +81,29 @@ def lattice(container: Container, number: int) -> tuple[Floats, float]:
     return positions, diameter - ROUNDINGS * EPSILON * max(size)
 
 
+def lattice_around(
+    container: Container, number: int, radius: float, placed: tuple[Floats, Floats]
+) -> tuple[Floats, float]:
+    """As ``lattice``, without places where a ball of a radius (m) overlaps one that is placed.
+
+    placed : places (*n*, 2) and radii (*n*,) of these, m
+    """
+    tried, diameter, free = 0, math.inf, np.empty((0, 2))
+    while len(free) < number and diameter >= 2 * radius:
+        tried += number - len(free)
+        free, diameter = lattice(container, tried)
+        for place, other in zip(*placed, strict=True):
+            free = free[~_blocked(free, place[None], radius + other, container.period)]
+    if len(free) > number:
+        free = free[np.arange(number) * len(free) // number]
+    return free, diameter
+
+
+def joined(placed: Floats, others: Floats) -> Floats:
+    """Places of balls that are placed, then those of others; (*N*, 2), m."""
+    return np.concatenate([placed, others]) if len(placed) else others
+
+
 def _in_circle(radius: float, number: int) -> tuple[Floats, float]:
     """The lattice places nearest to the centre, which is a place or lies between two or three.
 
@@ -200,29 +223,32 @@ def random_places(
     counts: Sequence[int],
     packing: float,
     generator: np.random.PCG64,
+    placed: tuple[Floats, Floats],
 ) -> Floats:
     """Random places of ``counts`` balls of each radius (m), in that order; (*N*, 2), m.
 
     packing : area of the balls over that of the container
+    placed : places (*n*, 2) and radii (*n*,) of balls that are there already, m; they come first
 
     Raises ``JammedError`` if there are none, or none are found.
     """
     if packing > LARGEST * (1 + 1e-9):
         raise JammedError(LARGEST)
-    wide = 2 * max(radii) / min(container.size)
+    each = np.append(placed[1], np.repeat(radii, counts))
+    wide = 2 * np.max(each) / min(container.size)
     if wide > 1:
         raise JammedError(packing / (wide * wide))
-    each = np.repeat(radii, counts)
     inserted, positions = 2 * min(packing, INSERTED), None
     while positions is None:
         inserted /= 2
         scale = math.sqrt(inserted / packing)
-        positions = _inserted(container, radii, counts, generator, scale)
+        positions = _inserted(container, radii, counts, generator, scale, placed)
     if scale < 1:
         # Sorted in strips, so that neighbours are near in memory too.
         strips = np.floor(positions[:, 1] / (4 * _mean(each)))
         order = np.lexsort((positions[:, 0], strips))
-        positions[order] = _pushed_apart(container, positions[order], each[order], packing)
+        fixed = order < len(placed[0])
+        positions[order] = _pushed_apart(container, positions[order], each[order], packing, fixed)
     return positions
 
 
@@ -232,6 +258,7 @@ def _inserted(
     counts: Sequence[int],
     generator: np.random.PCG64,
     scale: float,
+    placed: tuple[Floats, Floats],
 ) -> Floats | None:
     """Places where balls with radii scaled by ``scale`` do not overlap; None if that fails."""
     period = container.period
@@ -245,13 +272,14 @@ def _inserted(
             number = int(missing / accepted) + 8
             tried = _uniform_places(container, generator, number, radii[k])
             attempts += number
-            for other, places in found.items():
-                reach = scale * (radii[k] + radii[other])
+            there = [(radius, place[None]) for place, radius in zip(*placed, strict=True)]
+            for other, places in there + [(radii[one], found[one]) for one in found]:
+                reach = scale * (radii[k] + other)
                 tried = tried[~_blocked(tried, places, reach, period)]
             tried = tried[~_blocked(tried, tried, scale * 2 * radii[k], period)]
             accepted = max(len(tried) / number, 0.05)
             found[k] = np.concatenate([found[k], tried[:missing]])
-    return np.concatenate([found[k] for k in range(len(radii))])
+    return joined(placed[0], np.concatenate([found[k] for k in range(len(radii))]))
 
 
 def _uniform_places(
@@ -280,11 +308,17 @@ def _blocked(
     return blocked
 
 
-def _pushed_apart(container: Container, positions: Floats, radii: Floats, packing: float) -> Floats:
-    """Positions without overlaps. Raises ``JammedError``.
+def _pushed_apart(
+    container: Container,
+    positions: Floats,
+    radii: Floats,
+    packing: float,
+    fixed: NDArray[np.bool_],
+) -> Floats:
+    """Positions without overlaps; of ``fixed`` balls, the same. Raises ``JammedError``.
 
-    Balls are pushed as if they were larger by a quarter of the way to jamming, so that they soon
-    are free. They continue their last step in part, as if they had mass.
+    Other balls are pushed as if they were larger by a quarter of the way to jamming, so that they
+    soon are free. They continue their last step in part, as if they had mass.
     """
     wanted = radii * (1 + max(0.25 * (math.sqrt(JAMMED / packing) - 1), 1e-4))
     skin = SKIN * _mean(radii)
@@ -307,6 +341,7 @@ def _pushed_apart(container: Container, positions: Floats, radii: Floats, packin
             push = part * offsets[close]
             steps[:, axis] *= MEMORY
             steps[:, axis] += np.bincount(a, push, len(radii)) - np.bincount(b, push, len(radii))
+        steps[fixed] = 0.0
         positions += steps
         if container.period is None:
             container.put_inside(positions, radii)

@@ -11,7 +11,7 @@ from snooker_cli.config import BallList, Experiment, Rings, stream_seed
 from snooker_cli.containers import Container
 from snooker_cli.errors import JammedError, SceneError
 from snooker_cli.neighbours import Floats
-from snooker_cli.placement.places import lattice, random_places, ring_positions
+from snooker_cli.placement.places import joined, lattice_around, random_places, ring_positions
 from snooker_cli.placement.random_numbers import (
     PLACES,
     random_directions,
@@ -35,25 +35,9 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
     Raises ``SceneError`` if balls overlap or stick out of the container.
     """
     container, balls = experiment.container.given, experiment.balls
-    if isinstance(balls, BallList):
-        names = ("position", "velocity", "radius", "mass")
-        places, velocities, radii, masses = (
-            np.array([getattr(ball, name) for ball in balls.list]) for name in names
-        )
-        positions = [places] * len(repeats)
-        velocities = np.repeat(velocities[np.newaxis], len(repeats), axis=0)
-    elif isinstance(balls, Rings):
-        assert container is not None
-        places = _on_rings(balls, container.size[0] / 2)
-        positions, number = [places] * len(repeats), len(places)
-        velocities = balls.speed * random_directions(number, stream_seed(experiment), repeats)
-        radii, masses = np.full(number, balls.radius), np.full(number, balls.mass)
-    else:
+    sizes: tuple[float, ...] = ()
+    if experiment.species:
         container, sizes = _container_and_radii(experiment)
-        counts = [each.count for each in experiment.species]
-        masses = np.repeat([each.mass for each in experiment.species], counts)
-        positions = _positions(experiment, container, sizes, repeats)
-        velocities, radii = _velocities(experiment, masses, repeats), np.repeat(sizes, counts)
     assert container is not None
     same: dict[str, Any] = {
         "container": container,
@@ -66,12 +50,34 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
         "elastic_below": experiment.elastic_below,
         "slides": experiment.collapse == "slide",
     }
-    scenes = [Scene(*one, radii, masses, **same) for one in zip(positions, velocities, strict=True)]
+    placed = balls.list if isinstance(balls, BallList) else experiment.placed
+    names = ("position", "velocity", "radius", "mass")
+    places, moving, radii, masses = (np.array([getattr(b, name) for b in placed]) for name in names)
     try:
+        if placed:  # before others are placed around them
+            check(Scene(places, moving, radii, masses, **same))
+        positions = [places] * len(repeats)
+        velocities = np.array([moving] * len(repeats))
+        if isinstance(balls, Rings):
+            places = _on_rings(balls, container.size[0] / 2)
+            positions, number = [places] * len(repeats), len(places)
+            velocities = balls.speed * random_directions(number, stream_seed(experiment), repeats)
+            radii, masses = np.full(number, balls.radius), np.full(number, balls.mass)
+        elif experiment.species:
+            counts = [each.count for each in experiment.species]
+            of_gas = np.repeat([each.mass for each in experiment.species], counts)
+            positions = _positions(experiment, container, sizes, (places, radii), repeats)
+            drawn = _velocities(experiment, of_gas, repeats)
+            velocities = np.concatenate([velocities, drawn], axis=1) if placed else drawn
+            radii = np.append(radii, np.repeat(sizes, counts))
+            masses = np.append(masses, of_gas)
+        pairs = zip(positions, velocities, strict=True)
+        scenes = [Scene(*one, radii, masses, **same) for one in pairs]
         _check(scenes, velocities)
     except SceneError as error:
-        if isinstance(balls, BallList) and error.ball is not None:
-            raise SceneError(f"balls.list[{error.ball}]", str(error), error.ball) from None
+        if error.ball is not None and error.ball < len(placed):
+            home = "balls.list" if isinstance(balls, BallList) else "balls"
+            raise SceneError(f"{home}[{error.ball}]", str(error), error.ball) from None
         raise
     return scenes
 
@@ -138,27 +144,34 @@ def _positions(
     experiment: Experiment,
     container: Container,
     radii: tuple[float, ...],
+    placed: tuple[Floats, Floats],
     repeats: Sequence[int],
 ) -> list[Floats]:
-    """Places of each repeat on a lattice or at random; (*N*, 2), m. Raises ``SceneError``."""
+    """Places of each repeat on a lattice or at random; (*N*, 2), m. Raises ``SceneError``.
+
+    placed : places (*n*, 2) and radii (*n*,) of the first balls, m
+    """
     counts = [each.count for each in experiment.species]
-    packing = container.packing_fraction(_sum_of_squares(np.repeat(radii, counts)))
+    all_radii = np.append(placed[1], np.repeat(radii, counts))
+    packing = container.packing_fraction(_sum_of_squares(all_radii))
     if not container.has_wall:
-        container.check_radii(np.array(radii))
+        container.check_radii(all_radii)
     seed = stream_seed(experiment)
     streams = (stream(seed, repeat, PLACES) for repeat in repeats)
     if experiment.start == "random":
         try:
-            return [random_places(container, radii, counts, packing, each) for each in streams]
+            return [
+                random_places(container, radii, counts, packing, each, placed) for each in streams
+            ]
         except JammedError as jammed:
             raise _too_dense(experiment, container, radii, packing, jammed.packing) from None
-    positions, diameter = lattice(container, sum(counts))
+    positions, diameter = lattice_around(container, sum(counts), max(radii), placed)
     scale = diameter / (2 * max(radii))
     if scale < 1:
         raise _too_dense(experiment, container, radii, packing, scale * scale * packing)
     if len(counts) == 1:
-        return [positions] * len(repeats)
-    return [positions[shuffled(each, len(positions))] for each in streams]
+        return [joined(placed[0], positions)] * len(repeats)
+    return [joined(placed[0], positions[shuffled(each, len(positions))]) for each in streams]
 
 
 def _velocities(experiment: Experiment, masses: Floats, repeats: Sequence[int]) -> Floats:
@@ -207,14 +220,16 @@ def _too_dense(
     reached: float,
 ) -> SceneError:
     """The error about balls that do not fit; a packing of ``reached`` would."""
-    number, start = sum(each.count for each in experiment.species), experiment.start
+    placed, start = len(experiment.placed), experiment.start
+    number = placed + sum(each.count for each in experiment.species)
     problem = (
         f"{number:,} balls with start: {start} in a {container.title} reach a packing of "
         f"{math.floor(reached * 1e4) / 1e4:.4f}, not {packing:.4g}"
     )
     if experiment.packing is not None:
         return SceneError(experiment.packing[0], f"{problem}; lower it, or try another start")
-    key = f"balls[{radii.index(max(radii))}]" if isinstance(experiment.balls, tuple) else "balls"
+    index = placed + radii.index(max(radii))
+    key = f"balls[{index}]" if isinstance(experiment.balls, tuple) else "balls"
     factor = math.floor(math.sqrt(reached / packing) * 1e4) / 1e4
     advice = f"multiply radii by {factor:.4f} or less, or try another start"
     return SceneError(f"{key}.radius", f"{problem}; {advice}")

@@ -21,6 +21,7 @@ SHORT = {
     "sweep": ("collisions=50", "repeats=1", "cor=0.8", "balls.radius=0.4,0.8"),
     "exact": ("balls.list[1].mass=1.0,1e2,1e4,1e6",),
     "dense": ("collisions=500", "repeats=1"),
+    "brownian": ("time=1", "repeats=1"),
 }
 """What makes a template end in a moment."""
 

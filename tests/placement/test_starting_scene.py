@@ -280,6 +280,58 @@ def test_species_are_mixed_on_a_lattice():
     assert np.array_equal(*(np.unique(each.positions, axis=0) for each in (scene, other)))
 
 
+PLACED = "{position: [-3, 1], velocity: [0, 5], radius: 2, mass: 20}"
+SIZES = {"circle": "radius: 8", "box": "width: 16", "periodic": "width: 21"}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("start", ["lattice", "random"])
+@pytest.mark.parametrize("radius", [0.1, 0.49])
+def test_a_gas_surrounds_placed_balls(shape, start, radius):
+    """``check`` in ``starting_scenes`` finds overlaps; large balls are pushed apart."""
+    placed = f"{PLACED}, {{position: [4, -2], velocity: [0, 0], radius: 1.5}}"
+    of_gas = f"{{count: 150, radius: {radius}, mass: 2, speed: 3, start: {start}}}"
+    scene = gas(f"shape: {shape}, {SIZES[shape]}", f"[{placed}, {of_gas}]")
+    assert scene.positions[:2].tolist() == [[-3.0, 1.0], [4.0, -2.0]]
+    assert scene.velocities[:2].tolist() == [[0.0, 5.0], [0.0, 0.0]]
+    assert scene.radii.tolist() == [2.0, 1.5] + 150 * [radius]
+    assert scene.masses.tolist() == [20.0, 1.0] + 150 * [2.0]
+    moving = scene.velocities[2:]
+    assert np.sum(moving**2) == pytest.approx(150 * 9, rel=1e-13)
+    if shape == "periodic":
+        assert np.sum(moving, axis=0) == pytest.approx([0, 0], abs=1e-12)
+    reach = np.array(scene.container.size) / 2 - radius
+    for side in (-1, 1):  # it is all around, not on one side
+        assert np.all(np.max(side * scene.positions[2:], axis=0) > 0.75 * reach)
+
+
+def test_placed_balls_are_part_of_the_digest():
+    """A later species has no default that changes it, and the place of ``start`` does not."""
+    first, second = (
+        counted("radius: 9", f"[{PLACED}, {{count: 9, radius: 1, speed: 1{start}}}]")
+        for start in ("", ", start: lattice")
+    )
+    assert digest(first) == digest(second)
+    balls = f"[{PLACED}, {{count: 9, radius: 1, speed: 1}}]"
+    moved = counted("radius: 9", balls, "balls[0].mass=3")
+    assert moved.placed[0].mass == 3.0
+    assert digest(first) != digest(moved)
+
+
+@pytest.mark.parametrize("start", ["lattice", "random"])
+def test_placed_balls_that_do_not_fit_are_named(start):
+    other = "{position: [0, 1], velocity: [0, 0], radius: 2}"
+    of_gas = f"{{count: 150, radius: 0.5, speed: 3, start: {start}}}"
+    overlap = error_of(counted("radius: 9", f"[{PLACED}, {other}, {of_gas}]"))
+    assert (overlap.key, overlap.ball) == ("balls[1]", 1)
+    assert "balls 0 and 1 overlap by 1 m" in str(overlap)
+    outside = error_of(counted("radius: 5", f"[{PLACED}, {of_gas}]"))
+    assert outside.key == "balls[0]"
+    crowd = error_of(counted("radius: 7", f"[{PLACED}, {of_gas}]"))
+    assert crowd.key == "balls[1].radius"
+    assert f"151 balls with start: {start} in a circle reach a packing of 0." in str(crowd)
+
+
 @pytest.mark.parametrize(
     ("container", "balls", "key", "reached"),
     [
