@@ -152,6 +152,21 @@ class Container(ABC):
     def longest_distance(self, radius: float) -> float:
         """Largest distance of the centres of two balls of a radius (m), m."""
 
+    @property
+    @abstractmethod
+    def longest_wave(self) -> float:
+        """Wavelength 2π/k of the slowest shear mode that decays, m.
+
+        A smooth wall has no flow through it and no shear stress on it.
+        """
+
+    @abstractmethod
+    def ring_shares(self, places: Floats, ring_radii: Floats, radius: float) -> Floats:
+        """Share of each ring that centres of balls of a radius (m) can reach; (*n*, *k*), 0 to 1.
+
+        places, ring_radii : (*n*, 2) and (*k*,), m; the rings' centres and radii
+        """
+
     @abstractmethod
     def distance_density(self, distances: Floats, radius: float) -> Floats:
         """Density of the distance of two independent uniform centres, 1/m."""
@@ -216,6 +231,22 @@ class Circle(Container):
 
     def longest_distance(self, radius: float) -> float:
         return 2 * self.radius - 2 * radius
+
+    @property
+    def longest_wave(self) -> float:
+        """That of two opposite vortices, ψ = [J₁(kr) − J₁(kR) r/R] cos φ.
+
+        Without shear stress ∂²ψ/∂r² = (∂ψ/∂r)/R at the wall, so 2 J₂(kR) = kR J₃(kR). The rotation
+        of all balls as one never decays (see ``theory.angular_momentum_floor``).
+        """
+        return 2 * math.pi * self.radius / 3.0542369282271404
+
+    def ring_shares(self, places: Floats, ring_radii: Floats, radius: float) -> Floats:
+        """By the law of cosines, with the distance of each place from the centre."""
+        reach, ring = self.radius - radius, ring_radii[None, :]
+        out = np.maximum(np.hypot(*places.T)[:, None], 1e-12 * reach)
+        cosine = (out**2 + ring**2 - reach**2) / (2 * out * ring)
+        return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)) / math.pi)
 
     def distance_density(self, distances: Floats, radius: float) -> Floats:
         """Disk line picking."""
@@ -290,6 +321,22 @@ class Box(_Rectangle):
         corners = np.array(self.size) / 2 - radii[:, None]
         np.clip(places, -corners, corners, out=places)
 
+    @property
+    def longest_wave(self) -> float:
+        """That of one vortex, ψ = sin(πx/w) sin(πy/h)."""
+        return 2 / math.hypot(1 / self.width, 1 / self.height)
+
+    def ring_shares(self, places: Floats, ring_radii: Floats, radius: float) -> Floats:
+        """Without the arcs beyond each wall; those beyond two walls at a corner count once."""
+        corner = np.array(self.size) / 2 - radius
+        gaps = np.stack([corner - places, corner + places])[..., None]
+        beyond = np.arccos(np.clip(gaps / ring_radii, -1.0, 1.0))  # half arcs by side, place, axis
+        left = 2 * math.pi - 2 * beyond.sum(axis=(0, 2))
+        for across in beyond[:, :, 0]:
+            for up in beyond[:, :, 1]:
+                left += np.clip(across + up - math.pi / 2, 0.0, 2 * np.minimum(across, up))
+        return np.asarray(left / (2 * math.pi))
+
     def longest_distance(self, radius: float) -> float:
         return float(np.hypot(self.width - 2 * radius, self.height - 2 * radius))
 
@@ -331,6 +378,15 @@ class PeriodicBox(_Rectangle):
                 reason = f"this engine needs {PERIODIC_DIAMETERS} cells each way, each a ball wide"
                 advice = "use smaller balls, more of them, or a larger box"
                 raise SceneError(f"container.{key}", f"{problem} ({sizes}): {reason}; {advice}")
+
+    @property
+    def longest_wave(self) -> float:
+        """The longer side."""
+        return max(self.size)
+
+    def ring_shares(self, places: Floats, ring_radii: Floats, radius: float) -> Floats:
+        """Whole rings; of radii up to half of the shorter side, so that images are apart."""
+        return np.ones((len(places), len(ring_radii)))
 
     def longest_distance(self, radius: float) -> float:
         return float(np.hypot(self.width, self.height)) / 2

@@ -53,6 +53,11 @@ class Scene:
         return len(self.radii)
 
     @property
+    def equal_balls(self) -> bool:
+        """Whether all balls have one radius and one mass, as the theories need."""
+        return bool(np.all(self.radii == self.radii[0]) and np.all(self.masses == self.masses[0]))
+
+    @property
     def free(self) -> bool:
         """Whether the container moves when a ball hits it."""
         return math.isfinite(self.container_mass)

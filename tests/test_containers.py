@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scenes import DARTS, uniform
+from scipy.special import jv
 
 from snooker_cli.containers import SHAPES, Box, Circle, PeriodicBox
 from snooker_cli.errors import SceneError
@@ -145,3 +146,26 @@ def test_the_largest_balls_are_accepted():
     Circle(3.0).check_radii(np.array([math.nextafter(3.0, 0.0)]))
     Box(2.0, 7.0).check_radii(np.array([1.0]))
     PeriodicBox(10.001, 10.001).check_radii(np.array([1.0]))
+
+
+@every_container
+def test_the_longest_shear_wave_feels_no_stress_at_smooth_walls(container):
+    """∇⁴ψ = −k²∇²ψ with ψ = 0 and no shear stress on the wall, by differences of ψ."""
+    k = 2 * math.pi / container.longest_wave
+    if isinstance(container, Circle):
+        x = k * container.radius
+
+        def flow(r):  # ψ of two vortices along the line through both
+            return float(jv(1, k * r) - jv(1, x) * r / container.radius)
+
+        h, edge = 1e-3, container.radius
+        slope = (flow(edge + h) - flow(edge - h)) / (2 * h)
+        bend = (flow(edge + h) - 2 * flow(edge) + flow(edge - h)) / h**2
+        # r ∂(u/r)/∂r = 0 with u = −∂ψ/∂r; a slower mode would have an edge nearer to zero.
+        assert bend == pytest.approx(slope / edge, abs=1e-6)
+        assert k * edge == pytest.approx(3.0542, abs=1e-4)
+    elif container.has_wall:
+        width, height = container.size
+        assert k**2 == pytest.approx((math.pi / width) ** 2 + (math.pi / height) ** 2)
+    else:
+        assert k == pytest.approx(2 * math.pi / 7.0)

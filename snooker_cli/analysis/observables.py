@@ -297,11 +297,6 @@ def over_first(values: Array) -> Array:
     return np.asarray(values / positive[0] if len(positive) else values)
 
 
-def equal_balls(scene: Scene) -> bool:
-    """Whether all balls have one radius and one mass, as the theories need."""
-    return bool(np.all(scene.radii == scene.radii[0]) and np.all(scene.masses == scene.masses[0]))
-
-
 def elastic(scene: Scene) -> bool:
     """Whether no collision loses energy; a periodic box has none with a wall."""
     walls = not scene.container.has_wall or scene.wall_restitution == 1.0

@@ -11,9 +11,10 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.analysis import observables
 from snooker_cli.analysis.decay import repeat_fits, reported_constant
-from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic, equal_balls, time_mean
+from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic, time_mean
 from snooker_cli.containers import Circle, Container
 from snooker_cli.formatting import listed
+from snooker_cli.runs.plan import critical_ratio
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
 if TYPE_CHECKING:
@@ -38,9 +39,6 @@ UNITS = {
 }
 """Units of the quantities that have one."""
 
-DENSEST_FLUID = 0.65
-"""Packing fraction above which disks begin to order, where no theory here holds."""
-
 HEAVY = 1000.0
 """A free container this many times as heavy as the balls keeps their angular momentum."""
 
@@ -49,7 +47,7 @@ def fluid(
     number: float, temperature: float, radius: float, container: Container
 ) -> theory.FluidState | None:
     """The state of equal hard disks; ``None`` if they are too dense to be a fluid."""
-    if container.packing_fraction(number * radius**2) > DENSEST_FLUID:
+    if container.packing_fraction(number * radius**2) > theory.DENSEST_FLUID:
         return None
     try:
         return theory.fluid_state(number, temperature, radius, container)
@@ -59,7 +57,7 @@ def fluid(
 
 def scene_state(scene: Scene, temperature: float) -> theory.FluidState | None:
     """The state of a scene's balls; ``None`` for one ball, unequal ones, or a dense packing."""
-    if scene.number < 2 or not equal_balls(scene):
+    if scene.number < 2 or not scene.equal_balls:
         return None
     return fluid(scene.number, temperature, float(scene.radii[0]), scene.container)
 
@@ -101,7 +99,7 @@ def floor(scene: Scene) -> float:
     if not container.has_wall:
         return drift_energy(scene) / scene.kinetic_energy
     light = scene.container_mass < HEAVY * float(np.sum(scene.masses))
-    if not isinstance(container, Circle) or light or not equal_balls(scene):
+    if not isinstance(container, Circle) or light or not scene.equal_balls:
         return math.nan
     x, y = (scene.positions - scene.container_position).T
     u, v = (scene.velocities - scene.container_velocity).T
@@ -125,7 +123,7 @@ def pressures(trace: Trace, since: float) -> Iterator[Row]:
     yield "pressure", "ideal gas law", pressure, ideal * warm
     yield "temperature", "ideal gas law, PV/N", warm, pressure / ideal
     yield "PV/NT", "ideal gas law", found, 1.0
-    if not equal_balls(scene):
+    if not scene.equal_balls:
         return
     state, walls, packing = (
         scene_state(scene, 1.0),
@@ -173,7 +171,7 @@ def _compressibilities(scene: Scene, state: theory.FluidState | None) -> dict[st
 def rates(trace: Trace, since: float) -> Iterator[Row]:
     """Collision rates and the mean free path of equal balls, from a time (s) on."""
     scene, found = trace.start, observables.series(trace)
-    if not equal_balls(scene):
+    if not scene.equal_balls:
         return
     enskog, number, container = scene_rates(scene, 1.0), scene.number, scene.container
     radius, mass = float(scene.radii[0]), float(scene.masses[0])
@@ -205,7 +203,7 @@ def rates(trace: Trace, since: float) -> Iterator[Row]:
 def cooling(trace: Trace) -> Iterator[Row]:
     """Decay constants and the energy that is left, where a gas of equal balls loses energy."""
     scene = trace.start
-    if elastic(scene) or scene.number == 1 or not equal_balls(scene):
+    if elastic(scene) or scene.number == 1 or not scene.equal_balls:
         return
     energy, reported = repeat_fits(trace, "kinetic_energy"), reported_constant(trace)
     k = energy["exponential"].value
@@ -222,6 +220,9 @@ def cooling(trace: Trace) -> Iterator[Row]:
     events = calm.pair_events, wall_e, calm.wall_events
     expected = theory.energy_ratio_by_events(scene.number, e, *events)
     yield "energy left at the end", "by event count", left, expected
+    ratio = critical_ratio(scene, e)
+    if ratio is not None:
+        yield "L/L_c", "shear mode, critical", ratio, 1.0
 
 
 class SpeedLaw(NamedTuple):
@@ -234,7 +235,7 @@ class SpeedLaw(NamedTuple):
 
 def speed_laws(scene: Scene) -> list[SpeedLaw]:
     """The laws that the balls' speeds may follow; none for one ball, or where none applies."""
-    if scene.number < 2 or not (equal_balls(scene) or elastic(scene)):
+    if scene.number < 2 or not (scene.equal_balls or elastic(scene)):
         return []
     # The reduced speed v √(m/2T) is the speed of a ball with m = 1 at T = 1/2.
     edges = np.linspace(0.0, (SPEED_BINS - 1) * SPEED_BIN, SPEED_BINS)
@@ -273,7 +274,7 @@ def missing_note(scene: Scene) -> str:
     cooling = ["decay constants", "energy left"]
     if scene.number == 1:
         why, others = "one ball meets no other", ["distribution of speeds", *cooling]
-    elif not equal_balls(scene):
+    elif not scene.equal_balls:
         why, others = "the theory needs equal balls", ["distribution of speeds", *cooling]
         if elastic(scene):
             others = ["mean speed"] if np.ptp(scene.masses) > 0 else []

@@ -224,6 +224,9 @@ def _plan_lines(plan: dict[str, Any]) -> Iterator[str]:
         yield f"{points}: {numbers} {noun}, {one['to_do']:,} to do"
         models = dict(one["models"])
         yield f"  engine    {one['engine']}: {one['because']}"
+        if ratios := [each for each in one["critical_ratios"] if each is not None]:
+            values = " to ".join(dict.fromkeys(f"{f(ratios):.2g}" for f in (min, max)))
+            yield f"  L/L_c     {values}: vortices and clusters grow above 1"
         yield f"  records   {'events' if models.pop('events') else 'a summary'}"
         for heading, wanted in (("modelled", True), ("left out", False)):
             names = [name for name, is_so in models.items() if is_so is wanted]

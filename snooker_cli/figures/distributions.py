@@ -13,7 +13,6 @@ from snooker_cli.analysis import predictions
 from snooker_cli.analysis.observables import (
     at_collisions,
     central_distances,
-    equal_balls,
     instants,
     pair_distances,
     reduced_speed_counts,
@@ -111,7 +110,7 @@ def distances(distance: Distance, build: FigureBuilder) -> FigureData:
     widest = max(found, key=lambda each: float(each.edges[-1]))
     x = np.linspace(0.0, float(widest.edges[-1]), 200)
     where = f"uniform in the {widest.scene.container.title}"
-    equal = all(equal_balls(each.scene) for each in found)
+    equal = all(each.scene.equal_balls for each in found)
     name = distance.limit if equal else distance.limit_of_unequal
     build.lines += [
         Line(x, distance.uniform(x, widest.scene), where, NEUTRAL, "dashed"),
@@ -184,7 +183,7 @@ def speeds(build: FigureBuilder) -> FigureData:
     with the temperature of the moment.
     """
     starts = [build.start(point) for point in build.points]
-    in_metres = all(map(elastic, build.points)) and all(map(equal_balls, starts))
+    in_metres = all(map(elastic, build.points)) and all(scene.equal_balls for scene in starts)
     edges = np.arange(SPEED_BINS + 1, dtype=np.float64) * SPEED_BIN
     laws: dict[tuple[int | None, float], None] = {}
     for index, (point, scene) in enumerate(zip(build.points, starts, strict=True)):

@@ -11,7 +11,6 @@ import numpy as np
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
 from snooker_cli.analysis.observables import (
-    equal_balls,
     ideal_gas_ratio,
     mean_and_error,
     mean_pressure,
@@ -141,7 +140,7 @@ def _add_curves(
     if index == 0:  # it is the same for every radius
         ideal = np.array([each.ideal_pressure for each in gases])
         build.lines.append(Line(grid, ideal, IDEAL, NEUTRAL, "dashed"))
-    if equal_balls(scene):
+    if scene.equal_balls:
         values = np.array([each.pressure(scene, states[0].radius) for each in gases])
         known = np.isfinite(values)
         if known.any():

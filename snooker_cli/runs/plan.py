@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from snooker_cli import store
+from snooker_cli import store, theory
 from snooker_cli.config import BallList, Experiment, Point
 from snooker_cli.containers import Circle, Container
 from snooker_cli.engine import specialisation
@@ -42,12 +42,14 @@ class SceneClass:
     """Points for which the same is modelled.
 
     balls : the number of balls of each point
+    lengths : L/L_c of each point, see `critical_ratio`
     models : what is modelled or recorded, and what is left out because the scenes do not need it
     """
 
     shape: type[Container]
     points: tuple[Point, ...]
     balls: tuple[int, ...]
+    lengths: tuple[float | None, ...]
     models: dict[str, bool]
 
 
@@ -57,7 +59,7 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated, or that
     the chosen engine cannot simulate.
     """
-    described: list[tuple[Point, int, Any]] = []
+    described: list[tuple[Point, tuple[int, float | None], Any]] = []
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
@@ -73,15 +75,28 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
         for point in same:
             needed = models | _loss_models(point.experiment)
             key = type(scene.container), tuple(needed.items())
-            described.append((point, scene.number, key))
-    found: dict[Any, list[tuple[Point, int]]] = {}
-    for point, number, key in sorted(described, key=lambda each: each[0].index):
-        found.setdefault(key, []).append((point, number))
+            ratio = critical_ratio(scene, point.experiment.cor)
+            described.append((point, (scene.number, ratio), key))
+    found: dict[Any, list[tuple[Point, int, float | None]]] = {}
+    for point, numbers, key in sorted(described, key=lambda each: each[0].index):
+        found.setdefault(key, []).append((point, *numbers))
     classes = []
     for (shape, modelled), members in found.items():
-        members_points, balls = zip(*members, strict=True)
-        classes.append(SceneClass(shape, members_points, balls, dict(modelled)))
+        members_points, balls, lengths = zip(*members, strict=True)
+        classes.append(SceneClass(shape, members_points, balls, lengths, dict(modelled)))
     return classes
+
+
+def critical_ratio(scene: Scene, restitution: float) -> float | None:
+    """L/L_c: vortices and clusters grow above 1. ``None`` for elastic balls or without a theory.
+
+    L is the container's `longest_wave`, L_c `theory.critical_length`.
+    """
+    fluid = scene.number > 1 and scene.packing_fraction <= theory.DENSEST_FLUID
+    if restitution == 1 or not fluid or not scene.equal_balls:
+        return None
+    size = scene.number, float(scene.radii[0]), scene.container
+    return scene.container.longest_wave / theory.critical_length(restitution, *size)
 
 
 def _loss_models(experiment: Experiment) -> dict[str, bool]:
@@ -220,6 +235,7 @@ def _class_plan(each: SceneClass, to_do: dict[int, int], engine: str | None) -> 
     return {
         "points": [point.as_json() for point in each.points],
         "balls": sorted(set(each.balls)),
+        "critical_ratios": each.lengths,
         "shape": each.shape.name,
         "engine": "cells" if each.models["cells"] else "allpairs",
         "because": _because(each, engine),

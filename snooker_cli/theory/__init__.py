@@ -31,6 +31,7 @@ from snooker_cli.theory.cooling_laws import (
     SourceFactors,
     angular_momentum_floor,
     cooling_rate,
+    critical_length,
     energy_ratio_by_events,
     haff_rate,
     haff_ratio,
@@ -39,6 +40,7 @@ from snooker_cli.theory.cooling_laws import (
     source_factors,
 )
 from snooker_cli.theory.equation_of_state import (
+    DENSEST_FLUID,
     FluidState,
     accessible_wall_pressure,
     compressibility,
@@ -63,11 +65,17 @@ from snooker_cli.theory.speed_distributions import (
 
 __all__ = ["CollisionRates", "ball_ball_rate", "collision_rates", "mean_free_path"]
 __all__ += ["source_mean_free_path", "wall_rate"]
-__all__ += ["angular_momentum_floor", "cooling_rate", "energy_ratio_by_events", "haff_rate"]
+__all__ += ["angular_momentum_floor", "cooling_rate", "critical_length", "haff_rate"]
 __all__ += ["SourceFactors", "haff_ratio", "sonine_coefficient", "source_decay_constant"]
-__all__ += ["source_factors"]
-__all__ += ["FluidState", "accessible_wall_pressure", "compressibility", "contact_value"]
-__all__ += ["fluid_state", "ideal_gas_pressure", "number_density", "published_ratio"]
+__all__ += ["energy_ratio_by_events", "source_factors"]
+__all__ += ["DENSEST_FLUID", "FluidState", "accessible_wall_pressure", "compressibility"]
+__all__ += [
+    "contact_value",
+    "fluid_state",
+    "ideal_gas_pressure",
+    "number_density",
+    "published_ratio",
+]
 __all__ += ["van_der_waals_pressure"]
 __all__ += ["fixed_energy_factor", "fixed_energy_kurtosis", "fixed_energy_mean_speed"]
 __all__ += ["fixed_energy_speed_cdf", "fixed_energy_speed_density", "maxwell_mean_speed"]

@@ -9,7 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from snooker_cli.theory.equation_of_state import Real
+from snooker_cli.containers import Container
+from snooker_cli.theory.collision_rates import ball_ball_rate
+from snooker_cli.theory.equation_of_state import Real, contact_value
 
 
 def source_decay_constant(restitution: float, mean_free_path: float, mean_speed: float) -> float:
@@ -51,6 +53,31 @@ def cooling_rate(
     sonine = 1 + 3 * sonine_coefficient(restitution) / 16
     between_balls = (1 - restitution**2) * ball_ball_rate / 2 * sonine
     return between_balls + (1 - wall_restitution**2) * wall_rate
+
+
+def critical_length(
+    restitution: float, number: float, ball_radius: float, container: Container
+) -> float:
+    """Wavelength L_c above which vortices grow in a gas of inelastic disks, m; inf at CoR 1.
+
+    A flow that varies as sin(kx) across its direction decays at the rate ν k², the thermal speed at
+    ζ/2. So the flow grows relative to it if ν k² < ζ/2, and L_c = 2π/k = 2π√(2ν/ζ), at any
+    temperature. Clusters follow where vortices have grown. ζ is that of `cooling_rate` without a
+    wall. ν is Enskog's kinematic viscosity of elastic disks in the first Sonine approximation, so
+    that the result holds to leading order in 1 − e² (Brito & Ernst 1998,
+    doi:10.1209/epl/i1998-00388-9; viscosity: Gass, J. Chem. Phys. 54 (1971) 1898)::
+
+        ν = √(T/(πm))/(2 n d) · [1/χ + 2η + (1 + 8/π) η² χ]
+
+    In a dilute gas, with ζ = (1 − e²)√(πT/m) n d and λ = 1/(2√2 n d), L_c is 4√(2π) λ/√(1 − e²) =
+    10.03 λ/√(1 − e²).
+    """
+    density, packing = number / container.area, container.packing_fraction(number * ball_radius**2)
+    contact = contact_value(packing)
+    dense = 1 / contact + 2 * packing + (1 + 8 / math.pi) * packing**2 * contact
+    viscosity = dense / (4 * math.sqrt(math.pi) * density * ball_radius)
+    cooling = cooling_rate(restitution, ball_ball_rate(density, ball_radius, 1.0, contact))
+    return 2 * math.pi * math.sqrt(2 * viscosity / cooling) if cooling else math.inf
 
 
 def haff_rate(cooling_rate: float) -> float:

@@ -73,6 +73,10 @@ def _pade_coefficients() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 _PADE_CONTACT, _PADE_DENOMINATOR = _pade_coefficients()
 
 
+DENSEST_FLUID = 0.65
+"""Packing fraction above which disks begin to order, where no theory here holds."""
+
+
 def contact_value(packing: Real) -> Real:
     """Pair distribution of hard disks at contact: χ = (Z − 1)/(2η), 1 in the dilute limit.
 

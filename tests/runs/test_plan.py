@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from snooker_cli import theory
 from snooker_cli.config import parse, points
 from snooker_cli.containers import Circle
 from snooker_cli.errors import SceneError
@@ -117,6 +118,20 @@ def test_points_with_and_without_losses_are_of_two_classes(small_config: str) ->
     assert [point.index for point in elastic.points] == [2, 3]
     differing = {name for name, is_so in lossy.models.items() if is_so != elastic.models[name]}
     assert differing == {"losses between balls", "losses at the wall", "wall traps"}
+
+
+def test_a_class_has_the_box_length_over_the_critical_one() -> None:
+    """It grows as the CoR falls; one ball, elastic balls and a solid have no ratio."""
+    circle, solid = Circle(20.0), ("container={shape: periodic, width: 20}", "balls.radius=0.944")
+    expected = [
+        circle.longest_wave / theory.critical_length(e, 20, 0.3, circle) for e in (0.9, 0.7)
+    ]
+    (one,) = classes_of(GAS, "container.radius=20", "balls.count=20", "cor=0.9,0.7")
+    assert one.lengths == pytest.approx(expected, rel=1e-12)
+    assert expected[0] < expected[1]
+    for others in (["cor=1"], [*solid, "cor=0.9"], ["balls.count=1", "cor=0.9"]):
+        (one,) = classes_of(GAS, *others)
+        assert one.lengths == (None,), others
 
 
 def test_an_engine_can_be_forced_upon_all_scenes_it_knows(small_config: str) -> None:

@@ -7,6 +7,7 @@ import pytest
 from source_scene import SIMULATED, N, T, digits
 
 from snooker_cli import theory
+from snooker_cli.containers import PeriodicBox
 
 
 @pytest.mark.parametrize(
@@ -142,3 +143,34 @@ def test_mistakes_of_the_source_report_are_factors_of_its_decay_constant() -> No
         expected = k / theory.cooling_rate(e, pairs, e, wall)
         assert math.prod(factors) == pytest.approx(expected, rel=1e-12)
         assert factors.section == pytest.approx(theory.mean_free_path(density, radius) / path)
+
+
+@pytest.mark.parametrize("restitution", [0.99, 0.999, 0.9999])
+def test_the_critical_length_of_a_dilute_gas(restitution):
+    """10.03 λ/√(1 − e²) where density and a2 vanish; a2 is 3/16·16(1 − e)/32 of ζ for e → 1."""
+    box = PeriodicBox(1e3, 1e3)
+    path = theory.mean_free_path(100 / box.area, 1e-3)
+    found = theory.critical_length(restitution, 100, 1e-3, box) / path
+    leading = 4 * math.sqrt(2 * math.pi)
+    assert round(leading, 2) == 10.03
+    reduced = found * math.sqrt(1 - restitution**2)
+    assert reduced == pytest.approx(leading, rel=0.1 * (1 - restitution))
+    assert theory.critical_length(1.0, 100, 1e-3, box) == math.inf
+
+
+@pytest.mark.parametrize("packing", [0.01, 0.2, 0.5])
+def test_the_viscosity_of_the_critical_length_is_enskogs(packing):
+    """Kinetic (1 + ηχ)²/χ and collisional part, half of the bulk viscosity (Enskog).
+
+    The bulk viscosity is (π/2) n²d³χ √(mT/π): the pressure nT·2ηχ = (π/2) n²d²χ m⟨g_n²⟩, ⟨g_n²⟩ =
+    T/m over approaching pairs, changes by 2⟨g_n⟩d ∇·u/2 = √(T/πm) d ∇·u in a dilation.
+    """
+    box, radius, e = PeriodicBox(10.0, 10.0), 0.1, 0.9
+    number = packing * box.area / (math.pi * radius**2)
+    density, chi, d = number / box.area, theory.contact_value(packing), 2 * radius
+    dilute = 1 / (2 * d * math.sqrt(math.pi))
+    bulk = math.pi / 2 * density**2 * d**3 * chi / math.sqrt(math.pi)
+    viscosity = (dilute * (1 + packing * chi) ** 2 / chi + bulk / 2) / density
+    rate = theory.cooling_rate(e, theory.ball_ball_rate(density, radius, 1.0, chi))
+    wave = 2 * math.pi / theory.critical_length(e, number, radius, box)
+    assert viscosity * wave**2 == pytest.approx(rate / 2, rel=1e-12)

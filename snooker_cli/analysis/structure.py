@@ -1,0 +1,183 @@
+"""Positions and velocities at one time -> pair correlation, hexatic order, a2, energy of heat.
+
+An observable is a function of (positions, velocities, scene): (*N*, 2) arrays, m and m/s, and the
+scene at that time. `measured` follows one over time. Positions are those of the scene's container,
+in a periodic box of the images inside it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import Delaunay, QhullError
+
+from snooker_cli.engine import replay
+from snooker_cli.neighbours import near
+
+if TYPE_CHECKING:
+    from snooker_cli.scene import Scene
+    from snooker_cli.trace import Trace
+
+Array: TypeAlias = NDArray[np.float64]
+Observable: TypeAlias = "Callable[[Array, Array, Scene], Any]"
+
+BINS_OF_DIAMETER, MOST_BINS = 20, 160
+"""Bins of the pair correlation for each diameter, and in total about."""
+
+DIAMETERS, SPACINGS = 8.0, 3.0
+"""The pair correlation reaches this many diameters, in a dilute gas this many mean spacings."""
+
+BALLS_IN_CELL = 5.0
+"""Balls of a cell on average, over which the flow is averaged."""
+
+ROWS = 1024
+"""Balls whose rings are computed at once, which limits the memory."""
+
+
+def measured(trace: Trace, function: Observable, times: Array) -> Array:
+    """An observable at times (*t*,), s; (*t*, ...). Raises ``ValueError`` as ``replay`` does."""
+    states = replay(trace, times)
+    columns = states.positions, states.velocities
+    centres = states.container_positions, states.container_velocities
+    found = []
+    for x, v, centre, speed in zip(*columns, *centres, strict=True):
+        moved = {"container_position": centre, "container_velocity": speed}
+        found.append(function(x, v, replace(trace.start, positions=x, velocities=v, **moved)))
+    return np.array(found, dtype=np.float64)
+
+
+def distance_edges(scene: Scene) -> Array:
+    """Edges of the bins of `pair_correlation`, m, from 0; contact of mean balls is an edge.
+
+    They reach to half of the container's shorter side at most.
+    """
+    diameter = 2 * float(np.mean(scene.radii))
+    spacing = math.sqrt(scene.container.area / scene.number)
+    half = min(scene.container.size) / 2 * (1 - 1e-9)  # images are apart
+    reach = min(max(DIAMETERS * diameter, SPACINGS * spacing), half)
+    parts = min(max(int(MOST_BINS * diameter / reach), 1), BINS_OF_DIAMETER)
+    return np.arange(int(reach * parts / diameter) + 1, dtype=np.float64) * (diameter / parts)
+
+
+def pair_correlation(
+    positions: Array, velocities: Array, scene: Scene, edges: Array | None = None
+) -> Array:
+    """Pair correlation g(r) in bins of the distance; (*k*,), 1 for balls at random places.
+
+    edges : (*k* + 1,), m, within half of the shorter side of a periodic box [`distance_edges`]
+
+    Pairs over those expected at random places: for each ball the others' mean density times the
+    area of its ring that their centres can reach. nan in bins that no pair can reach. A density
+    that varies in space, as near a wall, also changes g.
+    """
+    edges = distance_edges(scene) if edges is None else edges
+    container, places = scene.container, positions - scene.container_position
+    counts = np.zeros(len(edges) - 1)
+    for i, j, distances in near(places, places, float(edges[-1]), container.period):
+        counts += np.histogram(distances[i != j], edges)[0]
+    # Gauss's rule integrates each bin's rings, 2πr dr.
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    rings = np.add.outer((edges[1:] + edges[:-1]) / 2, np.zeros(3))
+    rings = rings + np.outer(np.diff(edges) / 2, nodes)
+    areas = 2 * math.pi * rings * np.outer(np.diff(edges) / 2, weights)
+    expected = np.zeros_like(counts)
+    for radius in np.unique(scene.radii):
+        alike = scene.radii == radius
+        density = (np.count_nonzero(alike) - alike) / container.accessible(float(radius)).area
+        for k in range(0, len(places), ROWS):
+            shares = container.ring_shares(places[k : k + ROWS], rings.ravel(), float(radius))
+            reached = (density[k : k + ROWS] @ shares).reshape(rings.shape)
+            expected += np.sum(reached * areas, axis=1)
+    return np.asarray(
+        np.divide(counts, expected, np.full_like(counts, math.nan), where=expected > 0)
+    )
+
+
+def bond_order(positions: Array, velocities: Array, scene: Scene) -> NDArray[np.complex128]:
+    """ψ6 of each ball: the mean of exp(6iθ) over the directions θ of its neighbours; (*N*,).
+
+    Neighbours share an edge of the Delaunay triangulation (Nelson & Halperin 1979). nan for balls
+    on the convex hull between walls, which have neighbours on one side only, and for all balls of a
+    scene without a triangle.
+    """
+    number, period, places = scene.number, scene.container.period, positions
+    if period is not None:
+        shifts = np.array([(x, y) for x in (0, -1, 1) for y in (0, -1, 1)]) * period
+        places = (positions - scene.container_position + shifts[:, None]).reshape(-1, 2)
+        near_box = np.all(np.abs(places) <= period, axis=1)  # the box comes first, and is all kept
+        places = places[near_box]
+    found = np.full(number, complex(math.nan, math.nan))
+    try:
+        triangles = Delaunay(places)
+    except (QhullError, ValueError):
+        return found
+    first, others = triangles.vertex_neighbor_vertices
+    counts, bonds = np.diff(first[: number + 1]), others[: first[number]]
+    x, y = (places[bonds] - np.repeat(places[:number], counts, axis=0)).T
+    if np.all(counts > 0):
+        found = np.add.reduceat(np.exp(6j * np.arctan2(y, x)), first[:number]) / counts
+    if period is None:
+        found[np.unique(triangles.convex_hull)] = complex(math.nan, math.nan)
+    return found
+
+
+def hexatic_order(positions: Array, velocities: Array, scene: Scene) -> float:
+    """|mean of ψ6| over the balls, see `bond_order`: 1 in a triangular lattice, 0 in a fluid.
+
+    Independent directions give about 1/√N. nan if no ball has neighbours all around.
+    """
+    orders = bond_order(positions, velocities, scene)
+    orders = orders[np.isfinite(orders)]
+    return float(abs(orders.mean())) if len(orders) else math.nan
+
+
+def species(scene: Scene) -> list[NDArray[np.intp]]:
+    """The balls of each species, which have one radius and one mass, in order of their first."""
+    sizes = np.column_stack([scene.radii, scene.masses])
+    _, first, group = np.unique(sizes, axis=0, return_index=True, return_inverse=True)
+    return [np.flatnonzero(group.ravel() == k) for k in np.argsort(first)]
+
+
+def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Array:
+    """Mean kinetic energy of a ball of each species, J; in the order of `species`."""
+    energies = scene.masses * np.sum(velocities**2, axis=1) / 2
+    return np.array([energies[balls].mean() for balls in species(scene)])
+
+
+def a2(positions: Array, velocities: Array, scene: Scene) -> Array:
+    """Second Sonine coefficient of each species: ⟨v⁴⟩/(2⟨v²⟩²) − 1, 0 for Maxwell's law.
+
+    In the order of `species`; nan at rest. N balls at fixed energy have −1/(N + 1) on average. For
+    balls of one mass it is ``energy_moment``/2 − 1 of the series.
+    """
+    squares = [np.sum(velocities[balls] ** 2, axis=1) for balls in species(scene)]
+    with np.errstate(invalid="ignore"):
+        return np.array([np.mean(one**2) / (2 * np.mean(one) ** 2) - 1 for one in squares])
+
+
+def local_energy(positions: Array, velocities: Array, scene: Scene) -> float:
+    """Kinetic energy per ball relative to the local mean flow, J: the local temperature.
+
+    The flow u is the momentum over the mass of each cell of an even grid with ``BALLS_IN_CELL``
+    balls a cell on average. The result is Σ m|v − u|²/2 over N less the number of cells with balls,
+    because the flow of n balls takes a share 1/n of their heat. So it is T in equilibrium, and
+    below T where neighbours move together. It depends on the cells' size, as each such temperature
+    does (Goldhirsch, Powder Technology 182 (2008) 130). nan if no two balls share a cell.
+    """
+    size = np.array(scene.container.size)
+    wanted = np.sqrt(scene.number / BALLS_IN_CELL * size / size[::-1])
+    columns, rows = np.maximum(np.rint(wanted), 1).astype(int)
+    parts = (positions - scene.container_position) / size + 0.5
+    column, row = np.clip((parts * (columns, rows)).astype(int), 0, (columns - 1, rows - 1)).T
+    cell = row * columns + column
+    masses = np.bincount(cell, scene.masses)
+    occupied = masses > 0
+    flow = sum(np.bincount(cell, scene.masses * each)[occupied] ** 2 for each in velocities.T)
+    heat = np.sum(scene.masses * np.sum(velocities**2, axis=1)) - np.sum(flow / masses[occupied])
+    free = scene.number - np.count_nonzero(occupied)
+    return float(heat / 2 / free) if free else math.nan

@@ -1,0 +1,191 @@
+"""Structure of states: against random places, lattices and known velocities."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scenes import report_scene
+
+from snooker_cli import engine
+from snooker_cli.analysis import observables, structure
+from snooker_cli.containers import Box, Circle, Container, PeriodicBox
+from snooker_cli.scene import Scene
+
+Array = NDArray[np.float64]
+SHAPES = (Circle(10.0), Box(20.0, 14.0), PeriodicBox(20.0, 14.0))
+SPREADS = 200
+
+
+def scene(
+    container: Container, positions: Array, velocities: Any = 0.0, radii: Any = 0.3, masses: Any = 1
+) -> Scene:
+    number = len(positions)
+    full = [np.array(np.broadcast_to(each, number), dtype=float) for each in (radii, masses)]
+    speeds = np.array(np.broadcast_to(velocities, (number, 2)), dtype=float)
+    rest = np.zeros(2)
+    return Scene(positions, speeds, *full, container, math.inf, rest, rest, 1.0, 1.0)
+
+
+def value(function: structure.Observable, at: Scene, *arguments: Any) -> Any:
+    return function(at.positions, at.velocities, at, *arguments)
+
+
+def random_places(container: Container, radii: Array, random: np.random.Generator) -> Array:
+    """Independent places that centres can reach; balls may overlap."""
+    places = (random.random((len(radii), 2)) - 0.5) * container.size
+    while container.has_wall and np.any(out := container.wall_gaps(places, radii) < 0):
+        places[out] = (random.random((int(out.sum()), 2)) - 0.5) * container.size
+    return places
+
+
+def lattice(container: Container, columns: int, rows: int) -> Array:
+    """A triangular lattice, periodic in a box of the width 1 and height √3/2 of each place."""
+    column, row = np.meshgrid(np.arange(columns), np.arange(rows))
+    places = np.column_stack([(column + row % 2 / 2).ravel(), (row * math.sqrt(3) / 2).ravel()])
+    return np.asarray(places - (columns / 2 - 0.25, (rows - 1) * math.sqrt(3) / 4))
+
+
+# Pair correlation
+
+
+@pytest.mark.parametrize("container", SHAPES, ids=lambda shape: str(shape.name))
+@pytest.mark.parametrize("mixed", [False, True], ids=["equal", "unequal"])
+def test_random_places_have_no_pair_correlation(container: Container, mixed: bool) -> None:
+    """χ² of g = 1 over the bins has a mean of one and a spread of √(2/bins)."""
+    random = np.random.default_rng(7)
+    radii = np.where(np.arange(37) < 12, 2.5, 0.4) if mixed else np.full(37, 1.0)
+    rows = []
+    for _ in range(SPREADS):
+        at = scene(container, random_places(container, radii, random), radii=radii)
+        rows.append(value(structure.pair_correlation, at, np.linspace(0, 6.9, 24)))
+    deviation = (np.mean(rows, axis=0) - 1) / observables.standard_errors(np.array(rows))
+    assert abs(np.mean(deviation**2) - 1) < 4 * math.sqrt(2 / 23)
+    assert abs(np.mean(deviation)) < 4 / math.sqrt(23)
+
+
+def test_shares_of_rings_are_those_of_points_on_them() -> None:
+    """By counting, for places near walls and corners, also where others cannot be."""
+    angles = (np.arange(100_000) + 0.5) * (2 * math.pi / 100_000)
+    around = np.column_stack([np.cos(angles), np.sin(angles)])
+    places = np.array([[0.0, 0.0], [8.3, 5.9], [-7.0, 0.1], [0.3, -6.8]])
+    for container in (Circle(10.0), Box(20.0, 14.0)):
+        shares = container.ring_shares(places, np.array([0.5, 3.0, 6.9]), 1.0)
+        for place, row in zip(places, shares, strict=True):
+            for ring, share in zip((0.5, 3.0, 6.9), row, strict=True):
+                gaps = container.wall_gaps(place + ring * around, np.ones(len(around)))
+                assert share == pytest.approx(np.mean(gaps >= 0), abs=1e-4)
+
+
+def test_pairs_at_a_known_distance_are_in_its_bin() -> None:
+    """Two balls 3 m apart: one pair each way, over the density of one ball in the ring's area."""
+    at = scene(PeriodicBox(20.0, 14.0), np.array([[9.0, 0.0], [-8.0, 0.0]]))
+    found = value(structure.pair_correlation, at, np.array([0.0, 2.5, 3.5, 6.0]))
+    area = math.pi * (3.5**2 - 2.5**2)
+    np.testing.assert_allclose(found, [0.0, 280.0 / area, 0.0], rtol=1e-12)
+
+
+def test_contact_is_an_edge_of_the_bins() -> None:
+    for radius in (0.01, 0.3, 1.0):
+        at = scene(SHAPES[2], np.zeros((37, 2)), radii=radius)
+        edges = structure.distance_edges(at)
+        assert np.min(np.abs(edges - 2 * radius)) < 1e-12
+        assert edges[-1] < 7.0
+        assert len(edges) <= structure.MOST_BINS + 1 or edges[1] == pytest.approx(2 * radius)
+
+
+# Hexatic order
+
+
+def test_a_triangular_lattice_is_hexatic() -> None:
+    box = PeriodicBox(10.0, 10 * math.sqrt(3) / 2)
+    at = scene(box, lattice(box, 10, 10))
+    orders = value(structure.bond_order, at)
+    np.testing.assert_allclose(orders, 1.0, atol=1e-9)
+    assert value(structure.hexatic_order, at) == pytest.approx(1, abs=1e-9)
+
+
+def test_between_walls_the_outermost_balls_do_not_count() -> None:
+    places = lattice(SHAPES[1], 9, 10)
+    at = scene(SHAPES[1], places)
+    orders = value(structure.bond_order, at)
+    assert 1 < np.count_nonzero(np.isnan(orders)) < 40
+    assert value(structure.hexatic_order, at) == pytest.approx(1, abs=1e-9)
+
+
+def test_random_places_have_little_hexatic_order() -> None:
+    """The mean of |ψ6|² over N balls is about 1/N times that of a ball."""
+    random, box = np.random.default_rng(3), PeriodicBox(30.0, 30.0)
+    found = [
+        value(structure.hexatic_order, scene(box, random_places(box, np.zeros(400), random)))
+        for _ in range(20)
+    ]
+    assert max(found) < 5 / math.sqrt(400)
+
+
+def test_balls_in_a_row_have_no_neighbours_around() -> None:
+    row = np.column_stack([np.linspace(-5, 5, 6), np.zeros(6)])
+    assert math.isnan(value(structure.hexatic_order, scene(SHAPES[1], row)))
+    assert math.isnan(value(structure.hexatic_order, scene(SHAPES[1], row[:1])))
+
+
+# Velocities
+
+
+def test_a2_and_temperature_of_each_species() -> None:
+    """±1, ±3 m/s: ⟨v²⟩ = 5, ⟨v⁴⟩ = 41. Equal speeds: −1/2."""
+    speeds = np.array([[1.0, 0], [-3.0, 0], [0, 3.0], [0, -1.0], [2.0, 0], [0, 2.0]])
+    at = scene(SHAPES[0], np.zeros((6, 2)), speeds, [0.5] * 4 + [0.2] * 2, [1.0] * 4 + [3.0] * 2)
+    np.testing.assert_allclose(value(structure.a2, at), [41 / 50 - 1, -0.5], rtol=1e-14)
+    np.testing.assert_allclose(value(structure.species_temperature, at), [2.5, 6.0], rtol=1e-14)
+    rest = replace(at, velocities=np.zeros((6, 2)))
+    assert np.all(np.isnan(value(structure.a2, rest)))
+
+
+def test_local_energy_is_the_temperature_without_the_flow() -> None:
+    """Maxwell's speeds at T = 2, at rest and in a flow that changes slowly: Σ ½mu² = N 50."""
+    random, box, number = np.random.default_rng(5), PeriodicBox(60.0, 40.0), 5000
+    places = random_places(box, np.zeros(number), random)
+    masses = np.where(np.arange(number) % 2 == 0, 1.0, 4.0)
+    heat = random.normal(size=(number, 2)) * np.sqrt(2.0 / masses)[:, None]
+    found = value(structure.local_energy, scene(box, places, heat, masses=masses))
+    assert found == pytest.approx(2.0, abs=4 * 2.0 / math.sqrt(0.8 * number))
+    flow = np.column_stack([np.zeros(number), 10 * np.cos(2 * math.pi * places[:, 0] / 60)])
+    found = value(structure.local_energy, scene(box, places, heat + flow))
+    total = float(np.mean(np.sum((heat + flow) ** 2, axis=1)) / 2)
+    assert total > 25
+    # A cell of 1.55 m has a range of up to 1.6 m/s: 10²·(2π/60)²/2 · 1.55²/12 · ½ = 0.055 J.
+    cold = np.sum(heat**2) / 2 / number
+    assert found == pytest.approx(cold + 0.055, abs=0.1)
+
+
+def test_local_energy_of_one_ball_in_each_cell_is_unknown() -> None:
+    at = scene(SHAPES[0], np.zeros((1, 2)), 1.0)
+    assert math.isnan(value(structure.local_energy, at))
+
+
+# Over time
+
+
+def test_an_observable_is_measured_at_each_time() -> None:
+    """In a container that moves, places are those seen from its centre."""
+    trace = engine.simulate(report_scene(container_mass=50.0), collisions=200)
+    times = np.linspace(0, trace.stop.time, 7)
+    seen = structure.measured(trace, lambda x, v, at: at.container_position, times)
+    assert np.ptp(seen, axis=0).min() > 0.01
+    energies = structure.measured(trace, lambda x, v, at: at.kinetic_energy, times)
+    series = observables.series(trace)
+    np.testing.assert_allclose(
+        energies, observables.so_far(trace, series.kinetic_energy, times), rtol=1e-12
+    )
+    a2 = structure.measured(trace, structure.a2, times)
+    moments = observables.so_far(trace, series.energy_moment, times)
+    np.testing.assert_allclose(a2[:, 0], moments / 2 - 1, rtol=1e-12, atol=1e-12)
+    g = structure.measured(trace, structure.pair_correlation, times)
+    assert g.shape == (7, len(structure.distance_edges(trace.start)) - 1)
+    edges = structure.distance_edges(trace.start)[1:]
+    assert np.all(g[:, edges < 1.99] == 0)
