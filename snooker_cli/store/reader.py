@@ -92,6 +92,10 @@ def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
         written = hdf5.read_attribute(file, layout.CHECKPOINT, "content")
         if layout.checkpoint_hash(found) != written:
             raise _changed(path)
+        hashes = found[layout.HASHES]
+        events = hdf5.length(file, f"{layout.TIME}/value") if layout.TIME in file else 0
+        shapes = [(columns, events // layout.HASHED_ROWS, 32) for columns in (4, 5)]
+        _require(hashes.dtype == np.uint8 and hashes.shape in shapes, "hashes of a checkpoint")
         return found
 
 
