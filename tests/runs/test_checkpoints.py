@@ -8,6 +8,8 @@ import threading
 import time
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 from repeating import contents, file_of, made
 from repeating import done as finish
@@ -17,6 +19,7 @@ from snooker_cli.engine import simulation
 from snooker_cli.errors import StoreError
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.run import State
+from snooker_cli.store import file_format as layout
 
 FEW = """\
 container: {radius: 10.0}
@@ -102,6 +105,36 @@ def test_a_damaged_checkpoint_is_noticed(tmp_path: Path, monkeypatch: pytest.Mon
     whole = made(tmp_path / "whole", text, *overrides)
     finish(whole)
     assert contents(run) == contents(whole)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("agendas.links", 2**62), ("states.labels", 1.0), ("hashes", None)]
+)
+def test_a_repeat_with_a_forged_checkpoint_begins_again(
+    name: str,
+    value: float | None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Its hash is right."""
+    text, overrides = CONFIGS["all pairs, free"]
+    monkeypatch.setattr(simulation, "CHUNK", PIECE)
+    run = made(tmp_path / "run", text, *overrides)
+    watcher = Stops(2)
+    execute(run, workers=1, watcher=watcher, cancelled=watcher.cancelled)
+    with h5py.File(file_of(run, 0, 0), "r+") as file:
+        held = file[layout.CHECKPOINT]
+        forged = np.zeros((3, 7)) if value is None else np.full_like(held[name][()], value)
+        if name == "states.labels":
+            forged = np.zeros(4, np.int32)
+        del held[name]
+        held[name] = forged
+        held.attrs["content"] = layout.checkpoint_hash({key: held[key][()] for key in held})
+    (result,) = finish(run)
+    assert (result.error, result.collisions) == (None, 140_000)
+    assert ("the repeat begins again" in caplog.text) == (name != "hashes")
+    store.check(file_of(run, 0, 0))
 
 
 @pytest.mark.long
