@@ -120,8 +120,9 @@ def check_cells(state: State, cells: Cells) -> None:
     edge = 0 if state.period is not None else (1 << mesh.shift) + 1
     require_within(cell, edge, len(occupancy) - edge - 1, "cells of the balls")
     if state.period is not None:
-        column, row = cell_grid.column_and_row(cell, mesh)
-        require(max(column) < mesh.columns and max(row) < mesh.rows, "cells of the balls")
+        column, row = cell & ((1 << mesh.shift) - 1), cell >> mesh.shift
+        require_within(column, 0, mesh.columns - 1, "cells of the balls")
+        require_within(row, 0, mesh.rows - 1, "cells of the balls")
     require_within(occupancy, 0, capacity, "balls in a cell")
     require_within(cells.members, 0, number - 1, "balls in a cell")
     require_within(place, 0, occupancy[cell] - 1, "places in a cell")
