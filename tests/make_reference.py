@@ -42,7 +42,8 @@ from snooker_cli.validation.exact_twin import (
     trajectory,
 )
 from snooker_cli.validation.methods import events_from_rows
-from snooker_cli.validation.reference_scenes import SCENES, ReferenceScene, rings
+from snooker_cli.validation.reference_scenes import ReferenceScene, reference_scene, rings
+from snooker_cli.validation.study import PLANS
 
 FOLDER = Path(__file__).with_name("reference")
 
@@ -122,7 +123,7 @@ def wall_trap() -> Scene:
 
 
 FIXED = {"container_mass": math.inf}
-ALL = SCENES | {
+ALL = {each["name"]: reference_scene(each) for each in PLANS["scenes"]} | {
     scene.name: scene
     for scene in (
         ReferenceScene(

@@ -15,7 +15,7 @@ from snooker_cli import store
 from snooker_cli.config import LIMITS, Experiment, Point, digest, extends, points, validated
 from snooker_cli.errors import UNREADABLE, DamagedError, RunError, StoreError, error_text
 from snooker_cli.files import atomic_write, unfinished, write_json
-from snooker_cli.formatting import listed, printable
+from snooker_cli.formatting import listed, plain, printable
 from snooker_cli.runs.run import ANALYSES, MANIFEST, Run, State
 
 if sys.platform != "win32":
@@ -57,15 +57,11 @@ def create(run: Run, *, fresh: bool = False) -> str:
                 with suppress(OSError):  # it is not empty
                     folder.rmdir()
             record_failures(run, {})
-        content = json.dumps(run.manifest())
-        if (
-            fresh
-            or not manifest.exists()
-            or json.loads(manifest.read_text()) != json.loads(content)
-        ):
+        content = plain(run.manifest())
+        if fresh or not manifest.exists() or json.loads(manifest.read_text()) != content:
             for old in run.analyses():
                 old.unlink()
-            write_json(manifest, run.manifest())
+            write_json(manifest, content)
     return change
 
 

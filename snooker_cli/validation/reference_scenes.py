@@ -14,7 +14,6 @@ from snooker_cli.config import parse
 from snooker_cli.placement.places import DIGITS
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import EPSILON, Scene
-from snooker_cli.validation.study import PLANS
 
 
 @dataclass(frozen=True)
@@ -92,7 +91,3 @@ def reference_scene(known: Mapping[str, Any]) -> ReferenceScene:
     settings = {key: value for key, value in known.items() if key != "rings"}
     start = partial(rings, **known["rings"]) if "rings" in known else mixture
     return ReferenceScene(start=start, **settings)
-
-
-SCENES = {each["name"]: reference_scene(each) for each in PLANS["scenes"]}
-"""The scenes by name."""
