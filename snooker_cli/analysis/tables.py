@@ -1,49 +1,84 @@
-"""Rows of fits and comparisons as cells of a table."""
+"""Rows of fits and comparisons as cells and lines of tables."""
 
+from collections.abc import Callable
+from itertools import groupby
 from typing import Any
 
+from snooker_cli.analysis.comparison import CHI_SQUARE
 from snooker_cli.analysis.decay import range_held
 from snooker_cli.analysis.run_analysis import Records
-from snooker_cli.formatting import point_label, ratio, short, with_error
+from snooker_cli.formatting import point_label, ratio, short, text_table, with_error
 
-FIT_COLUMNS = (
-    "point | quantity | model | A | >constant, 1/s | >χ²/dof | >holds, s | >end/fit | >complete"
-)
-COMPARE_COLUMNS = (
-    "point | quantity | model | >measured | >predicted | >difference | >in errors | >complete"
-)
+FIT_COLUMNS = "quantity | model | A | >constant, 1/s | >χ²/dof | >holds, s | >end/fit"
+COMPARE_COLUMNS = "quantity | model | >measured | >predicted | >difference | >in errors"
+"""Columns of a point's table. It fits 100 columns of a terminal."""
+
+MORE_FIT_COLUMNS = " | >half range | >bootstrap error"
 
 
-def fit_cells(one: dict[str, Any]) -> list[str]:
-    """A row of ``fits`` under ``FIT_COLUMNS``."""
-    constant = "no decay" if one["elastic"] else with_error(one["value"], one["error"])
-    return [
-        point_label(one["parameters"]),
+def fit_lines(rows: Records, every: bool) -> list[str]:
+    """A table of each point, or all in one with the source report's and the bootstrap error."""
+    columns = FIT_COLUMNS + MORE_FIT_COLUMNS * every
+    return _lines(rows, columns, lambda one: fit_cells(one, every), every)
+
+
+def comparison_lines(rows: Records, every: bool) -> list[str]:
+    """A table of each point, or all in one with the errors of means and the source report."""
+    kept = [one for one in rows if every or not one["model"].startswith("source report")]
+    return _lines(kept, COMPARE_COLUMNS, lambda one: compare_cells(one, every), every)
+
+
+def _lines(
+    rows: Records, columns: str, cells: Callable[[dict[str, Any]], list[str]], every: bool
+) -> list[str]:
+    texts = [cells(one) for one in rows]
+    both = [(point_label(one["parameters"]), complete(one)) for one in rows]
+    if every:
+        whole = [[point, *text, done] for (point, done), text in zip(both, texts, strict=True)]
+        return text_table(f"point | {columns} | >complete".split(" | "), whole)
+    head, *lines = text_table(columns.split(" | "), texts)
+    found = []
+    for (point, done), group in groupby(zip(both, lines, strict=True), lambda each: each[0]):
+        found += [f"{point}: {done} complete", head, *(line for _, line in group)]
+    return found
+
+
+def complete(one: dict[str, Any]) -> str:
+    """How many repeats of a row's point are complete."""
+    total = one["simulated"] if "simulated" in one else one["repeats"] + one["failed"]
+    return f"{one['complete']} of {total}"
+
+
+def fit_cells(one: dict[str, Any], every: bool = False) -> list[str]:
+    """A row of ``fits`` under ``FIT_COLUMNS``; `every` adds ``MORE_FIT_COLUMNS``."""
+    cells = [
         one["quantity"].removesuffix("_amplitude_1").replace("_", " "),
         one["model"],
         "1" if one["amplitude"] == "fixed at 1" else "free",
-        constant,
+        "no decay" if one["elastic"] else with_error(one["value"], one["error"]),
         ratio(one["chi_squared_per_degree"]),
         range_held(one),
         ratio(one["end_over_fit"]),
-        f"{one['complete']} of {one['repeats'] + one['failed']}",
     ]
+    more = short(one["max_min_half_range"], 2), short(one["bootstrap_error"], 2)
+    return [*cells, *(more if every else ())]
 
 
-def compare_cells(one: dict[str, Any]) -> list[str]:
-    """A row of ``comparisons`` under ``COMPARE_COLUMNS``."""
+def compare_cells(one: dict[str, Any], every: bool = False) -> list[str]:
+    """A row of ``comparisons`` under ``COMPARE_COLUMNS``; `every` has whole names and an error."""
     in_errors, difference = one["difference_in_errors"], one["difference"]
     error = None if in_errors is None else one["difference_error"]
-    sign = "+" if difference >= 0 else ""
+    quantity, model = one["quantity"], one["model"]
+    if not every:
+        quantity = quantity.replace(CHI_SQUARE, "χ²/dof of speeds").removesuffix(" of a ball")
+        quantity, model = quantity.removesuffix(" at the end"), model.removesuffix(" at the start")
     return [
-        point_label(one["parameters"]),
-        one["quantity"] + ("" if one["unit"] == "1" else f", {one['unit']}"),
-        one["model"],
-        with_error(one["measured"], one["error"]),
+        quantity + ("" if one["unit"] == "1" else f", {one['unit']}"),
+        model,
+        with_error(one["measured"], one["error"]) if every else short(one["measured"], 4),
         short(one["predicted"], 4),
-        f"{sign}{with_error(difference, error)}",
+        f"{'+' if difference >= 0 else ''}{with_error(difference, error)}",
         "–" if in_errors is None else f"{in_errors:+.1f}".replace("-", "−"),
-        f"{one['complete']} of {one['simulated']}",
     ]
 
 

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command_line import Snooker
 from pypdf import PdfReader
 from repeating import created
 
@@ -130,6 +131,15 @@ def test_every_run_of_the_report_has_its_config_and_target() -> None:
     listed = re.search(r"^RUNS := (.*)$", makefile, flags=re.MULTILINE)
     assert listed is not None
     assert sorted(listed.group(1).split()) == sorted(RUNS)
+
+
+@pytest.mark.parametrize("command", ["fit", "compare"])
+def test_the_tables_of_all_runs_fit_100_columns(command: str, runs: Path, snooker: Snooker) -> None:
+    for name in RUNS:
+        lines = snooker(command, runs / name).out.splitlines()
+        widths = [len(line) for line in lines if "  " in line]
+        assert len(widths) > 10
+        assert max(widths) <= 100, name
 
 
 def test_every_figure_and_the_pdf_have_their_files(report: Path) -> None:
