@@ -15,6 +15,12 @@ COMPARE_COLUMNS = "quantity | model | >measured | >predicted | >difference | >in
 
 MORE_FIT_COLUMNS = " | >half range | >bootstrap error"
 
+PAIRED = (
+    "A difference is taken in each repeat, because many predictions use its own temperature. Its "
+    "error is over these differences, so that it can be less than the error of the measured mean."
+)
+"""What a reader of the errors of comparisons has to know."""
+
 
 def fit_lines(rows: Records, every: bool) -> list[str]:
     """A table of each point, or all in one with the source report's and the bootstrap error."""
@@ -24,8 +30,13 @@ def fit_lines(rows: Records, every: bool) -> list[str]:
 
 def comparison_lines(rows: Records, every: bool) -> list[str]:
     """A table of each point, or all in one with the errors of means and the source report."""
-    kept = [one for one in rows if every or not one["model"].startswith("source report")]
+    kept = rows if every else usual(rows)
     return _lines(kept, COMPARE_COLUMNS, lambda one: compare_cells(one, every), every)
+
+
+def usual(rows: Records) -> Records:
+    """Rows of ``comparisons`` without the formulas of the source report."""
+    return [one for one in rows if not one["model"].startswith("source report")]
 
 
 def _lines(

@@ -11,17 +11,10 @@ import typer
 
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
-from snooker_cli.analysis.tables import comparison_lines, fit_lines, note_lines
+from snooker_cli.analysis.tables import PAIRED, comparison_lines, fit_lines, note_lines
 from snooker_cli.cli.options import AsJson, RunName
 from snooker_cli.cli.output import print_result
 from snooker_cli.runs import Run, open_run
-
-PAIRED = (
-    "A difference is taken in each repeat, because many predictions use its own temperature. Its "
-    "error is over these differences, so that it can be less than the error of the measured mean. "
-    "--all also has these errors and the formulas of the source report."
-)
-"""What a reader of the errors of ``compare`` has to know."""
 
 All = Annotated[bool, typer.Option("--all", help="Print one table with more columns and rows.")]
 
@@ -58,7 +51,8 @@ def compare(run: RunName, every: All = False, as_json: AsJson = False) -> None:
     and the difference with its standard error, also in such errors. --all adds the standard error
     of the mean and the formulas of the source report. The result is saved in RUN/compare.json.
     """
-    _print_analysis(run, comparisons, as_json, partial(comparison_lines, every=every), [PAIRED])
+    footer = f"{PAIRED} --all also has these errors and the formulas of the source report."
+    _print_analysis(run, comparisons, as_json, partial(comparison_lines, every=every), [footer])
 
 
 def _print_analysis(

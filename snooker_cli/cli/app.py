@@ -18,6 +18,7 @@ COMMANDS = {
     "compare": ("analysis_commands", "Compare the results of RUN with theory."),
     "plot": ("figure_commands", "Draw figures of RUN as SVG, PNG and JSON."),
     "animate": ("figure_commands", "Make a film of a repeat: HTML page, GIF or MP4."),
+    "report": ("report_commands", "Write a report on runs as HTML and PDF."),
     "reproduce": ("report_commands", "Write the reproduction of the source report."),
     "export": ("export_command", "Export collisions or states of a repeat."),
     "validate": ("config_commands", "Check CONFIG without running it."),

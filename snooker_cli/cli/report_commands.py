@@ -1,4 +1,4 @@
-"""``snooker reproduce``: the reproduction of the source report."""
+"""``snooker report`` and ``reproduce``: pages on own runs and on the source report."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -6,12 +6,40 @@ from typing import Annotated
 
 import typer
 
+from snooker_cli.cli.options import complete_runs
 from snooker_cli.cli.output import notice, print_line
 from snooker_cli.cli.run_command import run
 from snooker_cli.config import EXAMPLES
 from snooker_cli.errors import RunError
 from snooker_cli.runs import open_run
 from snooker_cli.runs.status import run_status
+
+
+def report(
+    runs: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="RUN...",
+            help="Folders of runs, or their names in runs/.",
+            autocompletion=complete_runs,
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="The report's folder [RUN/report]."),
+    ] = None,
+) -> None:
+    """Write a report on runs as HTML and PDF.
+
+    Each RUN gets a chapter: its config, how its repeats ended, the figures that fit it, the fits,
+    the comparison with theory, and how to reproduce it. The HTML page plays a repeat. The same
+    runs give the same bytes. The names of the written files are printed.
+    """
+    opened = [open_run(name) for name in dict.fromkeys(runs)]
+    from snooker_cli.report.run_report import run_report  # takes a second to load
+
+    for path in run_report(opened, out or opened[0].directory / "report", notice):
+        print_line(str(path))
 
 
 def reproduce(

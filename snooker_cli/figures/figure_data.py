@@ -125,6 +125,15 @@ class FigureData:
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", plain(self.numbers))
 
+    @property
+    def alt(self) -> str:
+        """The figure in a sentence, for readers who cannot see it: title, axes and legend."""
+        named = [getattr(layer, "label", None) for layer in self.layers]
+        scales = [" (logarithmic)" if log else "" for log in (self.y_log, self.x_log)]
+        axes = f"{self.y_label}{scales[0]} against {self.x_label}{scales[1]}"
+        legend = "; ".join(dict.fromkeys(filter(None, named)))
+        return f"{self.title}. {axes}{f'. Legend: {legend}' if legend else ''}."
+
 
 def legend_line(text: str, style: LineStyle) -> Line:
     """A legend's entry for a line style that all series share."""

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from snooker_cli.runs import Run
     from snooker_cli.trace import StopReason, Trace
 
+
+Item = TypeVar("Item")
 
 MOST_SERIES = 6
 """A figure with more series than this is unreadable."""
@@ -102,8 +104,13 @@ def evenly(points: Sequence[Point], most: int = MOST_SERIES) -> list[Point]:
             f"{len(points)} points over {listed(keys)} are too many for one figure; choose at "
             f"most {most} with --where"
         )
-    rows = np.linspace(0, len(points) - 1, min(len(points), most)).round().astype(int)
-    return [points[row] for row in rows]
+    return spread(points, most)
+
+
+def spread(items: Sequence[Item], most: int) -> list[Item]:
+    """At most this many items, from the first to the last at even distances."""
+    rows = np.linspace(0, len(items) - 1, min(len(items), most)).round().astype(int)
+    return [items[row] for row in rows]
 
 
 def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[list[Point]]:

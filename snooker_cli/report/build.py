@@ -35,20 +35,15 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
     opened = {name: open_run(runs / name) for name in RUNS}
     out.mkdir(parents=True, exist_ok=True)
     # A second process searches, then draws the figures. This one has all other fits, made once.
-    with ProcessPoolExecutor(
-        max_workers=1,
-        mp_context=get_context("spawn"),
-        initializer=signal.signal,
-        initargs=(signal.SIGINT, signal.SIG_IGN),
-    ) as other:
+    with second_process() as other:
         searching = other.submit(search, opened["audit"], opened["temperature"])
         pictures: dict[str, FigureData] = {}
-        captions: dict[str, tuple[str, str]] = {}
+        captions: dict[str, dict[str, str]] = {}
         drawing = []
         for file, entry in REPORT_FIGURES.items():
             report_progress(entry["label"])
             pictures[file] = figure_data(opened, **entry)
-            captions[file] = entry["label"], pictures[file].caption
+            captions[file] = shown(entry["label"], pictures[file])
             drawing.append(other.submit(save, pictures[file], out / "figures" / file))
         fits = _fits(opened["decay"])
         report_progress("audit: every printed number compared with ours")
@@ -61,13 +56,28 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
         "fits": fits,
     }
     write_json(out / "numbers.json", rounded(numbers))
-    content = document(values(opened, pictures, judged, fits), captions)
+    content = document("report.md.j2", values(opened, pictures, judged, fits), captions)
     report_progress("pages")
     return [
         write_html(content, _players(opened["decay"]), out),
         write_pdf(content, out),
         out / "numbers.json",
     ]
+
+
+def second_process() -> ProcessPoolExecutor:
+    """A process that draws while this one computes; Ctrl-C ends this one only."""
+    return ProcessPoolExecutor(
+        max_workers=1,
+        mp_context=get_context("spawn"),
+        initializer=signal.signal,
+        initargs=(signal.SIGINT, signal.SIG_IGN),
+    )
+
+
+def shown(label: str, picture: FigureData) -> dict[str, str]:
+    """What a document prints of a figure."""
+    return {"label": label, "caption": picture.caption, "alt": picture.alt}
 
 
 def _fits(run: Run) -> list[dict[str, Any]]:

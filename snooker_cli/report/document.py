@@ -21,12 +21,19 @@ from snooker_cli.formatting import counted, listed, ratio, rough, short, with_er
 EPOCH = 0
 """Date of the PDF, s since 1970: the same bytes each time."""
 
+LONG_CELL = 28
+"""Characters of a cell that wraps."""
+
+UA = "ua-1"
+"""PDF/UA: tagged, with a title and alt texts."""
+
 Document: TypeAlias = dict[str, Any]
 """``title``, ``summary`` (paragraphs) and ``blocks``.
 
-A block is a dict with ``kind``: heading and paragraph have ``text``; barrier has nothing;
-figure has ``label``, ``file`` and ``caption``; table has ``label``, ``caption``, ``columns``
-(each with ``heading``, ``width`` and ``right``) and ``rows`` of cells.
+A block is a dict with ``kind``: heading has ``level`` (1 or 2) and ``text``; paragraph and code
+have ``text``; barrier has nothing; figure has ``label``, ``file``, ``caption``, ``alt`` and
+``float``; table has ``label``, ``caption``, ``columns`` (each with ``heading``, ``width`` and
+``right``) and ``rows`` of cells.
 """
 
 
@@ -43,28 +50,36 @@ def require_libraries() -> None:
             ) from None
 
 
-def document(values: Mapping[str, Any], figures: Mapping[str, tuple[str, str]]) -> Document:
-    """The document from the template.
+def document(
+    template: str,
+    values: Mapping[str, Any],
+    figures: Mapping[str, Mapping[str, str]],
+    code: Mapping[str, str] | None = None,
+) -> Document:
+    """The document from a template.
 
     values : what the template refers to
-    figures : label and caption by file
+    figures : label, caption and alt text by file
+    code : texts of code blocks by name
     """
     title, summary, blocks = "", [], list[dict[str, Any]]()
-    for chunk in re.split(r"\n\s*\n", rendered("report.md.j2", values).strip()):
+    for chunk in re.split(r"\n\s*\n", rendered(template, values).strip()):
         first, *lines = chunk.strip().splitlines()
         mark, _, rest = first.partition(" ")
         if mark == "#":
             title = rest
-        elif mark == "##":
-            blocks.append({"kind": "heading", "text": rest})
+        elif mark in ("##", "###"):
+            blocks.append({"kind": "heading", "level": len(mark) - 1, "text": rest})
         elif mark == "@barrier":
             blocks.append({"kind": "barrier"})
-        elif mark == "@figures":
-            for file in rest.split():
-                found = dict(zip(("label", "caption"), figures[file], strict=True))
-                blocks.append({"kind": "figure", "file": file, **found})
+        elif mark in ("@figures", "@grid"):
+            place = {"kind": "figure", "float": mark == "@figures"}
+            blocks += [{**place, "file": file, **figures[file]} for file in rest.split()]
+        elif mark == "@code":
+            blocks.append({"kind": "code", "text": (code or {})[rest]})
         elif mark == "@table":
-            blocks.append({"kind": "table", "label": f"Table {rest}", **_table(lines)})
+            number = rest or 1 + sum(block["kind"] == "table" for block in blocks)
+            blocks.append({"kind": "table", "label": f"Table {number}", **_table(lines)})
         elif blocks:
             blocks.append({"kind": "paragraph", "text": " ".join(chunk.split())})
         else:
@@ -83,6 +98,20 @@ def _table(lines: Sequence[str]) -> dict[str, Any]:
         columns.append({"heading": heading, "width": int(width), "right": side == ">"})
     caption = " ".join(line.strip() for line in lines if line[0] != "|")
     return {"caption": caption, "columns": columns, "rows": rows}
+
+
+def _row(*cells: object) -> str:
+    return f"| {' | '.join(map(str, cells))} |"
+
+
+def _text_table(headings: str, rows: Sequence[Sequence[str]]) -> str:
+    """Rows under ``name | >number`` as lines of a template; long texts wrap in their columns."""
+    columns = []
+    for heading, *cells in zip(headings.split(" | "), *rows, strict=True):
+        name = heading.removeprefix(">")
+        width = 3 + min(LONG_CELL, max(len(cell) for cell in (name, *cells)))
+        columns.append(f"{name} {'<>'[heading != name]}{width}")
+    return "\n".join(_row(*cells) for cells in (columns, *rows))
 
 
 def write_html(document: Document, players: Sequence[str], folder: Path) -> Path:
@@ -112,7 +141,9 @@ def write_pdf(document: Document, folder: Path) -> Path:
         source, root = str(scratch / "report.typ"), str(folder.resolve())
         try:
             with atomic_write(path) as part:
-                typst.compile(source, str(part), root=root, format="pdf", timestamp=EPOCH)
+                typst.compile(
+                    source, str(part), root=root, format="pdf", timestamp=EPOCH, pdf_standards=UA
+                )
         except RuntimeError as error:
             raise UserError(f"{path}: typst cannot make the PDF ({error})") from None
     return path
@@ -135,7 +166,8 @@ def rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> s
     }
     environment.globals |= {
         "with_error": with_error,
-        "row": lambda *cells: f"| {' | '.join(map(str, cells))} |",
+        "row": _row,
+        "text_table": _text_table,
     }
     return environment.from_string(_template(name)).render(values)
 
