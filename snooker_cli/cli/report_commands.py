@@ -19,7 +19,7 @@ def report(
     runs: Annotated[
         list[str],
         typer.Argument(
-            metavar="RUN...",
+            metavar="RUN",
             help="Folders of runs, or their names in runs/.",
             autocompletion=complete_runs,
         ),

@@ -24,9 +24,6 @@ EPOCH = 0
 LONG_CELL = 28
 """Characters of a cell that wraps."""
 
-UA = "ua-1"
-"""PDF/UA: tagged, with a title and alt texts."""
-
 Document: TypeAlias = dict[str, Any]
 """``title``, ``summary`` (paragraphs) and ``blocks``.
 
@@ -129,7 +126,7 @@ def write_html(document: Document, players: Sequence[str], folder: Path) -> Path
 
 
 def write_pdf(document: Document, folder: Path) -> Path:
-    """Write ``report.pdf``. Raises ``UserError``."""
+    """Write ``report.pdf`` as PDF/UA: tagged, with a title and alt texts. Raises ``UserError``."""
     import typst
 
     path = folder / "report.pdf"
@@ -142,7 +139,12 @@ def write_pdf(document: Document, folder: Path) -> Path:
         try:
             with atomic_write(path) as part:
                 typst.compile(
-                    source, str(part), root=root, format="pdf", timestamp=EPOCH, pdf_standards=UA
+                    source,
+                    str(part),
+                    root=root,
+                    format="pdf",
+                    timestamp=EPOCH,
+                    pdf_standards="ua-1",
                 )
         except RuntimeError as error:
             raise UserError(f"{path}: typst cannot make the PDF ({error})") from None
