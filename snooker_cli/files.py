@@ -11,6 +11,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+KEY_BYTES = 32
+
 
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
@@ -71,3 +73,27 @@ def discard(part: Path) -> None:
 def _machine() -> str:
     """The machine's name in letters and digits, at most 40."""
     return re.sub(r"[^A-Za-z0-9]", "_", platform.node())[:40]
+
+
+@cache
+def user_key() -> bytes:
+    """Random bytes that no other user can read; they are made at their first use.
+
+    Raises ``OSError`` if they cannot be kept.
+    """
+    try:
+        folder = Path(os.environ.get("XDG_STATE_HOME") or "~/.local/state").expanduser()
+    except RuntimeError as error:
+        raise OSError(str(error)) from None
+    path = folder / "snooker" / "key"
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    with suppress(FileExistsError), open(path, "xb", opener=_for_this_user) as file:
+        file.write(secrets.token_bytes(KEY_BYTES))
+    key = path.read_bytes()
+    if len(key) != KEY_BYTES:
+        raise OSError(f"{path} is not a key; delete it")
+    return key
+
+
+def _for_this_user(path: str, flags: int) -> int:
+    return os.open(path, flags, 0o600)

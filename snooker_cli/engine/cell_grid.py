@@ -204,13 +204,6 @@ def cell_at(column: int, row: int, mesh: Mesh, period: Floats | None) -> int:
 
 
 @inlined
-def has_all_around(cell: int, cells: Cells, period: Floats | None) -> bool:
-    """Whether the eight cells around one exist; if not, its ball is far out of the container."""
-    beyond = (1 << cells.mesh.shift) + 1
-    return period is not None or beyond <= cell < len(cells.occupancy) - beyond
-
-
-@inlined
 def put_into(i: int, cell: int, cells: Cells) -> None:
     """Make ball i a member of a cell."""
     place = ks.nonnegative(cells.occupancy[cell])

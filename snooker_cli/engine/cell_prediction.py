@@ -172,7 +172,7 @@ def predict_contact(i: int, now: float, exact: bool, state: State, cells: Cells)
 
 @inlined
 def cross(i: int, now: float, state: State, cells: Cells) -> bool:
-    """Move ball i into the next cell and look at the far side; false if it is full, or the last."""
+    """Move ball i into the next cell and look at the far side; false if that cell is full."""
     balls, mesh = state.balls, cells.mesh
     sideways, upwards = cell_grid.crossing_delays(i, now, state, cells)
     across = sideways <= upwards
@@ -181,8 +181,6 @@ def cross(i: int, now: float, state: State, cells: Cells) -> bool:
     right, up = (step, 0) if across else (0, step)
     column, row = cell_grid.column_and_row(cells.links[cell_grid.CELL, i], mesh)
     new = cell_grid.cell_at(column + right, row + up, mesh, state.period)
-    if not cell_grid.has_all_around(new, cells, state.period):
-        return False
     if cells.occupancy[new] == cells.members.shape[1]:
         return False
     cell_grid.take_out(i, cells)
@@ -247,8 +245,6 @@ def fill(now: float, state: State, cells: Cells) -> bool:
         column = min(max(int((x - mesh.left) / mesh.width), 0), mesh.columns - 1)
         row = min(max(int((y - mesh.bottom) / mesh.height), 0), mesh.rows - 1)
         cell = cell_grid.cell_at(column, row, mesh, None)
-        if not cell_grid.has_all_around(cell, cells, state.period):
-            cell = (1 << mesh.shift) + 1
         if cells.occupancy[cell] == cells.members.shape[1]:
             return False
         cell_grid.put_into(i, cell, cells)

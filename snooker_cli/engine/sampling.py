@@ -191,9 +191,7 @@ def sample(
     if energy > 0.0:
         for i in range(number):
             one = energy_of(i, state.balls, state.setup, state.masses)
-            reduced = math.sqrt(one * number / energy) / SPEED_BIN
-            # Not a minimum of integers: what no number is would be a negative one.
-            histogram[int(reduced) if reduced < SPEED_BINS else SPEED_BINS - 1] += 1
+            histogram[min(int(math.sqrt(one * number / energy) / SPEED_BIN), SPEED_BINS - 1)] += 1
 
 
 @helper

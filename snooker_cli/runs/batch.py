@@ -14,8 +14,6 @@ from functools import cache
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
-from numpy.typing import NDArray
-
 from snooker_cli import __version__, store
 from snooker_cli.config import Experiment, to_json
 from snooker_cli.engine import ENGINE_VERSION, simulate, simulate_batch, specialisation
@@ -221,74 +219,48 @@ def _simulated_long(
     """Simulate one repeat from its checkpoint, if there is one, and store it as it goes on.
 
     A checkpoint is the file of a repeat that was interrupted, with the engine's arrays. It does not
-    replace an older file of this run that has more collisions. If it is damaged or forged, the
-    repeat begins again.
+    replace an older file of this run that has more collisions. If it is damaged, or another user's,
+    the repeat begins again.
     """
-    path, older = job.run.path(*batch), job.run.status(batch.point, repeat)
-    checkpoint = None
-    if older.state is State.INTERRUPTED and older.path == path:
-        with suppress(StoreError):
-            store.check(path)
-            checkpoint = store.read_checkpoint(path)
-    if checkpoint is not None:
+    run, point = job.run, batch.point
+    path, older = run.path(*batch), run.status(point, repeat)
+    started, seconds, checkpoint = datetime.now(UTC), 0.0, None
+    if older.state is State.INTERRUPTED and older.header is not None and older.path == path:
         try:
-            return _simulated_from(checkpoint, older, job, batch, scene, begun, watch)
-        except (ValueError, MemoryError) as error:
-            _log.warning("%s cannot be continued (%s): the repeat begins again", path, error)
-    return _simulated_from(None, older, job, batch, scene, begun, watch)
-
-
-def _simulated_from(
-    checkpoint: dict[str, NDArray[Any]] | None,
-    older: RepeatStatus,
-    job: Job,
-    batch: Batch,
-    scene: Scene,
-    begun: Begun,
-    watch: Callable[[int], object],
-) -> RepeatResult:
-    """Simulate one repeat from a checkpoint or its start.
-
-    Raises ``ValueError`` for a checkpoint that no simulation of this scene gives.
-    """
-    point, least = batch.point, max(older.collisions, 0)
-    started, seconds, interval = datetime.now(UTC), 0.0, job.interval
+            checkpoint = store.read_checkpoint(path)
+        except StoreError as error:
+            _log.warning("%s; the repeat begins again", error.problem)
+    least = max(older.collisions, 0)
+    reached, interval, begins = 0, job.interval, time.perf_counter()
     if checkpoint is not None and older.header is not None:
-        seconds = older.header.provenance.seconds
-    begins = time.perf_counter()
+        reached, seconds = least, older.header.provenance.seconds
+    due = time.monotonic() + interval
+
+    def stops(number: int) -> bool:
+        nonlocal reached
+        watch(number)
+        reached += number
+        return begun.stopped.is_set() or (time.monotonic() >= due and reached > least)
+
     while True:
-        due = time.monotonic() + interval
-        with store.Recorder(job.run.path(*batch), checkpoint is not None) as recorder:
-
-            def stops(number: int, recorder: store.Recorder = recorder, due: float = due) -> bool:
-                watch(number)
-                saves = time.monotonic() >= due and recorder.number > least
-                return begun.stopped.is_set() or saves
-
+        with store.Recorder(path, continues=checkpoint is not None) as recorder:
             trace = simulate(
                 scene, sink=recorder.add, watch=stops, checkpoint=checkpoint, **job.limits(point)
             )
-            if trace.summary is None and trace.collisions != recorder.number:
-                raise ValueError("its checkpoint is of other events")
             interrupted = trace.stop.reason is StopReason.INTERRUPTED
             unstored = interrupted and trace.collisions <= least
             if not unstored:
                 clock = time.monotonic()
-                recorder.end(older.repeat, trace)
+                recorder.end(repeat, trace)
                 now = seconds + time.perf_counter() - begins
                 recorder.finish(job.provenance(point, started, now))
                 # Saving takes a small part of the time, however long the file is.
                 interval = max(interval, SAVING_SHARE * (time.monotonic() - clock))
         if not interrupted or begun.stopped.is_set():
             return RepeatResult(
-                point,
-                older.repeat,
-                trace.stop,
-                trace.collisions,
-                work=trace.work,
-                unstored=unstored,
+                point, repeat, trace.stop, trace.collisions, work=trace.work, unstored=unstored
             )
-        checkpoint = trace.checkpoint
+        checkpoint, due = trace.checkpoint, time.monotonic() + interval
 
 
 def _scenes(run: Run, batch: Batch) -> tuple[dict[int, Scene], list[RepeatResult]]:

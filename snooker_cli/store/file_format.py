@@ -6,6 +6,7 @@ docs/file-format.md names every dataset and attribute.
 from __future__ import annotations
 
 import hashlib
+import hmac
 import json
 import math
 import struct
@@ -22,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Box, Circle, Container
+from snooker_cli.files import user_key
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
 
@@ -165,9 +167,15 @@ def seal(provenance: str, repeats: Sequence[int], contents: Sequence[str]) -> st
     return hashlib.sha256(json.dumps([provenance, [*repeats], [*contents]]).encode()).hexdigest()
 
 
-def checkpoint_hash(checkpoint: Mapping[str, NDArray[Any]]) -> str:
-    """SHA-256 of the arrays of a checkpoint, by their names."""
-    found = hashlib.sha256()
+def checkpoint_hash(checkpoint: Mapping[str, NDArray[Any]], content: str) -> str:
+    """A hash of the arrays of a checkpoint, by their names, that only this user can make.
+
+    content : the hash of all else in the file
+
+    Kernels use such arrays without a check, so those of a stranger are dangerous.
+    HMAC: RFC 2104, with SHA-256 and ``files.user_key``. Raises ``OSError`` without a key.
+    """
+    found = hmac.new(user_key(), content.encode(), "sha256")
     for name, values in sorted(checkpoint.items()):
         found.update(f"{name} {values.dtype.str} {values.shape}".encode())
         found.update(_bytes(values))

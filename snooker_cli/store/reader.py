@@ -83,19 +83,21 @@ def read_headers(path: Path) -> list[RepeatHeader]:
 
 
 def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
-    """The arrays from which a repeat is continued; ``None`` without. Raises ``StoreError``."""
+    """The arrays from which a repeat is continued; ``None`` without.
+
+    Checks the rest of the file too. Raises ``StoreError``, also for arrays of another user.
+    """
     with _opened(path) as file:
         if layout.CHECKPOINT not in file:
             return None
+        for _ in _checked(file, path, None, keep_events=False):
+            pass
         names = [*file[layout.CHECKPOINT]]
         found = {name: hdf5.read_all(file, f"{layout.CHECKPOINT}/{name}") for name in names}
         written = hdf5.read_attribute(file, layout.CHECKPOINT, "content")
-        if layout.checkpoint_hash(found) != written:
-            raise _changed(path)
-        hashes = found[layout.HASHES]
-        events = hdf5.length(file, f"{layout.TIME}/value") if layout.TIME in file else 0
-        shapes = [(columns, events // layout.HASHED_ROWS, 32) for columns in (4, 5)]
-        _require(hashes.dtype == np.uint8 and hashes.shape in shapes, "hashes of a checkpoint")
+        if layout.checkpoint_hash(found, _parameter(file, "content")) != written:
+            reason = "its checkpoint is damaged, or of another user or machine"
+            raise StoreError(path, reason, "run it again")
         return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -34,6 +35,11 @@ WAITING = 4
 
 COMPRESS_FROM = 4096
 """Smaller datasets are not compressed: that would cost more time and space than it saves."""
+
+
+NO_KEY = "a later run cannot continue this repeat, because no key for checkpoints can be kept (%s)"
+
+_log = logging.getLogger(__name__)
 
 
 def write(path: Path, repeats: Sequence[tuple[int, Trace]], provenance: Provenance) -> None:
@@ -302,10 +308,16 @@ def _write_scenes(file: h5py.File, traces: Sequence[Trace]) -> None:
 
 
 def _write_checkpoint(file: h5py.File, checkpoint: Mapping[str, NDArray[Any]]) -> None:
-    """Write arrays by name, and their hash."""
+    """Write arrays by name, and their hash; without a user's key, none."""
     for name, values in checkpoint.items():
         hdf5.write_rows(file, f"{layout.CHECKPOINT}/{name}", values)
-    file[layout.CHECKPOINT].attrs["content"] = layout.checkpoint_hash(checkpoint)
+    content = str(file[layout.PARAMETERS].attrs["content"])
+    try:
+        made = layout.checkpoint_hash(checkpoint, content)
+    except OSError as error:
+        _log.warning(NO_KEY, error_text(error))
+        made = ""
+    file[layout.CHECKPOINT].attrs["content"] = made
 
 
 def _write_parameters(

@@ -9,7 +9,6 @@ import time
 from pathlib import Path
 
 import h5py
-import numpy as np
 import pytest
 from repeating import contents, file_of, made
 from repeating import done as finish
@@ -17,6 +16,7 @@ from repeating import done as finish
 from snooker_cli import store
 from snooker_cli.engine import simulation
 from snooker_cli.errors import StoreError
+from snooker_cli.files import user_key
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.run import State
 from snooker_cli.store import file_format as layout
@@ -44,6 +44,7 @@ CONFIGS: dict[str, tuple[str, tuple[str, ...]]] = {
     "cells, summary": (MANY, ("cor=1", "record=summary")),
 }
 PIECE = 13_000
+RUNS_OF_TWO_SEEDS = (("run", ()), ("other", ("seed=7",)))
 
 
 class Stops(Watcher):
@@ -98,7 +99,7 @@ def test_a_damaged_checkpoint_is_noticed(tmp_path: Path, monkeypatch: pytest.Mon
     place = image.find(checkpoint["agendas.times"].tobytes())
     assert place > 0
     path.write_bytes(image[: place + 9] + bytes([image[place + 9] ^ 1]) + image[place + 10 :])
-    with pytest.raises(StoreError, match=r"has changed|not a readable"):
+    with pytest.raises(StoreError, match=r"its checkpoint is damaged|not a readable"):
         store.read_checkpoint(path)
     (result,) = finish(run)
     assert (result.error, result.collisions) == (None, 140_000)
@@ -107,34 +108,68 @@ def test_a_damaged_checkpoint_is_noticed(tmp_path: Path, monkeypatch: pytest.Mon
     assert contents(run) == contents(whole)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("agendas.links", 2**62), ("states.labels", 1.0), ("hashes", None)]
-)
-def test_a_repeat_with_a_forged_checkpoint_begins_again(
-    name: str,
-    value: float | None,
+@pytest.mark.parametrize("forged", ["another key", "no key", "another file"])
+def test_a_strangers_checkpoint_is_not_used(
+    forged: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    """Its hash is right."""
+    """Kernels would use its arrays without a check; the repeat begins again."""
+    text, overrides = CONFIGS["all pairs, free"]
+    monkeypatch.setattr(simulation, "CHUNK", PIECE)
+    runs = [made(tmp_path / name, text, *overrides, *more) for name, more in RUNS_OF_TWO_SEEDS]
+    for run in runs:
+        watcher = Stops(2)
+        execute(run, workers=1, watcher=watcher, cancelled=watcher.cancelled)
+    path, other = (file_of(run, 0, 0) for run in runs)
+    if forged == "another key":
+        monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+        user_key.cache_clear()
+    with h5py.File(path, "r+") as file, h5py.File(other) as another:
+        if forged == "no key":
+            file[layout.CHECKPOINT].attrs["content"] = ""
+        elif forged == "another file":
+            del file[layout.CHECKPOINT]
+            another.copy(layout.CHECKPOINT, file)
+    with pytest.raises(StoreError, match="of another user or machine"):
+        store.read_checkpoint(path)
+    (result,) = finish(runs[0])
+    user_key.cache_clear()
+    assert (result.error, result.collisions) == (None, 140_000)
+    assert "the repeat begins again" in caplog.text
+
+
+def test_without_a_key_nothing_is_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "state").write_text("no folder")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    user_key.cache_clear()
     text, overrides = CONFIGS["all pairs, free"]
     monkeypatch.setattr(simulation, "CHUNK", PIECE)
     run = made(tmp_path / "run", text, *overrides)
     watcher = Stops(2)
     execute(run, workers=1, watcher=watcher, cancelled=watcher.cancelled)
-    with h5py.File(file_of(run, 0, 0), "r+") as file:
-        held = file[layout.CHECKPOINT]
-        forged = np.zeros((3, 7)) if value is None else np.full_like(held[name][()], value)
-        if name == "states.labels":
-            forged = np.zeros(4, np.int32)
-        del held[name]
-        held[name] = forged
-        held.attrs["content"] = layout.checkpoint_hash({key: held[key][()] for key in held})
+    assert "a later run cannot continue this repeat" in caplog.text
+    store.check(file_of(run, 0, 0))
     (result,) = finish(run)
     assert (result.error, result.collisions) == (None, 140_000)
-    assert ("the repeat begins again" in caplog.text) == (name != "hashes")
-    store.check(file_of(run, 0, 0))
+
+
+def test_a_long_summary_has_checkpoints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a summary no events are recorded, but its collisions count."""
+    text, overrides = CONFIGS["all pairs, summary"]
+    monkeypatch.setattr(simulation, "CHUNK", PIECE)
+    run, found = made(tmp_path / "run", text, *overrides), list[bool]()
+
+    class Looks(Watcher):
+        def events(self, number: int) -> None:
+            found.append(file_of(run, 0, 0).exists())
+
+    execute(run, workers=1, watcher=Looks(), cancelled=threading.Event(), interval=0.0)
+    assert found[0] is False
+    assert any(found)
 
 
 @pytest.mark.long
