@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Annotated
 
@@ -12,15 +12,35 @@ import typer
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
 from snooker_cli.analysis.tables import PAIRED, comparison_lines, fit_lines, note_lines
-from snooker_cli.cli.options import AsJson, RunName
+from snooker_cli.cli.options import AsJson, RunName, Where, points_where
 from snooker_cli.cli.output import print_result
+from snooker_cli.errors import UserError
+from snooker_cli.formatting import listed
 from snooker_cli.runs import Run, open_run
 
 All = Annotated[bool, typer.Option("--all", help="Print one table with more columns and rows.")]
 
+Quantities = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--quantity",
+        metavar="NAME",
+        help="Only quantities with this in their name. Can be repeated.",
+    ),
+]
+Models = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--model", metavar="NAME", help="Only models with this in their name. Can be repeated."
+    ),
+]
+
 
 def fit(
     run: RunName,
+    where: Where = None,
+    quantity: Quantities = None,
+    model: Models = None,
     since: Annotated[
         float, typer.Option("--from", metavar="S", help="Fit from this time on, s.")
     ] = 0.0,
@@ -38,33 +58,67 @@ def fit(
     last column is the value at the end over the fit. --all adds half of the range, which is the
     source report's error, and the bootstrap error. The fits of all times are saved in RUN/fit.json.
     With --from or --to they are only printed; from a later time on, the amplitude is free.
+    With --where, --quantity or --model, the explanations below the table are left out.
     """
     analyse = partial(fits, since=since, until=math.inf if until is None else until)
     lines = partial(fit_lines, every=every)
-    _print_analysis(run, analyse, as_json, lines, [SAMPLING, JUDGEMENT])
+    wanted = {"quantity": quantity, "model": model}
+    _print_analysis(run, where, wanted, analyse, as_json, lines, [SAMPLING, JUDGEMENT])
 
 
-def compare(run: RunName, every: All = False, as_json: AsJson = False) -> None:
+def compare(
+    run: RunName,
+    where: Where = None,
+    quantity: Quantities = None,
+    model: Models = None,
+    every: All = False,
+    as_json: AsJson = False,
+) -> None:
     """Compare the results of RUN with theory.
 
     The theory is the ideal gas and kinetic theory. Each row has the measured mean, the prediction,
     and the difference with its standard error, also in such errors. --all adds the standard error
     of the mean and the formulas of the source report. The result is saved in RUN/compare.json.
+    With --where, --quantity or --model, the explanations below the table are left out.
     """
     footer = f"{PAIRED} --all also has these errors and the formulas of the source report."
-    _print_analysis(run, comparisons, as_json, partial(comparison_lines, every=every), [footer])
+    wanted = {"quantity": quantity, "model": model}
+    lines = partial(comparison_lines, every=every)
+    _print_analysis(run, where, wanted, comparisons, as_json, lines, [footer])
 
 
 def _print_analysis(
     name: str,
+    where: Sequence[str] | None,
+    wanted: Mapping[str, Sequence[str] | None],
     analyse: Callable[[Run], RunAnalysis],
     as_json: bool,
     lines: Callable[[Records], list[str]],
     footer: list[str],
 ) -> None:
-    """Analyse a run, print the rows and notes or, as JSON, the rows, and save both in a file."""
+    """Analyse a run, print the rows and notes or, as JSON, the rows, and save both in a file.
+
+    where, wanted : which points to print, and parts of the names that a field of a row may have
+    """
     run = open_run(name)
+    points = [point.as_json() for point in points_where(run, where)]
     found = analyse(run)
-    text = [*lines(found.rows), *footer, *note_lines(found.notes, len(run.points))]
-    print_result(found.rows, as_json, text)
+    rows, notes = (
+        [one for one in records if one["parameters"] in points]
+        for records in (found.rows, found.notes)
+    )
+    for field, parts in wanted.items():
+        rows = _with_names(rows, field, parts or [""])
+    if where or any(wanted.values()):
+        footer = []
+    print_result(rows, as_json, [*lines(rows), *footer, *note_lines(notes, len(points))])
     found.save()
+
+
+def _with_names(rows: Records, field: str, parts: Sequence[str]) -> Records:
+    """The rows whose name in a field contains one of some texts. Raises ``UserError`` for none."""
+    names = {one[field]: one[field].replace("_", " ").lower() for one in rows}
+    chosen = {name for name, text in names.items() if any(part.lower() in text for part in parts)}
+    if names and not chosen:
+        raise UserError(f"--{field} {' '.join(parts)}: not found; there is {listed(list(names))}")
+    return [one for one in rows if one[field] in chosen]

@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 
 from snooker_cli import __version__, store
 from snooker_cli import export as exporting
-from snooker_cli.cli.options import PointNumber, RepeatNumber, RunName, chosen_point
+from snooker_cli.cli.options import (
+    PointNumber,
+    RepeatNumber,
+    RunName,
+    Where,
+    chosen_point,
+    points_where,
+)
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
 from snooker_cli.errors import UserError
 from snooker_cli.runs import holds_results, open_run
@@ -26,6 +33,7 @@ MOST_FRAMES = 10_000_000
 def export(
     run: RunName,
     point: PointNumber = 0,
+    where: Where = None,
     repeat: RepeatNumber = 0,
     states: Annotated[
         bool, typer.Option("--states", help="Export positions and velocities, not events.")
@@ -74,6 +82,11 @@ def export(
     if len(given) > 1:
         raise UserError(f"{given[0]} and {given[1]} both choose times", "give one of them")
     opened = open_run(run)
+    if where:
+        points = points_where(opened, where)
+        if len(points) > 1:
+            raise UserError(f"--where {' '.join(where)}: {len(points)} points; choose one of them")
+        point = points[0].index
     chosen = chosen_point(opened, point, repeat)
     if chosen.experiment.record == "summary":
         what = "states" if states else "events"

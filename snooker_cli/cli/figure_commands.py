@@ -1,7 +1,6 @@
 """``snooker plot`` and ``animate``: figures and films of runs."""
 
 import re
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,12 +14,13 @@ from snooker_cli.cli.options import (
     PointNumber,
     RepeatNumber,
     RunName,
+    Where,
     check_name,
     chosen_point,
+    conditions,
     explanation,
 )
 from snooker_cli.cli.output import notice, print_json, print_line, print_result, table
-from snooker_cli.config.yaml_document import document
 from snooker_cli.errors import FigureError, UserError
 from snooker_cli.figures import FIGURES, FigureSpec, Selection, selected, unfinished
 from snooker_cli.files import write_text
@@ -51,14 +51,7 @@ def plot(
     list_figures: Annotated[
         bool, typer.Option("--list", help="List the figures and what each needs.")
     ] = False,
-    where: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--where",
-            metavar="KEY=VALUE",
-            help="Only points with this value, as `cor=0.8` or `cor=0.8,0.9`. Can be repeated.",
-        ),
-    ] = None,
+    where: Where = None,
     repeat: Annotated[
         int | None,
         typer.Option("--repeat", metavar="K", min=0, help="Only this repeat [the first, or all]."),
@@ -84,7 +77,7 @@ def plot(
         check_name(name, FIGURES, "figure", "snooker plot --list")
     specs = [FIGURES[name] for name in dict.fromkeys(figures or FIGURES)]
     opened = open_run(run)
-    selection = Selection(_conditions(where or ()), repeat)
+    selection = Selection(conditions(where), repeat)
     try:
         points = selected(opened, selection)
     except FigureError as error:
@@ -136,18 +129,6 @@ def _print_figures(as_json: bool) -> None:
         for one in FIGURES.values()
     ]
     print_result(content, as_json, table("figure | source report's | shows | needs", rows))
-
-
-def _conditions(texts: Sequence[str]) -> dict[str, Any]:
-    """The conditions of ``--where``: a value of each key, or a tuple of several."""
-    found: dict[str, Any] = {}
-    for text in texts:
-        key, separator, value = text.partition("=")
-        if not separator or not key or not value:
-            raise UserError(f"--where {text}: give KEY=VALUE, as in cor=0.8")
-        values: Any = document(f"[{value}]", f"--where {text}", in_file=False).data
-        found[key.strip()] = tuple(values) if len(values) > 1 else values[0]
-    return found
 
 
 def _stem(spec: FigureSpec, selection: Selection) -> str:

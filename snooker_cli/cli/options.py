@@ -5,13 +5,15 @@ import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from textwrap import shorten
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 from rich.markup import escape
 
 from snooker_cli.config import Loaded, Point, load, schema
-from snooker_cli.errors import SceneError, UserError
+from snooker_cli.config.axes import option_values
+from snooker_cli.config.problems import PathError
+from snooker_cli.errors import FigureError, SceneError, UserError
 from snooker_cli.runs import MANIFEST, RUNS, Run
 from snooker_cli.runs.plan import SceneClass, scene_classes
 
@@ -61,6 +63,14 @@ RUN = typer.Argument(
 RunName = Annotated[str, RUN]
 PointNumber = Annotated[int, typer.Option("--point", min=0, help="Point, from 0.")]
 RepeatNumber = Annotated[int, typer.Option("--repeat", min=0, help="Repeat, from 0.")]
+Where = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--where",
+        metavar="KEY=VALUE",
+        help="Only points with this value, as `cor=0.8` or `cor=0.8,0.9`. Can be repeated.",
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 Jobs = Annotated[
     int | None, typer.Option("-j", "--jobs", min=1, max=1024, help="Threads [all cores].")
@@ -90,6 +100,32 @@ def chosen_point(run: Run, point: int, repeat: int) -> Point:
         last = run.experiment.repeats - 1
         raise UserError(f"--repeat {repeat}: {run.name} has repeats 0 to {last}")
     return run.points[point]
+
+
+def conditions(where: Sequence[str] | None) -> dict[str, Any]:
+    """The conditions of ``--where``: a value of each key, or a tuple of several."""
+    found: dict[str, Any] = {}
+    for text in where or ():
+        key, separator, value = text.partition("=")
+        if not separator or not key or not value.strip():
+            raise UserError(f"--where {text}: give KEY=VALUE, as in cor=0.8")
+        try:
+            values = option_values(value, f"--where {text}")
+        except PathError as error:
+            raise UserError(f"--where {text}: {error}") from None
+        found[key.strip()] = tuple(values) if len(values) > 1 else values[0]
+    return found
+
+
+def points_where(run: Run, where: Sequence[str] | None) -> tuple[Point, ...]:
+    """The points of a run that meet ``--where``. Raises ``UserError`` if there is none."""
+    from snooker_cli.figures import Selection
+    from snooker_cli.figures.selection import matching
+
+    try:
+        return matching(run, Selection(conditions(where)))
+    except FigureError as error:
+        raise UserError(f"{run.name}: {error}") from None
 
 
 def check_name(name: str, names: Iterable[str], noun: str, command: str) -> None:

@@ -233,15 +233,22 @@ def overridden(source: YamlDocument, override: str) -> YamlDocument:
         path = key_path(key)
         if path[0] == "sweep" and len(path) > 1:
             raise PathError("sweep is set as a whole, or by its keys: -o KEY=VALUE,VALUE")
-        values = range_values(text)
-        if values is None:
-            # The line break ends a comment, which would hide the bracket.
-            values = document(f"[{text}\n]", label.source, in_file=False).data
+        values = option_values(text, label.source)
         if not values:
             raise PathError("an override is written KEY=VALUE; add a value, or null to mean none")
         return _replaced(source, path, values, Mark(label, label))
     except PathError as error:
         raise ConfigError([Problem((key,), str(error), position=label)]) from None
+
+
+def option_values(text: str, name: str) -> list[Data]:
+    """The values that an option such as -o lists, or those of its range; `name` is the option.
+
+    Raises ConfigError and PathError.
+    """
+    values = range_values(text)
+    # The line break ends a comment, which would hide the bracket.
+    return values or document(f"[{text}\n]", name, in_file=False).data
 
 
 def _replaced(source: YamlDocument, path: KeyPath, values: list[Data], mark: Mark) -> YamlDocument:
