@@ -1,6 +1,8 @@
 """Errors that a user can cause and fix, each with an exit code."""
 
+import difflib
 import os
+from collections.abc import Iterable
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, ClassVar
@@ -118,3 +120,16 @@ class DamagedError(RunError):
 
 class FigureError(SnookerError):
     """A figure or film that a run cannot give."""
+
+
+def check_name(name: str, names: Iterable[str], noun: str, command: str) -> None:
+    """Raise ``UserError`` with the nearest name if a name is unknown.
+
+    command : lists all names
+    """
+    names = list(names)
+    if name not in names:
+        near = difflib.get_close_matches(name, names, n=1, cutoff=0.0)[0]
+        raise UserError(
+            f"there is no {noun} {name}; the nearest is {near}, and `{command}` lists all"
+        )

@@ -22,7 +22,6 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 SIMULATING = ("containers", "errors", "files", "neighbours", "scene", "trace")
 RUNNING = (*SIMULATING, "config", "engine", "formatting", "placement", "runs", "store", "theory")
 PARTS: dict[str, tuple[str, ...]] = {
-    "__init__": (),
     # Nothing of ours below
     "errors": (),
     "files": (),
@@ -39,6 +38,8 @@ PARTS: dict[str, tuple[str, ...]] = {
     "engine": ("containers", "scene", "trace"),
     "store": ("containers", "errors", "files", "scene", "trace"),
     "runs": (*SIMULATING, "config", "engine", "formatting", "placement", "store", "theory"),
+    "exit_codes": ("errors", "formatting"),
+    "progress": ("exit_codes", "formatting", "runs", "trace"),
     "export": ("engine", "errors", "files", "scene", "store", "trace"),
     # From repeats to conclusions
     "analysis": RUNNING,
@@ -46,14 +47,16 @@ PARTS: dict[str, tuple[str, ...]] = {
     "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting"),
     "validation": (*RUNNING, "analysis", "figures"),
 }
-# These two may import all parts above them.
+# These may import all parts above them.
 PARTS["report"] = tuple(part for part in PARTS if part not in ("engine", "export", "store"))
+PARTS["api"] = tuple(PARTS)
+PARTS["__init__"] = ("api",)
 PARTS["cli"] = tuple(PARTS)
 PARTS["__main__"] = ("cli",)
 
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "typer": ("cli",),
-    "rich": ("cli",),
+    "rich": ("cli", "progress"),
     "pydantic": ("config",),
     "pydantic_core": ("config",),
     "yaml": ("config", "figures", "report", "validation"),

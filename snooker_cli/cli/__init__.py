@@ -5,7 +5,7 @@ import os
 import sys
 from functools import partial
 
-from snooker_cli.cli.exit_codes import ending_on_interrupt
+from snooker_cli.exit_codes import ending_on_interrupt
 
 COLLECT_AFTER = 100_000
 """New objects between two garbage collections: modules make many, and all of them stay."""
@@ -23,6 +23,6 @@ def main() -> None:
     gc.set_threshold(COLLECT_AFTER)
     with ending_on_interrupt():
         from snooker_cli.cli.app import app
-        from snooker_cli.cli.exit_codes import guarded
+        from snooker_cli.exit_codes import guarded
 
         guarded(partial(app, prog_name="snooker"))

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from snooker_cli.cli.exit_codes import ending_on_interrupt
+from snooker_cli.exit_codes import ending_on_interrupt
 
 COMMANDS = {
     "init": ("config_commands", "Write a commented config; without TEMPLATE, list all templates."),
@@ -82,6 +82,6 @@ def _root(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ) -> None:
-    from snooker_cli.cli.output import showing_notices
+    from snooker_cli.progress import showing_notices
 
     context.with_resource(showing_notices())

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from snooker_cli.cli.options import AsJson
-from snooker_cli.cli.output import notice
 from snooker_cli.errors import ExitCode
+from snooker_cli.progress import notice
 
 if TYPE_CHECKING:
     from snooker_cli.validation.study import Study

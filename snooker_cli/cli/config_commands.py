@@ -9,12 +9,14 @@ from typing import Annotated
 
 import typer
 
-from snooker_cli.cli.options import AsJson, ConfigPath, Overrides, check_name, checked, explanation
-from snooker_cli.cli.output import notice, print_line, print_result, table
-from snooker_cli.config import EXAMPLES
+from snooker_cli.cli.options import AsJson, ConfigPath, Overrides, explanation
+from snooker_cli.cli.output import print_line, print_result, table
+from snooker_cli.config import EXAMPLES, load
 from snooker_cli.config import schema as config_schema
-from snooker_cli.errors import UserError
+from snooker_cli.errors import UserError, check_name
 from snooker_cli.files import write_text
+from snooker_cli.progress import notice
+from snooker_cli.runs.plan import checked
 
 SCHEMA = "snooker-schema.json"
 """The schema beside a config; the config's first line names it for editors."""
@@ -103,7 +105,8 @@ def validate(config: ConfigPath, override: Overrides = None, as_json: AsJson = F
 
     The check includes the starting scene of every point.
     """
-    loaded, points, scene_classes = checked(config, override or ())
+    loaded = load(config, override or ())
+    points, scene_classes = checked(loaded)
     repeats = loaded.experiment.repeats
     balls = sorted({number for each in scene_classes for number in each.balls})
     numbers = str(balls[0]) if len(balls) == 1 else f"{balls[0]} to {balls[-1]}"

@@ -12,14 +12,7 @@ from numpy.typing import NDArray
 
 from snooker_cli import __version__, store
 from snooker_cli import export as exporting
-from snooker_cli.cli.options import (
-    PointNumber,
-    RepeatNumber,
-    RunName,
-    Where,
-    chosen_point,
-    points_where,
-)
+from snooker_cli.cli.options import PointNumber, RepeatNumber, RunName, Where, points_where
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
 from snooker_cli.errors import UserError
 from snooker_cli.runs import holds_results, open_run
@@ -87,7 +80,7 @@ def export(
         if len(points) > 1:
             raise UserError(f"--where {' '.join(where)}: {len(points)} points; choose one of them")
         point = points[0].index
-    chosen = chosen_point(opened, point, repeat)
+    chosen = opened.chosen(point, repeat)
     if chosen.experiment.record == "summary":
         what = "states" if states else "events"
         raise UserError(f"{opened.name} was run with `record: summary`: it has no {what} to export")

@@ -15,16 +15,15 @@ from snooker_cli.cli.options import (
     RepeatNumber,
     RunName,
     Where,
-    check_name,
-    chosen_point,
     conditions,
     explanation,
 )
-from snooker_cli.cli.output import notice, print_json, print_line, print_result, table
-from snooker_cli.errors import FigureError, UserError
+from snooker_cli.cli.output import print_json, print_line, print_result, table
+from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, FigureSpec, Selection, selected, unfinished
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label
+from snooker_cli.progress import notice
 from snooker_cli.runs import open_run
 
 ENDINGS = (".html", ".gif", ".mp4")
@@ -191,7 +190,7 @@ def animate(
     if fps is not None and ending == ".html":
         raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
     opened = open_run(run)
-    trace = opened.read(chosen_point(opened, point, repeat), repeat)
+    trace = opened.read(opened.chosen(point, repeat), repeat)
     if magnify > 1 and not trace.start.free:
         raise UserError(f"--magnify {magnify:g}: the container of {opened.name} does not move")
     shown = {"cor": f"{trace.start.restitution:g}"} | dict(opened.points[point].parameters)

@@ -1,8 +1,7 @@
 """Arguments and options that several commands share, and their completion on Tab."""
 
-import difflib
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from textwrap import shorten
 from typing import Annotated, Any, Literal
@@ -10,12 +9,11 @@ from typing import Annotated, Any, Literal
 import typer
 from rich.markup import escape
 
-from snooker_cli.config import Loaded, Point, load, schema
+from snooker_cli.config import Point, schema
 from snooker_cli.config.axes import option_values
 from snooker_cli.config.problems import PathError
-from snooker_cli.errors import FigureError, SceneError, UserError
+from snooker_cli.errors import FigureError, UserError
 from snooker_cli.runs import MANIFEST, RUNS, Run
-from snooker_cli.runs.plan import SceneClass, scene_classes
 
 LINE = 72
 """Characters of an explanation: rich breaks longer ones, and fish would show two candidates."""
@@ -77,31 +75,6 @@ Jobs = Annotated[
 ]
 
 
-def checked(
-    config: Path, overrides: Sequence[str], engine: str | None = None
-) -> tuple[Loaded, tuple[Point, ...], list[SceneClass]]:
-    """The loaded config, its points and the classes of their scenes.
-
-    Raises ``ConfigError``, also for a scene that cannot exist.
-    """
-    loaded = load(config, overrides)
-    try:
-        points = loaded.points()
-        return loaded, points, scene_classes(points, engine)
-    except SceneError as error:
-        raise loaded.error(error.key, str(error)) from None
-
-
-def chosen_point(run: Run, point: int, repeat: int) -> Point:
-    """The point with a number. Raises ``UserError`` if the run has no such point or repeat."""
-    if point >= len(run.points):
-        raise UserError(f"--point {point}: {run.name} has points 0 to {len(run.points) - 1}")
-    if repeat >= run.experiment.repeats:
-        last = run.experiment.repeats - 1
-        raise UserError(f"--repeat {repeat}: {run.name} has repeats 0 to {last}")
-    return run.points[point]
-
-
 def conditions(where: Sequence[str] | None) -> dict[str, Any]:
     """The conditions of ``--where``: a value of each key, or a tuple of several."""
     found: dict[str, Any] = {}
@@ -126,16 +99,3 @@ def points_where(run: Run, where: Sequence[str] | None) -> tuple[Point, ...]:
         return matching(run, Selection(conditions(where)))
     except FigureError as error:
         raise UserError(f"{run.name}: {error}") from None
-
-
-def check_name(name: str, names: Iterable[str], noun: str, command: str) -> None:
-    """Raise ``UserError`` with the nearest name if a name is unknown.
-
-    command : lists all names
-    """
-    names = list(names)
-    if name not in names:
-        near = difflib.get_close_matches(name, names, n=1, cutoff=0.0)[0]
-        raise UserError(
-            f"there is no {noun} {name}; the nearest is {near}, and `{command}` lists all"
-        )

@@ -7,10 +7,11 @@ from typing import Annotated
 import typer
 
 from snooker_cli.cli.options import complete_runs
-from snooker_cli.cli.output import notice, print_line
+from snooker_cli.cli.output import print_line
 from snooker_cli.cli.run_command import run
 from snooker_cli.config import EXAMPLES
 from snooker_cli.errors import RunError
+from snooker_cli.progress import notice
 from snooker_cli.runs import open_run
 from snooker_cli.runs.status import run_status
 

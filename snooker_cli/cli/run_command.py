@@ -7,29 +7,24 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
 from snooker_cli import runs
-from snooker_cli.cli.exit_codes import STOPPING, handling, leave
-from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Jobs, Overrides, checked
-from snooker_cli.cli.output import (
-    RunProgress,
-    first,
-    notice,
-    point_table,
-    print_result,
-)
-from snooker_cli.config import Point
+from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Jobs, Overrides
+from snooker_cli.cli.output import first, point_table, print_result
+from snooker_cli.config import Point, load
 from snooker_cli.errors import ExitCode, UserError
+from snooker_cli.exit_codes import leave
 from snooker_cli.formatting import counted, duration, listed, point_label, printable, size
+from snooker_cli.progress import RunProgress, complete, execute_watched, notice, stopping_on_signals
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
-from snooker_cli.runs.execution import POLL_INTERVAL, execute, processors
-from snooker_cli.runs.plan import is_excessive, run_plan
+from snooker_cli.runs.execution import POLL_INTERVAL, processors
+from snooker_cli.runs.plan import checked, is_excessive, run_plan
 from snooker_cli.runs.status import ended
 from snooker_cli.trace import StopReason
 
@@ -93,10 +88,9 @@ def run(
     repeats at a time [1024].
     """
     cancelled = threading.Event()
-    with _stopping_on_signals(cancelled), ExitStack() as exits:
-        loaded, points, scene_classes = _awaited(
-            lambda: checked(config, override or (), engine), cancelled
-        )
+    with stopping_on_signals(cancelled), ExitStack() as exits:
+        loaded = _awaited(lambda: load(config, override or ()), cancelled)
+        points, scene_classes = _awaited(lambda: checked(loaded, engine), cancelled)
         target = Run(out or runs.RUNS / config.stem, loaded.experiment, points, engine)
         cluster = _awaited(lambda: _cluster(executor, jobs, cancelled), cancelled)
         workers = threads = jobs or processors()
@@ -109,7 +103,8 @@ def run(
             return _awaited(lambda: run_plan(target, scene_classes, threads, fresh), cancelled)
 
         if dry_run:
-            _print_change(runs.planned_change(target, fresh=fresh))
+            if change := runs.planned_change(target, fresh=fresh):
+                notice(change)
             found = plan(fresh)
             print_result(found, as_json, [*_plan_lines(found), *target.common_random_notes])
             return
@@ -122,18 +117,16 @@ def run(
                     "set fewer collisions or repeats, set `record: summary` to save disk, or give "
                     "--yes",
                 )
-        with runs.locked(target.directory):
-            analyses = [] if fresh else target.analyses()
-            _print_change(runs.create(target, fresh=fresh))
-            with RunProgress(len(points), loaded.experiment.repeats, not no_progress) as watcher:
-                outcomes = execute(
-                    target,
-                    workers=workers,
-                    watcher=watcher,
-                    cancelled=cancelled,
-                    executor=cluster,
-                    interval=60 * checkpoint,
-                )
+        analyses = [] if fresh else target.analyses()
+        outcomes, watcher = execute_watched(
+            target,
+            fresh=fresh,
+            bar=not no_progress,
+            cancelled=cancelled,
+            workers=workers,
+            executor=cluster,
+            interval=60 * checkpoint,
+        )
     if removed := [path for path in analyses if not path.exists()]:
         again = listed([f"`snooker {path.stem} {target.directory}`" for path in removed])
         names = listed([path.name for path in removed])
@@ -145,13 +138,9 @@ def run(
     summary = _summary(target, outcomes, watcher)
     print_result(summary, as_json, _summary_lines(target, outcomes, summary))
     if cancelled.is_set():
-        complete = sum(
-            each.stop is not None and each.stop.reason is not StopReason.INTERRUPTED
-            for each in outcomes
-        )
-        wanted = counted(len(points) * loaded.experiment.repeats, "repeat")
+        done = complete(outcomes, len(points) * loaded.experiment.repeats)
         command = "the same command without --fresh" if fresh else "the same command again"
-        notice(f"interrupted: {complete:,} of {wanted} complete; run {command} to finish")
+        notice(f"interrupted: {done}; run {command} to finish")
         leave(ExitCode.INTERRUPTED)
     if any(each.error for each in outcomes):
         raise typer.Exit(ExitCode.SOME_FAILED)
@@ -178,19 +167,6 @@ def _cluster(executor: str, at_once: int | None, cancelled: threading.Event) -> 
     return cluster
 
 
-@contextmanager
-def _stopping_on_signals(cancelled: threading.Event) -> Iterator[None]:
-    """Inside, Ctrl-C and SIGTERM set ``cancelled``; the simulated part is then saved."""
-
-    def stop(_number: int, _frame: object) -> None:
-        if not cancelled.is_set():
-            notice("stopping; saving the current repeats")
-        cancelled.set()
-
-    with handling(stop, STOPPING):
-        yield
-
-
 def _awaited(function: Callable[[], Result], cancelled: threading.Event) -> Result:
     """The result of a function that has nothing to save: once cancelled, the process ends."""
     future = ThreadPoolExecutor(1).submit(function)
@@ -198,12 +174,6 @@ def _awaited(function: Callable[[], Result], cancelled: threading.Event) -> Resu
         if cancelled.is_set():
             leave(ExitCode.INTERRUPTED)
     return future.result()
-
-
-def _print_change(change: str) -> None:
-    """Print how the run extends or reduces the stored one, if it does."""
-    if change:
-        notice(change)
 
 
 def _plan_lines(plan: dict[str, Any]) -> Iterator[str]:

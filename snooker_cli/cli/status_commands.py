@@ -11,9 +11,10 @@ from rich.console import Console
 from rich.progress import track
 
 from snooker_cli.cli.options import AsJson, Jobs, RunName
-from snooker_cli.cli.output import first, notice, point_table, print_result, table
+from snooker_cli.cli.output import first, point_table, print_result, table
 from snooker_cli.errors import ExitCode, RunError, StoreError
 from snooker_cli.formatting import counted, listed, point_label, printable, size
+from snooker_cli.progress import notice
 from snooker_cli.runs import State, open_run, runs_in
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.status import COUNTS, ended, run_status

@@ -3,11 +3,12 @@
 Everything that a user can get wrong is raised as ConfigError, all problems at once.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from snooker_cli.config.axes import check_overrides, overridden, unzipped
 from snooker_cli.config.models import BallCount, BallList, Experiment, Rings
@@ -21,8 +22,9 @@ from snooker_cli.config.points import (
     to_json,
     validated,
 )
-from snooker_cli.config.problems import ConfigError, Problem, key_path, shown
-from snooker_cli.config.yaml_document import YamlDocument, document, text_of
+from snooker_cli.config.problems import NOWHERE, ConfigError, Problem, key_path, shown
+from snooker_cli.config.yaml_document import Mark, YamlDocument, document, text_of
+from snooker_cli.formatting import plain
 
 __all__ = [
     "EXAMPLES",
@@ -78,10 +80,12 @@ def schema() -> str:
     return files("snooker_cli.config").joinpath("schema.json").read_text("utf-8")
 
 
-def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Loaded:
-    """The experiment in a YAML file, after KEY=VALUE overrides. Raises ConfigError."""
-    name = shown(str(path), 200)
-    return parse(text_of(Path(path), name), name, overrides)
+def load(config: str | PathLike[str] | Mapping[str, Any], overrides: Iterable[str] = ()) -> Loaded:
+    """The experiment in a YAML file or a mapping, after KEY=VALUE overrides. Raises ConfigError."""
+    if isinstance(config, Mapping):
+        return _loaded(YamlDocument(plain(config), {(): Mark(NOWHERE, NOWHERE)}), overrides)
+    name = shown(str(config), 200)
+    return parse(text_of(Path(config), name), name, overrides)
 
 
 def parse(text: str, name: str = "config", overrides: Iterable[str] = ()) -> Loaded:
@@ -89,7 +93,11 @@ def parse(text: str, name: str = "config", overrides: Iterable[str] = ()) -> Loa
 
     An override replaces what the file or an earlier override of an outer key gives.
     """
-    source = document(text, name)
+    return _loaded(document(text, name), overrides)
+
+
+def _loaded(source: YamlDocument, overrides: Iterable[str]) -> Loaded:
+    """The experiment of a document. Raises ConfigError."""
     overrides = check_overrides(overrides)
     zipped = {unzipped(path): mark for path, mark in source.marks.items()}
     source = replace(source, marks={**zipped, **source.marks})

@@ -157,6 +157,7 @@ def execute(
     cancelled: threading.Event,
     executor: Executor | None = None,
     interval: float = CHECKPOINT_INTERVAL,
+    command: str = "",
 ) -> list[RepeatResult]:
     """Simulate what is missing of a run. Returns all results, by point and repeat.
 
@@ -164,6 +165,7 @@ def execute(
     cancelled : once set, repeats in simulation are stored as interrupted, and no others begin
     executor : simulates instead of these threads, which then only check files
     interval : seconds after which a long repeat saves a checkpoint
+    command : stored in each provenance [the command line of this process]
 
     An error in one repeat does not stop the others. Interrupts are the caller's: it turns signals
     into ``cancelled``. Saved fits and comparisons of fewer repeats are deleted. Raises ``RunError``
@@ -206,7 +208,7 @@ def execute(
             for path in run.analyses():
                 path.unlink(missing_ok=True)
             simulating = executor or threads
-            job = Job(run, _command(), interval)
+            job = Job(run, command or _command(), interval)
             for ended in simulating.simulate(job, _batches(run, missing), watcher):
                 for result in ended or ():
                     finish(result)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from snooker_cli import store, theory
-from snooker_cli.config import BallList, Experiment, Point
+from snooker_cli.config import BallList, Experiment, Loaded, Point
 from snooker_cli.containers import Circle, Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import SceneError
@@ -51,6 +51,20 @@ class SceneClass:
     balls: tuple[int, ...]
     lengths: tuple[float | None, ...]
     models: dict[str, bool]
+
+
+def checked(
+    loaded: Loaded, engine: str | None = None
+) -> tuple[tuple[Point, ...], list[SceneClass]]:
+    """The points of a loaded config and the classes of their scenes.
+
+    Raises ``ConfigError``, also for a scene that cannot exist.
+    """
+    try:
+        points = loaded.points()
+        return points, scene_classes(points, engine)
+    except SceneError as error:
+        raise loaded.error(error.key, str(error)) from None
 
 
 def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[SceneClass]:

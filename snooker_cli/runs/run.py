@@ -15,7 +15,7 @@ from typing import Any
 from snooker_cli import store
 from snooker_cli.config import Experiment, Point, digest, extends, to_json, validated
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import UNREADABLE, AbsentError, RunError, StoreError
+from snooker_cli.errors import UNREADABLE, AbsentError, RunError, StoreError, UserError
 from snooker_cli.files import discard
 from snooker_cli.formatting import printable
 from snooker_cli.store import RepeatHeader
@@ -141,6 +141,15 @@ class Run:
         """The files of a point's batches."""
         files = (self.directory / f"point-{point:04d}").glob("repeats-*-*.h5")
         return sorted(filter(is_named, files))
+
+    def chosen(self, point: int, repeat: int) -> Point:
+        """The point with a number. Raises ``UserError`` if there is no such point or repeat."""
+        given = ("point", point, len(self.points)), ("repeat", repeat, self.experiment.repeats)
+        for noun, number, count in given:
+            if not 0 <= number < count:
+                existing = f"{self.name} has {noun}s 0 to {count - 1}"
+                raise UserError(f"there is no {noun} {number}: {existing}")
+        return self.points[point]
 
     def present(self, point: Point) -> list[int]:
         """The repeats of a point that have a file, with any content."""

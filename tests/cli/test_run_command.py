@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from command_line import Snooker
 
-from snooker_cli import runs
+from snooker_cli import progress, runs
 from snooker_cli.cli import output
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.trace import StopReason
@@ -51,9 +51,9 @@ def test_a_folder_that_is_deleted_during_a_run_is_an_error(
 ) -> None:
     """The run ends soon, and leaves no folder that the next run would refuse."""
     assert snooker("run", "small.yaml", "--out", "other").code == 0
-    finish, done = output.RunProgress.finished, []
+    finish, done = progress.RunProgress.finished, []
 
-    def finished(self: output.RunProgress, result: RepeatResult) -> None:
+    def finished(self: progress.RunProgress, result: RepeatResult) -> None:
         finish(self, result)
         if not done and replaced:
             shutil.move("runs/small", "moved")
@@ -62,7 +62,7 @@ def test_a_folder_that_is_deleted_during_a_run_is_an_error(
             shutil.rmtree("runs/small")
         done.append(result)
 
-    monkeypatch.setattr(output.RunProgress, "finished", finished)
+    monkeypatch.setattr(progress.RunProgress, "finished", finished)
     many = ["run", "small.yaml", "-o", "collisions=2000", "-o", "repeats=10000", "-j", "1"]
     ended = snooker(*many)
     assert (ended.code, ended.out) == (2, "")

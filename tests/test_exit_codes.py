@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 from command_line import Snooker
 
-from snooker_cli.cli.exit_codes import raising
 from snooker_cli.errors import UserError
+from snooker_cli.exit_codes import raising
 
 LOUD = ("export", "show", "verify")
 
@@ -38,7 +38,7 @@ main()
 
 AS_A_THREAD_READS = """
 import os, signal, threading
-from snooker_cli.cli.exit_codes import guarded
+from snooker_cli.exit_codes import guarded
 
 def command():
     threading.Thread(target=threading.Event().wait).start()
@@ -227,7 +227,7 @@ def test_a_signal_that_the_parent_ignores_stays_ignored() -> None:
 
 def test_an_interrupt_ends_the_jobs_of_the_script_for_slurm(tmp_path: Path) -> None:
     """The script of docs/cluster.md, with substitutes for SLURM and snooker."""
-    page = (Path(__file__).parents[2] / "docs" / "cluster.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[1] / "docs" / "cluster.md").read_text(encoding="utf-8")
     (script,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     (tmp_path / "on_slurm.py").write_text(script)
     (tmp_path / "dask_jobqueue.py").write_text(SLURM)

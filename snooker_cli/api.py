@@ -1,0 +1,450 @@
+"""The Python interface: ``import snooker_cli as snooker``, then ``run``, ``open`` or ``simulate``.
+
+Units are SI with k_B = 1. Everything that a user can get wrong raises a ``SnookerError``.
+"""
+
+import json
+import math
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from snooker_cli import config as configs
+from snooker_cli import engine, export, runs
+from snooker_cli.config import ConfigError, Point
+from snooker_cli.containers import Box, Circle, Container, PeriodicBox
+from snooker_cli.engine import States
+from snooker_cli.errors import (
+    DamagedError,
+    FigureError,
+    RunError,
+    SceneError,
+    SnookerError,
+    StoreError,
+    UserError,
+    check_name,
+)
+from snooker_cli.formatting import counted, plain, point_label
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.progress import complete, execute_watched, showing_notices, stopping_on_signals
+from snooker_cli.runs.execution import processors
+from snooker_cli.runs.plan import checked
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Stop, Trace
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure  # loaded only if it is needed
+
+__all__ = [
+    "Box",
+    "Circle",
+    "ConfigError",
+    "DamagedError",
+    "FigureError",
+    "PeriodicBox",
+    "Repeat",
+    "Run",
+    "RunError",
+    "Scene",
+    "SceneError",
+    "SnookerError",
+    "StoreError",
+    "Trace",
+    "UserError",
+    "new_scene",
+    "open",
+    "run",
+    "simulate",
+]
+
+Records: TypeAlias = list[dict[str, Any]]
+Result = TypeVar("Result")
+
+TABLE_UNITS = {
+    "point": "1",
+    "repeat": "1",
+    "ending": "1",
+    "complete": "1",
+    "time": "s",
+    "collisions": "1",
+    "wall_collisions": "1",
+    "pair_collisions": "1",
+    "temperature": "J",
+    "pressure": "Pa m",
+    "mean_speed": "m s-1",
+    "energy_ratio": "1",
+    "k": "s-1",
+    "alpha": "s-1",
+}
+"""The columns of ``Run.table`` beside the swept keys, and their units."""
+
+
+# A repeat.
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Repeat:
+    """A repeat of a run, or a simulation without files.
+
+    trace : all that is stored of it
+    point, number : its point and its number there; ``None`` for a simulation without files
+    """
+
+    trace: Trace
+    point: Point | None = None
+    number: int | None = None
+
+    def __repr__(self) -> str:
+        name = "simulation"
+        if self.point is not None:
+            name = f"repeat {self.number} of {point_label(self.point.as_json())}"
+        return f"<{name}: {self.stop.message}>"
+
+    @property
+    def scene(self) -> Scene:
+        """The scene at the start."""
+        return self.trace.start
+
+    @property
+    def stop(self) -> Stop:
+        """How it ended: ``reason``, ``time`` (s), ``balls`` and ``message``."""
+        return self.trace.stop
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The swept keys and their values; none without a sweep."""
+        return {} if self.point is None else dict(self.point.parameters)
+
+    @cached_property
+    def events(self) -> "np.recarray[Any, Any]":
+        """All collisions in order: ``time`` (s), ``i``, ``j`` and ``impulse`` (kg m/s).
+
+        j is −1 for the container and −2 for a slide along the wall. Raises ``UserError`` for a
+        repeat that was recorded as a summary.
+        """
+        if self.trace.events is None:
+            raise UserError(
+                "this repeat was recorded as a summary: it has no events",
+                "run the config with `record: events`",
+            )
+        return _records(export.events_table(self.trace.events))
+
+    def states(self, times: ArrayLike) -> States:
+        """Places and velocities at times (s, ascending), just after a collision at that time.
+
+        The fields are ``time`` (*t*,), ``positions`` and ``velocities`` (*t*, *N*, 2), and
+        ``container_positions`` and ``container_velocities`` (*t*, 2), in s, m and m/s. They have
+        the bits of the simulation. Raises ``UserError`` for times that do not ascend within 0 and
+        the end, and for a summary.
+        """
+        return self._replayed(lambda: engine.replay(self.trace, np.atleast_1d(times)))
+
+    def series(self) -> "np.recarray[Any, Any]":
+        """Observables at time zero and after each collision; a summary's on its grid of times.
+
+        ``time`` (s), ``kinetic_energy`` and ``container_energy`` (J); since the start
+        ``wall_impulse`` (kg m/s), ``pair_virial`` (impulse times distance, kg m²/s),
+        ``wall_events`` and ``pair_events``; ``mean_speed`` (m/s), and ``energy_moment``,
+        <k²>/<k>² of the balls' kinetic energies. Very long repeats give an even choice of rows.
+        """
+        from snooker_cli.analysis import observables
+
+        return _records(vars(observables.series(self.trace)))
+
+    def measure(
+        self,
+        observable: Callable[[NDArray[np.float64], NDArray[np.float64], Scene], Any],
+        times: ArrayLike,
+    ) -> NDArray[Any]:
+        """Your own observable at times (s, ascending); its results are stacked, (*t*, ...).
+
+        observable : f(positions, velocities, scene), with (*N*, 2) arrays in m and m/s and the
+            scene at that time: ``scene.masses``, ``scene.container``, ...; a number or an array
+
+        Raises ``UserError`` as ``states`` does.
+        """
+        batches = self._replayed(lambda: export.frames(self.trace, np.atleast_1d(times)))
+        found = []
+        for states in batches:
+            for row in range(len(states.time)):
+                scene = replace(
+                    self.scene,
+                    positions=states.positions[row],
+                    velocities=states.velocities[row],
+                    container_position=states.container_positions[row],
+                    container_velocity=states.container_velocities[row],
+                )
+                found.append(observable(scene.positions, scene.velocities, scene))
+        return np.array(found)
+
+    def _replayed(self, replay: Callable[[], Result]) -> Result:
+        """What a replay gives. Raises ``UserError``."""
+        assert self.events is not None
+        try:
+            return replay()
+        except ValueError as error:
+            raise UserError(str(error)) from None
+
+
+def _records(columns: Mapping[str, NDArray[Any]]) -> "np.recarray[Any, Any]":
+    """Columns as one structured array."""
+    types = [(name, column.dtype) for name, column in columns.items()]
+    return np.rec.fromarrays(list(columns.values()), dtype=types)
+
+
+# A run.
+
+
+class Run(runs.Run):
+    """A run's folder: its ``points``, and the repeats that are there.
+
+    ``run[point, repeat]`` is a repeat, and ``for repeat in run`` gives all of them.
+    """
+
+    def __repr__(self) -> str:
+        size = f"{counted(len(self.points), 'point')}, {counted(self.experiment.repeats, 'repeat')}"
+        return f"<run {self.directory}: {size} each>"
+
+    def __getitem__(self, place: tuple[int, int]) -> Repeat:
+        """A repeat, by its point and number. Raises ``UserError`` or ``StoreError``."""
+        point = self.chosen(*place)
+        return Repeat(self.read(point, place[1]), point, place[1])
+
+    def __iter__(self) -> Iterator[Repeat]:
+        """All repeats that are there, point after point. Raises ``StoreError``."""
+        for point in self.points:
+            if numbers := self.present(point):
+                traces = self.traces(point, numbers)
+                for number, trace in zip(numbers, traces, strict=True):
+                    yield Repeat(trace, point, number)
+
+    def table(self) -> dict[str, NDArray[Any]]:
+        """Columns with a row for each repeat that is there: ``pandas.DataFrame(run.table())``.
+
+        ``point``, the swept keys (nan for null), ``repeat``; ``ending`` (the stop reason) and
+        ``complete``; ``time`` (s) and numbers of ``collisions``. ``temperature`` (J), ``pressure``
+        (Pa m) and ``mean_speed`` (m/s) are means over the time of the repeat. ``energy_ratio`` is
+        the energy at the end over that at the start. ``k`` and ``alpha`` (1/s) are fits to the
+        energy: the constants of exp(−kt) and of Haff's law; nan without a fit. A swept key with
+        the name of another column gets the prefix ``config.``. Raises ``StoreError``.
+        """
+        rows = [_row(repeat) for repeat in self]
+        keys = [key for key, _ in self.points[0].parameters]
+        swept = {key: f"config.{key}" if key in TABLE_UNITS else key for key in keys}
+        points = [self.points[row["point"]].as_json() for row in rows]
+        columns = {column: [point[key] for point in points] for key, column in swept.items()}
+        found = {name: [row[name] for row in rows] for name in TABLE_UNITS}
+        ordered = {"point": found.pop("point")} | columns | found
+        return {name: _column(values) for name, values in ordered.items()}
+
+    def fit(self, since: float = 0.0, until: float = math.inf) -> Records:
+        """The records of ``snooker fit --json``, of the times from ``since`` to ``until`` (s).
+
+        Raises ``RunError`` or ``UserError``.
+        """
+        from snooker_cli.analysis.run_analysis import fits
+
+        return fits(self, since, until).rows
+
+    def compare(self) -> Records:
+        """The records of ``snooker compare --json``. Raises ``RunError``."""
+        from snooker_cli.analysis.run_analysis import comparisons
+
+        return comparisons(self).rows
+
+    def plot(self, name: str, *, repeat: int | None = None, **where: Any) -> "Figure":
+        """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
+
+        repeat : only this repeat
+        where : only points with these values: ``cor=0.8``, ``cor=[0.8, 0.9]``, or
+            ``**{"balls.radius": 0.1}``
+
+        Raises ``FigureError`` if the run cannot give it.
+        """
+        from snooker_cli.figures import FIGURES, Selection
+        from snooker_cli.figures.drawing import draw
+
+        check_name(name, FIGURES, "figure", "snooker plot --list")
+        chosen = {
+            key: tuple(value) if isinstance(value, list) else value for key, value in where.items()
+        }
+        return draw(FIGURES[name].make(self, Selection(chosen, repeat)))
+
+
+def _row(repeat: Repeat) -> dict[str, Any]:
+    """A repeat's row of ``Run.table``, without the swept keys."""
+    from snooker_cli.analysis import observables
+    from snooker_cli.analysis.decay import repeat_fits
+
+    trace = repeat.trace
+    series, fits = observables.series(trace), repeat_fits(trace, "kinetic_energy")
+    assert repeat.point is not None
+    values = (
+        repeat.point.index,
+        repeat.number,
+        str(trace.stop.reason),
+        trace.stop.reason.complete,
+        trace.stop.time,
+        trace.collisions,
+        trace.wall_events,
+        trace.pair_events,
+        observables.mean_temperature(trace),
+        observables.mean_pressure(trace),
+        observables.time_mean(trace, series.mean_speed),
+        float(observables.energy_ratio(series)[-1]),
+        fits["exponential"].value,
+        fits["haff"].value,
+    )
+    return dict(zip(TABLE_UNITS, values, strict=True))
+
+
+def _column(values: list[Any]) -> NDArray[Any]:
+    """Values as an array: numbers with nan for null, or texts."""
+    if all(value is None or isinstance(value, int | float) for value in values):
+        return np.array([math.nan if value is None else value for value in values])
+    return np.array([each if isinstance(each, str) else json.dumps(each) for each in values])
+
+
+def open(name: str | PathLike[str]) -> Run:
+    """A run by its folder, or by its name under ``runs/``. Raises ``RunError``."""
+    found = runs.open_run(Path(name))
+    return Run(*(getattr(found, field.name) for field in fields(found)))
+
+
+def run(
+    config: str | PathLike[str] | Mapping[str, Any],
+    overrides: Mapping[str, Any] | None = None,
+    *,
+    out: str | PathLike[str] | None = None,
+    fresh: bool = False,
+    jobs: int | None = None,
+    progress: bool = True,
+) -> Run:
+    """Simulate what is missing of a config's run, store it, and open the run.
+
+    config : a YAML file, or the same keys as a dict
+    overrides : values of keys; several values, or a range as a text, are a sweep:
+        ``{"cor": [0.8, 0.9], "balls.rings": "range(1,4)"}``
+    out : the run's folder [``runs/`` and the file's name; for a dict, eight digits of its hash]
+    fresh : replace the results in the folder
+    jobs : threads [all cores]
+    progress : show a bar in a terminal, or in a notebook that has ipywidgets
+
+    Ctrl-C stores what is simulated, then raises ``KeyboardInterrupt``; the same call continues.
+    Raises ``ConfigError``, ``RunError`` for a folder with other results, and for repeats that
+    failed when all others are stored.
+    """
+    texts = [_override(key, value) for key, value in (overrides or {}).items()]
+    loaded = configs.load(config, texts)
+    points, _ = checked(loaded)
+    made = Run(Path(), loaded.experiment, points)
+    name = made.identity if isinstance(config, Mapping) else Path(config).stem
+    made = replace(made, directory=runs.RUNS / name if out is None else Path(out))
+    cancelled = threading.Event()
+    called = f"snooker.run({'{…}' if isinstance(config, Mapping) else str(config)!r}, {overrides})"
+    with showing_notices(), stopping_on_signals(cancelled):
+        outcomes, _ = execute_watched(
+            made,
+            fresh=fresh,
+            bar=progress,
+            cancelled=cancelled,
+            workers=jobs or processors(),
+            command=called,
+        )
+    if cancelled.is_set():
+        wanted = len(points) * made.experiment.repeats
+        raise KeyboardInterrupt(f"{complete(outcomes, wanted)}; call run again to finish")
+    if errors := [each.error for each in outcomes if each.error]:
+        failed = f"{counted(len(errors), 'repeat')} of {len(outcomes)} failed ({errors[0]})"
+        raise RunError(f"{made.directory}: {failed}", "snooker.open gives the others")
+    return made
+
+
+def _override(key: str, value: Any) -> str:
+    """An override as ``-o`` has it."""
+    if isinstance(value, str):
+        return f"{key}={value}"
+    values = plain(value)
+    return f"{key}={','.join(map(json.dumps, values if isinstance(values, list) else [values]))}"
+
+
+# A simulation without files.
+
+
+def new_scene(
+    positions: ArrayLike,
+    velocities: ArrayLike,
+    radii: ArrayLike,
+    masses: ArrayLike = 1.0,
+    *,
+    container: Container,
+    container_mass: float = math.inf,
+    cor: float = 1.0,
+    wall_cor: float | None = None,
+    collapse: str | Mapping[str, float] = "stop",
+) -> Scene:
+    """A scene from arrays, checked.
+
+    positions, velocities : (*N*, 2), m and m/s, from the container's centre
+    radii, masses : (*N*,) or one number, m and kg
+    container : ``Circle(radius)``, ``Box(width, height)`` or ``PeriodicBox(width, height)``, m
+    container_mass : of a circle that moves, kg
+    cor, wall_cor, collapse : as in a config; the wall's CoR is that of the balls by default
+
+    Raises ``ConfigError`` or ``SceneError``: balls that overlap or stick out, or a wrong value.
+    """
+    try:
+        places = np.asarray(positions, dtype=np.float64)
+        number = len(places)
+        columns = {
+            "position": np.broadcast_to(places, (number, 2)),
+            "velocity": np.broadcast_to(np.asarray(velocities, dtype=np.float64), (number, 2)),
+            "radius": np.broadcast_to(np.asarray(radii, dtype=np.float64), number),
+            "mass": np.broadcast_to(np.asarray(masses, dtype=np.float64), number),
+        }
+    except (ValueError, TypeError) as error:
+        raise UserError(
+            f"these arrays do not fit each other ({error})",
+            "give positions and velocities of shape (N, 2), radii and masses of shape (N,)",
+        ) from None
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    data = {
+        "container": {"shape": container.name, **container.lengths, "mass": container_mass},
+        "balls": {"list": [dict(zip(columns, row, strict=True)) for row in rows]},
+        "cor": cor,
+        "wall_cor": wall_cor,
+        "collapse": collapse,
+        "collisions": 1,
+    }
+    return starting_scene(configs.load(data).experiment, 0)
+
+
+def simulate(
+    scene: Scene,
+    *,
+    collisions: int | None = None,
+    time: float | None = None,
+    summary: bool = False,
+) -> Repeat:
+    """Simulate a scene until a number of collisions or a time (s), whichever comes first.
+
+    summary : record observables on a grid of times instead of all collisions
+
+    Raises ``UserError`` without a limit, for one that is not above 0, or for a scene that the
+    engine cannot simulate.
+    """
+    for name, limit in (("collisions", collisions), ("time", time)):
+        if limit is not None and not limit > 0:
+            raise UserError(f"{name}={limit!r}: give a number above 0")
+    whole = None if collisions is None else int(collisions)
+    try:
+        return Repeat(engine.simulate(scene, collisions=whole, time=time, summary=summary))
+    except ValueError as error:
+        raise UserError(str(error)) from None
