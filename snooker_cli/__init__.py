@@ -1,30 +1,22 @@
-"""Experiment runner for inelastic hard disks in a container; ``api`` has all that users import."""
+"""Experiments with inelastic hard disks. ``import snooker_cli as snooker`` has these names."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from snooker_cli.api import (
-        Box,
-        Circle,
-        ConfigError,
-        DamagedError,
+    from snooker_cli.api import Repeat, Run, new_scene, open, run, simulate
+    from snooker_cli.config import ConfigError
+    from snooker_cli.containers import Box, Circle, PeriodicBox
+    from snooker_cli.errors import (
         FigureError,
-        PeriodicBox,
-        Repeat,
-        Run,
         RunError,
-        Scene,
         SceneError,
         SnookerError,
         StoreError,
-        Trace,
         UserError,
-        new_scene,
-        open,
-        run,
-        simulate,
     )
+    from snooker_cli.scene import Scene
+    from snooker_cli.trace import Trace
 
 __version__ = "0.1.0"
 
@@ -32,7 +24,6 @@ __all__ = [
     "Box",
     "Circle",
     "ConfigError",
-    "DamagedError",
     "FigureError",
     "PeriodicBox",
     "Repeat",
@@ -50,11 +41,15 @@ __all__ = [
     "simulate",
 ]
 
+_HOMES = ("errors", "containers", "scene", "trace", "config", "api")
+
 
 def __getattr__(name: str) -> Any:
-    """A name of ``api``, which is loaded then: ``import snooker_cli`` alone takes no time."""
+    """A name of ``__all__``, whose module is loaded now: ``import snooker_cli`` takes no time."""
     if name in __all__:
-        return getattr(import_module("snooker_cli.api"), name)
+        for home in _HOMES:
+            if hasattr(module := import_module(f"{__name__}.{home}"), name):
+                return getattr(module, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -6,9 +6,12 @@ Units are SI with k_B = 1. Everything that a user can get wrong raises a ``Snook
 import json
 import math
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from itertools import chain
+from numbers import Real
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
@@ -18,19 +21,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli import config as configs
 from snooker_cli import engine, export, runs
-from snooker_cli.config import ConfigError, Point
-from snooker_cli.containers import Box, Circle, Container, PeriodicBox
+from snooker_cli.config import Point
+from snooker_cli.containers import Container
 from snooker_cli.engine import States
-from snooker_cli.errors import (
-    DamagedError,
-    FigureError,
-    RunError,
-    SceneError,
-    SnookerError,
-    StoreError,
-    UserError,
-    check_name,
-)
+from snooker_cli.errors import RunError, UserError, check_name
 from snooker_cli.formatting import counted, plain, point_label
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.progress import complete, execute_watched, showing_notices, stopping_on_signals
@@ -40,29 +34,9 @@ from snooker_cli.scene import Scene
 from snooker_cli.trace import Stop, Trace
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure  # loaded only if it is needed
+    from matplotlib.figure import Figure
 
-__all__ = [
-    "Box",
-    "Circle",
-    "ConfigError",
-    "DamagedError",
-    "FigureError",
-    "PeriodicBox",
-    "Repeat",
-    "Run",
-    "RunError",
-    "Scene",
-    "SceneError",
-    "SnookerError",
-    "StoreError",
-    "Trace",
-    "UserError",
-    "new_scene",
-    "open",
-    "run",
-    "simulate",
-]
+    from snooker_cli.analysis.run_analysis import RunAnalysis  # loaded only if it is needed
 
 Records: TypeAlias = list[dict[str, Any]]
 Result = TypeVar("Result")
@@ -205,7 +179,8 @@ def _records(columns: Mapping[str, NDArray[Any]]) -> "np.recarray[Any, Any]":
 class Run(runs.Run):
     """A run's folder: its ``points``, and the repeats that are there.
 
-    ``run[point, repeat]`` is a repeat, and ``for repeat in run`` gives all of them.
+    ``run[point, repeat]`` is a repeat, and ``for repeat in run`` gives all of them. One file is in
+    memory at a time: a long repeat, or a batch of short ones.
     """
 
     def __repr__(self) -> str:
@@ -219,14 +194,20 @@ class Run(runs.Run):
 
     def __iter__(self) -> Iterator[Repeat]:
         """All repeats that are there, point after point. Raises ``StoreError``."""
-        for point in self.points:
-            if numbers := self.present(point):
-                traces = self.traces(point, numbers)
-                for number, trace in zip(numbers, traces, strict=True):
-                    yield Repeat(trace, point, number)
+        return chain.from_iterable(self.repeats(point.index) for point in self.points)
 
-    def table(self) -> dict[str, NDArray[Any]]:
+    def repeats(self, point: int) -> Iterator[Repeat]:
+        """The repeats of a point that are there. Raises ``UserError`` or ``StoreError``."""
+        chosen = self.chosen(point, 0)
+        if numbers := self.present(chosen):
+            traces = self.traces(chosen, numbers)
+            for number, trace in zip(numbers, traces, strict=True):
+                yield Repeat(trace, chosen, number)
+
+    def table(self, points: Iterable[Point] | None = None) -> dict[str, NDArray[Any]]:
         """Columns with a row for each repeat that is there: ``pandas.DataFrame(run.table())``.
+
+        points : some of ``points``, not all
 
         ``point``, the swept keys (nan for null), ``repeat``; ``ending`` (the stop reason) and
         ``complete``; ``time`` (s) and numbers of ``collisions``. ``temperature`` (J), ``pressure``
@@ -235,11 +216,12 @@ class Run(runs.Run):
         energy: the constants of exp(−kt) and of Haff's law; nan without a fit. A swept key with
         the name of another column gets the prefix ``config.``. Raises ``StoreError``.
         """
-        rows = [_row(repeat) for repeat in self]
+        chosen = self.points if points is None else points
+        rows = [_row(repeat) for point in chosen for repeat in self.repeats(point.index)]
         keys = [key for key, _ in self.points[0].parameters]
         swept = {key: f"config.{key}" if key in TABLE_UNITS else key for key in keys}
-        points = [self.points[row["point"]].as_json() for row in rows]
-        columns = {column: [point[key] for point in points] for key, column in swept.items()}
+        values = [self.points[row["point"]].as_json() for row in rows]
+        columns = {column: [value[key] for value in values] for key, column in swept.items()}
         found = {name: [row[name] for row in rows] for name in TABLE_UNITS}
         ordered = {"point": found.pop("point")} | columns | found
         return {name: _column(values) for name, values in ordered.items()}
@@ -251,13 +233,13 @@ class Run(runs.Run):
         """
         from snooker_cli.analysis.run_analysis import fits
 
-        return fits(self, since, until).rows
+        return _kept(fits(self, since, until))
 
     def compare(self) -> Records:
         """The records of ``snooker compare --json``. Raises ``RunError``."""
         from snooker_cli.analysis.run_analysis import comparisons
 
-        return comparisons(self).rows
+        return _kept(comparisons(self))
 
     def plot(self, name: str, *, repeat: int | None = None, **where: Any) -> "Figure":
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
@@ -276,6 +258,13 @@ class Run(runs.Run):
             key: tuple(value) if isinstance(value, list) else value for key, value in where.items()
         }
         return draw(FIGURES[name].make(self, Selection(chosen, repeat)))
+
+
+def _kept(found: "RunAnalysis") -> Records:
+    """The records of an analysis, which is saved if the folder can be written."""
+    with suppress(RunError):
+        found.save()
+    return found.rows
 
 
 def _row(repeat: Repeat) -> dict[str, Any]:
@@ -400,24 +389,26 @@ def new_scene(
 
     Raises ``ConfigError`` or ``SceneError``: balls that overlap or stick out, or a wrong value.
     """
+    if not isinstance(container, Container):
+        raise UserError(f"container={container!r}: give Circle, Box or PeriodicBox")
+    given = (positions, velocities, radii, masses)
     try:
-        places = np.asarray(positions, dtype=np.float64)
-        number = len(places)
-        columns = {
-            "position": np.broadcast_to(places, (number, 2)),
-            "velocity": np.broadcast_to(np.asarray(velocities, dtype=np.float64), (number, 2)),
-            "radius": np.broadcast_to(np.asarray(radii, dtype=np.float64), number),
-            "mass": np.broadcast_to(np.asarray(masses, dtype=np.float64), number),
-        }
-    except (ValueError, TypeError) as error:
+        columns = [np.asarray(values, dtype=np.float64) for values in given]
+        number = len(columns[0])
+        columns[2:] = [np.broadcast_to(column, number) for column in columns[2:]]
+        fit = number > 0 and columns[0].shape == columns[1].shape == (number, 2)
+    except (TypeError, ValueError):
+        fit = False
+    if not fit:
         raise UserError(
-            f"these arrays do not fit each other ({error})",
-            "give positions and velocities of shape (N, 2), radii and masses of shape (N,)",
-        ) from None
-    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+            "the arrays do not fit each other",
+            "give positions and velocities of shape (N, 2), and N or one radius and mass",
+        )
+    names = ("position", "velocity", "radius", "mass")
+    rows = zip(*(column.tolist() for column in columns), strict=True)
     data = {
         "container": {"shape": container.name, **container.lengths, "mass": container_mass},
-        "balls": {"list": [dict(zip(columns, row, strict=True)) for row in rows]},
+        "balls": {"list": [dict(zip(names, row, strict=True)) for row in rows]},
         "cor": cor,
         "wall_cor": wall_cor,
         "collapse": collapse,
@@ -441,9 +432,9 @@ def simulate(
     engine cannot simulate.
     """
     for name, limit in (("collisions", collisions), ("time", time)):
-        if limit is not None and not limit > 0:
+        if limit is not None and not (isinstance(limit, Real) and 0 < limit < math.inf):
             raise UserError(f"{name}={limit!r}: give a number above 0")
-    whole = None if collisions is None else int(collisions)
+    whole = None if collisions is None else math.ceil(collisions)
     try:
         return Repeat(engine.simulate(scene, collisions=whole, time=time, summary=summary))
     except ValueError as error:

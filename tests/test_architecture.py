@@ -50,7 +50,7 @@ PARTS: dict[str, tuple[str, ...]] = {
 # These may import all parts above them.
 PARTS["report"] = tuple(part for part in PARTS if part not in ("engine", "export", "store"))
 PARTS["api"] = tuple(PARTS)
-PARTS["__init__"] = ("api",)
+PARTS["__init__"] = ("api", "config", "containers", "errors", "scene", "trace")
 PARTS["cli"] = tuple(PARTS)
 PARTS["__main__"] = ("cli",)
 
@@ -67,7 +67,7 @@ LIBRARIES: dict[str, tuple[str, ...]] = {
     "distributed": ("runs.dask_executor",),
     "mpmath": ("validation",),
     "scipy": ("analysis.fitting", "analysis.structure"),
-    "matplotlib": ("animation.movie", "figures"),
+    "matplotlib": ("animation.movie", "api", "figures"),
     "PIL": ("animation.movie", "figures"),
     "jinja2": ("report.document",),
     "typst": ("report.document",),

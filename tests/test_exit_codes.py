@@ -73,7 +73,7 @@ def test_an_unexpected_error_is_a_sentence_and_a_traceback_on_request(
     wanted: str, finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SNOOKER_TRACEBACK", wanted)
-    monkeypatch.setattr("snooker_cli.cli.export_command.open_run", lost)
+    monkeypatch.setattr("snooker_cli.api.open", lost)
     ended = snooker("export", "small")
     assert (ended.code, ended.out) == (1, "")
     assert ("Traceback" in ended.err) == ("in lost" in ended.err) == (wanted == "1")
@@ -257,7 +257,7 @@ def test_a_log_record_of_the_package_is_a_notice(
         logging.getLogger("snooker_cli.engine").info("compiling")
         raise UserError("that is all")
 
-    monkeypatch.setattr("snooker_cli.cli.export_command.open_run", compiling)
+    monkeypatch.setattr("snooker_cli.api.open", compiling)
     for _ in range(2):
         ended = snooker("export", "small")
         assert (ended.code, ended.err) == (2, "snooker: compiling\nsnooker: that is all\n")

@@ -1,21 +1,24 @@
-"""``snooker export``: a repeat's events or states, for other programs."""
+"""``snooker export``: a repeat's events or states, or a run's table, for other programs."""
 
+import json
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from snooker_cli import __version__, store
+from snooker_cli import __version__, api, store
 from snooker_cli import export as exporting
+from snooker_cli.api import TABLE_UNITS
 from snooker_cli.cli.options import PointNumber, RepeatNumber, RunName, Where, points_where
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
+from snooker_cli.config import to_json
 from snooker_cli.errors import UserError
-from snooker_cli.runs import holds_results, open_run
+from snooker_cli.runs import holds_results
 
 FORMATS = {".csv": "CSV", ".parquet": "Parquet", ".h5md": "H5MD", ".h5": "H5MD"}
 """The format by the ending of a file's name."""
@@ -46,18 +49,25 @@ def export(
         int | None,
         typer.Option("--frames", min=2, max=MOST_FRAMES, help="States: number of even times."),
     ] = None,
+    table: Annotated[
+        bool, typer.Option("--table", help="Export a row for each repeat of all points.")
+    ] = False,
     out: Annotated[
         Path | None,
         typer.Option("--out", metavar="FILE", help="A .csv, .parquet, .h5md or .h5 [CSV, stdout]."),
     ] = None,
 ) -> None:
-    """Export collisions or states of a repeat.
+    """Export collisions or states of a repeat, or the table of a run.
 
     The default is CSV with the columns ``time,i,j,impulse`` of each collision; j = -1 is the
     container. With --states the columns are ``time,ball,x,y,u,v`` of all balls; ball -1 is the
     container. Numbers have enough digits to read back the same doubles. A Parquet file has the
     same columns, their units and the provenance. An H5MD file has states in three dimensions with
     z = 0, for programs that read molecular trajectories. The name of the written file is printed.
+
+    With --table each repeat of each point is a row: swept keys, how and when it ended, collisions,
+    mean temperature, pressure and speed, the energy at the end over that at the start, and the
+    fitted constants k and α of exp(−kt) and of Haff's law.
     """
     if out is not None and holds_results(out):
         raise UserError(f"--out {out}: this file holds results of a run", "give another name")
@@ -70,13 +80,21 @@ def export(
     states = states or form == "H5MD"
     ways = {"--times": times, "--every": every, "--frames": frames}
     given = [name for name, value in ways.items() if value is not None]
-    if given and not states:
+    if given and not (states or table):
         raise UserError(f"{given[0]} needs --states")
     if len(given) > 1:
         raise UserError(f"{given[0]} and {given[1]} both choose times", "give one of them")
-    opened = open_run(run)
+    if table and (states or given):
+        raise UserError("--table is for all repeats, not for states or H5MD")
+    opened = api.open(run)
+    points = points_where(opened, where)
+    if table:
+        rows = opened.table(points)
+        units = {name: TABLE_UNITS.get(name, "") for name in rows}
+        about = {"rows": len(rows["point"]), "config": json.loads(to_json(opened.experiment))}
+        _write_tables(units, iter([rows]), out, about)
+        return
     if where:
-        points = points_where(opened, where)
         if len(points) > 1:
             raise UserError(f"--where {' '.join(where)}: {len(points)} points; choose one of them")
         point = points[0].index
@@ -91,7 +109,8 @@ def export(
         # Checked first, and then read in parts: memory stays bounded.
         (header,) = (header for header in store.check(path) if header.repeat == repeat)
         tables = (exporting.events_table(events) for events in store.read_events(path, repeat))
-        _write_tables(exporting.EVENTS, tables, out, {"events": header.collisions}, header)
+        about = {"events": header.collisions} | _origin(header)
+        _write_tables(exporting.EVENTS, tables, out, about)
     else:
         ((trace, header),) = store.read(path, [repeat])
         wanted = _times(times, every, frames, trace.stop.time)
@@ -101,37 +120,41 @@ def export(
             raise UserError(f"--times {times}: {error}") from None
         if out is not None and form == "H5MD":
             exporting.write_states(out, trace.start, header, wanted, batches)
+            print_line(str(out))
         else:
             tables = (exporting.states_table(batch) for batch in batches)
-            _write_tables(exporting.STATES, tables, out, {"frames": len(wanted)}, header)
-    if out is not None:
-        print_line(str(out))
+            about = {"frames": len(wanted)} | _origin(header)
+            _write_tables(exporting.STATES, tables, out, about)
+
+
+def _origin(header: store.RepeatHeader) -> dict[str, Any]:
+    """Where the tables of a repeat come from."""
+    return {
+        "bits": header.fingerprint,
+        "ending": header.stop.known(),
+        "provenance": asdict(header.provenance) | {"repeat": header.repeat},
+    }
 
 
 def _write_tables(
     units: dict[str, str],
     tables: Iterator[exporting.Table],
     out: Path | None,
-    number: dict[str, int],
-    header: store.RepeatHeader,
+    about: dict[str, Any],
 ) -> None:
-    """Write tables as a file, or print them.
+    """Write tables as a file and print its name, or print them.
 
-    number, header : how much the tables hold, and of which repeat; a Parquet file has both
+    about : how much the tables hold, and where they come from; for a Parquet file
     """
     if out is None:
         with until_the_reader_leaves():
             sys.stdout.writelines(exporting.csv_lines(units, tables))
-    elif out.suffix.lower() == ".csv":
+        return
+    if out.suffix.lower() == ".csv":
         exporting.write_csv(out, units, tables)
     else:
-        source = {
-            "snooker": __version__,
-            "bits": header.fingerprint,
-            "ending": header.stop.known(),
-            "provenance": asdict(header.provenance) | {"repeat": header.repeat},
-        }
-        exporting.write_parquet(out, units, tables, number | source)
+        exporting.write_parquet(out, units, tables, {"snooker": __version__} | about)
+    print_line(str(out))
 
 
 def _times(
@@ -154,11 +177,11 @@ def _times(
     if times is None:
         return np.array([0.0, end])
     try:
-        if ":" in times:
-            start, stop, count = times.split(":")
+        if ":" not in times:
+            return np.array([float(time) for time in times.split(",")])
+        start, stop, count = times.split(":")
+        if int(count) > 0:
             return np.linspace(float(start), float(stop), int(count))
-        return np.array([float(time) for time in times.split(",")])
     except ValueError:
-        raise UserError(
-            f"--times {times}: give times in s as 0,0.5,1 or as start:stop:count"
-        ) from None
+        pass
+    raise UserError(f"--times {times}: give times in s as 0,0.5,1 or as start:stop:count")

@@ -7,6 +7,7 @@ import textwrap
 from contextlib import AbstractContextManager
 from dataclasses import fields
 from importlib.resources import files
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
@@ -107,6 +108,16 @@ def dashes(style: str, series: int) -> Any:
     return _DASHES[series % len(_DASHES)] if style == "series" else _SHARED_DASHES[style]
 
 
+class _Shown(Figure):
+    """A figure that a notebook shows, without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        scratch = BytesIO()
+        with styled():
+            self.savefig(scratch, format="png")
+        return scratch.getvalue()
+
+
 def draw(data: FigureData) -> Figure:
     """The matplotlib figure, with a legend below the axes, where it covers no data."""
     title = textwrap.wrap(data.title, TITLE_WIDTH)
@@ -121,7 +132,7 @@ def draw(data: FigureData) -> Figure:
     ]
     with styled():
         layout = ConstrainedLayoutEngine()
-        figure = Figure(layout=layout)
+        figure = _Shown(layout=layout)
         FigureCanvasAgg(figure)
         axes = figure.add_subplot()
         entries = [

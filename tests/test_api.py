@@ -1,0 +1,401 @@
+"""``import snooker_cli as snooker``: the functions and classes for scripts and notebooks."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from command_line import SMALL, Snooker, output_of
+from matplotlib.figure import Figure
+
+import snooker_cli as snooker
+from snooker_cli import progress, store
+from snooker_cli.analysis import observables
+from snooker_cli.analysis.decay import repeat_fits
+from snooker_cli.runs.batch import RepeatResult
+
+CONFIG: dict[str, Any] = yaml.safe_load(SMALL)
+
+
+@pytest.fixture
+def run(finished: Path) -> snooker.Run:
+    """The finished run: two points of three repeats."""
+    return snooker.open("small")
+
+
+@pytest.fixture
+def command(snooker: Snooker) -> Snooker:
+    """The command line, under a name that the package does not have here."""
+    return snooker
+
+
+def energy(_: Any, velocities: np.ndarray[Any, Any], scene: snooker.Scene) -> float:
+    return float(0.5 * np.sum(scene.masses * np.sum(velocities**2, axis=1)))
+
+
+# The package
+
+
+def test_importing_the_package_loads_nothing() -> None:
+    program = """
+import sys
+before = set(sys.modules)
+import snooker_cli as snooker
+added = {name for name in set(sys.modules) - before if name.partition(".")[0] != "importlib"}
+print(*sorted(added))
+assert set(dir(snooker)) >= {"open", "run", "simulate"}
+snooker.UserError
+print("numba" in sys.modules)
+snooker.open
+print("numba" in sys.modules, "matplotlib" in sys.modules, "scipy.optimize" in sys.modules)
+"""
+    loaded, early, late = output_of(program).splitlines()
+    assert set(loaded.split()) <= {"snooker_cli", "warnings", "typing", "collections.abc"}
+    assert (early, late) == ("False", "True False False")
+
+
+def test_every_name_exists_and_no_other() -> None:
+    for name in snooker.__all__:
+        assert getattr(snooker, name).__name__ == name
+    assert (Path(snooker.__file__).parent / "py.typed").is_file()
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        snooker.nothing  # noqa: B018
+
+
+# Run
+
+
+def test_a_run_is_that_of_the_command_line(finished: Path) -> None:
+    done = snooker.open(finished)
+    for config, overrides, out in (
+        ("small.yaml", None, "file"),
+        (CONFIG | {"sweep": {}}, {"cor": [0.85, 1.0]}, "dict"),
+        (CONFIG | {"cor": np.float64(0.3)}, {"cor": np.array([0.85, 1.0])}, "arrays"),
+        (CONFIG, {"cor": "0.85:1.0:2", "collapse": "stop"}, "range"),
+    ):
+        made = snooker.run(config, overrides, out=out, progress=False)
+        assert made.digests == done.digests, out
+        for ours, theirs in zip(made, done, strict=True):
+            assert store.content_hash(ours.trace) == store.content_hash(theirs.trace)
+
+
+def test_a_run_has_its_folder_under_runs(here: Path) -> None:
+    assert snooker.run("small.yaml").directory == Path("runs/small")
+    made = snooker.run(CONFIG, {"repeats": 1})
+    assert made.directory == Path("runs", made.identity)
+    assert snooker.open(made.identity).points == made.points
+    assert "2 points, 1 repeat each" in repr(made)
+    (header,) = store.read_headers(made.status(0, 0).path)
+    assert header.provenance.command == "snooker.run({…}, {'repeats': 1})"
+
+
+def test_the_same_call_finds_the_repeats_and_fresh_replaces_them(here: Path) -> None:
+    files = [status.path for status in snooker.run("small.yaml").statuses(0)]
+    ages = [path.stat().st_mtime_ns for path in files]
+    snooker.run("small.yaml")
+    assert [path.stat().st_mtime_ns for path in files] == ages
+    with pytest.raises(snooker.RunError, match="cor changed"):
+        snooker.run("small.yaml", {"cor": 0.5}, out="runs/small")
+    assert len(snooker.run("small.yaml", {"cor": 0.5}, fresh=True).points) == 1
+
+
+def test_an_interrupt_keeps_what_is_done(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    finish = progress.RunProgress.finished
+
+    def finished(self: progress.RunProgress, result: RepeatResult) -> None:
+        finish(self, result)
+        signal.raise_signal(signal.SIGINT)
+
+    before = signal.getsignal(signal.SIGINT)
+    with monkeypatch.context() as patched:
+        patched.setattr(progress.RunProgress, "finished", finished)
+        with pytest.raises(KeyboardInterrupt, match=r"of 400 repeats complete; call run again"):
+            snooker.run("small.yaml", {"repeats": 200}, jobs=1)
+    assert signal.getsignal(signal.SIGINT) is before
+    kept = len(list(snooker.open("small")))
+    assert 0 < kept < 400
+    assert len(list(snooker.run("small.yaml", {"repeats": 200}))) == 400
+
+
+def test_failed_repeats_are_an_error(finished: Path) -> None:
+    made = snooker.open("small")
+    for path in {status.path for status in made.statuses(1)}:
+        path.unlink()
+        path.mkdir()
+    with pytest.raises(snooker.RunError, match=r"3 repeats of 6 failed .*cannot write"):
+        snooker.run("small.yaml")
+    assert len(list(made.repeats(0))) == 3
+
+
+@pytest.mark.parametrize(
+    ("config", "overrides", "sentence"),
+    [
+        ("none.yaml", None, "there is no file at this path"),
+        (CONFIG | {"cor": 1.5}, None, r"^cor: 1\.5 is given where a number from 0 to 1"),
+        (CONFIG | {"corr": 1}, None, "^corr: .*did you mean cor"),
+        (CONFIG, {"balls.radius": 9.0}, "are too large for a container"),
+        (CONFIG, {"cor": []}, "add a value"),
+    ],
+)
+def test_a_bad_config_is_a_config_error(
+    config: Any, overrides: Any, sentence: str, here: Path
+) -> None:
+    with pytest.raises(snooker.ConfigError, match=sentence):
+        snooker.run(config, overrides)
+    assert not Path("runs").exists()
+
+
+# Table
+
+
+def test_the_table_has_a_row_for_each_repeat(run: snooker.Run) -> None:
+    table = run.table()
+    assert {column.shape for column in table.values()} == {(6,)}
+    assert list(table)[:5] == ["point", "cor", "repeat", "ending", "complete"]
+    assert table["cor"].tolist() == [0.85] * 3 + [1.0] * 3
+    assert table["repeat"].tolist() == [0, 1, 2] * 2
+    assert table["complete"].all()
+    assert set(table["ending"]) == {"collisions"}
+    assert np.all(table["wall_collisions"] + table["pair_collisions"] == table["collisions"])
+    for row, repeat in enumerate(run):
+        trace = repeat.trace
+        assert table["time"][row] == repeat.stop.time
+        assert table["pressure"][row] == observables.mean_pressure(trace)
+        assert table["temperature"][row] == observables.mean_temperature(trace)
+        last = energy(None, trace.finish.velocities, trace.finish) + trace.finish.container_energy
+        first = trace.start.kinetic_energy + trace.start.container_energy
+        assert table["energy_ratio"][row] == pytest.approx(last / first)
+        if row < 3:
+            assert table["alpha"][row] == repeat_fits(trace, "kinetic_energy")["haff"].value
+    assert np.isnan(table["k"][3:]).all()
+
+
+def test_the_mean_of_its_constants_is_that_of_fit(run: snooker.Run) -> None:
+    table, records = run.table(), run.fit()
+    for model, column in (("exponential", "k"), ("haff", "alpha")):
+        (value,) = (
+            record["value"]
+            for record in records
+            if record["parameters"] == {"cor": 0.85}
+            and (record["quantity"], record["model"]) == ("kinetic_energy", model)
+        )
+        assert table[column][:3].mean() == pytest.approx(value)
+
+
+def test_swept_limits_texts_and_nulls_are_columns(here: Path) -> None:
+    swept = {"collisions": [20, 30], "balls.speeds": ["equal", "maxwell"], "wall_cor": [None, 0.5]}
+    balls = {"count": 3, "radius": 1.0, "speed": 10.0}
+    table = snooker.run(CONFIG | {"balls": balls, "repeats": 1, "sweep": swept}).table()
+    assert table["config.collisions"].tolist() == [20] * 4 + [30] * 4
+    assert np.all(table["collisions"] <= table["config.collisions"])
+    assert table["balls.speeds"].tolist() == (["equal"] * 2 + ["maxwell"] * 2) * 2
+    assert np.isnan(table["wall_cor"]).tolist() == [True, False] * 4
+
+
+def test_only_repeats_that_are_there_have_rows(separate: Path) -> None:
+    run = snooker.open("small")
+    run.status(1, 1).path.unlink()
+    assert list(zip(run.table()["point"], run.table()["repeat"], strict=True)) == [
+        (0, 0),
+        (0, 1),
+        (0, 2),
+        (1, 0),
+        (1, 2),
+    ]
+    shutil.rmtree(separate / "point-0000")
+    shutil.rmtree(separate / "point-0001")
+    assert {column.shape for column in run.table().values()} == {(0,)}
+
+
+@pytest.mark.parametrize("out", [None, "table.csv", "table.parquet"])
+def test_the_exported_table_is_the_same(
+    out: str | None, run: snooker.Run, command: Snooker
+) -> None:
+    table = run.table()
+    ended = command("export", "small", "--table", *(("--out", out) if out else ()))
+    assert (ended.code, ended.err) == (0, "")
+    if out == "table.parquet":
+        parquet = pytest.importorskip("pyarrow.parquet")
+        read = parquet.read_table(out)
+        assert read.column_names == list(table)
+        assert read.schema.field("pressure").metadata == {b"unit": b"Pa m"}
+        columns = {name: read[name].to_numpy() for name in table}
+    else:
+        text = ended.out if out is None else Path(out).read_text()
+        names, *rows = csv.reader(text.splitlines())
+        assert names == list(table)
+        columns = dict(zip(names, map(np.array, zip(*rows, strict=True)), strict=True))
+        columns["complete"] = columns["complete"] == "True"
+    for name, column in table.items():
+        assert np.array_equal(columns[name].astype(column.dtype), column, column.dtype.kind == "f")
+
+
+@pytest.mark.parametrize("options", [("--states",), ("--times", "0"), ("--out", "a.h5md")])
+def test_a_table_has_no_states(
+    options: tuple[str, ...], run: snooker.Run, command: Snooker
+) -> None:
+    ended = command("export", "small", "--table", *options)
+    assert (ended.code, ended.out) == (2, "")
+    assert "--table is for all repeats, not for states or H5MD" in ended.err
+
+
+def test_a_text_with_a_comma_is_quoted(here: Path, command: Snooker) -> None:
+    """A pair that is swept is a text in JSON."""
+    ball = {"position": [0, 0], "velocity": [1, 0], "radius": 1.0}
+    swept = {"sweep": {"balls.list[0].position": [[0, 0], [1, 2]]}, "repeats": 1}
+    made = snooker.run(CONFIG | {"balls": {"list": [ball]}} | swept, out="runs/pairs")
+    lines = command("export", "pairs", "--table").out.splitlines()
+    assert [row[1] for row in csv.reader(lines)][1:] == ["[0.0, 0.0]", "[1.0, 2.0]"]
+    assert made.table()["balls.list[0].position"].tolist() == ["[0.0, 0.0]", "[1.0, 2.0]"]
+
+
+# Repeats
+
+
+def test_a_repeat_has_events_states_and_series(run: snooker.Run) -> None:
+    repeat = run[0, 2]
+    events, stored = repeat.events, repeat.trace.events
+    assert stored is not None
+    assert events.dtype.names == ("time", "i", "j", "impulse")
+    assert len(events) == 150
+    for name in events.dtype.names:
+        assert np.array_equal(events[name], getattr(stored, name))
+    states = repeat.states([0.0, repeat.stop.time])
+    assert np.array_equal(states.positions[0], repeat.scene.positions)
+    assert np.array_equal(states.velocities[1], repeat.trace.finish.velocities)
+    series = repeat.series()
+    assert np.array_equal(series.time[1:], events.time)
+    measured = repeat.measure(energy, series.time[::10])
+    assert measured == pytest.approx(series["kinetic_energy"][::10])
+    assert repeat.parameters == {"cor": 0.85}
+    assert repr(repeat).startswith("<repeat 2 of cor=0.85: 150 collisions")
+
+
+def test_an_observable_sees_the_scene_at_its_time(run: snooker.Run) -> None:
+    """Also where the container is; an array is a row of the result."""
+    repeat = run[1, 0]
+    times = np.linspace(0, repeat.stop.time, 5)
+    places = repeat.measure(lambda _x, _v, scene: scene.container_position, times)
+    assert np.array_equal(places, repeat.states(times).container_positions)
+    assert len(np.unique(places[:, 0])) == 5
+    positions = repeat.measure(lambda x, _v, _scene: x, times)
+    assert np.array_equal(positions, repeat.states(times).positions)
+
+
+def test_figures_fits_and_comparisons_are_those_of_the_commands(
+    run: snooker.Run, command: Snooker
+) -> None:
+    assert json.loads(command("fit", "small", "--json").out) == run.fit()
+    assert json.loads(command("compare", "small", "--json").out) == run.compare()
+    assert run.fit(since=1.0, until=5.0)[0]["amplitude"] == "free"
+    figure = run.plot("energy-fit", cor=0.85)
+    assert isinstance(figure, Figure)
+    assert command("plot", "small", "energy-fit", "--where", "cor=0.85").code == 0
+    stored = Path("runs/small/figures/energy-fit-cor-0.85.png").read_bytes()
+    pixels = stored.partition(b"IDAT")[2]
+    assert figure._repr_png_().partition(b"IDAT")[2] == pixels
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        (lambda run: run[2, 0], "there is no point 2: small has points 0 to 1"),
+        (lambda run: run[0, -1], "there is no repeat -1: small has repeats 0 to 2"),
+        (lambda run: run[0, 0].states([2.0, 1.0]), "times must ascend"),
+        (lambda run: run[0, 0].measure(energy, 1e9), "times must ascend within 0 and"),
+        (lambda run: run.plot("energi"), "there is no figure energi; the nearest is energy"),
+        (lambda run: run.plot("energy", cor=0.1), "no point has cor = 0.1"),
+        (lambda run: run.fit(since=-1), "there is no range of times from -1 s"),
+        (lambda run: snooker.open("smal"), "the nearest is smal"),
+    ],
+)
+def test_what_a_user_gets_wrong_is_a_sentence(
+    wrong: Callable[[snooker.Run], Any], sentence: str, run: snooker.Run
+) -> None:
+    with pytest.raises(snooker.SnookerError, match=sentence):
+        wrong(run)
+
+
+# Simulations without files
+
+
+def test_a_scene_from_arrays_gives_the_bits_of_the_config(run: snooker.Run) -> None:
+    start, trace = run[0, 0].scene, run[0, 0].trace
+    scene = snooker.new_scene(
+        start.positions,
+        start.velocities,
+        1.0,
+        container=snooker.Circle(10.0),
+        container_mass=1e7,
+        cor=0.85,
+    )
+    repeat = snooker.simulate(scene, collisions=150)
+    assert repeat.stop == trace.stop
+    assert np.array_equal(repeat.trace.finish.positions, trace.finish.positions)
+    assert repeat.parameters == {}
+    assert repr(repeat).startswith("<simulation: 150 collisions")
+    summary = snooker.simulate(scene, time=1.0, summary=True)
+    assert summary.series().time[-1] == 1.0
+    with pytest.raises(snooker.UserError, match="recorded as a summary"):
+        summary.measure(energy, 0.5)
+
+
+def test_a_scene_has_each_ball_s_own_size_and_mass() -> None:
+    scene = snooker.new_scene(
+        [[-3, 0], [3, 0]], [[1, 0], [0, 2]], [1, 0.5], [1, 4], container=snooker.Box(10, 8)
+    )
+    assert (scene.radii.tolist(), scene.masses.tolist()) == ([1, 0.5], [1, 4])
+    assert (scene.restitution, scene.wall_restitution, scene.free) == (1.0, 1.0, False)
+
+
+PLACES, STILL = [[0.0, 0.0], [3.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]]
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"positions": [[0.0, 0.0], [1.0, 0.0]]}, "balls 0 and 1 overlap by 1 m"),
+        ({"positions": [[0.0, 0.0], [9.5, 0.0]]}, "ball 1 sticks out of the container by 0.5 m"),
+        ({"positions": [[0.0, 0.0, 0.0]] * 2}, r"give positions and velocities of shape \(N, 2\)"),
+        (
+            {"positions": [[0.0, 0.0], [np.nan, 0.0]]},
+            r"balls.list\[1\].position: .* finite",
+        ),
+        ({"positions": [], "velocities": []}, "the arrays do not fit"),
+        ({"velocities": [1.0, 2.0]}, "the arrays do not fit"),
+        ({"velocities": "fast"}, "the arrays do not fit"),
+        ({"radii": [1.0, 1.0, 1.0]}, "the arrays do not fit"),
+        ({"radii": -1.0}, r"balls.list\[0\].radius: -1.0 is given"),
+        ({"masses": [1.0, 0.0]}, r"balls.list\[1\].mass: 0.0 is given"),
+        ({"container": 10.0}, "give Circle, Box or PeriodicBox"),
+        ({"container": snooker.PeriodicBox(8.0, 8.0)}, "under 5 diameters"),
+        ({"cor": 2.0}, "^cor: 2.0 is given"),
+    ],
+)
+def test_a_scene_that_cannot_be_is_refused(changes: dict[str, Any], sentence: str) -> None:
+    good: dict[str, Any] = {"positions": PLACES, "velocities": STILL, "radii": 1.0}
+    with pytest.raises(snooker.SnookerError, match=sentence):
+        snooker.new_scene(**(good | {"container": snooker.Circle(10.0)} | changes))
+
+
+@pytest.mark.parametrize(
+    ("limits", "sentence"),
+    [
+        ({}, "a run needs a number of collisions or a time"),
+        ({"collisions": 0}, "collisions=0: give a number above 0"),
+        ({"time": float("nan")}, "time=nan: give a number above 0"),
+        ({"time": "1"}, "time='1': give a number above 0"),
+    ],
+)
+def test_a_simulation_needs_a_limit(limits: dict[str, Any], sentence: str) -> None:
+    scene = snooker.new_scene(PLACES, STILL, 1.0, container=snooker.Circle(10.0))
+    with pytest.raises(snooker.UserError, match=sentence):
+        snooker.simulate(scene, **limits)
