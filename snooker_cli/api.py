@@ -337,7 +337,7 @@ def run(
     name = made.identity if isinstance(config, Mapping) else Path(config).stem
     made = replace(made, directory=runs.RUNS / name if out is None else Path(out))
     cancelled = threading.Event()
-    called = f"snooker.run({'{…}' if isinstance(config, Mapping) else str(config)!r}, {overrides})"
+    source = "{…}" if isinstance(config, Mapping) else repr(str(config))
     with showing_notices(), stopping_on_signals(cancelled):
         outcomes, _ = execute_watched(
             made,
@@ -345,7 +345,7 @@ def run(
             bar=progress,
             cancelled=cancelled,
             workers=jobs or processors(),
-            command=called,
+            command=f"snooker.run({source}, {overrides})",
         )
     if cancelled.is_set():
         wanted = len(points) * made.experiment.repeats

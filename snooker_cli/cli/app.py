@@ -20,7 +20,7 @@ COMMANDS = {
     "animate": ("figure_commands", "Make a film of a repeat: HTML page, GIF or MP4."),
     "report": ("report_commands", "Write a report on runs as HTML and PDF."),
     "reproduce": ("report_commands", "Write the reproduction of the source report."),
-    "export": ("export_command", "Export collisions or states of a repeat."),
+    "export": ("export_command", "Export collisions or states of a repeat, or the table of a run."),
     "validate": ("config_commands", "Check CONFIG without running it."),
     "schema": ("config_commands", "Print the JSON schema of configs, for editors."),
     "bench": ("bench_command", "Measure the engine: speed, errors, physics, hard cases."),
