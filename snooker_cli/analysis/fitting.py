@@ -414,3 +414,45 @@ def _deviation(
         free = count - degrees
         chi_squared = float(np.sum(residuals(best) ** 2)) * free / ((count - 1) * degrees)
     return degrees, chi_squared, float(special.fdtrc(degrees, free, chi_squared))
+
+
+# Van der Waals' equation of state.
+
+
+def excluded_area(densities: Array, ratios: Array, errors: Array) -> tuple[float, float]:
+    """b of P V/(N T) = 1/(1 − n b), fitted to all densities, and its error; m².
+
+    densities, ratios, errors : (*p*,), m⁻² and of P V/(N T); without errors all weigh the same
+    """
+    known = bool(np.all(errors > 0))  # false for nan
+    b, covariance = optimize.curve_fit(
+        lambda n, b: 1 / (1 - n * b),
+        densities,
+        ratios,
+        p0=float(np.min((1 - 1 / ratios) / densities)),
+        sigma=errors if known else None,
+        absolute_sigma=known,
+    )
+    return float(b[0]), math.sqrt(covariance[0, 0])
+
+
+def attraction(
+    densities: Array, temperatures: Array, ratios: Array, errors: Array
+) -> tuple[float, float]:
+    """a of P V/(N T) = 1/(1 − n b) − a n/T, and its error; J m². nan without its temperatures.
+
+    Each density with several temperatures gives a slope, whatever b is there; a is their mean.
+    Arguments are as in ``excluded_area``, with temperatures in J.
+    """
+    slopes, weights = [], []
+    for density in np.unique(densities):
+        at = densities == density
+        x = density / temperatures[at]
+        if np.ptp(x) > 1e-9 * np.max(x) and np.all(errors[at] > 0):
+            weight = errors[at] ** -2
+            centred = x - np.average(x, weights=weight)
+            weights.append(np.sum(weight * centred**2))
+            slopes.append(-np.sum(weight * centred * ratios[at]) / weights[-1])
+    if not slopes:
+        return math.nan, math.nan
+    return float(np.average(slopes, weights=weights)), 1 / math.sqrt(sum(weights))

@@ -220,6 +220,9 @@ def _scale(axes: Axes, data: FigureData) -> None:
     axes.set_yscale("log" if data.y_log else "linear")
     axes.set_xlim(*data.x_limits)
     axes.set_ylim(*data.y_limits)
+    if data.equal_axes:
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.autoscale()
     for axis, limits in ((axes.xaxis, data.x_limits), (axes.yaxis, data.y_limits)):
         _, highest = axis.get_data_interval()
         if limits[0] is not None and limits[1] is None and np.isfinite(highest):

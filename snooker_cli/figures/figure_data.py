@@ -105,6 +105,7 @@ class FigureData:
     caption : at most five lines
     numbers : the key numbers, as JSON has them: what is not finite is ``None``
     x_limits, y_limits : (low, high); ``None`` fits the data
+    equal_axes : whether a metre is as long in y as in x
     inset, inset_label : layers of small axes within the others, and their y label
     """
 
@@ -119,6 +120,7 @@ class FigureData:
     y_log: bool = False
     x_limits: Sequence[float | None] = (None, None)
     y_limits: Sequence[float | None] = (None, None)
+    equal_axes: bool = False
     inset: tuple[Layer, ...] = ()
     inset_label: str = ""
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
+from snooker_cli.analysis.fitting import attraction, excluded_area
 from snooker_cli.analysis.observables import (
     ideal_gas_ratio,
     mean_and_error,
@@ -25,13 +26,14 @@ from snooker_cli.figures.figure_data import (
     Array,
     FigureData,
     Line,
+    LineStyle,
     Points,
     Reference,
     error_bars,
     legend_line,
 )
 from snooker_cli.figures.selection import label
-from snooker_cli.formatting import short
+from snooker_cli.formatting import short, with_error
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
@@ -176,6 +178,70 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
         f"The ratio is {short(found[0, 0], 4)} at r = {short(radii[0])} m and "
         f"{short(found[-1, 0], 4)} at r = {short(radii[-1])} m, where theory has "
         f"{short(curve[-1], 4)}. {BARS}"
+    )
+
+
+def van_der_waals(build: FigureBuilder) -> FigureData:
+    """P V/(N T) against packing, with van der Waals' b, also by single points, and a."""
+    states = [_state(build, point) for point in build.points]
+    scene, radius, disk = states[0].scene, states[0].radius, math.pi * states[0].radius ** 2
+    gases = [state.gas for state in states]
+    if len(set(gases)) < 2:
+        raise FigureError("it needs points at two or more areas, numbers or temperatures")
+    if any(not state.scene.equal_balls or state.radius != radius for state in states):
+        raise FigureError("it needs balls of one radius; choose it by balls.radius with --where")
+    ratios, errors = np.array([mean_and_error(state.over_ideal) for state in states]).T
+    # A fit weighs by errors, and those of few repeats are poor: pooled, they share a scale.
+    noise = ratios if scene.container.has_wall else ratios - 1
+    errors = np.abs(noise) * math.sqrt(np.mean((errors / noise) ** 2))
+    densities = np.array([gas.number / gas.area for gas in gases])
+    packing, single = disk * densities, (1 - 1 / ratios) / densities / disk
+    b, b_error = (each / disk for each in excluded_area(densities, ratios, errors))
+    temperatures = np.array([gas.temperature for gas in gases])
+    a, a_error = attraction(densities, temperatures, ratios, errors)
+    grid = np.linspace(0.0, packing.max() * 1.05, CURVE)[1:]
+    scaled = [gases[0]._replace(area=gases[0].number * disk / float(each)) for each in grid]
+    real = np.array([each.pressure(scene, radius) / each.ideal_pressure for each in scaled])
+    build.lines += [
+        Reference("y", 1.0, IDEAL),
+        Line(grid, real, THEORY, NEUTRAL, "dotted"),
+    ]
+    fits: list[tuple[float, str, LineStyle]] = [
+        (2.0, "van der Waals, b = 2 disks", "dashdot"),
+        (b, f"van der Waals, b = {short(b)} disks, fitted", "dashed"),
+    ]
+    for each, text, style in fits:
+        below = each * grid < 1 - 1 / (1.2 * ratios.max())  # towards its pole it leaves the figure
+        build.lines.append(Line(grid[below], 1 / (1 - each * grid[below]), text, 1, style))
+    build.lines.append(Points(packing, ratios, None, error_bars(errors), "simulation", 0))
+    for k, state in enumerate(states):
+        build.record(
+            state.point,
+            **gases[k]._asdict(),
+            packing=packing[k],
+            over_ideal=ratios[k],
+            over_ideal_error=errors[k],
+            excluded_disks=single[k],
+            excluded_disks_error=errors[k] / ratios[k] ** 2 / packing[k],
+            van_der_waals=1 / (1 - b * packing[k]),
+            theory=gases[k].pressure(state.scene, radius) / gases[k].ideal_pressure,
+        )
+    low, high = np.argmin(packing), np.argmax(packing)
+    falls = f"; {short(single[low])} at a packing of {short(packing[low], 2)} and "
+    falls += f"{short(single[high])} at {short(packing[high], 2)}: the form is for a dilute gas"
+    if packing[low] == packing[high]:
+        falls = ""
+    warm = "" if math.isnan(a) else f" From temperatures, a = {with_error(a, a_error, 'J m²')}."
+    walls = " With walls, b has the strip that no centre reaches." * scene.container.has_wall
+    return build.figure(
+        f"P = NT/(V − Nb) − aN²/V². Fitted with a = 0: b = {with_error(b, b_error, 'disk areas')}"
+        f"{falls}.{warm}{walls} Error bars: standard errors, pooled over the points.",
+        numbers={
+            "excluded_disks": b,
+            "excluded_disks_error": b_error,
+            "attraction": a,
+            "attraction_error": a_error,
+        },
     )
 
 

@@ -12,7 +12,7 @@ import yaml
 
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import cooling, distributions, gas_law, time_courses
+from snooker_cli.figures import brownian, cooling, distributions, gas_law, time_courses
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.selection import MOST_SERIES, along, elastic, evenly, selected, varying
 from snooker_cli.formatting import listed
@@ -88,12 +88,16 @@ _FUNCTIONS: dict[str, Callable[[FigureBuilder], FigureData]] = {
     "pressure-area": partial(gas_law.pressures, "area"),
     "pressure-area-linear": partial(gas_law.pressures, "area"),
     "pressure-number": partial(gas_law.pressures, "number"),
+    "van-der-waals": gas_law.van_der_waals,
     "temperature-ratio": gas_law.temperature_ratio,
     "ideal-ratio": gas_law.ideal_ratio,
     "speeds": distributions.speeds,
     "decay-against-cor": cooling.decay_against_cor,
     "haff-time": cooling.haff_time,
     "event-decay": cooling.event_decay,
+    "tagged-path": brownian.tagged_path,
+    "mean-squared-displacement": brownian.mean_squared_displacement,
+    "velocity-autocorrelation": brownian.velocity_autocorrelation,
 }
 
 _LENGTHS = tuple(dict.fromkeys(f"container.{shape.keys[0]}" for shape in SHAPES.values()))

@@ -23,6 +23,7 @@ from snooker_cli.theory.collision_rates import (
     CollisionRates,
     ball_ball_rate,
     collision_rates,
+    friction,
     mean_free_path,
     source_mean_free_path,
     wall_rate,
@@ -64,7 +65,7 @@ from snooker_cli.theory.speed_distributions import (
 )
 
 __all__ = ["CollisionRates", "ball_ball_rate", "collision_rates", "mean_free_path"]
-__all__ += ["source_mean_free_path", "wall_rate"]
+__all__ += ["friction", "source_mean_free_path", "wall_rate"]
 __all__ += ["angular_momentum_floor", "cooling_rate", "critical_length", "haff_rate"]
 __all__ += ["SourceFactors", "haff_ratio", "sonine_coefficient", "source_decay_constant"]
 __all__ += ["energy_ratio_by_events", "source_factors"]

@@ -3,6 +3,9 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from snooker_cli.containers import AccessibleRegion, Container
 from snooker_cli.theory.equation_of_state import contact_value, fluid_state, number_density
 from snooker_cli.theory.speed_distributions import fixed_energy_factor, fixed_energy_mean_speed
@@ -55,6 +58,37 @@ def wall_rate_from_pressure(
     force = wall_length * pressure
     impulse = math.sqrt(2 * math.pi * mass * temperature) / fixed_energy_factor(number)
     return force / (number * impulse)
+
+
+def friction(
+    ball: int,
+    masses: NDArray[np.float64],
+    radii: NDArray[np.float64],
+    temperature: float,
+    container: Container,
+) -> float:
+    """Friction of a ball among all others after Enskog (kg/s): ζ = Σ 2 σ χ √(2πμT)/A.
+
+    A slow ball with drift u feels the force −ζu. Its coefficient of diffusion is D = T/ζ, the first
+    Sonine approximation (Chapman & Cowling 1970, for disks); for a ball like all others that is
+    √(T/πm)/(2 n d χ). Of each other ball, σ is the sum of both radii, μ the reduced mass and A the
+    area that its centre reaches. χ of a mixture is that of Jenkins & Mancini 1987,
+    1/(1 − η) + 9/16 · (Σ πr/2V)/(1 − η)² · 4 r r'/(r + r').
+
+    masses, radii : (*N*,) of all balls, kg and m
+    temperature : J
+    """
+    others = np.arange(len(radii)) != ball
+    packing = container.packing_fraction(float(np.sum(radii**2)))
+    edge = math.pi / 2 * float(np.sum(radii)) / container.area
+    distance = radii[ball] + radii[others]
+    means = 4 * radii[ball] * radii[others] / distance
+    contact = 1 / (1 - packing) + 9 / 16 * edge / (1 - packing) ** 2 * means
+    reduced = masses[ball] * masses[others] / (masses[ball] + masses[others])
+    sizes, which = np.unique(radii[others], return_inverse=True)
+    areas = np.array([container.accessible(float(size)).area for size in sizes])[which]
+    each = 2 * distance * contact * np.sqrt(2 * math.pi * reduced * temperature) / areas
+    return float(np.sum(each))
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,8 @@ from snooker_cli.analysis.decay import Decay, decays, reported_constant
 from snooker_cli.analysis.fitting import (
     NOTHING_DECAYS,
     FitResult,
+    attraction,
+    excluded_area,
     fit,
     fitted_curve,
     mean_over_repeats,
@@ -363,6 +365,26 @@ def test_fits():
         for quantity, values in constants.items():
             expected = pytest.approx(golden[name][quantity], rel=TOLERANCE, abs=0)
             assert values == expected, f"{name}, {quantity}"
+
+
+def test_van_der_waals_constants_are_found_again() -> None:
+    """Of exact pressures with b = 0.3 m² and a = 2 J m², and of noisy ones within their errors."""
+    n, t = (each.ravel() for each in np.meshgrid([0.1, 0.5, 1.0], [5.0, 10.0, 20.0]))
+    errors = np.full(9, 0.002)
+    exact = 1 / (1 - 0.3 * n)
+    assert excluded_area(n, exact, np.full(9, math.nan))[0] == pytest.approx(0.3, rel=1e-7)
+    assert attraction(n, t, exact - 2 * n / t, errors)[0] == pytest.approx(2, rel=1e-12)
+    rows = []
+    for seed in range(300):
+        noise = errors * np.random.default_rng(seed).standard_normal(9)
+        rows.append(
+            (*excluded_area(n, exact + noise, errors), *attraction(n, t, exact + noise, errors))
+        )
+    b, b_error, a, a_error = np.array(rows).T
+    assert np.std(b) == pytest.approx(np.mean(b_error), rel=0.15)
+    assert np.std(a) == pytest.approx(np.mean(a_error), rel=0.15)
+    assert abs(np.mean(a)) < 4 * np.mean(a_error) / math.sqrt(300)
+    assert math.isnan(attraction(n, np.full(9, 3.0), exact, errors)[0])
 
 
 if __name__ == "__main__":

@@ -64,6 +64,7 @@ def figures(
         "pressure-area-linear": (wide, {}),
         "pressure-number": (made(folder / "many", *ELASTIC, "balls.rings=1,2,3"), {}),
         "temperature-ratio": (warm, {"balls.speed": 10.0}),
+        "van-der-waals": (wide, {}),
     }
     found = {"everything": EVERYTHING}
     for name, spec in FIGURES.items():

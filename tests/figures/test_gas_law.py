@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import BOX, ELASTIC, PERIODIC, in_circle, layers, made, shown, traces
+from figure_runs import BOX, ELASTIC, PERIODIC, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli import containers, theory
+from snooker_cli.analysis.observables import ideal_gas_ratio
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Points
 from snooker_cli.runs import Run
@@ -99,3 +100,36 @@ def test_ideal_ratio_is_taken_at_two_temperatures(decaying: Run) -> None:
         assert at_mean.y[k] == pytest.approx(pressure / (ideal * mean), rel=1e-13)
         assert at_end.x[k] == temperature[-1]
         assert at_end.y[k] == pytest.approx(pressure / (ideal * temperature[-1]), rel=1e-13)
+
+
+def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
+    """b of single points is that of the measured pressure; a vanishes, as hard disks scale."""
+    run = made(
+        tmp_path / "run",
+        *("cor=1", "repeats=4", "record=summary", "collisions=4000"),
+        *("balls.count=20,60,120", "balls.speed=5,10"),
+        text=PERIODIC.partition("sweep")[0],
+    )
+    found = shown(run, "van-der-waals")
+    (points,) = layers(found, Points)
+    disk, area = math.pi * 0.36, 600
+    for k, each in enumerate(found.numbers["points"]):
+        ratios = [ideal_gas_ratio(trace) for trace in traces(run, k)]
+        assert points.y[k] == pytest.approx(np.mean(ratios), rel=1e-12)
+        excluded = (1 - 1 / points.y[k]) * area / each["number"] / disk
+        assert each["excluded_disks"] == pytest.approx(excluded, rel=1e-10)
+        assert each["theory"] == pytest.approx(theory.compressibility(each["packing"]), rel=1e-12)
+    numbers = found.numbers
+    assert abs(numbers["attraction"]) < 3 * numbers["attraction_error"]
+    singles = [each["excluded_disks"] for each in numbers["points"]]
+    assert 1.9 < singles[0] < 2.1
+    assert singles[0] > numbers["excluded_disks"] > singles[-1]
+    assert "b = " in found.caption
+
+
+def test_van_der_waals_needs_several_states_and_one_radius(warm: Run, decaying: Run) -> None:
+    assert "one radius" in why_not(warm, "van-der-waals")
+    assert "two or more areas" in why_not(
+        warm, "van-der-waals", balls__radius=1.0, balls__speed=5.0
+    )
+    assert "two or more areas" in why_not(decaying, "van-der-waals")

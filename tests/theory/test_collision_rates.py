@@ -2,12 +2,13 @@
 
 import math
 
+import numpy as np
 import pytest
 from source_scene import CIRCLE, DENSITY, SIMULATED, N, R, T, digits, packing
 
 from snooker_cli import theory
 from snooker_cli.containers import Box, PeriodicBox
-from snooker_cli.theory.collision_rates import wall_rate_from_pressure
+from snooker_cli.theory.collision_rates import friction, wall_rate_from_pressure
 
 PERIMETER = CIRCLE.wall_length
 
@@ -73,3 +74,31 @@ def test_collision_rates_of_the_source_scene(radius):
     heavy = theory.collision_rates(N, T, radius, CIRCLE, mass=4.0)
     assert heavy.ball_ball == pytest.approx(found.ball_ball / 2, rel=1e-14)
     assert heavy.wall == pytest.approx(found.wall / 2, rel=1e-14)
+
+
+def test_friction_of_a_ball_like_all_others():
+    """D = T/ζ = √(T/πm)/(2 n d χ), with Henderson's χ and N − 1 others."""
+    number, temperature, radius, mass = 5000, 3.0, 0.1, 2.0
+    box = PeriodicBox(30.0, 20.0)
+    found = friction(7, np.full(number, mass), np.full(number, radius), temperature, box)
+    packing = box.packing_fraction(number * radius**2)
+    chi = (1 - 7 * packing / 16) / (1 - packing) ** 2
+    density = (number - 1) / 600
+    known = math.sqrt(temperature / (math.pi * mass)) / (2 * density * 2 * radius * chi)
+    assert temperature / found == pytest.approx(known, rel=1e-12)
+
+
+def test_friction_of_a_heavy_ball_is_the_mean_drag_of_collisions():
+    """Force on a ball with a small drift by the integral over impulses, in a dilute gas."""
+    mass, other, temperature, drift = 50.0, 2.0, 3.0, 1e-3
+    masses, radii = np.array([mass, other]), np.array([1.0, 0.2])
+    box = PeriodicBox(1e3, 1e3)
+    reduced = mass * other / (mass + other)
+    width = math.sqrt(temperature / reduced)
+    speeds = np.linspace(0, 12 * width, 4001)
+    angles = (np.arange(720) + 0.5) * (2 * math.pi / 720)
+    normal = np.exp(-((speeds - drift * np.cos(angles)[:, None]) ** 2) / (2 * width**2))
+    normal /= math.sqrt(2 * math.pi) * width
+    impulses = np.trapezoid(2 * reduced * speeds**2 * normal, speeds, axis=1)
+    force = 1.2 * np.sum(impulses * np.cos(angles)) * (2 * math.pi / 720) / 1e6
+    assert friction(0, masses, radii, temperature, box) == pytest.approx(force / drift, rel=1e-4)

@@ -1,0 +1,140 @@
+"""A tagged ball -> its path, mean squared displacement, velocity autocorrelation, and their limits.
+
+In a periodic box they are seen from the balls' centre of mass, which does not rest in every scene.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from snooker_cli import theory
+from snooker_cli.analysis.observables import meeting_temperature
+from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.replay import Replay, times_within
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from snooker_cli.scene import Scene
+    from snooker_cli.trace import Trace
+
+    Array = NDArray[np.float64]
+
+RELAXING = 5.0
+"""Relaxation times of the ball's velocity before it is measured."""
+
+MOST_ORIGINS = 200
+"""Times of a repeat from which displacements count; more are hardly independent."""
+
+
+class Path(NamedTuple):
+    """A ball at times (*t*,), s: places and velocities (*t*, 2), m and m/s."""
+
+    time: Array
+    positions: Array
+    velocities: Array
+
+
+class Diffusion(NamedTuple):
+    """What theory expects of a ball in equilibrium.
+
+    mean_square_speed : ⟨v²⟩ = 2T/m, m²/s²
+    relaxation_time : τ of the velocity, which falls as exp(−t/τ), s
+    coefficient : D = ⟨v²⟩τ/2, m²/s
+    """
+
+    mean_square_speed: float
+    relaxation_time: float
+    coefficient: float
+
+
+def contact_times(trace: Trace, ball: int) -> Array:
+    """Times of the collisions of a ball, s; between them it flies straight."""
+    events = trace.events
+    assert events is not None
+    return np.asarray(events.time[(events.i == ball) | (events.j == ball)])
+
+
+def path(trace: Trace, ball: int, times: Array) -> Path:
+    """A ball at ascending times (s). In a periodic box its place is unwrapped.
+
+    The images are counted exactly: from one of its collisions to the next, a ball flies straight.
+    Raises ``ValueError`` for times outside the repeat, and for a repeat without events.
+    """
+    if trace.events is None:
+        raise ValueError("this repeat was recorded as a summary: it has no path to show")
+    wanted, period = times_within(trace, times), trace.start.container.period
+    own = np.empty(0) if period is None else contact_times(trace, ball)
+    time = np.sort(np.concatenate([wanted, own[own <= wanted[-1]]]))
+    done = np.searchsorted(trace.events.time, time, side="right")
+    run, rows = Replay(trace), np.empty((len(time), 4))
+    everything, container = np.empty((4, trace.start.number)), np.zeros(4)
+    for row, instant, end in zip(rows, time, done, strict=True):
+        run.advance(int(end))
+        if trace.start.slides:
+            run.write_state(float(instant), everything, container)
+            row[:] = everything[:, ball]
+        else:  # without all other balls it is twice as fast
+            x, y, u, v, clock = run.state.balls[[ks.X, ks.Y, ks.U, ks.V, ks.CLOCK], ball]
+            flight = instant - run.state.sums[ks.EPOCH] - clock
+            row[:] = x + u * flight, y + v * flight, u, v
+    places, velocities = rows[:, :2], rows[:, 2:]
+    if period is not None:
+        flown = places[:-1] + velocities[:-1] * np.diff(time)[:, None]
+        images = np.cumsum(np.rint((flown - places[1:]) / period), axis=0)
+        places = places + np.array(period) * np.vstack([[0.0, 0.0], images])
+    at = np.searchsorted(time, wanted, side="right") - 1
+    return Path(wanted, places[at], velocities[at])
+
+
+def expected(scene: Scene, ball: int) -> Diffusion:
+    """Theory for a ball: equipartition, and Enskog's friction among all others.
+
+    In a periodic box, where the total momentum is kept, a ball of the share s of all mass has
+    1 − s of the mean square speed and of the relaxation time, because the others move against it.
+    """
+    temperature = float(meeting_temperature(scene.kinetic_energy, scene))
+    mass, share = float(scene.masses[ball]), 0.0
+    if not scene.container.has_wall:
+        share = mass / float(np.sum(scene.masses))
+    friction = theory.friction(ball, scene.masses, scene.radii, temperature, scene.container)
+    square = 2 * temperature / mass * (1 - share)
+    relaxation = mass * (1 - share) / friction if friction else math.inf
+    return Diffusion(square, relaxation, square * relaxation / 2)
+
+
+def correlations(trace: Trace, ball: int, lags: Array) -> tuple[Array, Array]:
+    """Mean squared displacement (m²) and ⟨v(0)·v(t)⟩ (m²/s²) of a ball after lags (*l*,), s.
+
+    Both are means over times of the repeat after ``RELAXING`` relaxation times. Raises
+    ``ValueError`` for a repeat that ends before the last lag after that.
+    """
+    scene = trace.start
+    relaxation = expected(scene, ball).relaxation_time
+    first, last = RELAXING * relaxation, trace.stop.time - float(lags[-1])
+    if not first <= last:
+        raise ValueError(f"a repeat ends before {first + lags[-1]:.4g} s; run longer")
+    number = math.ceil(min(MOST_ORIGINS, max(2.0, (last - first) / relaxation)))
+    origins = np.linspace(first, last, number)
+    instants = np.minimum(origins[:, None] + np.append(0.0, lags), trace.stop.time)
+    times, rows = np.unique(instants, return_inverse=True)
+    found, rows = path(trace, ball, times), rows.reshape(instants.shape)
+    drift = np.zeros(2)
+    if not scene.container.has_wall:
+        drift = scene.masses @ scene.velocities / np.sum(scene.masses)
+    places = (found.positions - drift * times[:, None])[rows]
+    velocities = (found.velocities - drift)[rows]
+    squares = np.sum((places[:, 1:] - places[:, :1]) ** 2, axis=2)
+    products = np.sum(velocities[:, 1:] * velocities[:, :1], axis=2)
+    return squares.mean(axis=0), products.mean(axis=0)
+
+
+def farthest(scene: Scene, ball: int) -> float:
+    """Mean squared distance of two random places of a ball in a container with walls, m²."""
+    radius = float(scene.radii[ball])
+    distances = np.linspace(0.0, scene.container.longest_distance(radius), 2000)
+    density = scene.container.distance_density(distances, radius)
+    return float(np.trapezoid(distances**2 * density, distances))

@@ -1,0 +1,159 @@
+"""A tagged ball, ball 0: its path, mean squared displacement and velocity autocorrelation."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from snooker_cli.analysis import diffusion
+from snooker_cli.analysis.observables import mean_and_error, standard_errors
+from snooker_cli.errors import FigureError
+from snooker_cli.figures.figure_data import (
+    MOST_VERTICES,
+    NEUTRAL,
+    Array,
+    FigureData,
+    Line,
+    Points,
+    Reference,
+    error_bars,
+    legend_line,
+)
+from snooker_cli.formatting import short, with_error
+
+if TYPE_CHECKING:
+    from snooker_cli.config import Point
+    from snooker_cli.figures.captions import FigureBuilder
+
+BALL = 0
+"""The tagged ball. Single balls with a position come first, so that it is one of them."""
+
+LAGS = 25
+"""Times at which a displacement is measured."""
+
+SHORTEST, FARTHEST = 0.05, 8.0
+"""The first lag of a displacement and the last one of velocities, in relaxation times."""
+
+SLOPE = 5.0, 10.0
+"""Lags between which the displacement gives D, in relaxation times."""
+
+REMARK = (
+    "In two dimensions D depends on the time, because velocities forget slowly. "
+    "Error bars: standard errors over the repeats."
+)
+
+
+def tagged_path(build: FigureBuilder) -> FigureData:
+    """The path of the ball in the first repeat, as it flies from collision to collision."""
+    (point,) = build.points
+    trace = next(build.traces(point))
+    container = trace.start.container
+    times = np.unique(np.append([0.0, trace.stop.time], diffusion.contact_times(trace, BALL)))
+    chosen = np.linspace(0, len(times) - 1, min(len(times), MOST_VERTICES)).astype(np.intp)
+    x, y = diffusion.path(trace, BALL, times[chosen]).positions.T
+    corners = container.outline[np.arange(-1, len(container.outline))]
+    distance = math.hypot(x[-1] - x[0], y[-1] - y[0])
+    build.lines += [
+        Line(corners[:, 0], corners[:, 1], container.title, NEUTRAL, "dashed"),
+        Line(x, y, f"ball {BALL}"),
+        Points(x[[0, -1]], y[[0, -1]], label="start and end"),
+    ]
+    build.record(point, time=trace.stop.time, distance=distance, collisions=len(times) - 2)
+    around = "" if container.has_wall else " The box repeats itself; the path goes on."
+    return build.figure(
+        f"The first repeat: {len(times) - 2:,} collisions of the ball, and "
+        f"{short(distance)} m from start to end in {short(trace.stop.time)} s.{around}",
+        equal_axes=True,
+    )
+
+
+def mean_squared_displacement(build: FigureBuilder) -> FigureData:
+    """The mean squared displacement, its ballistic and its diffusive limit."""
+    walls = ""
+    for index, point in enumerate(build.points):
+        theory, scene = _theory(build, point), build.start(point)
+        tau, slope = theory.relaxation_time, np.multiply(SLOPE, theory.relaxation_time)
+        span = min(trace.stop.time for trace in build.traces(point)) - diffusion.RELAXING * tau
+        lags = np.geomspace(SHORTEST * tau, max(slope[1], span / 4), LAGS)
+        lags = np.unique(np.append(lags, slope))
+        rows = _repeats(build, point, lags)[0]
+        flight, diffusive = lags[lags <= 3 * tau], lags[lags >= tau / 2]
+        build.lines += [
+            Line(flight, theory.mean_square_speed * flight**2, None, index, "dashed"),
+            Line(diffusive, 4 * theory.coefficient * diffusive, None, index, "dotted"),
+        ]
+        if scene.container.has_wall:
+            most = diffusion.farthest(scene, BALL)
+            where = f"random places in the {scene.container.title}"
+            build.lines.append(Reference("y", most, where))
+            walls = " With walls the displacement has a limit."
+        low, high = np.searchsorted(lags, slope)
+        rises = (rows[:, high] - rows[:, low]) / (4 * (lags[high] - lags[low]))
+        _add(build, point, index, lags, rows, rises)
+    build.lines += [
+        legend_line("ballistic, ⟨v²⟩t²", "dashed"),
+        legend_line("diffusive, 4Dt with Enskog's D", "dotted"),
+    ]
+    return build.figure(
+        f"{build.results_text}, from the slope between {SLOPE[0]:g} and {SLOPE[1]:g} relaxation "
+        f"times.{walls} {REMARK}"
+    )
+
+
+def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
+    """The velocity autocorrelation over the mean square speed, and its exponential decay."""
+    for index, point in enumerate(build.points):
+        theory = _theory(build, point)
+        lags = np.linspace(0.0, FARTHEST, 2 * LAGS) * theory.relaxation_time
+        rows = _repeats(build, point, lags)[1]
+        law = np.exp(-lags / theory.relaxation_time)
+        build.lines.append(Line(lags, law, None, index, "dashed"))
+        integrals = np.trapezoid(rows, lags, axis=1) / 2
+        _add(build, point, index, lags, rows / theory.mean_square_speed, integrals)
+    build.lines += [Reference("y", 0.0), legend_line("exp(−t/τ) with Enskog's τ", "dashed")]
+    return build.figure(f"Half of the integral is D: {build.results_text}. {REMARK}")
+
+
+def _theory(build: FigureBuilder, point: Point) -> diffusion.Diffusion:
+    """What theory expects of the ball. Raises ``FigureError`` for a ball that meets no other."""
+    found = diffusion.expected(build.start(point), BALL)
+    if not (0 < found.relaxation_time < math.inf and found.mean_square_speed > 0):
+        raise FigureError("nothing moves, or one ball is alone, so it does not diffuse")
+    return found
+
+
+def _repeats(build: FigureBuilder, point: Point, lags: Array) -> Array:
+    """Squares and products of each repeat at lags (s), (2, *repeats*, *l*).
+
+    Raises ``FigureError`` if one is too short.
+    """
+    try:
+        found = [diffusion.correlations(trace, BALL, lags) for trace in build.traces(point)]
+    except ValueError as error:
+        raise FigureError(str(error)) from None
+    return np.array(found).transpose(1, 0, 2)
+
+
+def _add(
+    build: FigureBuilder, point: Point, index: int, lags: Array, rows: Array, constants: Array
+) -> None:
+    """Add the means of a point, and what its repeats (*repeats*,) have as D, m²/s."""
+    name, mean = build.label(point), rows.mean(axis=0)
+    errors = error_bars(standard_errors(rows))
+    build.lines.append(Points(lags, mean, None, errors, name or "simulation", index))
+    value, error = mean_and_error(constants)
+    theory = _theory(build, point)
+    numbers: dict[str, Any] = {f"theory_{key}": each for key, each in theory._asdict().items()}
+    build.record(
+        point,
+        **numbers,
+        diffusion_coefficient=value,
+        diffusion_coefficient_error=error,
+        lags=lags.tolist(),
+        means=mean.tolist(),
+        repeats=len(rows),
+    )
+    known = short(theory.coefficient)
+    build.result(name, f"D = {with_error(value, error, 'm²/s')}, by Enskog {known} m²/s")

@@ -1,0 +1,95 @@
+"""Figures of a tagged ball."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from figure_runs import layers, made, shown, traces, why_not
+
+from snooker_cli.analysis import diffusion
+from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.runs import Run
+
+TEXT = """\
+container: {shape: periodic, width: 12}
+balls:
+  - {position: [0, 0], velocity: [0, 0], radius: 0.8, mass: 5}
+  - {count: 80, radius: 0.1, speed: 10, speeds: maxwell, start: random}
+cor: 1
+time: 20
+repeats: 3
+"""
+
+
+@pytest.fixture(scope="module")
+def brownian(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return made(tmp_path_factory.mktemp("brownian") / "run", text=TEXT)
+
+
+def test_the_path_is_unwrapped_and_drawn_with_its_box(brownian: Run) -> None:
+    found = shown(brownian, "tagged-path")
+    box, path = layers(found, Line)
+    (trace, *_) = traces(brownian, 0)
+    assert np.max(np.abs(box.x)) == np.max(np.abs(box.y)) == 6
+    assert (path.x[0], path.y[0]) == (0, 0)
+    end = diffusion.path(trace, 0, np.array([20.0])).positions[0]
+    assert (path.x[-1], path.y[-1]) == pytest.approx(tuple(end), abs=1e-11)
+    inside = trace.finish.positions[0]
+    assert end - inside == pytest.approx(12 * np.rint((end - inside) / 12), abs=1e-11)
+    assert found.numbers["points"][0]["distance"] == pytest.approx(np.hypot(*end), rel=1e-12)
+    assert found.equal_axes
+
+
+def test_the_displacement_has_its_limits_and_a_coefficient(brownian: Run) -> None:
+    found = shown(brownian, "mean-squared-displacement")
+    (points,) = layers(found, Points)
+    ballistic, diffusive, *_ = layers(found, Line)
+    theory = diffusion.expected(traces(brownian, 0)[0].start, 0)
+    assert ballistic.y == pytest.approx(theory.mean_square_speed * ballistic.x**2)
+    assert diffusive.y == pytest.approx(4 * theory.coefficient * diffusive.x)
+    rows = [diffusion.correlations(trace, 0, points.x)[0] for trace in traces(brownian, 0)]
+    assert points.y == pytest.approx(np.mean(rows, axis=0), rel=1e-12)
+    assert points.y_error == pytest.approx(np.std(rows, axis=0, ddof=1) / np.sqrt(3), rel=1e-9)
+    numbers = found.numbers["points"][0]
+    five, ten = (int(np.argmin(abs(points.x - k * theory.relaxation_time))) for k in (5, 10))
+    slope = (points.y[ten] - points.y[five]) / (points.x[ten] - points.x[five]) / 4
+    assert numbers["diffusion_coefficient"] == pytest.approx(slope, rel=1e-9)
+    assert "In two dimensions D depends on the time" in found.caption
+    assert not layers(found, Reference)
+
+
+def test_velocities_forget_and_their_integral_is_a_coefficient(brownian: Run) -> None:
+    found = shown(brownian, "velocity-autocorrelation")
+    (points,) = layers(found, Points)
+    theory = diffusion.expected(traces(brownian, 0)[0].start, 0)
+    law = layers(found, Line)[0]
+    assert law.y == pytest.approx(np.exp(-law.x / theory.relaxation_time))
+    assert abs(points.y[0] - 1) < 4 * points.y_error[0]
+    integral = np.trapezoid(points.y, points.x) * theory.mean_square_speed / 2
+    numbers = found.numbers["points"][0]
+    assert numbers["diffusion_coefficient"] == pytest.approx(integral, rel=1e-9)
+    assert numbers["theory_coefficient"] == theory.coefficient
+
+
+def test_walls_limit_the_displacement(tmp_path: Path) -> None:
+    """Two random places in a circle are a mean square of a² apart."""
+    run = made(tmp_path / "run", "container={radius: 6}", text=TEXT)
+    (limit,) = layers(shown(run, "mean-squared-displacement"), Reference)
+    assert limit.value == pytest.approx((6 - 0.8) ** 2, rel=1e-4)
+    assert limit.label == "random places in the circle"
+
+
+def test_reasons(tmp_path: Path) -> None:
+    short = made(tmp_path / "short", "time=1", text=TEXT)
+    assert "run longer" in why_not(short, "mean-squared-displacement")
+    lossy = made(tmp_path / "lossy", "time=1", "cor=0.9", text=TEXT)
+    assert "elastic" in why_not(lossy, "velocity-autocorrelation")
+    alone = made(
+        tmp_path / "alone",
+        "balls={rings: 0, radius: 1, speed: 1}",
+        "container={radius: 6}",
+        text=TEXT,
+    )
+    assert "alone" in why_not(alone, "mean-squared-displacement")
