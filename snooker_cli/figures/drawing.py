@@ -108,7 +108,7 @@ def dashes(style: str, series: int) -> Any:
     return _DASHES[series % len(_DASHES)] if style == "series" else _SHARED_DASHES[style]
 
 
-class _Shown(Figure):
+class SnookerFigure(Figure):
     """A figure that a notebook shows, without pyplot."""
 
     def _repr_png_(self) -> bytes:
@@ -132,7 +132,7 @@ def draw(data: FigureData) -> Figure:
     ]
     with styled():
         layout = ConstrainedLayoutEngine()
-        figure = _Shown(layout=layout)
+        figure = SnookerFigure(layout=layout)
         FigureCanvasAgg(figure)
         axes = figure.add_subplot()
         entries = [

@@ -42,6 +42,9 @@ README, TUTORIAL, RUNS, ACCURACY = (
     *(DOCS / f"{name}.md" for name in ("tutorial", "runs", "accuracy")),
 )
 CONSOLE = re.compile(r"```console\n\$ ((?:snooker|python) .*)\n((?:.*\n)*?)```")
+PYTHON = re.compile(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", re.DOTALL)
+"""A block of docs/python.md and what it prints."""
+
 SESSIONS = {"readme": (README, RUNS), "tutorial": (TUTORIAL,)}
 """Documents whose commands run one after the other in one folder."""
 
@@ -101,6 +104,13 @@ def shell(command: str) -> str:
     return re.sub(r" after \d+ s of compiling", "", done.stdout)
 
 
+def printed_by(code: str, names: dict[str, Any]) -> str:
+    """What a block of Python prints; its names stay for the next block."""
+    with redirect_stdout(StringIO()) as out:
+        exec(compile(code, "block", "exec"), names)
+    return out.getvalue()
+
+
 def in_process(line: str, snooker: Callable[..., Any]) -> str:
     """What a command prints, without starting Python again."""
     program, *arguments = shlex.split(line)
@@ -125,6 +135,16 @@ def test_commands_print_what_the_documents_show(
         by_shell = session == "readme" and number == 0
         printed = shell(command) if by_shell else in_process(command, snooker)
         assert words(printed) == words(output), command
+
+
+def test_python_blocks_print_what_their_document_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    blocks, names = PYTHON.findall(text_of(DOCS / "python.md")), {"__name__": "__main__"}
+    assert len(blocks) >= 6
+    for code, shown in blocks:
+        assert printed_by(code, names) == shown
 
 
 def test_the_two_commands_are_targets_of_the_makefile() -> None:
@@ -235,6 +255,13 @@ def update() -> None:
                 path.write_text(text, encoding="utf-8")
             drawn, shown = FIGURES[session]
             shutil.copy(f"runs/decay/figures/{drawn}.png", DOCS / f"{shown}.png")
+    names: dict[str, Any] = {"__name__": "__main__"}
+    with tempfile.TemporaryDirectory() as folder, chdir(folder):
+        text = PYTHON.sub(
+            lambda found: f"```python\n{found[1]}```\n\n```text\n{printed_by(found[1], names)}```",
+            text_of(DOCS / "python.md"),
+        )
+    (DOCS / "python.md").write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

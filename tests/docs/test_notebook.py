@@ -1,0 +1,89 @@
+"""docs/notebook.ipynb runs and shows its results: ``python tests/docs/test_notebook.py`` updates it.
+
+No notebook server is needed: cells are plain Python, and the last expression of a cell is shown.
+"""
+
+from __future__ import annotations
+
+import ast
+import base64
+import json
+import tempfile
+from contextlib import chdir, redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+NOTEBOOK = Path(__file__).parents[2] / "docs" / "notebook.ipynb"
+
+Cell = dict[str, Any]
+
+
+def code_cells(notebook: dict[str, Any]) -> list[Cell]:
+    return [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+
+
+def outputs(source: str, names: dict[str, Any], count: int) -> list[Cell]:
+    """What a cell prints and shows, as the format of notebooks has it."""
+    tree, last = ast.parse(source), None
+    if isinstance(tree.body[-1], ast.Expr):
+        last = ast.Expression(tree.body.pop().value)
+    with redirect_stdout(StringIO()) as out:
+        exec(compile(tree, "cell", "exec"), names)
+        shown = None if last is None else eval(compile(last, "cell", "eval"), names)
+    found: list[Cell] = []
+    if out.getvalue():
+        lines = out.getvalue().splitlines(keepends=True)
+        found.append({"name": "stdout", "output_type": "stream", "text": lines})
+    if shown is not None:
+        data: dict[str, Any] = {"text/plain": repr(shown).splitlines(keepends=True)}
+        if hasattr(shown, "_repr_png_"):
+            data["image/png"] = base64.b64encode(shown._repr_png_()).decode()
+        result = {"data": data, "execution_count": count, "metadata": {}}
+        found.append(result | {"output_type": "execute_result"})
+    return found
+
+
+def without_images(found: list[Cell]) -> list[Cell]:
+    """Outputs without the bytes of images, which differ between versions of matplotlib."""
+    text = json.dumps(found)
+    for each in found:
+        image = each.get("data", {}).get("image/png")
+        text = text if image is None else text.replace(image, "an image")
+    return list(json.loads(text))
+
+
+def executed(notebook: dict[str, Any]) -> list[list[Cell]]:
+    """The outputs of all code cells, run one after the other in this folder."""
+    names: dict[str, Any] = {"__name__": "__main__"}
+    return [
+        outputs("".join(cell["source"]), names, count)
+        for count, cell in enumerate(code_cells(notebook), 1)
+    ]
+
+
+def test_the_notebook_shows_what_its_cells_give(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    notebook = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
+    stored = [cell["outputs"] for cell in code_cells(notebook)]
+    assert sum("image/png" in json.dumps(each) for each in stored) == 1
+    found = executed(notebook)
+    assert [without_images(each) for each in found] == [without_images(each) for each in stored]
+
+
+def update() -> None:
+    """Store the outputs that the cells give now."""
+    notebook = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
+    with tempfile.TemporaryDirectory() as folder, chdir(folder):
+        found = executed(notebook)
+    for count, (cell, each) in enumerate(zip(code_cells(notebook), found, strict=True), 1):
+        cell |= {"outputs": each, "execution_count": count}
+    NOTEBOOK.write_text(json.dumps(notebook, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    update()
