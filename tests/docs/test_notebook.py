@@ -1,4 +1,4 @@
-"""docs/notebook.ipynb runs and shows its results: ``python tests/docs/test_notebook.py`` updates it.
+"""docs/notebook.ipynb shows what it gives: ``python tests/docs/test_notebook.py`` updates it.
 
 No notebook server is needed: cells are plain Python, and the last expression of a cell is shown.
 """
