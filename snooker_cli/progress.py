@@ -54,9 +54,13 @@ def showing_notices() -> Iterator[None]:
 
 
 class RunProgress(Watcher):
-    """Problems of a run as lines, and on a terminal a bar with events per second and time left."""
+    """Problems of a run as lines, and on a terminal a bar with events per second and time left.
 
-    def __init__(self, points: int, repeats: int, bar: bool) -> None:
+    collisions : where a repeat ends; the bar of a single repeat counts them
+    """
+
+    def __init__(self, points: int, repeats: int, bar: bool, collisions: int | None) -> None:
+        self._alone = points * repeats == 1 and collisions is not None
         self.compiling = 0.0
         self._began: float | None = None
         self._failures = self._unusable = self._events = self._done = self._complete = 0
@@ -68,13 +72,15 @@ class RunProgress(Watcher):
         self._bar = Progress(
             BarColumn(),
             MofNCompleteColumn(),
-            TextColumn("repeats, {task.fields[points]} points {task.fields[rate]}"),
+            TextColumn("{task.fields[unit]} {task.fields[rate]}"),
             TimeRemainingColumn(),
             console=console,
             disable=not (bar and shown),
             transient=True,
         )
-        self._task = self._bar.add_task("", total=points * repeats, points=f"0/{points}", rate="")
+        unit = "collisions" if self._alone else f"repeats, 0/{points} points"
+        total = collisions if self._alone else points * repeats
+        self._task = self._bar.add_task("", total=total, unit=unit, rate="")
 
     def __enter__(self) -> Self:
         self._bar.start()
@@ -108,6 +114,8 @@ class RunProgress(Watcher):
     def events(self, number: int) -> None:
         with self._lock:
             self._events += number
+            if self._alone:
+                self._bar.update(self._task, advance=number)
             if self.seconds > 0.2:
                 rate = f"{self._events / self.seconds:,.0f} events/s"
                 self._bar.update(self._task, rate=rate)
@@ -116,7 +124,9 @@ class RunProgress(Watcher):
         self._done += 1
         self._left[result.point] -= 1
         self._complete += self._left[result.point] == 0
-        self._bar.update(self._task, advance=1, points=f"{self._complete}/{self._points}")
+        if not self._alone:
+            unit = f"repeats, {self._complete}/{self._points} points"
+            self._bar.update(self._task, advance=1, unit=unit)
         if result.error:
             self._failures += 1
             if self._failures <= MOST_FAILURES:
@@ -169,5 +179,6 @@ def execute_watched(
     with locked(run.directory):
         if change := create(run, fresh=fresh):
             notice(change)
-        with RunProgress(len(run.points), run.experiment.repeats, bar) as watcher:
+        collisions = run.points[0].experiment.collisions
+        with RunProgress(len(run.points), run.experiment.repeats, bar, collisions) as watcher:
             return execute(run, watcher=watcher, cancelled=cancelled, **how), watcher

@@ -48,7 +48,8 @@ def plot(
         ),
     ] = None,
     list_figures: Annotated[
-        bool, typer.Option("--list", help="List the figures and what each needs.")
+        bool,
+        typer.Option("--list", help="List the figures and what each needs; with RUN, which fit."),
     ] = False,
     where: Where = None,
     repeat: Annotated[
@@ -59,15 +60,26 @@ def plot(
         Path | None,
         typer.Option("--out", metavar="DIR", help="Folder [RUN/figures]."),
     ] = None,
+    formats: Annotated[
+        str, typer.Option("--format", metavar="F,F,…", help="Formats: svg, png, pdf.")
+    ] = "svg,png",
+    size: Annotated[
+        str | None,
+        typer.Option("--size", metavar="WxH", help="Inches, as 6x4 [a column of a page]."),
+    ] = None,
+    dpi: Annotated[
+        int | None, typer.Option("--dpi", min=20, max=2000, help="PNG: pixels per inch [200].")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Draw figures of RUN as SVG, PNG and JSON.
 
     The JSON file has the numbers that a figure shows. Without names, all possible figures are
-    drawn. For other figures, the reason is printed. Figures of single points are drawn for each
-    point. The names of the written files are printed.
+    drawn; RUN --list prints why others are not. Figures of single points are drawn for each point.
+    The names of the written files are printed.
     """
-    if list_figures:
+    wanted, inches = _formats(formats), _inches(size)
+    if list_figures and run is None:
         _print_figures(as_json)
         return
     if run is None:
@@ -100,17 +112,27 @@ def plot(
             reason = spec.name, str(error)
             impossible[reason] = impossible.get(reason, 0) + 1
             continue
-        from snooker_cli.figures.drawing import save  # loads matplotlib
+        files: list[str] = []
+        if not list_figures:
+            from snooker_cli.figures.drawing import save  # loads matplotlib
 
-        files = [str(path) for path in save(figure, folder / _stem(spec, one))]
+            stem = folder / _stem(spec, one)
+            files = [str(path) for path in save(figure, stem, wanted, inches, dpi)]
         fields = ("kind", "title", "caption", "numbers")
         drawn.append({name: getattr(figure, name) for name in fields} | {"files": files})
-        if not as_json:
+        if files and not as_json:
             print_line("\n".join(files))
     names = {each["kind"] for each in drawn}
+    left_out = []
     for (name, why), times in impossible.items():
         where_not = f" at {times} of {len(opened.points)} points" if name in names else ""
-        notice(f"{name} left out{where_not}: {why}")
+        left_out.append(f"{name} left out{where_not}: {why}")
+    if list_figures and not as_json:
+        fitting = [f"{spec.name}: {spec.title}" for spec in specs if spec.name in names]
+        print_line("\n".join(fitting + left_out))
+    elif figures or not drawn:
+        for line in left_out:
+            notice(line)
     if as_json:
         skipped = [{"kind": name, "why": why, "times": n} for (name, why), n in impossible.items()]
         print_json({"figures": drawn, "skipped": skipped})
@@ -128,6 +150,23 @@ def _print_figures(as_json: bool) -> None:
         for one in FIGURES.values()
     ]
     print_result(content, as_json, table("figure | source report's | shows | needs", rows))
+
+
+def _formats(text: str) -> list[str]:
+    """The formats of ``--format``. Raises ``UserError``."""
+    found = list(dict.fromkeys(text.lower().split(",")))
+    if not set(found) <= {"svg", "png", "pdf"}:
+        raise UserError(f"--format {text}: give svg, png or pdf, or several with commas")
+    return found
+
+
+def _inches(text: str | None) -> tuple[float, float] | None:
+    """Width and height of ``--size``. Raises ``UserError``."""
+    match = re.fullmatch(r"(\d*\.?\d+)x(\d*\.?\d+)", text or "")
+    found = (float(match[1]), float(match[2])) if match else None
+    if text is not None and not (found and all(1.5 <= side <= 50 for side in found)):
+        raise UserError(f"--size {text}: give width and height from 1.5 to 50 inches, as in 6x4")
+    return found
 
 
 def _stem(spec: FigureSpec, selection: Selection) -> str:

@@ -62,7 +62,10 @@ def run(
         ),
     ] = CHECKPOINT_INTERVAL / 60,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Only show what is modelled, time and disk.")
+        bool, typer.Option("--dry-run", help="Only show the engine, time and disk.")
+    ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="--dry-run: also what is modelled and left out.")
     ] = False,
     yes: Annotated[
         bool, typer.Option("--yes", help="Allow a run over a week or over the free disk space.")
@@ -106,7 +109,9 @@ def run(
             if change := runs.planned_change(target, fresh=fresh):
                 notice(change)
             found = plan(fresh)
-            print_result(found, as_json, [*_plan_lines(found), *target.common_random_notes])
+            print_result(
+                found, as_json, [*_plan_lines(found, verbose), *target.common_random_notes]
+            )
             return
         if not yes:
             runs.planned_change(target, fresh=fresh)
@@ -176,8 +181,8 @@ def _awaited(function: Callable[[], Result], cancelled: threading.Event) -> Resu
     return future.result()
 
 
-def _plan_lines(plan: dict[str, Any]) -> Iterator[str]:
-    """The plan as text."""
+def _plan_lines(plan: dict[str, Any], verbose: bool) -> Iterator[str]:
+    """The plan as text; `verbose` adds what is modelled and what is left out."""
     yield (
         f"{counted(plan['points'], 'point')}, {counted(plan['repeats'], 'repeat')} each: "
         f"{plan['cached']:,} stored in {plan['run']}, {plan['to_do']:,} to do"
@@ -198,7 +203,7 @@ def _plan_lines(plan: dict[str, Any]) -> Iterator[str]:
             values = " to ".join(dict.fromkeys(f"{f(ratios):.2g}" for f in (min, max)))
             yield f"  L/L_c     {values}: vortices and clusters grow above 1"
         yield f"  records   {'events' if models.pop('events') else 'a summary'}"
-        for heading, wanted in (("modelled", True), ("left out", False)):
+        for heading, wanted in (("modelled", True), ("left out", False))[: 2 * verbose]:
             names = [name for name, is_so in models.items() if is_so is wanted]
             yield f"  {heading}  {listed(names) if names else 'nothing'}"
     yield ""

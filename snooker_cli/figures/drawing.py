@@ -32,6 +32,7 @@ from snooker_cli.files import atomic_write, write_text
 from snooker_cli.formatting import plain
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
@@ -118,12 +119,16 @@ class SnookerFigure(Figure):
         return scratch.getvalue()
 
 
-def draw(data: FigureData) -> Figure:
-    """The matplotlib figure, with a legend below the axes, where it covers no data."""
-    title = textwrap.wrap(data.title, TITLE_WIDTH)
+def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
+    """The matplotlib figure, with a legend below the axes, where it covers no data.
+
+    size : width and height in inches; None is a column of a page, as high as its texts need
+    """
+    title_width = int(TITLE_WIDTH * (size[0] / WIDTH if size else 1))
+    title = textwrap.wrap(data.title, title_width)
     if len(title) > 1 and ": " in data.title:
         parts = data.title.replace(": ", ":\n").split("\n")
-        title = [line for part in parts for line in textwrap.wrap(part, TITLE_WIDTH)]
+        title = [line for part in parts for line in textwrap.wrap(part, title_width)]
     notes = [
         line
         for layer in data.layers
@@ -165,7 +170,7 @@ def draw(data: FigureData) -> Figure:
             ncols=columns,
         )
         lines = len(title) - 1 + len(notes) - (-len(entries) // columns)
-        figure.set_size_inches(WIDTH, HEIGHT + LINE_HEIGHT * lines)
+        figure.set_size_inches(size or (WIDTH, HEIGHT + LINE_HEIGHT * lines))
         # Once for all formats: laying out takes as long as drawing.
         layout.execute(figure)
         figure.set_layout_engine(None)
@@ -259,21 +264,39 @@ def _columns(labels: list[str]) -> int:
 # Figure data -> SVG, PNG and JSON, the same bytes every time.
 
 
-def save(data: FigureData, stem: Path) -> list[Path]:
-    """Write ``stem.svg``, ``stem.png`` and ``stem.json``; the folder is made if need be.
+METADATA: dict[str, dict[str, str | None]] = {
+    "svg": {"Date": None, "Creator": "snooker"},
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": "snooker", "Producer": None},
+}
+"""Metadata of each format of an image, without dates and versions."""
+
+
+def save(
+    data: FigureData,
+    stem: Path,
+    formats: Sequence[str] = ("svg", "png"),
+    size: tuple[float, float] | None = None,
+    dpi: float | None = None,
+) -> list[Path]:
+    """Write the image as ``stem.svg`` and so on, and ``stem.json``; the folder is made if need be.
+
+    formats : of ``METADATA``
+    size : width and height, inches; None is a column of a page
+    dpi : pixels per inch of a PNG; None is that of the style
 
     Title and caption are also in the metadata of the images.
     """
     # Not with_suffix: a stem may have a point, as in `energy-fit-cor-0.8`.
-    paths = [stem.with_name(f"{stem.name}.{ending}") for ending in ("svg", "png", "json")]
-    svg, png, text = paths
-    words = {"Title": data.title, "Description": data.caption}
+    paths = [stem.with_name(f"{stem.name}.{ending}") for ending in (*formats, "json")]
     with styled():
-        figure = draw(data)
-        for path, rest in ((svg, {"Date": None, "Creator": "snooker"}), (png, {"Software": None})):
+        figure = draw(data, size)
+        for form, path in zip(formats, paths, strict=False):
+            caption = {"Subject" if form == "pdf" else "Description": data.caption}
+            metadata = {"Title": data.title} | caption | METADATA[form]
             with atomic_write(path) as part:
-                figure.savefig(part, format=path.suffix[1:], metadata=words | rest)
-    write_text(text, to_json(data))
+                figure.savefig(part, format=form, metadata=metadata, dpi=dpi or "figure")
+    write_text(paths[-1], to_json(data))
     return paths
 
 

@@ -306,7 +306,7 @@ class Run:
             with suppress(*UNREADABLE):
                 content = json.loads(path.read_text("utf-8", "replace"))
                 if isinstance(content, dict) and content.keys() >= FIGURE_KEYS:
-                    found += [path, path.with_suffix(".svg"), path.with_suffix(".png")]
+                    found += [path, *map(path.with_suffix, (".svg", ".png", ".pdf"))]
         return [path for path in found if path.is_file()]
 
 

@@ -315,3 +315,11 @@ def test_a_run_begins_on_a_full_disk_with_yes(
     assert snooker(*arguments).code == 0
     assert snooker(*arguments, "-o", "repeats=4").code == 0
     assert snooker(*arguments, "-o", "repeats=6").code == 2
+
+
+def test_the_bar_of_a_single_repeat_counts_its_collisions() -> None:
+    for repeats, total, completed in ((1, 150, 100), (3, 3, 0)):
+        shown = progress.RunProgress(1, repeats, bar=False, collisions=150)
+        shown.events(100)
+        (task,) = shown._bar.tasks
+        assert (task.total, task.completed) == (total, completed)
