@@ -12,6 +12,7 @@ from browser import CHROMIUM, Browser
 from moving_pictures import SHAPES, apart, slack, sliding, sliding_films, times_of
 
 from snooker_cli import animation
+from snooker_cli.analysis import diffusion
 from snooker_cli.animation import Film, page
 from snooker_cli.animation.frames import FLASH, MOST_FLASHES
 from snooker_cli.engine import replay
@@ -106,6 +107,54 @@ def test_keys_return_to_the_film_after_a_menu(
     found = browser.value(MENU)
     assert {"speed", "colours"} <= set(found)
     assert all(each == [1, True, True] for each in found.values()), found
+    assert browser.complaints == []
+
+
+TAG = """
+(() => {
+  const ball = player.motion.number - 1, arena = find("arena"), box = arena.getBoundingClientRect();
+  player.goTo(1);
+  player.draw();
+  const click = () => {
+    const [, x, y] = player.arena.drawn.find(([one]) => one === ball);
+    const at = { clientX: box.left + x, clientY: box.top + y, bubbles: true };
+    arena.dispatchEvent(new MouseEvent("click", at));
+    player.draw();
+    return [player.arena.tagged, find("tagged").value, player.playing, player.arena.path];
+  };
+  const coloured = () => {
+    const { data } = arena.getContext("2d").getImageData(0, 0, arena.width, arena.height);
+    let found = 0;
+    for (let k = 0; k < data.length; k += 4) {
+      found += data[k] === 123 && data[k + 1] === 44 && data[k + 2] === 191;
+    }
+    return found;
+  };
+  return { tagged: click(), drawn: coloured(), cleared: click() };
+})()
+"""
+"""Click on the last ball twice: its path, and how many points of the picture have its colour."""
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_click_on_a_ball_draws_its_path(
+    name: str, browser: Browser, films: dict[str, Film], tmp_path: Path
+) -> None:
+    made = films[name]
+    path, ball = tmp_path / "film.html", made.trace.start.number - 1
+    path.write_text(page(made, seconds=20.0), encoding="utf-8")
+    browser.open(path)
+    found = browser.value(TAG)
+    tagged, shown, playing, course = found["tagged"]
+    assert (tagged, shown, playing) == (ball, str(ball), False)
+    time, *places = np.array(course).T
+    own = (made.i == ball) | (made.j == ball)
+    assert time.tolist() == [made.start, *made.time[own].tolist()]
+    known = diffusion.path(made.trace, ball, time).positions
+    moved = np.transpose(places) - known
+    assert np.max(np.abs(moved - moved[0])) < slack(made.trace)
+    assert found["drawn"] > 20
+    assert found["cleared"] == [None, "", False, []]
     assert browser.complaints == []
 
 

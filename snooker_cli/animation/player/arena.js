@@ -6,6 +6,8 @@ const MOST_FLASHES = 60;
 const SMALLEST = 1.5; // px: the radius of balls that would be too small to see
 const SHADES = 64;
 const AMBER = "#e76300";
+const VIOLET = "#7b2cbf"; // the path of the tagged ball
+const NEAR = 6; // px: how near to a small ball a click is
 
 function shades(colours) {
   const parts = colours.map((text) => [1, 3, 5].map((at) => parseInt(text.slice(at, at + 2), 16)));
@@ -25,6 +27,23 @@ class Arena {
     this.shades = shades(film.colours);
     this.still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.home = film.container.slice(0, 2);
+    this.tag(null);
+  }
+
+  // Draws the path of a ball from now on, or of none.
+  tag(ball) {
+    this.tagged = ball;
+    this.path = ball === null ? [] : this.motion.path(ball);
+  }
+
+  // The ball at a place of the canvas as it was drawn last, or null.
+  ballAt(px, py) {
+    let nearest = Infinity, found = null;
+    for (const [ball, x, y, r] of this.drawn) {
+      const apart = Math.hypot(px - x, py - y);
+      if (apart <= Math.max(r, NEAR) && apart < nearest) [nearest, found] = [apart, ball];
+    }
+    return found;
   }
 
   // flashes: [collision, age from 0 to 1], ...; magnify: by how much the container's motion is
@@ -48,7 +67,9 @@ class Arena {
       this.outline(pen, x(centre[0]), y(centre[1]), scale);
       pen.clip();
     }
+    this.drawn = [];
     this.balls(pen, x, y, scale, reel.time, centre, topSpeed);
+    if (this.tagged !== null) this.course(pen, x, y, reel.time, centre);
     pen.restore();
     pen.lineWidth = film.periodic ? 1 : 2;
     pen.strokeStyle = film.periodic ? SOFT : INK;
@@ -89,8 +110,33 @@ class Arena {
           pen.arc(x(px + dx), y(py + dy), Math.max(r * scale - (rim ? 0.5 : 0), SMALLEST), 0, 2 * Math.PI);
           pen.fill();
           if (rim) pen.stroke();
+          this.drawn.push([ball, x(px + dx), y(py + dy), r * scale]);
         }
       }
+    }
+  }
+
+  // The tagged ball's path until now. In a periodic box a part that leaves it is drawn twice: from
+  // where it begins, and to where it ends.
+  course(pen, x, y, time, centre) {
+    const [w, h] = this.film.size, whole = (value, side) => side * Math.round(value / side);
+    const line = this.path.filter(([at]) => at <= time);
+    line.push([time, ...this.motion.place(this.tagged, time)]);
+    pen.beginPath();
+    for (let k = 1; k < line.length; k++) {
+      const [, ax, ay] = line[k - 1], [, bx, by] = line[k];
+      for (const [ex, ey] of this.film.periodic ? [[ax, ay], [bx, by]] : [centre]) {
+        const [dx, dy] = this.film.periodic
+          ? [whole(ex - centre[0], w), whole(ey - centre[1], h)]
+          : [0, 0];
+        pen.moveTo(x(ax - dx), y(ay - dy));
+        pen.lineTo(x(bx - dx), y(by - dy));
+      }
+    }
+    for (const [colour, width] of [["#fff", 3.5], [VIOLET, 1.5]]) {
+      pen.strokeStyle = colour;
+      pen.lineWidth = width;
+      pen.stroke();
     }
   }
 

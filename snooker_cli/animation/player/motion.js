@@ -136,6 +136,23 @@ class Motion {
     return [cx + a * Math.cos(angle), cy + a * Math.sin(angle)];
   }
 
+  // [time, x, y] of a ball at the start and after each of its collisions. Between them it flies
+  // straight; while it slides, there is one for each collision of all. In a periodic box the path
+  // goes on outside.
+  path(ball) {
+    const before = this.done, found = [];
+    const add = (time) => found.push([time, ...this.place(ball, time)]);
+    this.seek(0);
+    add(this.start);
+    while (this.done < this.time.length) {
+      const k = this.done;
+      this.collide();
+      if (this.i[k] === ball || this.j[k] === ball || this.bodies[ROW * ball + SLIDES]) add(this.time[k]);
+    }
+    this.seek(before);
+    return found;
+  }
+
   speed(body) {
     return Math.hypot(this.bodies[ROW * body + U], this.bodies[ROW * body + V]);
   }

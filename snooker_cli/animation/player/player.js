@@ -85,6 +85,14 @@ class Player {
     return found;
   }
 
+  // Shows the path of a ball, or none for "".
+  tag(ball) {
+    const number = Number(ball), known = Number.isInteger(number) && number >= 0 && number < this.motion.number;
+    find("tagged").value = String(ball);
+    this.arena.tag(ball !== "" && known ? number : null);
+    this.refresh();
+  }
+
   refresh() {
     if (this.waiting) return;
     this.waiting = true;
@@ -118,7 +126,13 @@ class Player {
 
   listen() {
     find("play").onclick = () => this.play();
-    find("arena").onclick = () => this.play();
+    find("arena").onclick = (event) => {
+      const ball = this.arena.ballAt(event.offsetX, event.offsetY);
+      if (ball === null) this.play();
+      else this.tag(ball === this.arena.tagged ? "" : ball);
+    };
+    find("tagged").max = this.motion.number - 1;
+    find("tagged").oninput = (event) => this.tag(event.target.value);
     find("back").onclick = () => this.step(-1);
     find("forth").onclick = () => this.step(1);
     find("scrub").oninput = (event) => this.goTo(Number(event.target.value));
@@ -143,7 +157,7 @@ class Player {
   }
 
   key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.tagName === "SELECT") return;
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("select, #tagged")) return;
     const faster = (by) => {
       const menu = find("speed"), next = menu.selectedIndex + by;
       menu.selectedIndex = Math.min(Math.max(next, 0), menu.options.length - 1);
