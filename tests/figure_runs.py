@@ -49,6 +49,16 @@ repeats: 3
 sweep: {cor: [0.8, 0.9, 1.0]}
 """
 
+MIXTURE = """\
+container: {shape: periodic, width: 24, height: 20}
+balls:
+  - {count: 30, radius: 0.6, mass: 4.0, speed: 5.0, speeds: maxwell}
+  - {count: 30, radius: 0.4, mass: 1.0, speed: 10.0, speeds: maxwell}
+cor: 0.7
+collisions: 900
+repeats: 3
+"""
+
 ADRIFT = """\
 container: {shape: periodic, width: 16, height: 16}
 balls:

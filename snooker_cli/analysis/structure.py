@@ -39,7 +39,7 @@ ROWS = 1024
 """Balls whose rings are computed at once, which limits the memory."""
 
 
-def measured(trace: Trace, function: Observable, times: Array) -> Array:
+def measured(function: Observable, trace: Trace, times: Array) -> Array:
     """An observable at times (*t*,), s; (*t*, ...). Raises ``ValueError`` as ``replay`` does."""
     states = replay(trace, times)
     columns = states.positions, states.velocities

@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from snooker_cli.analysis.decay import early_endings
+from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.figure_data import (
+    Array,
     Band,
     Curve,
     FigureData,
@@ -48,6 +50,9 @@ MOST_RESULTS = 3
 SPREAD = "mean ± standard deviation of a repeat"
 """What a band shows."""
 
+MEAN_SPREAD = "mean ± standard error of it"
+"""The same around a mean over the repeats."""
+
 LOG_SPREAD = "mean ± standard deviation of logarithms"
 """What a band shows on a logarithmic axis."""
 
@@ -62,6 +67,7 @@ class FigureBuilder:
     lines, bands : layers; bands are behind lines
     records : the numbers of each point, as JSON
     results : a phrase of the caption for each series
+    means : whether lines are means over the repeats and bands their standard errors
     """
 
     run: Run
@@ -73,6 +79,7 @@ class FigureBuilder:
     bands: list[Band] = field(default_factory=list)
     records: list[dict[str, Any]] = field(default_factory=list)
     results: list[str] = field(default_factory=list)
+    means: bool = False
 
     @property
     def points(self) -> list[Point]:
@@ -131,6 +138,16 @@ class FigureBuilder:
         self.lines.append(line)
         self.bands += bands(curves, index, steps=steps, logarithmic=logarithmic)
 
+    def add_means(
+        self, index: int, label: str | None, x: Array, rows: Array, style: LineStyle = "series"
+    ) -> None:
+        """Add the mean of rows (*n*, *x*) of the repeats, and a band of its standard error."""
+        self.means = True
+        mean, error = rows.mean(axis=0), standard_errors(rows)
+        self.lines.append(Line(x, mean, label, index, style))
+        if len(rows) > 1:
+            self.bands.append(Band(x, mean - error, mean + error, None, index))
+
     def figure(
         self,
         caption: str,
@@ -144,11 +161,13 @@ class FigureBuilder:
         others : fields of ``FigureData`` that depend on the run
         """
         unnamed = [band for band in self.bands if band.label is None]
-        spread = LOG_SPREAD if others.get("y_log") else SPREAD
+        spread, shown = LOG_SPREAD if others.get("y_log") else SPREAD, "the first repeat"
+        if self.means:
+            spread, shown = MEAN_SPREAD, "means over the repeats"
         sentences = [
             self.shows,
             caption,
-            f"Lines: the first repeat; bands: {spread}." if unnamed else "",
+            f"Lines: {shown}; bands: {spread}." if unnamed else "",
             setting(self.run, self.points, self.selection),
         ]
         legend = [legend_band(spread)] if unnamed else []

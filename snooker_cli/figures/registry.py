@@ -12,7 +12,7 @@ import yaml
 
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import brownian, cooling, distributions, gas_law, time_courses
+from snooker_cli.figures import brownian, cooling, distributions, gas_law, states, time_courses
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.selection import MOST_SERIES, along, elastic, evenly, selected, varying
 from snooker_cli.formatting import listed
@@ -98,6 +98,11 @@ _FUNCTIONS: dict[str, Callable[[FigureBuilder], FigureData]] = {
     "tagged-path": brownian.tagged_path,
     "mean-squared-displacement": brownian.mean_squared_displacement,
     "velocity-autocorrelation": brownian.velocity_autocorrelation,
+    "pair-correlation": states.pair_correlation,
+    "hexatic-order": states.hexatic_order,
+    "a2": states.a2,
+    "species-temperature": states.species_temperature,
+    "local-energy": states.local_energy,
 }
 
 _LENGTHS = tuple(dict.fromkeys(f"container.{shape.keys[0]}" for shape in SHAPES.values()))

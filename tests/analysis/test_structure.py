@@ -175,17 +175,17 @@ def test_an_observable_is_measured_at_each_time() -> None:
     """In a container that moves, places are those seen from its centre."""
     trace = engine.simulate(report_scene(container_mass=50.0), collisions=200)
     times = np.linspace(0, trace.stop.time, 7)
-    seen = structure.measured(trace, lambda x, v, at: at.container_position, times)
+    seen = structure.measured(lambda x, v, at: at.container_position, trace, times)
     assert np.ptp(seen, axis=0).min() > 0.01
-    energies = structure.measured(trace, lambda x, v, at: at.kinetic_energy, times)
+    energies = structure.measured(lambda x, v, at: at.kinetic_energy, trace, times)
     series = observables.series(trace)
     np.testing.assert_allclose(
         energies, observables.so_far(trace, series.kinetic_energy, times), rtol=1e-12
     )
-    a2 = structure.measured(trace, structure.a2, times)
+    a2 = structure.measured(structure.a2, trace, times)
     moments = observables.so_far(trace, series.energy_moment, times)
     np.testing.assert_allclose(a2[:, 0], moments / 2 - 1, rtol=1e-12, atol=1e-12)
-    g = structure.measured(trace, structure.pair_correlation, times)
+    g = structure.measured(structure.pair_correlation, trace, times)
     assert g.shape == (7, len(structure.distance_edges(trace.start)) - 1)
     edges = structure.distance_edges(trace.start)[1:]
     assert np.all(g[:, edges < 1.99] == 0)

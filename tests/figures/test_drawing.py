@@ -16,7 +16,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 import pytest
-from figure_runs import ELASTIC, made
+from figure_runs import ELASTIC, MIXTURE, made
 from matplotlib.axis import Axis
 from matplotlib.text import Text
 from pypdf import PdfReader
@@ -67,6 +67,7 @@ def figures(
         "pressure-number": (made(folder / "many", *ELASTIC, "balls.rings=1,2,3"), {}),
         "temperature-ratio": (warm, {"balls.speed": 10.0}),
         "van-der-waals": (wide, {}),
+        "species-temperature": (made(folder / "mixture", text=MIXTURE), {}),
     }
     found = {"everything": EVERYTHING}
     for name, spec in FIGURES.items():

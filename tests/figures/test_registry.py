@@ -32,7 +32,8 @@ def test_figures_describe_the_shape_that_is_there(
             missing[name] = str(error)
     sweeps = {"pressure-temperature", "pressure-number", "temperature-ratio"}
     sweeps |= {"pressure-area", "pressure-area-linear", "van-der-waals"}
-    assert set(missing) == {"central-distances", "momentum-x", "momentum-y"} | sweeps
+    others = {"central-distances", "momentum-x", "momentum-y", "species-temperature"}
+    assert set(missing) == others | sweeps
     assert "only the wall of a circle is at one distance" in missing["central-distances"]
     why = "take momentum" if shape == "box" else "is zero at the start"
     assert why in missing["momentum-x"]
