@@ -20,26 +20,10 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-__all__ = [
-    "Box",
-    "Circle",
-    "ConfigError",
-    "FigureError",
-    "PeriodicBox",
-    "Repeat",
-    "Run",
-    "RunError",
-    "Scene",
-    "SceneError",
-    "SnookerError",
-    "StoreError",
-    "Trace",
-    "UserError",
-    "new_scene",
-    "open",
-    "run",
-    "simulate",
-]
+__all__ = ["Repeat", "Run", "new_scene", "open", "run", "simulate"]
+__all__ += ["Box", "Circle", "PeriodicBox", "Scene", "Trace"]
+__all__ += ["ConfigError", "FigureError", "RunError", "SceneError", "SnookerError"]
+__all__ += ["StoreError", "UserError"]
 
 _HOMES = ("errors", "containers", "scene", "trace", "config", "api")
 

@@ -7,7 +7,6 @@ import json
 import math
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import chain
@@ -31,33 +30,17 @@ from snooker_cli.progress import complete, execute_watched, showing_notices, sto
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.plan import checked
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Stop, Trace
+from snooker_cli.trace import Events, Stop, Trace
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from snooker_cli.analysis.run_analysis import RunAnalysis  # loaded only if it is needed
+    from matplotlib.figure import Figure  # loaded only if it is needed
 
 Records: TypeAlias = list[dict[str, Any]]
 Result = TypeVar("Result")
 
-TABLE_UNITS = {
-    "point": "1",
-    "repeat": "1",
-    "ending": "1",
-    "complete": "1",
-    "time": "s",
-    "collisions": "1",
-    "wall_collisions": "1",
-    "pair_collisions": "1",
-    "temperature": "J",
-    "pressure": "Pa m",
-    "mean_speed": "m s-1",
-    "energy_ratio": "1",
-    "k": "s-1",
-    "alpha": "s-1",
-}
-"""The columns of ``Run.table`` beside the swept keys, and their units."""
+UNITS = {"time": "s", "temperature": "J", "pressure": "Pa m", "mean_speed": "m s-1"}
+UNITS |= {"k": "s-1", "alpha": "s-1"}
+"""Of the columns of ``Run.table`` that have one."""
 
 
 # A repeat.
@@ -103,12 +86,7 @@ class Repeat:
         j is −1 for the container and −2 for a slide along the wall. Raises ``UserError`` for a
         repeat that was recorded as a summary.
         """
-        if self.trace.events is None:
-            raise UserError(
-                "this repeat was recorded as a summary: it has no events",
-                "run the config with `record: events`",
-            )
-        return _records(export.events_table(self.trace.events))
+        return _records(export.events_table(self._recorded()))
 
     def states(self, times: ArrayLike) -> States:
         """Places and velocities at times (s, ascending), just after a collision at that time.
@@ -158,9 +136,16 @@ class Repeat:
                 found.append(observable(scene.positions, scene.velocities, scene))
         return np.array(found)
 
+    def _recorded(self) -> Events:
+        """The events. Raises ``UserError`` for a summary."""
+        if self.trace.events is None:
+            problem = "this repeat was recorded as a summary: it has no events"
+            raise UserError(problem, "run the config with `record: events`")
+        return self.trace.events
+
     def _replayed(self, replay: Callable[[], Result]) -> Result:
         """What a replay gives. Raises ``UserError``."""
-        assert self.events is not None
+        self._recorded()
         try:
             return replay()
         except ValueError as error:
@@ -214,17 +199,14 @@ class Run(runs.Run):
         (Pa m) and ``mean_speed`` (m/s) are means over the time of the repeat. ``energy_ratio`` is
         the energy at the end over that at the start. ``k`` and ``alpha`` (1/s) are fits to the
         energy: the constants of exp(−kt) and of Haff's law; nan without a fit. A swept key with
-        the name of another column gets the prefix ``config.``. Raises ``StoreError``.
+        the name of another column gets the prefix ``config.``. Raises ``StoreError``, and
+        ``RunError`` if no repeat is there.
         """
         chosen = self.points if points is None else points
         rows = [_row(repeat) for point in chosen for repeat in self.repeats(point.index)]
-        keys = [key for key, _ in self.points[0].parameters]
-        swept = {key: f"config.{key}" if key in TABLE_UNITS else key for key in keys}
-        values = [self.points[row["point"]].as_json() for row in rows]
-        columns = {column: [value[key] for value in values] for key, column in swept.items()}
-        found = {name: [row[name] for row in rows] for name in TABLE_UNITS}
-        ordered = {"point": found.pop("point")} | columns | found
-        return {name: _column(values) for name, values in ordered.items()}
+        if not rows:
+            raise RunError(f"{self.directory}: no repeat is there yet", "run the config again")
+        return {name: _column([row[name] for row in rows]) for name in rows[0]}
 
     def fit(self, since: float = 0.0, until: float = math.inf) -> Records:
         """The records of ``snooker fit --json``, of the times from ``since`` to ``until`` (s).
@@ -233,13 +215,13 @@ class Run(runs.Run):
         """
         from snooker_cli.analysis.run_analysis import fits
 
-        return _kept(fits(self, since, until))
+        return fits(self, since, until).rows
 
     def compare(self) -> Records:
         """The records of ``snooker compare --json``. Raises ``RunError``."""
         from snooker_cli.analysis.run_analysis import comparisons
 
-        return _kept(comparisons(self))
+        return comparisons(self).rows
 
     def plot(self, name: str, *, repeat: int | None = None, **where: Any) -> "Figure":
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
@@ -260,38 +242,31 @@ class Run(runs.Run):
         return draw(FIGURES[name].make(self, Selection(chosen, repeat)))
 
 
-def _kept(found: "RunAnalysis") -> Records:
-    """The records of an analysis, which is saved if the folder can be written."""
-    with suppress(RunError):
-        found.save()
-    return found.rows
-
-
 def _row(repeat: Repeat) -> dict[str, Any]:
-    """A repeat's row of ``Run.table``, without the swept keys."""
+    """A repeat's row of ``Run.table``."""
     from snooker_cli.analysis import observables
     from snooker_cli.analysis.decay import repeat_fits
 
-    trace = repeat.trace
+    trace, point = repeat.trace, repeat.point
+    assert point is not None
     series, fits = observables.series(trace), repeat_fits(trace, "kinetic_energy")
-    assert repeat.point is not None
-    values = (
-        repeat.point.index,
-        repeat.number,
-        str(trace.stop.reason),
-        trace.stop.reason.complete,
-        trace.stop.time,
-        trace.collisions,
-        trace.wall_events,
-        trace.pair_events,
-        observables.mean_temperature(trace),
-        observables.mean_pressure(trace),
-        observables.time_mean(trace, series.mean_speed),
-        float(observables.energy_ratio(series)[-1]),
-        fits["exponential"].value,
-        fits["haff"].value,
-    )
-    return dict(zip(TABLE_UNITS, values, strict=True))
+    results = {
+        "repeat": repeat.number,
+        "ending": str(trace.stop.reason),
+        "complete": trace.stop.reason.complete,
+        "time": trace.stop.time,
+        "collisions": trace.collisions,
+        "wall_collisions": trace.wall_events,
+        "pair_collisions": trace.pair_events,
+        "temperature": observables.mean_temperature(trace),
+        "pressure": observables.mean_pressure(trace),
+        "mean_speed": observables.time_mean(trace, series.mean_speed),
+        "energy_ratio": float(observables.energy_ratio(series)[-1]),
+        "k": fits["exponential"].value,
+        "alpha": fits["haff"].value,
+    }
+    swept = {f"config.{key}" if key in results else key: value for key, value in point.parameters}
+    return {"point": point.index} | swept | results
 
 
 def _column(values: list[Any]) -> NDArray[Any]:

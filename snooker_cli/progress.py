@@ -10,13 +10,7 @@ from importlib.util import find_spec
 from typing import Any, Self
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from snooker_cli.exit_codes import STOPPING, bug_message, handling, wants_traceback
 from snooker_cli.formatting import counted, printable

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from snooker_cli import __version__, api, store
 from snooker_cli import export as exporting
-from snooker_cli.api import TABLE_UNITS
 from snooker_cli.cli.options import PointNumber, RepeatNumber, RunName, Where, points_where
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
 from snooker_cli.config import to_json
@@ -90,7 +89,7 @@ def export(
     points = points_where(opened, where)
     if table:
         rows = opened.table(points)
-        units = {name: TABLE_UNITS.get(name, "") for name in rows}
+        units = {name: api.UNITS.get(name, "") for name in rows}
         about = {"rows": len(rows["point"]), "config": json.loads(to_json(opened.experiment))}
         _write_tables(units, iter([rows]), out, about)
         return
