@@ -14,7 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from snooker_cli.exit_codes import STOPPING, bug_message, handling, wants_traceback
 from snooker_cli.formatting import counted, printable
-from snooker_cli.runs import RepeatStatus, Run, create, locked
+from snooker_cli.runs import RepeatStatus, Run, create, locked, locked_for_part
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.trace import StopReason
@@ -160,19 +160,27 @@ def complete(outcomes: Sequence[RepeatResult], wanted: int) -> str:
 
 
 def execute_watched(
-    run: Run, *, fresh: bool, bar: bool, cancelled: threading.Event, **how: Any
+    run: Run,
+    *,
+    fresh: bool,
+    bar: bool,
+    cancelled: threading.Event,
+    part: tuple[int, int] | None = None,
+    **how: Any,
 ) -> tuple[list[RepeatResult], RunProgress]:
     """Lock and make a run's folder and execute what is missing. Returns all results and counts.
 
     fresh : delete what the folder holds
+    part : of ``execute``; parts share the lock
     bar : whether a terminal or a notebook shows a progress bar
     how : further arguments of ``execute``
 
     Raises ``RunError`` as ``create`` and ``execute`` do.
     """
-    with locked(run.directory):
-        if change := create(run, fresh=fresh):
+    with locked_for_part(run) if part else locked(run.directory):
+        if change := "" if part else create(run, fresh=fresh):
             notice(change)
         collisions = run.points[0].experiment.collisions
         with RunProgress(len(run.points), run.experiment.repeats, bar, collisions) as watcher:
-            return execute(run, watcher=watcher, cancelled=cancelled, **how), watcher
+            how |= {"watcher": watcher, "cancelled": cancelled, "part": part}
+            return execute(run, **how), watcher

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -51,6 +52,10 @@ def run(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Replace the results in the folder, of any config.")
     ] = False,
+    part: Annotated[
+        str | None,
+        typer.Option("--part", metavar="K/N", help="Only every N-th batch from the K-th on."),
+    ] = None,
     engine: Annotated[
         EngineName | None,
         typer.Option("--engine", hidden=True, help="Of all points [the best for each]."),
@@ -88,8 +93,12 @@ def run(
     of a forced --engine have other bits, so they never mix with others.
 
     The workers of a dask scheduler must share the run's folder. The scheduler has --jobs batches of
-    repeats at a time [1024].
+    repeats at a time [1024]. Without a scheduler, --part 1/4 to --part 4/4 on several machines
+    share the work and the folder.
     """
+    share = _part(part)
+    if share and fresh:
+        raise UserError("--part and --fresh: parts delete nothing; delete the folder first")
     cancelled = threading.Event()
     with stopping_on_signals(cancelled), ExitStack() as exits:
         loaded = _awaited(lambda: load(config, override or ()), cancelled)
@@ -127,6 +136,7 @@ def run(
             target,
             fresh=fresh,
             bar=not no_progress,
+            part=share,
             cancelled=cancelled,
             workers=workers,
             executor=cluster,
@@ -151,6 +161,15 @@ def run(
         raise typer.Exit(ExitCode.SOME_FAILED)
     if no_collapse and any(each.stop and each.stop.reason.collapsed for each in outcomes):
         raise typer.Exit(ExitCode.COLLAPSED)
+
+
+def _part(text: str | None) -> tuple[int, int] | None:
+    """K and N of ``--part``. Raises ``UserError``."""
+    match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text or "")
+    found = (int(match[1]), int(match[2])) if match else None
+    if text is not None and not (found and 1 <= found[0] <= found[1]):
+        raise UserError(f"--part {text}: give K/N with 1 ≤ K ≤ N, as in 3/16")
+    return found
 
 
 def _cluster(executor: str, at_once: int | None, cancelled: threading.Event) -> DaskExecutor | None:

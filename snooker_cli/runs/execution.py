@@ -27,7 +27,7 @@ from snooker_cli.runs.batch import (
     compile_for,
     simulate_and_store,
 )
-from snooker_cli.runs.folder import manifest_number, record_failure, record_failures
+from snooker_cli.runs.folder import holds_manifest, manifest_number, record_failure, record_failures
 from snooker_cli.runs.plan import alike, batch_size
 from snooker_cli.runs.run import RepeatStatus, Run, State
 
@@ -158,6 +158,7 @@ def execute(
     executor: Executor | None = None,
     interval: float = CHECKPOINT_INTERVAL,
     command: str = "",
+    part: tuple[int, int] | None = None,
 ) -> list[RepeatResult]:
     """Simulate what is missing of a run. Returns all results, by point and repeat.
 
@@ -166,6 +167,8 @@ def execute(
     executor : simulates instead of these threads, which then only check files
     interval : seconds after which a long repeat saves a checkpoint
     command : stored in each provenance [the command line of this process]
+    part : k of n does every n-th batch from the k-th on and deletes nothing, so that parts can run
+        at the same time
 
     An error in one repeat does not stop the others. Interrupts are the caller's: it turns signals
     into ``cancelled``. Saved fits and comparisons of fewer repeats are deleted. Raises ``RunError``
@@ -177,6 +180,12 @@ def execute(
     needless: set[Path] = set()
     damaged: dict[Path, store.FileInfo | None] = {}
     manifest = manifest_number(run.directory)
+    own = None if part is None else _share(run, *part)
+
+    def is_lost() -> bool:
+        if own is not None:  # another part may write the same manifest
+            return not holds_manifest(run)
+        return manifest_number(run.directory) != manifest
 
     def finish(result: RepeatResult) -> None:
         results.append(result)
@@ -192,6 +201,8 @@ def execute(
         for point, statuses in found.items():
             best = run.best(point, statuses)
             for status in best:
+                if own is not None and (point, status.repeat) not in own:
+                    continue
                 if result := cached(status):
                     finish(result)
                 else:
@@ -202,30 +213,47 @@ def execute(
             unusable = {each.path: each for each in best if each.state is State.UNUSABLE}
             for status in unusable.values():
                 watcher.unusable(status)
-        record_failures(run, {})
+        if own is None:
+            record_failures(run, {})
         all_checked = not cancelled.is_set()
         if missing and all_checked:
-            for path in run.analyses():
+            for path in run.analyses() if own is None else ():
                 path.unlink(missing_ok=True)
             simulating = executor or threads
             job = Job(run, command or _command(), interval)
             for ended in simulating.simulate(job, _batches(run, missing), watcher):
                 for result in ended or ():
                     finish(result)
-                if manifest_number(run.directory) != manifest:
+                if is_lost():
                     cancelled.set()  # nothing more can be stored
-        if manifest_number(run.directory) != manifest:
+        if is_lost():
             raise RunError(
                 f"{run.directory}: was deleted, moved or replaced during the run",
                 "run the same command again",
                 code="lost",
             )
-        if all_checked and (missing or needless):
+        if own is None and all_checked and (missing or needless):
             left = {path for path, info in damaged.items() if store.file_info(path) == info}
             run.delete_superseded(left)
     # Again, because temporary files that filled the disk are gone.
-    record_failures(run, {(each.point, each.repeat): each.error for each in results if each.error})
+    failed = {(each.point, each.repeat): each.error for each in results if each.error}
+    if own is None:
+        record_failures(run, failed)
     return sorted(results, key=lambda result: (result.point, result.repeat))
+
+
+def _share(run: Run, part: int, parts: int) -> set[tuple[int, int]]:
+    """The points and repeats of every `parts`-th batch, from number `part` on; 1 is the first."""
+    found: set[tuple[int, int]] = set()
+    number = 0
+    for point in run.points:
+        size = batch_size(point.experiment, run.engine)
+        for first in range(0, run.experiment.repeats, size):
+            number += 1
+            if number % parts == part % parts:
+                last = min(first + size, run.experiment.repeats)
+                found |= {(point.index, repeat) for repeat in range(first, last)}
+    return found
 
 
 def _batches(run: Run, missing: Iterable[tuple[int, int]]) -> list[Batch]:

@@ -60,7 +60,7 @@ def create(run: Run, *, fresh: bool = False) -> str:
         content = plain(run.manifest())
         if fresh or not manifest.exists() or json.loads(manifest.read_text()) != content:
             for old in run.analyses():
-                old.unlink()
+                old.unlink(missing_ok=True)
             write_json(manifest, content)
     return change
 
@@ -74,7 +74,8 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
     """
     directory = run.directory
     if not _is_run(directory):
-        if directory.is_dir() and any(path.suffix != ".part" for path in directory.iterdir()):
+        other = directory.is_dir() and any(path.suffix != ".part" for path in directory.iterdir())
+        if other and not _is_run(directory):  # another process may just have made the run
             raise RunError(
                 f"{directory}: is not empty and not a run of snooker",
                 "give --out for another folder",
@@ -226,6 +227,37 @@ def holds_results(path: Path) -> bool:
     return False
 
 
+@contextmanager
+def locked_for_part(run: Run) -> Iterator[None]:
+    """Make a run's folder and lock it together with other parts of the run.
+
+    The first part makes the manifest. Raises ``RunError`` as ``create`` and ``locked`` do, and if
+    other parts have another config.
+    """
+    try:
+        with locked(run.directory):
+            create(run)
+    except RunError as error:
+        if error.code != "locked":
+            raise
+    with locked(run.directory, shared=True):
+        if not holds_manifest(run):
+            raise RunError(
+                f"{run.directory}: parts of another config are running here",
+                "let them end, or give --out for another folder",
+                code="locked",
+            )
+        yield
+
+
+def holds_manifest(run: Run) -> bool:
+    """Whether the folder has this run's manifest, in any file."""
+    with suppress(*UNREADABLE):
+        found = json.loads((run.directory / MANIFEST).read_text("utf-8"))
+        return bool(found == plain(run.manifest()))
+    return False
+
+
 def manifest_number(directory: Path) -> int | None:
     """The manifest's number on its disk, which another manifest does not have; None without one."""
     with suppress(OSError):
@@ -252,8 +284,10 @@ def _writing(directory: Path) -> Iterator[None]:
 
 
 @contextmanager
-def locked(directory: Path) -> Iterator[None]:
+def locked(directory: Path, shared: bool = False) -> Iterator[None]:
     """Lock a folder for one run at a time on this machine; delete temporary files of a killed one.
+
+    shared : parts of a run may hold the lock together, and delete nothing
 
     Raises ``RunError`` if another process has the lock or the folder cannot be made. Runs on two
     machines may share a folder: each writes its own temporary files, and the last file is kept.
@@ -268,7 +302,9 @@ def locked(directory: Path) -> Iterator[None]:
     try:
         for wait in LOCK_WAITS:
             time.sleep(wait)
-            if (taken := _lock(descriptor, fcntl.LOCK_EX)) is not False:
+            if (
+                taken := _lock(descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+            ) is not False:
                 break
         else:
             raise RunError(
@@ -276,7 +312,7 @@ def locked(directory: Path) -> Iterator[None]:
                 "let it end, or give --out for another folder",
                 code="locked",
             )
-        if taken:
+        if taken and not shared:
             for folder in (directory, *directory.glob("point-*")):
                 for part in unfinished(folder):
                     part.unlink(missing_ok=True)

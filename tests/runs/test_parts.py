@@ -1,0 +1,104 @@
+"""Parts of a run: each does its share of the batches, at the same time, in the same folder."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from command_line import SMALL, Snooker
+from repeating import batches_of, contents, created, done, made, run_of
+
+from snooker_cli import runs
+from snooker_cli.errors import RunError
+from snooker_cli.runs import open_run
+from snooker_cli.runs.execution import Watcher, execute
+
+SWEEP = ("cor=0.8:1.0:8",)
+
+
+def names(directory: Path) -> set[str]:
+    """The files of a run."""
+    return {str(path.relative_to(directory)) for path in directory.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("parts", [2, 3, 9])
+def test_parts_make_the_files_of_a_plain_run_and_nothing_twice(parts: int, tmp_path: Path) -> None:
+    """Seven batches: two points of seven repeats, two in a batch."""
+    simulated = []
+    with batches_of(2):
+        plain, shared = (made(tmp_path / name, SMALL, "repeats=7") for name in ("a", "b"))
+        done(plain)
+        for part in range(1, parts + 1):
+            found = execute(
+                shared,
+                workers=1,
+                watcher=Watcher(),
+                cancelled=threading.Event(),
+                part=(part, parts),
+            )
+            simulated += [(each.point, each.repeat) for each in found if not each.cached]
+    assert len(simulated) == len(set(simulated)) == 14
+    assert names(plain.directory) == names(shared.directory)
+    assert contents(plain) == contents(shared)
+
+
+def test_parts_delete_nothing_and_a_plain_run_does(tmp_path: Path) -> None:
+    run = made(tmp_path / "run", SMALL)
+    with batches_of(1):
+        done(run)
+    (run.directory / "fit.json").write_text("{}")
+    record = run.directory / "failures.jsonl"
+    record.write_text('{"point": 0, "repeat": 0, "error": "no room"}\n')
+    longer = run_of(run.directory, SMALL, "collisions=200")
+    runs.create(longer)
+    (run.directory / "fit.json").write_text("{}")
+    before = names(run.directory)
+    for part in (1, 2):
+        execute(longer, workers=1, watcher=Watcher(), cancelled=threading.Event(), part=(part, 2))
+    assert names(run.directory) > before
+    done(longer)
+    assert len(longer.files()) < len(before)
+    assert not record.exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it cannot lock folders")
+def test_parts_share_the_lock_with_parts_of_the_same_config_only(tmp_path: Path) -> None:
+    run = created(tmp_path / "run", run_of(tmp_path, SMALL).experiment)
+    other = run_of(run.directory, SMALL, "repeats=9")
+    with runs.locked_for_part(run), runs.locked_for_part(run):
+        for refused in (runs.locked(run.directory), runs.locked_for_part(other)):
+            with pytest.raises(RunError) as caught, refused:
+                pytest.fail("locked")
+            assert caught.value.code == "locked"
+    with runs.locked(run.directory), pytest.raises(RunError), runs.locked_for_part(run):
+        pytest.fail("locked")
+
+
+@pytest.mark.parametrize("part", ["0/3", "4/3", "3", "a/b", "1/0"])
+def test_a_part_that_cannot_be_is_refused(part: str, here: Path, snooker: Snooker) -> None:
+    assert snooker("run", "small.yaml", "--part", part).code == 2
+    assert snooker("run", "small.yaml", "--part", "1/2", "--fresh").code == 2
+    assert not Path("runs").exists()
+
+
+@pytest.mark.long
+def test_three_parts_at_the_same_time_give_the_hashes_of_a_plain_run(
+    here: Path, snooker: Snooker
+) -> None:
+    given = ["run", "small.yaml", "-o", *SWEEP, "--no-progress"]
+    assert snooker(*given, "--out", "plain").code == 0
+    command = [sys.executable, "-m", "snooker_cli", *given, "--out", "shared", "--part"]
+    parts = [
+        subprocess.Popen([*command, f"{part}/3"], stderr=subprocess.PIPE, text=True)
+        for part in (1, 2, 3)
+    ]
+    errors = [part.communicate()[1] for part in parts]
+    assert [part.returncode for part in parts] == [0, 0, 0], errors
+    plain, shared = open_run("plain"), open_run("shared")
+    assert len(contents(shared)) == 24
+    assert contents(shared) == contents(plain)
+    assert names(shared.directory) == names(plain.directory)
+    assert "24 repeats were already stored" in snooker(*given, "--out", "shared").out
