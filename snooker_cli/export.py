@@ -1,4 +1,4 @@
-"""Export a repeat for other programs: tables as CSV or Parquet, states as H5MD in 3D."""
+"""Export a repeat for other programs: tables as CSV or Parquet, states as H5MD or XYZ in 3D."""
 
 import csv
 import json
@@ -139,6 +139,43 @@ def write_parquet(
         for table in chain([first], tables):
             columns = [pa.array(table[name]) for name in units]
             writer.write_batch(pa.record_batch(columns, schema=schema))
+
+
+# Extended XYZ.
+
+SYMBOLS = ("H", "He", "Li", "Be", "B", "C", "N", "O", "X")
+"""Names of species by radius and mass, from the smallest; the last one is for all others.
+
+Programs for atoms read only names of elements.
+"""
+
+XYZ_HEAD = (
+    '{}\nLattice="{!r} 0 0 0 {!r} 0 0 0 {!r}" Origin="{!r} {!r} {!r}" pbc="{}" '
+    "Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1 Time={!r}\n"
+)
+XYZ_BALL = "{} {!r} {!r} 0 {!r} {!r} 0 {!r} {!r}\n"
+
+
+def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
+    """Write states as extended XYZ with z = 0, whole or not at all. Raises ``UserError``.
+
+    Each frame has the rectangle around the container as its cell, periodic in x and y without
+    walls, and the time in s. Numbers read back as the same doubles.
+    """
+    sizes = np.column_stack([start.radii, start.masses])
+    group = np.unique(sizes, axis=0, return_inverse=True)[1].ravel()
+    names = [SYMBOLS[k] for k in np.minimum(group, len(SYMBOLS) - 1)]
+    cell = np.array([*start.container.size, 2 * float(np.max(start.radii))])
+    pbc = "F F F" if start.container.has_wall else "T T F"
+    with _exported(path) as part, part.open("x", encoding="ascii", newline="") as file:
+        for batch in batches:
+            for k, time in enumerate(batch.time.tolist()):
+                corner = np.append(batch.container_positions[k], 0.0) - cell / 2
+                edges = (*cell.tolist(), *corner.tolist())
+                file.write(XYZ_HEAD.format(start.number, *edges, pbc, time))
+                rows = np.hstack([batch.positions[k], batch.velocities[k], sizes]).tolist()
+                balls = zip(names, rows, strict=True)
+                file.writelines(XYZ_BALL.format(name, *row) for name, row in balls)
 
 
 # H5MD.

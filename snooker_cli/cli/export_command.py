@@ -19,7 +19,7 @@ from snooker_cli.config import to_json
 from snooker_cli.errors import UserError
 from snooker_cli.runs import holds_results
 
-FORMATS = {".csv": "CSV", ".parquet": "Parquet", ".h5md": "H5MD", ".h5": "H5MD"}
+FORMATS = {".csv": "CSV", ".parquet": "Parquet", ".h5md": "H5MD", ".h5": "H5MD", ".xyz": "XYZ"}
 """The format by the ending of a file's name."""
 
 MOST_FRAMES = 10_000_000
@@ -53,7 +53,9 @@ def export(
     ] = False,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE", help="A .csv, .parquet, .h5md or .h5 [CSV, stdout]."),
+        typer.Option(
+            "--out", metavar="FILE", help="A .csv, .parquet, .h5md or .xyz [CSV, stdout]."
+        ),
     ] = None,
 ) -> None:
     """Export collisions or states of a repeat, or the table of a run.
@@ -62,7 +64,8 @@ def export(
     container. With --states the columns are ``time,ball,x,y,u,v`` of all balls; ball -1 is the
     container. Numbers have enough digits to read back the same doubles. A Parquet file has the
     same columns, their units and the provenance. An H5MD file has states in three dimensions with
-    z = 0, for programs that read molecular trajectories. The name of the written file is printed.
+    z = 0, for programs that read molecular trajectories. An .xyz file (extended XYZ) has them for
+    OVITO and ASE. The name of the written file is printed.
 
     With --table each repeat of each point is a row: swept keys, how and when it ended, collisions,
     mean temperature, pressure and speed, the energy at the end over that at the start, and the
@@ -74,9 +77,9 @@ def export(
     if form is None:
         raise UserError(
             f"--out {out}: no format has this ending",
-            "give a name that ends in .csv, .parquet, .h5md or .h5",
+            "give a name that ends in .csv, .parquet, .h5md, .h5 or .xyz",
         )
-    states = states or form == "H5MD"
+    states = states or form in ("H5MD", "XYZ")
     ways = {"--times": times, "--every": every, "--frames": frames}
     given = [name for name, value in ways.items() if value is not None]
     if given and not (states or table):
@@ -84,7 +87,7 @@ def export(
     if len(given) > 1:
         raise UserError(f"{given[0]} and {given[1]} both choose times", "give one of them")
     if table and (states or given):
-        raise UserError("--table is for all repeats, not for states or H5MD")
+        raise UserError("--table is for all repeats, not for states, H5MD or XYZ")
     opened = api.open(run)
     points = points_where(opened, where)
     if table:
@@ -117,8 +120,11 @@ def export(
             batches = exporting.frames(trace, wanted)
         except ValueError as error:
             raise UserError(f"--times {times}: {error}") from None
-        if out is not None and form == "H5MD":
-            exporting.write_states(out, trace.start, header, wanted, batches)
+        if out is not None and form in ("H5MD", "XYZ"):
+            if form == "XYZ":
+                exporting.write_xyz(out, trace.start, batches)
+            else:
+                exporting.write_states(out, trace.start, header, wanted, batches)
             print_line(str(out))
         else:
             tables = (exporting.states_table(batch) for batch in batches)
