@@ -76,6 +76,13 @@ class Browser:
         while self._next().get("method") != "Page.loadEventFired":
             pass
 
+    def look(self, width: int, dark: bool) -> None:
+        """Show pages at this width, px, and in dark mode or not."""
+        metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        self._ask("Emulation.setDeviceMetricsOverride", **metrics)
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self._ask("Emulation.setEmulatedMedia", features=[scheme])
+
     def value(self, expression: str) -> Any:
         """The value of a JavaScript expression or promise."""
         found = self._ask(

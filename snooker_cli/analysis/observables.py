@@ -323,6 +323,19 @@ def mean_and_error(values: Array) -> tuple[float, float]:
     return mean, math.nan if spread <= ROUNDING * abs(mean) else error
 
 
+SETTLED = 0.1
+"""Share of the time after which a mean since the start is near its later values."""
+
+
+def settled_top(time: NDArray[np.float64], values: NDArray[np.float64]) -> float:
+    """The largest value after the first tenth of the time: what an axis of a mean needs to show.
+
+    Before, a mean since the start is that of a few hits, and may be many times as large.
+    """
+    begin = time[0] + SETTLED * (time[-1] - time[0])
+    return float(np.max(values[time >= begin]))
+
+
 def cumulative_pressure(trace: Trace, found: Series) -> tuple[Array, Array]:
     """Times after zero and the mean pressure since the start, s and Pa m, at rows of a series.
 

@@ -6,7 +6,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.analysis.observables import integrals, series
+from snooker_cli.analysis.observables import integrals, series, settled_top
 from snooker_cli.engine import States, replay
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import printable
@@ -81,6 +81,11 @@ class Film:
     def knots(self) -> Floats:
         """(*n* + 2,) times of the start, the collisions and the end, s."""
         return np.append(self.rows, self.end)
+
+    @property
+    def pressure_top(self) -> float:
+        """The largest mean pressure that a panel shows, Pa m: that after the first few hits."""
+        return settled_top(self.rows, self.pressure(self.rows))
 
     def pressure(self, times: Floats) -> Floats:
         """Mean pressure from the repeat's start to times within the film, Pa m; at 0 its limit."""

@@ -55,6 +55,7 @@ def _content(film: Film, pace: Pace, seconds: float | None, magnify: float) -> d
     content = own | {
         "contacts": film.contacts.astype(np.float32),
         "pressureGain": film.pressure_gain if film.pressure_gain.any() else "",
+        "pressureTop": film.pressure_top,
         "balls": balls,
         "container": [*opening.container_positions[0], *opening.container_velocities[0]],
         "outline": scene.container.outline.tolist(),

@@ -124,7 +124,7 @@ class Screen:
         ):
             rows = slice(first, frame.collisions + 1)
             line.set_data(np.append(self.steps[rows], now), np.append(column[rows], value))
-            point.set_data([now], [value])
+            point.set_data([now], [min(value, point.axes.get_ylim()[1])])
             text.set_text(f"{short(value)} {unit}")
 
     def _place(self, discs: Any, centres: Floats, radii: Floats, **colours: Any) -> None:
@@ -192,13 +192,16 @@ class Screen:
         energy = film.kinetic_energy
         columns = (energy, energy / film.trace.start.number, film.pressure(film.rows))
         self.curves: list[Any] = []
-        for row, ((name, unit, shade), values) in enumerate(zip(_CURVES, columns, strict=True)):
+        tops = (*(float(np.max(values)) for values in columns[:2]), film.pressure_top)
+        panels = zip(_CURVES, columns, tops, strict=True)
+        for row, ((name, unit, shade), values, top) in enumerate(panels):
             axes = self.figure.add_axes((0.585, 0.655 - 0.265 * row, 0.395, 0.185))
             axes.set_xlim(float(self.steps[0]), max(len(film), 1.0) if by_collision else film.end)
-            axes.set_ylim(0, 1.08 * float(np.max(values)) or 1.0)
+            axes.set_ylim(0, 1.08 * top or 1.0)
             axes.tick_params(labelbottom=row == len(_CURVES) - 1)
             axes.set_title(name, loc="left", fontweight="normal", color=INK, pad=5)
             line, point = axes.plot([], [], "-", [], [], "o", color=shade, clip_on=False)
+            line.set_clip_on(top < float(np.max(values)))
             text = axes.annotate(
                 *("", (1, 1), (0, 5), "axes fraction", "offset points"),
                 color=shade,

@@ -16,6 +16,7 @@ from snooker_cli.analysis.observables import (
     meeting_temperature,
     momentum,
     series,
+    settled_top,
 )
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder, require_motion
@@ -37,6 +38,9 @@ if TYPE_CHECKING:
 
 MOMENTUM_UNIT = 1e-15
 """The unit of the momentum's deviation: about four roundings of a number near one."""
+
+MARGIN = 0.1
+"""Margin above settled pressures, as a share of them."""
 
 
 def energy(build: FigureBuilder) -> FigureData:
@@ -99,9 +103,11 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
 def pressure(build: FigureBuilder) -> FigureData:
     """The mean pressure since the start."""
     expected: dict[float, None] = {}
+    top = 0.0
     for index, point in enumerate(build.points):
         curves = [_pressure(trace) for trace in build.traces(point)]
         build.add_course(index, point, curves, steps=False)
+        top = max([top, *(settled_top(*curve) for curve in curves)])
         times, rows = at_common_times(curves)
         final, error = mean_and_error(rows[:, -1])
         build.record(
@@ -118,8 +124,12 @@ def pressure(build: FigureBuilder) -> FigureData:
         raise FigureError("nothing hits the wall, so there is no pressure; run longer")
     return build.figure(
         f"Mean at the end of the shortest repeat: {build.results_text}.",
-        references=[Reference("y", value, "hard-disk theory, CoR 1") for value in expected],
+        references=[
+            Reference("y", value, None if k else "hard-disk theory, CoR 1")
+            for k, value in enumerate(expected)
+        ],
         numbers={"theory": list(expected)},
+        y_limits=(0, (1 + MARGIN) * max([top, *expected])),
     )
 
 

@@ -51,13 +51,11 @@ def document(
     template: str,
     values: Mapping[str, Any],
     figures: Mapping[str, Mapping[str, str]],
-    code: Mapping[str, str] | None = None,
 ) -> Document:
     """The document from a template.
 
     values : what the template refers to
     figures : label, caption and alt text by file
-    code : texts of code blocks by name
     """
     title, summary, blocks = "", [], list[dict[str, Any]]()
     for chunk in re.split(r"\n\s*\n", rendered(template, values).strip()):
@@ -73,7 +71,7 @@ def document(
             place = {"kind": "figure", "float": mark == "@figures"}
             blocks += [{**place, "file": file, **figures[file]} for file in rest.split()]
         elif mark == "@code":
-            blocks.append({"kind": "code", "text": (code or {})[rest]})
+            blocks.append({"kind": "code", "text": "\n".join(lines)})
         elif mark == "@table":
             number = rest or 1 + sum(block["kind"] == "table" for block in blocks)
             blocks.append({"kind": "table", "label": f"Table {number}", **_table(lines)})

@@ -188,3 +188,39 @@ def test_balls_that_slide_are_where_the_trace_has_them(browser: Browser, tmp_pat
         )
         np.testing.assert_allclose(pressures, made.pressure(np.array(times)), rtol=1e-12)
     assert browser.complaints == []
+
+
+LOOKS = """
+(() => {
+  const rounded = (name) => {
+    const box = find(name).getBoundingClientRect();
+    return box.width === box.height && getComputedStyle(find(name)).borderRadius === "50%";
+  };
+  return {
+    fits: document.documentElement.scrollWidth <= innerWidth,
+    round: ["back", "play", "forth"].every(rounded),
+    paper: getComputedStyle(document.body).backgroundColor,
+    ink: paint("ink"),
+    top: player.charts.panels[2].top,
+  };
+})()
+"""
+
+
+@pytest.mark.parametrize("width", [390, 1160])
+@pytest.mark.parametrize("dark", [False, True])
+def test_the_page_fits_a_phone_and_follows_the_dark_mode(
+    width: int, dark: bool, browser: Browser, films: dict[str, Film], tmp_path: Path
+) -> None:
+    made = films["free"]
+    (tmp_path / "film.html").write_text(page(made), encoding="utf-8")
+    browser.look(width, dark)
+    browser.open(tmp_path / "film.html")
+    found = browser.value(LOOKS)
+    browser.look(1160, dark=False)
+    assert found["fits"]
+    assert found["round"]
+    assert found["paper"] == ("rgb(20, 24, 30)" if dark else "rgb(255, 255, 255)")
+    assert found["ink"].strip() == ("#e6eaf0" if dark else "#1c2430")
+    assert found["top"] == pytest.approx(1.08 * made.pressure_top)
+    assert not browser.complaints

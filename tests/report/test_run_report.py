@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browser import CHROMIUM, Browser
 from command_line import Ended
 from pypdf import PdfReader
 
@@ -140,6 +141,23 @@ def elements(element: Any) -> Iterator[Any]:
             yield from elements(found)
 
 
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here")
+def test_the_page_fits_a_phone_and_has_white_figures(
+    dark: bool, small: Path, tmp_path: Path
+) -> None:
+    looks = """[document.documentElement.scrollWidth <= innerWidth,
+      ...[document.querySelector("figure img"), document.body].map(
+        (one) => getComputedStyle(one).backgroundColor)]"""
+    with Browser(tmp_path) as browser:
+        browser.look(390, dark)
+        browser.open(small / "report.html")
+        fits, figure, paper = browser.value(looks)
+    assert fits
+    assert figure == "rgb(255, 255, 255)"
+    assert (paper != figure) == dark
+
+
 def test_two_runs_have_chapters(both: Path) -> None:
     text = page(both)
     assert re.findall(r"<h2 [^>]*>(.*?)</h2>", text)[:2] == ["decaying", "warm"]
@@ -161,6 +179,11 @@ def test_figures_of_single_points_are_those_of_two(both: Path, decaying: Run) ->
     assert len(decaying.points) > MOST_POINTS
     assert len(list(both.glob("figures/1-energy-fit-*.svg"))) == MOST_POINTS
     assert "Figures of a single point are shown for few of them" in words(both)
+
+
+def test_figures_of_all_points_need_no_sentence(both: Path) -> None:
+    """The second run has three elastic points, and no figure of a single one."""
+    assert words(both).count("Figures of a single point") == 1
 
 
 def test_an_unfinished_run_says_so(finished_one_each: Run, tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ class Arena {
     const x = (value) => width / 2 + (value - origin[0] - (left + right) / 2) * scale;
     const y = (value) => height / 2 - (value - origin[1] - (bottom + top) / 2) * scale;
 
-    pen.fillStyle = "#f7f9fb";
+    pen.fillStyle = paint("floor");
     this.outline(pen, x(centre[0]), y(centre[1]), scale);
     pen.fill();
     pen.save();
@@ -72,7 +72,7 @@ class Arena {
     if (this.tagged !== null) this.course(pen, x, y, reel.time, centre);
     pen.restore();
     pen.lineWidth = film.periodic ? 1 : 2;
-    pen.strokeStyle = film.periodic ? SOFT : INK;
+    pen.strokeStyle = paint(film.periodic ? "soft" : "ink");
     pen.setLineDash(film.periodic ? [5, 4] : []);
     this.outline(pen, x(centre[0]), y(centre[1]), scale);
     pen.stroke();

@@ -1,7 +1,8 @@
 // Kinetic energy, temperature and pressure as curves that grow.
 "use strict";
 
-const INK = "#1c2430", SOFT = "#5b6675", RULE = "#e3e7ec";
+// A colour of player.css; it follows the dark mode of the browser.
+const paint = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`);
 const MARGIN = 12; // px to the right of a curve
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
@@ -56,14 +57,15 @@ class Charts {
     const pressure = this.rows.map((time, row) => this.pressure(row, time));
     const now = (reel) => this.energy[reel.done];
     this.panels = [
-      { name: "kinetic energy", unit: "J", colour: "#3f90da", values: this.energy, now },
-      { name: "temperature", unit: "J", colour: "#bd1f01", values: temperature,
+      { name: "kinetic energy", unit: "J", colour: "first", values: this.energy, now },
+      { name: "temperature", unit: "J", colour: "second", values: temperature,
         now: (reel) => now(reel) / motion.number },
-      { name: "mean pressure since t = 0", unit: "Pa m", colour: "#832db6", values: pressure,
-        now: (reel) => this.pressure(reel.done, reel.time) },
+      { name: "mean pressure since t = 0", unit: "Pa m", colour: "third", values: pressure,
+        most: film.pressureTop, now: (reel) => this.pressure(reel.done, reel.time) },
     ];
     for (const panel of this.panels) {
-      panel.top = 1.08 * panel.values.reduce((most, value) => Math.max(most, value), 0) || 1;
+      const most = panel.most ?? panel.values.reduce((most, value) => Math.max(most, value), 0);
+      panel.top = 1.08 * most || 1;
     }
   }
 
@@ -89,18 +91,19 @@ class Charts {
     const across = (value) => box.left + ((value - low) / (high - low)) * (box.right - box.left);
     const up = (value) => box.bottom - (value / panel.top) * (box.bottom - box.top);
     const at = (row) => across(byStep ? row : this.rows[row]);
+    const soft = paint("soft"), rule = paint("rule"), colour = paint(panel.colour);
 
     pen.lineWidth = 1;
     pen.textBaseline = "middle";
     pen.textAlign = "right";
     const rise = niceStep(panel.top, 4);
     for (let value = 0; value <= panel.top; value += rise) {
-      pen.strokeStyle = value === 0 ? SOFT : RULE;
+      pen.strokeStyle = value === 0 ? soft : rule;
       pen.beginPath();
       pen.moveTo(box.left, Math.round(up(value)) + 0.5);
       pen.lineTo(box.right, Math.round(up(value)) + 0.5);
       pen.stroke();
-      pen.fillStyle = SOFT;
+      pen.fillStyle = soft;
       pen.fillText(tickLabel(value, rise), box.left - 6, up(value));
     }
     if (last) this.footer(pen, box, across, low, high, byStep);
@@ -109,7 +112,7 @@ class Charts {
     pen.beginPath();
     pen.rect(box.left - 5, box.top - 5, box.right - box.left + 10, box.bottom - box.top + 9);
     pen.clip();
-    pen.strokeStyle = panel.colour;
+    pen.strokeStyle = colour;
     pen.lineWidth = 1.6;
     pen.lineJoin = "round";
     pen.beginPath();
@@ -119,7 +122,7 @@ class Charts {
     const x = across(byStep ? Math.min(reel.step, high) : reel.time);
     pen.lineTo(x, up(value));
     pen.stroke();
-    pen.fillStyle = panel.colour;
+    pen.fillStyle = colour;
     pen.beginPath();
     pen.arc(x, up(value), 3.5, 0, 2 * Math.PI);
     pen.fill();
@@ -130,17 +133,17 @@ class Charts {
     pen.font = plain.replace("12px", "600 12px");
     const room = box.right - box.left - pen.measureText(text).width - 8;
     pen.textAlign = "right";
-    pen.fillStyle = panel.colour;
+    pen.fillStyle = colour;
     pen.fillText(text, box.right, box.top - 9);
     pen.font = plain;
     pen.textAlign = "left";
-    pen.fillStyle = INK;
+    pen.fillStyle = paint("ink");
     pen.fillText(panel.name, box.left, box.top - 9, Math.max(room, 1));
   }
 
   footer(pen, box, across, low, high, byStep) {
     const run = Math.max(niceStep(high - low, 5), byStep ? 1 : 0);
-    pen.fillStyle = SOFT;
+    pen.fillStyle = paint("soft");
     pen.textBaseline = "top";
     pen.textAlign = "center";
     for (let value = Math.ceil(low / run) * run; value <= high * (1 + 1e-12); value += run) {

@@ -152,6 +152,8 @@ class Player {
     document.addEventListener("keydown", (event) => this.key(event));
     // Else it would press the button that was clicked last, too.
     document.addEventListener("keyup", (event) => { if (event.key === " ") event.preventDefault(); });
+    const dark = window.matchMedia("(prefers-color-scheme: dark)");
+    dark.addEventListener("change", () => this.refresh());
     const resized = new ResizeObserver(() => this.refresh());
     for (const name of ["arena", "charts"]) resized.observe(find(name));
   }

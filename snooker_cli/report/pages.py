@@ -1,0 +1,66 @@
+"""The folder of a report: figures that a second process draws, players, and the pages."""
+
+import signal
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import AbstractContextManager
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from snooker_cli.animation import embedded, film, page
+from snooker_cli.config import Point
+from snooker_cli.errors import FigureError
+from snooker_cli.figures import FigureData
+from snooker_cli.figures.drawing import save
+from snooker_cli.formatting import point_label, printable
+from snooker_cli.report.document import document, require_libraries, write_html, write_pdf
+from snooker_cli.runs import Run
+
+
+class Pages(AbstractContextManager["Pages"]):
+    """A report while its figures and players are collected; without its libraries a ``UserError``.
+
+    figures : label, caption and alt text by file
+    other : the process that draws; Ctrl-C ends this one only
+    """
+
+    def __init__(self, out: Path) -> None:
+        require_libraries()
+        self.out, self.players = out, list[str]()
+        self.figures: dict[str, dict[str, str]] = {}
+        self.other = ProcessPoolExecutor(
+            max_workers=1,
+            mp_context=get_context("spawn"),
+            initializer=signal.signal,
+            initargs=(signal.SIGINT, signal.SIG_IGN),
+        )
+        self._drawing: list[Future[list[Path]]] = []
+
+    def __exit__(self, *_error: object) -> None:
+        self.other.shutdown()
+
+    def add_figure(self, file: str, picture: FigureData, label: str = "") -> FigureData:
+        """Let a figure be drawn; without a label it gets the next number."""
+        label = label or f"Figure {len(self.figures) + 1}"
+        self.figures[file] = {"label": label, "caption": picture.caption, "alt": picture.alt}
+        self._drawing.append(self.other.submit(save, picture, self.out / "figures" / file))
+        return picture
+
+    def add_player(self, run: Run, point: Point) -> str:
+        """Add a player of a point's first repeat; the reason if there can be none, else empty."""
+        repeat = run.present(point)[0]
+        where = f"{point_label(point.as_json())}, repeat {repeat}"
+        title = printable(run.experiment.title or run.name)
+        try:
+            shown = page(film(run.read(point, repeat), title, where))
+        except FigureError as error:
+            return f"repeat {repeat} {error}"
+        self.players.append(embedded(shown, f"Player, {printable(run.name)}, {where}"))
+        return ""
+
+    def write(self, template: str, values: dict[str, Any]) -> list[Path]:
+        """Write ``report.html`` and ``report.pdf`` when all figures are drawn."""
+        for each in self._drawing:
+            each.result()
+        content = document(template, values, self.figures)
+        return [write_html(content, self.players, self.out), write_pdf(content, self.out)]
