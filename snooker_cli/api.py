@@ -122,19 +122,11 @@ class Repeat:
 
         Raises ``UserError`` as ``states`` does.
         """
+        from snooker_cli.analysis import structure
+
         batches = self._replayed(lambda: export.frames(self.trace, np.atleast_1d(times)))
-        found = []
-        for states in batches:
-            for row in range(len(states.time)):
-                scene = replace(
-                    self.scene,
-                    positions=states.positions[row],
-                    velocities=states.velocities[row],
-                    container_position=states.container_positions[row],
-                    container_velocity=states.container_velocities[row],
-                )
-                found.append(observable(scene.positions, scene.velocities, scene))
-        return np.array(found)
+        found = (structure.values(observable, self.scene, states) for states in batches)
+        return np.array(list(chain.from_iterable(found)))
 
     def _recorded(self) -> Events:
         """The events. Raises ``UserError`` for a summary."""

@@ -235,13 +235,15 @@ def test_the_exported_table_is_the_same(
         assert np.array_equal(columns[name].astype(column.dtype), column, column.dtype.kind == "f")
 
 
-@pytest.mark.parametrize("options", [("--states",), ("--times", "0"), ("--out", "a.h5md")])
+@pytest.mark.parametrize(
+    "options", [("--states",), ("--times", "0"), ("--out", "a.h5md"), ("--out", "a.xyz")]
+)
 def test_a_table_has_no_states(
     options: tuple[str, ...], run: snooker.Run, command: Snooker
 ) -> None:
     ended = command("export", "small", "--table", *options)
     assert (ended.code, ended.out) == (2, "")
-    assert "--table is for all repeats, not for states or H5MD" in ended.err
+    assert "--table is for all repeats, not for states, H5MD or XYZ" in ended.err
 
 
 def test_a_text_with_a_comma_is_quoted(here: Path, command: Snooker) -> None:

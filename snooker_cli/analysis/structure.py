@@ -8,7 +8,7 @@ in a periodic box of the images inside it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -20,6 +20,7 @@ from snooker_cli.engine import replay
 from snooker_cli.neighbours import near
 
 if TYPE_CHECKING:
+    from snooker_cli.engine import States
     from snooker_cli.scene import Scene
     from snooker_cli.trace import Trace
 
@@ -41,14 +42,16 @@ ROWS = 1024
 
 def measured(function: Observable, trace: Trace, times: Array) -> Array:
     """An observable at times (*t*,), s; (*t*, ...). Raises ``ValueError`` as ``replay`` does."""
-    states = replay(trace, times)
+    return np.array(list(values(function, trace.start, replay(trace, times))), dtype=np.float64)
+
+
+def values(function: Observable, start: Scene, states: States) -> Iterator[Any]:
+    """An observable of each state of a repeat that began with ``start``."""
     columns = states.positions, states.velocities
     centres = states.container_positions, states.container_velocities
-    found = []
     for x, v, centre, speed in zip(*columns, *centres, strict=True):
         moved = {"container_position": centre, "container_velocity": speed}
-        found.append(function(x, v, replace(trace.start, positions=x, velocities=v, **moved)))
-    return np.array(found, dtype=np.float64)
+        yield function(x, v, replace(start, positions=x, velocities=v, **moved))
 
 
 def distance_edges(scene: Scene) -> Array:
