@@ -37,15 +37,15 @@ from snooker_cli.runs.execution import Watcher, execute
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-README, TUTORIAL, RUNS, ACCURACY = (
+README, TUTORIAL, STUDENT, RUNS, ACCURACY = (
     ROOT / "README.md",
-    *(DOCS / f"{name}.md" for name in ("tutorial", "runs", "accuracy")),
+    *(DOCS / f"{name}.md" for name in ("tutorial", "student", "runs", "accuracy")),
 )
 CONSOLE = re.compile(r"```console\n\$ ((?:snooker|python) .*)\n((?:.*\n)*?)```")
 PYTHON = re.compile(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", re.DOTALL)
 """A block of docs/python.md and what it prints."""
 
-SESSIONS = {"readme": (README, RUNS), "tutorial": (TUTORIAL,)}
+SESSIONS = {"readme": (README, RUNS), "tutorial": (TUTORIAL,), "student": (STUDENT,)}
 """Documents whose commands run one after the other in one folder."""
 
 FIGURES = {"readme": ("energy-fit-cor-0.8", "energy-fit"), "tutorial": ("energy-fit", "cooling")}
@@ -253,8 +253,9 @@ def update() -> None:
                     lambda found: f"```console\n$ {found[1]}\n{shell(found[1])}```", text_of(path)
                 )
                 path.write_text(text, encoding="utf-8")
-            drawn, shown = FIGURES[session]
-            shutil.copy(f"runs/decay/figures/{drawn}.png", DOCS / f"{shown}.png")
+            if session in FIGURES:
+                drawn, shown = FIGURES[session]
+                shutil.copy(f"runs/decay/figures/{drawn}.png", DOCS / f"{shown}.png")
     names: dict[str, Any] = {"__name__": "__main__"}
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         text = PYTHON.sub(
