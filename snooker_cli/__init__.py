@@ -1,8 +1,8 @@
 """Experiments with inelastic hard disks. ``import snooker_cli as snooker`` has these names."""
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # type checkers take it as true; typing takes 10 ms to load
 if TYPE_CHECKING:
     from snooker_cli.api import Repeat, Run, new_scene, open, run, simulate
     from snooker_cli.config import ConfigError
@@ -28,7 +28,7 @@ __all__ += ["StoreError", "UserError"]
 _HOMES = ("errors", "containers", "scene", "trace", "config", "api")
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """A name of ``__all__``, whose module is loaded now: ``import snooker_cli`` takes no time."""
     if name in __all__:
         for home in _HOMES:

@@ -50,6 +50,7 @@ import sys
 before = set(sys.modules)
 import snooker_cli as snooker
 added = set(sys.modules) - before
+assert "typing" not in added and len(added) < 10
 print(*(name for name in added if name.partition(".")[0] not in sys.stdlib_module_names))
 assert set(dir(snooker)) >= {"open", "run", "simulate"}
 snooker.open
