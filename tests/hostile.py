@@ -6,6 +6,7 @@ import json
 import math
 import os
 import shutil
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -176,6 +177,22 @@ def all_declared(rows: int) -> Damage:
     return damage
 
 
+def bomb(name: str) -> Damage:
+    """A dataset in a chunk of 1.6 MB that unpacks to 1.6 GB."""
+
+    def damage(path: Path) -> None:
+        with h5py.File(path, "r+") as file:
+            rows = file[name].shape[0] if name in file else 450
+            if name in file:
+                del file[name]
+            declared(rows, rows)(file, name)
+            deflate = zlib.compressobj(9, wbits=-zlib.MAX_WBITS)
+            piece = deflate.compress(bytes(1 << 24)) + deflate.flush(zlib.Z_FULL_FLUSH)
+            file[name].id.write_direct_chunk((0,), b"\x78\x01" + 100 * piece)
+
+    return damage
+
+
 def external(file: h5py.File, name: str) -> None:
     file.create_dataset(name, (16,), "f8", external=[("/etc/passwd", 0, 128)])
 
@@ -311,6 +328,7 @@ REPEATS: dict[str, Damage] = {
     "storage: 4e8 times": dataset(TIME, declared(4 * 10**8, 65536)),
     "storage: 1e15 times": dataset(TIME, declared(10**15, 65536)),
     "storage: 4e8 impulses": dataset(f"{layout.IMPULSE}/value", declared(4 * 10**8, None)),
+    "storage: a bomb": bomb(TIME),
     "storage: large chunk": dataset(TIME, declared(450, 5 * 10**8)),
     "storage: 4e8 balls": dataset("particles/balls/radius", declared(4 * 10**8, 1000)),
     "storage: 4e8 repeats": dataset(layout.REPEATS, declared(4 * 10**8, 1000)),
@@ -340,6 +358,96 @@ REPEATS: dict[str, Damage] = {
     "file: a loop": loop,
 }
 """By name; the file has three repeats of seven balls and 150 events each."""
+
+
+def edges(*values: float) -> Damage:
+    """Changes the lengths of the container of a box."""
+    return dataset(
+        f"{layout.BALLS}/box/edges", lambda file, name: file.create_dataset(name, data=values)
+    )
+
+
+def summary(name: str, make: Callable[[h5py.File, str], object]) -> Damage:
+    """Makes a column of the summary anew."""
+    return dataset(f"{layout.SUMMARY}/{name}/value", make)
+
+
+def with_summary_time(trace: Trace, time: float) -> Trace:
+    """A trace with this time in a row of its summary."""
+    assert trace.summary is not None
+    series = trace.summary.series
+    times = series.time.copy()
+    times[1] = time
+    return replace(trace, summary=replace(trace.summary, series=replace(series, time=times)))
+
+
+KINDS: dict[str, dict[str, Damage]] = {
+    "summary": {
+        "time": with_traces(lambda trace: with_summary_time(trace, np.nan)),
+        "time backwards": with_traces(lambda trace: with_summary_time(trace, -1.0)),
+        "one time": summary("time", lambda file, name: file.create_dataset(name, data=[0.0])),
+        "1e15 times": summary("time", declared(10**15, 65536)),
+        "a bomb": bomb(f"{layout.SUMMARY}/time/value"),
+        "counts in one column": summary("speed_histogram", declared(450, None)),
+        "1e15 counts": summary("speed_histogram", declared(10**15, 65536)),
+        "no repeats": parameter("rows", np.zeros(0, np.int64)),
+        "repeats beyond": parameter("rows", np.array([0, 10**15])),
+        "a box": rules(shape="box"),
+        "half a file": cut(0.5),
+    },
+    **{
+        shape: {
+            **{f"edges {each}": edges(*each) for each in ((), (20.0,), (0.0, 14.0))},
+            **{f"edge {each}": edges(each, each) for each in (np.nan, np.inf, -1.0, 1e300, 1e-300)},
+            **{
+                f"a {other}": rules(shape=other)
+                for other in ("circle", "box", "periodic")
+                if other != shape
+            },
+            "slides": rules(slides=True),
+            "ball": event("i", LARGE),
+            "partner": event("j", -2),
+            "place": scene("positions", np.nan),
+            "far": scene("positions", 1e300),
+            "fast": scene("velocities", 1e300),
+            "a bomb": bomb(TIME),
+            "half a file": cut(0.5),
+        }
+        for shape in ("box", "periodic")
+    },
+}
+"""Damages of a file with a summary, and of files in other containers."""
+
+
+def of_checkpoint(change: Callable[[h5py.Group], object]) -> Damage:
+    """Changes the checkpoint of a file; its hash, which needs the user's key, stays."""
+
+    def damage(path: Path) -> None:
+        with h5py.File(path, "r+") as file:
+            change(file[layout.CHECKPOINT])
+
+    return damage
+
+
+def with_large_indices(checkpoint: h5py.Group) -> None:
+    """Kernels would write outside of their arrays."""
+    for name in checkpoint:
+        if checkpoint[name].dtype.kind == "i":
+            checkpoint[name][...] = LARGE
+
+
+CHECKPOINTS: dict[str, Damage] = {
+    "indices": of_checkpoint(with_large_indices),
+    "no hash": of_checkpoint(lambda group: group.attrs.__delitem__("content")),
+    "the hash of another key": of_checkpoint(
+        lambda group: group.attrs.__setitem__("content", "0" * 64)
+    ),
+    "a number as hash": of_checkpoint(lambda group: group.attrs.__setitem__("content", 1)),
+    "nothing": of_checkpoint(lambda group: group.clear()),
+    "a bomb": bomb(f"{layout.CHECKPOINT}/bomb"),
+    "1e15 rows": of_checkpoint(lambda group: declared(10**15, None)(group, "rows")),
+}
+"""Damages of a file with a checkpoint, of which only the checkpoint is wrong."""
 
 
 def text(content: str | bytes) -> Damage:

@@ -134,6 +134,8 @@ def film(
     opening = replay(trace, [since])
     after, contacts, energy = _at_collisions(trace, time, i, j)
     energy = np.append(_energy(trace, opening), energy)
+    if not np.isfinite(energy).all():
+        raise FigureError("has an energy that is not finite")
     slides = _slides(trace)
     pressure_sum, pressure_gain = _pressure(trace, slides, first, since, time, energy)
     speeds = np.hypot(*np.vstack([opening.velocities[0], after[:, :2]]).T)

@@ -28,7 +28,7 @@ def config_error(error: ValidationError) -> ConfigError:
     suggested: set[KeyPath] = set()
     missing: list[Problem] = []
     for each in error.errors(include_url=False):
-        if len(found) >= MOST_FOUND:
+        if max(len(found), len(missing) - len(suggested)) >= MOST_FOUND:
             break
         location, value = each["loc"], each["input"]
         # The tag of a variant follows balls, and the index of a group.

@@ -93,7 +93,7 @@ def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
         for _ in _checked(file, path, None, keep_events=False):
             pass
         names = [*file[layout.CHECKPOINT]]
-        found = {name: hdf5.read_all(file, f"{layout.CHECKPOINT}/{name}") for name in names}
+        found = {name: hdf5.read_rows(file, f"{layout.CHECKPOINT}/{name}", None) for name in names}
         written = hdf5.read_attribute(file, layout.CHECKPOINT, "content")
         if layout.checkpoint_hash(found, _parameter(file, "content")) != written:
             reason = "its checkpoint is damaged, or of another user or machine"
@@ -214,8 +214,8 @@ def _checked(
     if wanted is not None and len(chosen) < len(wanted):
         raise _changed(path)
     traces = _traces(file, chosen)
-    columns = None
-    if keep_events and "connectivity" in file and len(chosen) > 1:
+    columns, few = None, keep_events or rows[-1].stop <= EVENTS_AT_A_TIME
+    if few and "connectivity" in file and len(chosen) > 1:
         columns = next(events_in(file, slice(None), None, rows))
     for k, trace in zip(chosen, traces, strict=True):
         fingerprint = Fingerprint()

@@ -161,7 +161,7 @@ class Recorder:
             number = hdf5.length(old, f"{layout.TIME}/value") if layout.TIME in old else 0
             full = number - number % ROWS
             rest = [*events_in(old, slice(full, number), None)] if full < number else []
-            hashes = hdf5.read_all(old, f"{layout.CHECKPOINT}/{layout.HASHES}")
+            hashes = hdf5.read_rows(old, f"{layout.CHECKPOINT}/{layout.HASHES}", None)
         if full:
             copyfile(self.path, self._part)
             self._file = hdf5.open_file(self._part, "r+")
