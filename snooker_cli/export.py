@@ -195,7 +195,7 @@ def write_states(
 
     Raises ``UserError`` if the file cannot be written.
     """
-    with _exported(path) as part, h5py.File(part, "x", libver=hdf5.FORMAT, locking=False) as file:
+    with _exported(path) as part, hdf5.new_file(part) as (file, check):
         write_h5md_group(file)
         parameters = file.create_group("parameters/snooker")
         parameters.attrs["bits"] = header.fingerprint
@@ -210,6 +210,7 @@ def write_states(
                 states = getattr(batch, name)
                 data[rows] = np.pad(states, [(0, 0)] * (states.ndim - 1) + [(0, 1)])
             row = rows.stop
+            check()
 
 
 def _create_states(

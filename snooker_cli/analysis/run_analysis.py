@@ -1,13 +1,15 @@
 """The fits and comparisons of a run: read from ``fit.json`` and ``compare.json``, or made.
 
-A file counts only if it was made from these very repeats, by this very code.
+A file counts only if this user's process made it from these very repeats, by this very code.
 """
 
 from __future__ import annotations
 
 import hashlib
+import hmac
 import json
 import math
+import secrets
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -17,7 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from snooker_cli import store
 from snooker_cli.analysis import comparison, decay
 from snooker_cli.errors import UNREADABLE, RunError, UserError
-from snooker_cli.files import write_json
+from snooker_cli.files import user_key, write_json
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
@@ -45,9 +47,18 @@ class RunAnalysis:
     made_from: str
     saved: bool
 
+    def seal(self) -> str:
+        """A hash of all that only this user can make: no other file is trusted."""
+        content = json.dumps([self.made_from, self.rows, self.notes])
+        try:
+            key = user_key()
+        except OSError:
+            key = secrets.token_bytes()  # a later process makes the analysis again
+        return hmac.new(key, content.encode(), "sha256").hexdigest()
+
     def save(self) -> None:
         """Write the file, unless it has this analysis. Raises ``RunError``."""
-        content = {"made_from": self.made_from, "rows": self.rows, "notes": self.notes}
+        content = {"made_from": self.seal(), "rows": self.rows, "notes": self.notes}
         try:
             if not self.saved:
                 write_json(self.path, content)
@@ -101,8 +112,9 @@ def _read_or_made(run: Run, name: str, analyse: Analyse) -> RunAnalysis:
     path, made_from = run.directory / name, _made_from(run)
     try:
         saved = json.loads(path.read_text(encoding="utf-8"))
-        if saved["made_from"] == made_from:
-            return RunAnalysis(saved["rows"], saved["notes"], path, made_from, saved=True)
+        found = RunAnalysis(saved["rows"], saved["notes"], path, made_from, saved=True)
+        if saved["made_from"] == found.seal():
+            return found
     except UNREADABLE:
         pass  # there is no file, or it is not an analysis: make one
     return replace(_made(run, name, analyse), made_from=made_from, saved=False)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import math
 import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, Literal
@@ -42,6 +45,45 @@ def open_file(path: Path, mode: Literal["r", "r+", "x", "memory"] = "r") -> h5py
     if mode == "memory":
         return h5py.File(path, "w", libver=FORMAT, driver="core", backing_store=False)
     return h5py.File(path, mode, libver=FORMAT, locking=False)
+
+
+class _Unfailing(io.FileIO):
+    """A file whose writes never fail; the first error is kept."""
+
+    error: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        rest = memoryview(data)
+        while rest and not self.error:
+            rest = rest[self._tried(super().write, rest) :]
+        return len(data)
+
+    def truncate(self, size: int | None = None) -> int:
+        return self._tried(super().truncate, size)
+
+    def _tried(self, call: Callable[[Any], int], argument: Any) -> int:
+        try:
+            return call(argument)
+        except OSError as error:
+            self.error = self.error or error
+            return 0
+
+    def check(self) -> None:
+        """Raise the first error of a write."""
+        if self.error:
+            raise self.error
+
+
+@contextmanager
+def new_file(path: Path) -> Iterator[tuple[h5py.File, Callable[[], None]]]:
+    """A new file, and a function that raises ``OSError`` if a write has failed.
+
+    HDF5 does not see such errors: after one, it may crash when the process ends.
+    """
+    with _Unfailing(path, "x+") as target:
+        with h5py.File(target, "w", libver=FORMAT) as file:
+            yield file, target.check
+        target.check()
 
 
 def open_all(group: Any) -> None:

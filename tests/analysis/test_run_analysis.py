@@ -12,6 +12,7 @@ from repeating import batches_of, file_of
 
 from snooker_cli.analysis import run_analysis
 from snooker_cli.errors import RunError
+from snooker_cli.files import user_key
 from snooker_cli.runs import Run
 
 ANALYSES = {"fit.json": run_analysis.fits, "compare.json": run_analysis.comparisons}
@@ -76,3 +77,27 @@ def test_a_file_that_is_no_analysis_is_replaced(content: str, run: Run) -> None:
     assert not found.saved
     found.save()
     assert json.loads(found.path.read_text())["rows"] == found.rows
+
+
+@pytest.mark.parametrize("name", ANALYSES)
+def test_a_forged_analysis_is_made_again(name: str, run: Run) -> None:
+    """Its rows would be printed as results, or would end commands with a traceback."""
+    found = ANALYSES[name](run)
+    found.save()
+    content = json.loads(found.path.read_text())
+    for rows in (5, [{}], [row | {"parameters": 1} for row in found.rows]):
+        found.path.write_text(json.dumps(content | {"rows": rows}))
+        again = ANALYSES[name](run)
+        assert not again.saved
+        assert again.rows == found.rows
+
+
+def test_without_a_key_an_analysis_is_saved_and_made_again(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "state").write_text("no folder")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    user_key.cache_clear()
+    run_analysis.fits(run).save()
+    assert not run_analysis.fits(run).saved
+    user_key.cache_clear()

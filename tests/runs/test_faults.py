@@ -118,6 +118,23 @@ def test_a_full_disk_keeps_what_was_written_before(
     assert {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()} == left
 
 
+@pytest.mark.parametrize("room", [100, 3000, 40_000])
+def test_an_export_of_states_on_a_full_disk_ends_with_a_sentence(room: int, finished: Path) -> None:
+    """In a process of its own, because HDF5 crashed when that ended."""
+    command = "-m snooker_cli export small --states --frames 999 --out states.h5"
+    ended = subprocess.run(
+        [sys.executable, *command.split()],
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)),
+    )
+    assert ended.returncode == 2
+    sentence = "snooker: states.h5: cannot be written (File too large); make room or choose"
+    assert ended.stderr.startswith(sentence)
+    assert not [*Path().glob("states*")]
+
+
 @cache
 def mounts() -> bool:
     """Whether a process of ours may mount file systems that it alone sees, as on most Linux."""
