@@ -152,6 +152,16 @@ def check_address(address: str) -> None:
         )
 
 
+def _check_certificates(address: str, security: Any) -> None:
+    """Raise ``RunError`` for TLS without certificates, after which a client cannot be closed."""
+    found = security.get_connection_args("client")
+    if address.startswith("tls:") and not found.get("ssl_context"):
+        raise RunError(
+            f"--executor dask={address}: dask's configuration names no certificates for TLS",
+            "set distributed.comm.tls as docs/cluster.md shows",
+        )
+
+
 class DaskExecutor(Executor):
     """The workers of a dask scheduler, which gives the repeats of one that dies to others.
 
@@ -179,6 +189,7 @@ class DaskExecutor(Executor):
         with ExitStack() as exits:
             exits.enter_context(silence_logging_cmgr("critical"))
             try:
+                _check_certificates(address, distributed.Security())
                 self._client = distributed.Client(
                     address, timeout=ANSWER_TIMEOUT, set_as_default=False
                 )

@@ -162,6 +162,7 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
         ("ray=tcp://host:1", "--executor ray=tcp://host:1: there is no such executor; "),
         ("dask=host:8786", "--executor dask=host:8786: no address of a scheduler"),
         ("dask=tcp://host:65536", "--executor dask=tcp://host:65536: no address of a scheduler"),
+        ("dask=tls://127.0.0.1:9", "--executor dask=tls://127.0.0.1:9: dask's configuration names"),
         ("dask=tcp://127.0.0.1:9", "no dask scheduler answers at tcp://127.0.0.1:9 ("),
     ],
 )
