@@ -62,8 +62,8 @@ def near(
 
     def cell_of(places: Floats) -> Indices:
         x, y = places[:, 0] - low[0], places[:, 1] - low[1]
-        column = np.minimum((x / (extent[0] or 1.0) * columns).astype(np.int64), columns - 1)
-        row = np.minimum((y / (extent[1] or 1.0) * rows).astype(np.int64), rows - 1)
+        column = np.fmin(x / (extent[0] or 1.0) * columns, columns - 1).astype(np.int64)
+        row = np.fmin(y / (extent[1] or 1.0) * rows, rows - 1).astype(np.int64)
         return np.asarray((row + 1) * stride + column + 1)
 
     # In the order of cells, near points are also near in memory.

@@ -447,5 +447,5 @@ def reduced_speed_counts(trace: Trace, since: float = 0.0) -> NDArray[np.int64]:
     energies = 0.5 * trace.start.masses * np.sum(velocities**2, axis=2)
     means = energies.mean(axis=1, keepdims=True)
     reduced = np.sqrt(energies / np.where(means > 0, means, 1.0))
-    bins = np.minimum((reduced / SPEED_BIN).astype(int), SPEED_BINS - 1)
+    bins = np.fmin(reduced / SPEED_BIN, SPEED_BINS - 1).astype(int)  # also of inf and nan
     return np.bincount(bins.ravel(), minlength=SPEED_BINS)
