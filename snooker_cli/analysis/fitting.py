@@ -182,11 +182,11 @@ def fit(
         s, scaled = (times - start) / span, values / scale
 
         def residuals(x: Array) -> Array:
-            p, height = np.append(x, 1.0)[:2]  # a held amplitude is 1
+            p, height = x if free else (x[0], 1.0)  # a held amplitude is 1
             return np.asarray(height * form.curve(s * form.rate(p)) - scaled)
 
         def jacobian(x: Array) -> Array:
-            p, height = np.append(x, 1.0)[:2]
+            p, height = x if free else (x[0], 1.0)
             at = s * form.rate(p)
             slope = height * s * form.derivative(at) * form.rate_slope(p)
             return np.array([slope, form.curve(at)])[: len(x)]

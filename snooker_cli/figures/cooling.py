@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -146,7 +146,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
     points = build.points
     require_motion(build.start(points[0]))
     for point in points:
-        build.record(point, **_decay_constants(list(build.traces(point))))
+        build.record(point, **_decay_constants(build.traces(point)))
     cors = np.array([point.experiment.cor for point in points])
     column = {name: np.array([each[name] for each in build.records]) for name in build.records[0]}
     reported = column["report_k"]
@@ -184,14 +184,21 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
     )
 
 
-def _decay_constants(traces: Sequence[Trace]) -> dict[str, Any]:
+def _decay_constants(traces: Iterable[Trace]) -> dict[str, Any]:
     """The decay constants of a point's energy over its repeats, as JSON."""
+    constants: list[float] = []
+
+    def seen() -> Iterator[Trace]:  # one pass, because each needs the same series
+        for trace in traces:
+            constants.append(reported_constant(trace))
+            yield trace
+
     record: dict[str, Any] = {}
-    for found in decays(traces, ("kinetic_energy",)):
+    for found in decays(seen(), ("kinetic_energy",)):
         key, over = LAWS[found.law].key, found.over_repeats
         record |= {key: over.mean, f"{key}_error": over.standard_error, "repeats": over.count}
         record["ended_early"] = found.short
-    reported, error = mean_and_error(np.array([reported_constant(trace) for trace in traces]))
+    reported, error = mean_and_error(np.array(constants))
     return record | {"report_k": reported, "report_k_error": error}
 
 
