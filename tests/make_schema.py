@@ -1,6 +1,6 @@
 """The JSON schema of configs, made from their models.
 
-``python tests/make_schema.py`` writes it where `snooker schema` reads it, and beside the configs.
+``python tests/make_schema.py`` writes it beside the configs, where `snooker schema` reads it.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ from pydantic.json_schema import GenerateJsonSchema
 from snooker_cli.config.axes import WHOLE_RUN, ZIP
 from snooker_cli.config.models import Experiment
 
-ROOT = Path(__file__).parents[1]
-FILES = (ROOT / "snooker_cli" / "config" / "schema.json", ROOT / "configs" / "schema.json")
+FILE = Path(__file__).parents[1] / "configs" / "schema.json"
 
 
 class _Generator(GenerateJsonSchema):
@@ -80,10 +79,9 @@ def made_schema() -> dict[str, Any]:
 
 
 def text() -> str:
-    """The content of the files."""
+    """The content of the file."""
     return json.dumps(made_schema(), indent=2) + "\n"
 
 
 if __name__ == "__main__":
-    for file in FILES:
-        file.write_text(text(), encoding="utf-8")
+    FILE.write_text(text(), encoding="utf-8")

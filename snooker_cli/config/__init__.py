@@ -5,7 +5,6 @@ Everything that a user can get wrong is raised as ConfigError, all problems at o
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from importlib.resources import files
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -77,7 +76,7 @@ class Loaded:
 
 def schema() -> str:
     """The JSON schema of configs (draft 2020-12), as ``tests/make_schema.py`` writes it."""
-    return files("snooker_cli.config").joinpath("schema.json").read_text("utf-8")
+    return (EXAMPLES / "schema.json").read_text("utf-8")
 
 
 def load(config: str | PathLike[str] | Mapping[str, Any], overrides: Iterable[str] = ()) -> Loaded:
