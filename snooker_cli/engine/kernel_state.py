@@ -168,7 +168,7 @@ def new_states(
         box = np.array(scene.container.size) / 2
     if scene.container.period is not None:
         period = np.array(scene.container.period)
-    unequal = has_unequal_balls(scene)
+    unequal = not scene.equal_balls
     sums, counts = np.zeros((repeats, SUMS)), np.zeros((repeats, COUNTS), dtype=np.int64)
     sums[:, TIME_LIMIT] = time_limit
     counts[:, [FIRST, SECOND]] = NO_PARTNER
@@ -211,11 +211,6 @@ def state_of(states: State, repeat: int) -> State:
 def origin_of(scene: Scene) -> Floats:
     """Where the kernel's coordinates begin: at the centre of a fixed container, m."""
     return np.zeros(2) if scene.free else np.asarray(scene.container_position)
-
-
-def has_unequal_balls(scene: Scene) -> bool:
-    """Whether radii or masses differ."""
-    return bool(np.any(scene.radii != scene.radii[0]) or np.any(scene.masses != scene.masses[0]))
 
 
 def aligned_zeros(number: int) -> Floats:

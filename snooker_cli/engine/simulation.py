@@ -695,7 +695,7 @@ def specialisation(scene: Scene, *, engine: str | None = None) -> dict[str, bool
         "straight walls": scene.container.has_wall and not in_circle,
         "periodic images": scene.container.period is not None,
         "moving container": scene.free,
-        "unequal balls": ks.has_unequal_balls(scene),
+        "unequal balls": not scene.equal_balls,
         "sliding along the wall": scene.slides,
     }
 
