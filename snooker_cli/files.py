@@ -1,5 +1,6 @@
 """Files that appear whole or not at all, whenever the process or the machine stops."""
 
+import hmac
 import json
 import os
 import platform
@@ -73,6 +74,14 @@ def discard(part: Path) -> None:
 def _machine() -> str:
     """The machine's name in letters and digits, at most 40."""
     return re.sub(r"[^A-Za-z0-9]", "_", platform.node())[:40]
+
+
+def user_hash(content: str) -> hmac.HMAC:
+    """A SHA-256 of a text, and of what is added to it, that only this user can make (RFC 2104).
+
+    Raises ``OSError`` if no key can be kept.
+    """
+    return hmac.new(user_key(), content.encode(), "sha256")
 
 
 @cache

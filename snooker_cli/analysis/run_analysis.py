@@ -6,7 +6,6 @@ A file counts only if this user's process made it from these very repeats, by th
 from __future__ import annotations
 
 import hashlib
-import hmac
 import json
 import math
 import secrets
@@ -19,7 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from snooker_cli import store
 from snooker_cli.analysis import comparison, decay
 from snooker_cli.errors import UNREADABLE, RunError, UserError
-from snooker_cli.files import user_key, write_json
+from snooker_cli.files import user_hash, write_json
 
 if TYPE_CHECKING:
     from snooker_cli.config import Point
@@ -51,10 +50,9 @@ class RunAnalysis:
         """A hash of all that only this user can make: no other file is trusted."""
         content = json.dumps([self.made_from, self.rows, self.notes])
         try:
-            key = user_key()
+            return user_hash(content).hexdigest()
         except OSError:
-            key = secrets.token_bytes()  # a later process makes the analysis again
-        return hmac.new(key, content.encode(), "sha256").hexdigest()
+            return secrets.token_hex()  # a later process makes the analysis again
 
     def save(self) -> None:
         """Write the file, unless it has this analysis. Raises ``RunError``."""

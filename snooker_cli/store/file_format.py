@@ -6,7 +6,6 @@ docs/file-format.md names every dataset and attribute.
 from __future__ import annotations
 
 import hashlib
-import hmac
 import json
 import math
 import struct
@@ -23,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Box, Circle, Container
-from snooker_cli.files import user_key
+from snooker_cli.files import user_hash
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
 
@@ -173,9 +172,9 @@ def checkpoint_hash(checkpoint: Mapping[str, NDArray[Any]], content: str) -> str
     content : the hash of all else in the file
 
     Kernels use such arrays without a check, so those of a stranger are dangerous.
-    HMAC: RFC 2104, with SHA-256 and ``files.user_key``. Raises ``OSError`` without a key.
+    Raises ``OSError`` without a key.
     """
-    found = hmac.new(user_key(), content.encode(), "sha256")
+    found = user_hash(content)
     for name, values in sorted(checkpoint.items()):
         found.update(f"{name} {values.dtype.str} {values.shape}".encode())
         found.update(_bytes(values))
