@@ -97,6 +97,8 @@ def export(
         _write_tables(units, iter([rows]), out, about)
         return
     if where:
+        if point:
+            raise UserError("--where and --point both choose the point; give one of them")
         if len(points) > 1:
             raise UserError(f"--where {' '.join(where)}: {len(points)} points; choose one of them")
         point = points[0].index
