@@ -1,20 +1,14 @@
 """The result of a simulation: start, events or summary, and the reason for the end."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from snooker_cli.scene import Scene
-
+from snooker_cli.scene import Scene
 
 CONTAINER = -1
 """The number of the partner in a collision of a ball with the container."""
@@ -86,7 +80,7 @@ class Events:
     def __len__(self) -> int:
         return len(self.time)
 
-    def __getitem__(self, rows: slice) -> Events:
+    def __getitem__(self, rows: slice) -> "Events":
         """The events of some rows, without a copy."""
         residual = None if self.residual is None else self.residual[rows]
         return Events(self.time[rows], self.i[rows], self.j[rows], self.impulse[rows], residual)

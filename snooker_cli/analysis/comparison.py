@@ -1,26 +1,20 @@
 """What a point's repeats measured, beside the predictions of theory."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli.analysis import observables, predictions
 from snooker_cli.analysis.decay import complete, early_note
 from snooker_cli.analysis.predictions import UNITS, Row, SpeedLaw
 from snooker_cli.formatting import plain
-from snooker_cli.trace import SPEED_BINS, StopReason
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Trace
+from snooker_cli.scene import Scene
+from snooker_cli.trace import SPEED_BINS, StopReason, Trace
 
 _Table: TypeAlias = dict[tuple[str, str], list[tuple[float, float]]]
 """Measured and predicted values of the repeats, by quantity and model."""

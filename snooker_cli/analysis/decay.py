@@ -3,17 +3,16 @@
 Every repeat is fitted by itself, and the constants are averaged.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli import theory
 from snooker_cli.analysis import observables
@@ -32,11 +31,8 @@ from snooker_cli.formatting import listed, plain, short
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import StopReason, Trace
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
-    TimeCourse = tuple[Array, Array]
+Array = NDArray[np.float64]
+TimeCourse = tuple[Array, Array]
 
 SKIPPED_COLLISIONS = 50
 """Collisions before the cumulative pressure is fitted, as in the source report: it starts at 0."""

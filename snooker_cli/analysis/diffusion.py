@@ -3,25 +3,20 @@
 In a periodic box they are seen from the balls' centre of mass, which does not rest in every scene.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli import theory
 from snooker_cli.analysis.observables import meeting_temperature
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.replay import Replay, times_within
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Trace
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Trace
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 RELAXING = 5.0
 """Relaxation times of the ball's velocity before it is measured."""

@@ -4,8 +4,6 @@ The points of one cooling curve are correlated, so that the error of a single fi
 quote the error over repeats.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace

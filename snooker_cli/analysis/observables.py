@@ -1,26 +1,29 @@
 """A trace -> its series over time, temperature, pressure, momentum, distances and speeds."""
 
-from __future__ import annotations
-
 import math
 import weakref
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli import engine
 from snooker_cli.engine import States, replay
-from snooker_cli.trace import SERIES_UNITS, SPEED_BIN, SPEED_BINS, Series, StopReason, Summary
+from snooker_cli.scene import Scene
+from snooker_cli.trace import (
+    SERIES_UNITS,
+    SPEED_BIN,
+    SPEED_BINS,
+    Events,
+    Series,
+    StopReason,
+    Summary,
+    Trace,
+)
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Events, Trace
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 INSTANT = 1e-9

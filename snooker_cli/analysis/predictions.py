@@ -1,12 +1,11 @@
 """A scene -> its fluid, rates and conserved energy; a trace -> measured and predicted values."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli import theory
 from snooker_cli.analysis import observables
@@ -15,13 +14,8 @@ from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic, ti
 from snooker_cli.containers import Circle, Container
 from snooker_cli.formatting import listed
 from snooker_cli.runs.plan import critical_ratio
-from snooker_cli.trace import SPEED_BIN, SPEED_BINS
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Trace
+from snooker_cli.scene import Scene
+from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
 
 Row: TypeAlias = tuple[str, str, float, float]
 """A quantity and a model; the measured and the predicted value of one repeat."""

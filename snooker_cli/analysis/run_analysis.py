@@ -3,8 +3,6 @@
 A file counts only if this user's process made it from these very repeats, by this very code.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math
@@ -13,20 +11,18 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 from snooker_cli import store
 from snooker_cli.analysis import comparison, decay
+from snooker_cli.config import Point
 from snooker_cli.errors import UNREADABLE, RunError, UserError
 from snooker_cli.files import user_hash, write_json
+from snooker_cli.runs import Run
+from snooker_cli.trace import Trace
 
-if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.runs import Run
-    from snooker_cli.trace import Trace
-
-    Found = Sequence[decay.Decay] | Sequence[comparison.Comparison]
-    Analyse = Callable[[Iterator[Trace]], tuple[Found, list[str]]]
+Found = Sequence[decay.Decay] | Sequence[comparison.Comparison]
+Analyse = Callable[[Iterator[Trace]], tuple[Found, list[str]]]
 
 Records: TypeAlias = list[dict[str, Any]]
 

@@ -5,24 +5,19 @@ scene at that time. `measured` follows one over time. Positions are those of the
 in a periodic box of the images inside it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, QhullError
 
-from snooker_cli.engine import replay
+from snooker_cli.engine import States, replay
 from snooker_cli.neighbours import near
-
-if TYPE_CHECKING:
-    from snooker_cli.engine import States
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Trace
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Trace
 
 Array: TypeAlias = NDArray[np.float64]
 Observable: TypeAlias = "Callable[[Array, Array, Scene], Any]"

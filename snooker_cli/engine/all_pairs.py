@@ -9,8 +9,6 @@ The ideas, and where they come from:
 - A ball's contacts are searched only until it hits the wall, which changes its path.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

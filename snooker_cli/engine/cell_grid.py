@@ -5,21 +5,17 @@ a cell's column and row are a mask and a shift. In a circle or a box, a margin o
 round; a periodic box has none, and its columns and rows wrap.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.contact import NEVER, nearest_image, wall_delay
+from snooker_cli.engine.event_queue import Tree
 from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import Flags, Floats, Indices, State, U, V
-
-if TYPE_CHECKING:
-    from snooker_cli.engine.event_queue import Tree
-    from snooker_cli.scene import Scene
+from snooker_cli.scene import Scene
 
 # Further rows of ``State.balls``, for which a ball's column is one line of the processor's cache:
 # when the ball next touches a ball or the wall, and when it leaves its cell, s.

@@ -6,8 +6,6 @@ costs nothing until it has moved by the margin. Only the few balls within the ma
 exactly, and again after each push.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from snooker_cli.engine import cell_grid, contact

@@ -9,8 +9,6 @@ The ideas, and where they come from:
 - A ball's state is one line of the processor's cache. Only cells at the wall predict hits of it.
 """
 
-from __future__ import annotations
-
 from snooker_cli.engine import cell_grid, cell_prediction, clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.cell_grid import Cells

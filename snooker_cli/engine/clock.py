@@ -5,21 +5,16 @@ show zero, moves on by as much. The stored time of an event is epoch and clock a
 double; the stored residual is what that rounding has cut off. Both give the clock to the last bit.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import Floats, Integers
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from snooker_cli.trace import Events
+from snooker_cli.trace import Events
 
 # Epochs
 

@@ -3,8 +3,6 @@
 Both engines and the replay of a trace use ``collide``, so a replay has the engine's bits.
 """
 
-from __future__ import annotations
-
 import math
 
 from snooker_cli.engine import kernel_state as ks

@@ -7,8 +7,6 @@ overlap and approach collide now; else the first root counts. Overlaps by roundi
 deepen (Bannerman, Strobl, Formella & Poschel, Comput. Part. Mech. 1, 191 (2014)).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

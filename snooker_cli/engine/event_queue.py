@@ -8,8 +8,6 @@ Times are not negative. Such doubles sort like their bits read as integers. Inte
 three times as fast, and each event waits for these comparisons.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

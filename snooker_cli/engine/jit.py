@@ -4,8 +4,6 @@ Numba keeps compiled kernels in a cache folder. Its cache does not notice change
 that a kernel calls, so each state of the engine's sources has a folder of its own.
 """
 
-from __future__ import annotations
-
 import hashlib
 import logging
 import math

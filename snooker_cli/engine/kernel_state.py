@@ -5,22 +5,17 @@ the scene has no such part. Numba removes a branch on ``None`` only if the value
 the function, so functions take such a value beside the state.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Box, Circle
 from snooker_cli.engine.jit import inlined, row_of
+from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from snooker_cli.scene import Scene
 
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
@@ -80,7 +75,7 @@ class Setup(NamedTuple):
     patience: int
 
     @classmethod
-    def of(cls, scene: Scene) -> Setup:
+    def of(cls, scene: Scene) -> "Setup":
         """The constants of a scene."""
         container, lasts = scene.container, scene.contact_duration
         always_loses = scene.wall_restitution < 1.0 and not lasts and scene.elastic_below == 0.0
@@ -228,7 +223,7 @@ class Recorded(NamedTuple):
     j: Indices
     impulse: Floats
 
-    def part(self, rows: slice) -> Recorded:
+    def part(self, rows: slice) -> "Recorded":
         """Some of the rows, in the same memory."""
         return Recorded(self.time[rows], self.i[rows], self.j[rows], self.impulse[rows])
 

@@ -4,8 +4,6 @@ Most pairs cannot meet before the ball hits the wall. A first pass over all part
 form, leaves a mask of the few that can, one bit each. Their times of contact are computed then.
 """
 
-from __future__ import annotations
-
 import math
 
 from snooker_cli.engine import kernel_state as ks

@@ -3,12 +3,10 @@
 A replay carries out each collision again with ``collide``, from its balls and time alone.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.engine import clock, sampling
 from snooker_cli.engine import kernel_state as ks
@@ -16,12 +14,7 @@ from snooker_cli.engine.collision import collide, count
 from snooker_cli.engine.jit import kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.engine.sliding import FLIES, slide_on, write_states
-from snooker_cli.trace import SLIDE, SPEED_BINS, Series
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
-    from snooker_cli.trace import Trace
+from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace
 
 
 @dataclass(frozen=True)

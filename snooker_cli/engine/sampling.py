@@ -6,10 +6,9 @@ every time on it is exact. A gas cools most at the beginning, whose rows are put
 dropped: sixteen are left between a time and its double.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,13 +16,8 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.jit import helper, inlined, kernel, row_of
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Setup, State, U, V, mass_of
 from snooker_cli.engine.sliding import SETTLES, ball_of, bounced, pressing, set_ball
+from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, Summary
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from snooker_cli.scene import Scene
-
 
 ROWS = 512
 

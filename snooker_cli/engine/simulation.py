@@ -1,25 +1,26 @@
 """A scene in, a trace out: both engines, and a run in chunks that can be watched and stopped."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import chain
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
 from snooker_cli.engine import all_pairs, cell_grid, cell_prediction, cells, clock, sampling
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.clock import CELL_FULL, FULL, NOTHING_LEFT, OUT_OF_MARGIN
 from snooker_cli.engine.event_queue import new_tree
-from snooker_cli.engine.kernel_state import Recorded
+from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded, State
+from snooker_cli.engine.sampling import Grid
 from snooker_cli.engine.sliding import FLAT, turn_all
+from snooker_cli.scene import Scene
 from snooker_cli.trace import (
     CONTAINER,
     SPEED_BINS,
@@ -31,15 +32,6 @@ from snooker_cli.trace import (
     Work,
     joined,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from snooker_cli.engine.kernel_state import Floats, Indices, Integers, State
-    from snooker_cli.engine.sampling import Grid
-    from snooker_cli.scene import Scene
 
 Sink: TypeAlias = Callable[[Events], None]
 CHUNK, SMALL_CHUNK = 65536, 8192

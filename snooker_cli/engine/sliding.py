@@ -6,8 +6,6 @@ against the wall with m v_t^2/a. Its place follows from a rotation, whose cosine
 of + - * and /, because those of libraries round differently on each machine.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

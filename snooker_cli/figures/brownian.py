@@ -1,15 +1,15 @@
 """A tagged ball, ball 0: its path, mean squared displacement and velocity autocorrelation."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from snooker_cli.analysis import diffusion
 from snooker_cli.analysis.observables import mean_and_error, standard_errors
+from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
+from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
     MOST_VERTICES,
     NEUTRAL,
@@ -22,10 +22,6 @@ from snooker_cli.figures.figure_data import (
     legend_line,
 )
 from snooker_cli.formatting import short, with_error
-
-if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.figures.captions import FigureBuilder
 
 BALL = 0
 """The tagged ball. Single balls with a position come first, so that it is one of them."""

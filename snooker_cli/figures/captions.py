@@ -1,13 +1,12 @@
 """A figure of several points: its layers, its numbers, and its caption with the scene."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from snooker_cli.analysis.decay import early_endings
 from snooker_cli.analysis.observables import standard_errors
+from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.figure_data import (
@@ -24,6 +23,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import (
     SCENE_KEYS,
+    Selection,
     described,
     distinct,
     label,
@@ -35,14 +35,9 @@ from snooker_cli.figures.selection import (
     varying,
 )
 from snooker_cli.formatting import listed
-
-if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.figures.selection import Selection
-    from snooker_cli.runs import Run
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Trace
-
+from snooker_cli.runs import Run
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Trace
 
 MOST_RESULTS = 3
 """A caption with the results of more series has the first and the last one only."""

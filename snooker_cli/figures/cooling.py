@@ -1,10 +1,8 @@
 """Fits of a decay, decay constants against the CoR, the decay rate over time, energy by events."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +19,7 @@ from snooker_cli.analysis.observables import (
     so_far,
     standard_errors,
 )
+from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder, require_motion
 from snooker_cli.figures.figure_data import (
@@ -41,12 +40,8 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import Selection, described, present
 from snooker_cli.formatting import short, with_error
-
-if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Series, Trace
-
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Series, Trace
 
 RATE = "s⁻¹"
 

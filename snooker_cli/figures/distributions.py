@@ -1,10 +1,8 @@
 """Distributions of distances from the centre, distances between balls, and speeds."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,19 +15,16 @@ from snooker_cli.analysis.observables import (
     pair_distances,
     reduced_speed_counts,
 )
+from snooker_cli.config import Point
 from snooker_cli.containers import Circle
+from snooker_cli.engine import States
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import NEUTRAL, Array, FigureData, Histogram, Line, Reference
 from snooker_cli.figures.selection import elastic, present
 from snooker_cli.formatting import exact, listed, short
+from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
-
-if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.engine import States
-    from snooker_cli.scene import Scene
-
 
 BINS = 45
 MOST_DISTANCES = 5_000_000

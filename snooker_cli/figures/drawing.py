@@ -1,18 +1,19 @@
 """Figure data -> a matplotlib figure and its files, without pyplot and its global state."""
 
-from __future__ import annotations
-
 import json
 import textwrap
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import fields
 from importlib.resources import files
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import matplotlib
 import matplotlib.style
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
@@ -22,7 +23,9 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Band,
+    FigureData,
     Histogram,
+    Layer,
     Line,
     Note,
     Points,
@@ -30,15 +33,6 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.files import atomic_write, write_text
 from snooker_cli.formatting import plain
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from matplotlib.axes import Axes
-
-    from snooker_cli.figures.figure_data import FigureData, Layer
-
 
 WIDTH = 3.4
 """Width of a figure, inches: a column of a two-column page."""

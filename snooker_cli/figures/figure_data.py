@@ -1,7 +1,5 @@
 """A figure as plain data: layers of numbers with their meaning, nothing drawn."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias

@@ -1,10 +1,8 @@
 """Pressure against temperature, area and number of balls, beside the ideal gas and theory."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -19,6 +17,7 @@ from snooker_cli.analysis.observables import (
     series,
     temperature,
 )
+from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
@@ -34,12 +33,8 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import label
 from snooker_cli.formatting import short, with_error
-
-if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Trace
-
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Trace
 
 IDEAL = "ideal gas"
 THEORY = "hard-disk theory"

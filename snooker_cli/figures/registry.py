@@ -1,27 +1,30 @@
 """The registry: every figure by name, the runs that can give it, and the function that makes it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import yaml
 
+from snooker_cli.config import Point
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import brownian, cooling, distributions, gas_law, states, time_courses
 from snooker_cli.figures.captions import FigureBuilder
-from snooker_cli.figures.selection import MOST_SERIES, along, elastic, evenly, selected, varying
+from snooker_cli.figures.figure_data import FigureData
+from snooker_cli.figures.selection import (
+    MOST_SERIES,
+    Selection,
+    along,
+    elastic,
+    evenly,
+    selected,
+    varying,
+)
 from snooker_cli.formatting import listed
-
-if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.figures.figure_data import FigureData
-    from snooker_cli.figures.selection import Selection
-    from snooker_cli.runs import Run
+from snooker_cli.runs import Run
 
 
 @dataclass(frozen=True)

@@ -1,25 +1,19 @@
 """A run and a selection -> points, their repeats, and words for them."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
+from snooker_cli.config import Point
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import listed, short
-from snooker_cli.runs import State
-
-if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.runs import Run
-    from snooker_cli.trace import StopReason, Trace
-
+from snooker_cli.runs import Run, State
+from snooker_cli.trace import StopReason, Trace
 
 Item = TypeVar("Item")
 

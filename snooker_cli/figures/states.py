@@ -1,10 +1,8 @@
 """Pair correlation; hexatic order, a2, temperature of each species and local energy over time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +10,7 @@ from snooker_cli import theory
 from snooker_cli.analysis import predictions, structure
 from snooker_cli.analysis.observables import mean_and_error, series, time_means
 from snooker_cli.analysis.structure import measured
+from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder, require_motion
 from snooker_cli.figures.figure_data import (
@@ -26,11 +25,8 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import MOST_SERIES, elastic, present
 from snooker_cli.formatting import short, with_error
-
-if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Trace
+from snooker_cli.scene import Scene
+from snooker_cli.trace import Trace
 
 TIMES = 61
 """Times at which repeats are compared."""

@@ -1,9 +1,6 @@
 """Energy, momentum and mean pressure over time."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,11 +27,8 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import elastic
 from snooker_cli.formatting import short, with_error
-from snooker_cli.scene import EPSILON
-
-if TYPE_CHECKING:
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Trace
+from snooker_cli.scene import EPSILON, Scene
+from snooker_cli.trace import Trace
 
 MOMENTUM_UNIT = 1e-15
 """The unit of the momentum's deviation: about four roundings of a number near one."""

@@ -1,7 +1,5 @@
 """The audit: every printed number next to ours for the stated scene, with its explanation."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import asdict, dataclass
 from typing import Any

@@ -1,12 +1,10 @@
 """Results -> the figures of this report, and the values in its text."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import yaml
 
@@ -29,12 +27,10 @@ from snooker_cli.report.source_values import (
     OurValue,
 )
 from snooker_cli.report.supplements import MEASUREMENTS, measurement, sliding_figure
+from snooker_cli.runs import Run
 from snooker_cli.validation.accuracy_study import error_against_cost, error_growth
 from snooker_cli.validation.physics_study import values as physics_values
 from snooker_cli.validation.study import machine
-
-if TYPE_CHECKING:
-    from snooker_cli.runs import Run
 
 Runs = Mapping[str, "Run"]
 Record = Mapping[str, Any]

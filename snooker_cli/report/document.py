@@ -3,8 +3,6 @@
 templates/report.md.j2 holds the text and explains its marks.
 """
 
-from __future__ import annotations
-
 import base64
 import json
 import re

@@ -1,11 +1,9 @@
 """Our value of every printed number for the stated scene, and a check of every printed claim."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +28,7 @@ from snooker_cli.analysis.observables import (
     reduced_speed_counts,
     series,
 )
+from snooker_cli.config import Point
 from snooker_cli.figures import Selection, selected
 from snooker_cli.figures.distributions import REDUCED_TEMPERATURE
 from snooker_cli.figures.selection import distinct, repeats, value_at
@@ -44,13 +43,9 @@ from snooker_cli.report.source_values import (
     OurValue,
     SourceValue,
 )
-from snooker_cli.trace import SPEED_BIN
-
-if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.runs import Run
-    from snooker_cli.scene import Scene
-    from snooker_cli.trace import Trace
+from snooker_cli.runs import Run
+from snooker_cli.scene import Scene
+from snooker_cli.trace import SPEED_BIN, Trace
 
 Runs = Mapping[str, "Run"]
 Laws = Mapping[tuple[str, str], Decay]

@@ -1,30 +1,24 @@
 """Search for the setting that the numbers of the source report come from."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli import theory
-from snooker_cli.analysis.decay import curve
+from snooker_cli.analysis.decay import Curve, curve
 from snooker_cli.analysis.fitting import fit
 from snooker_cli.analysis.observables import complete_repeats, mean_pressure, mean_speed, series
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.source_values import SOURCE_VALUES, OurValue, SourceValue
+from snooker_cli.runs import Run
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from snooker_cli.analysis.decay import Curve
-    from snooker_cli.runs import Run
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 WINDOWS = (0.2, 0.4, 1.0)
 """Shares of the collisions, from the start, that a curve is fitted to."""
@@ -93,7 +87,7 @@ class Sample:
     each: Array
 
     @classmethod
-    def over(cls, values: Iterable[float]) -> Sample:
+    def over(cls, values: Iterable[float]) -> "Sample":
         """Sample of the values of at least two repeats."""
         return cls(np.array(list(values)))
 
@@ -125,7 +119,7 @@ class Sample:
         """The mean, with the standard error for a printed mean and the deviation for one run."""
         return OurValue(self.mean, self.error if number.mean else self.deviation)
 
-    def times(self, factor: float) -> Sample:
+    def times(self, factor: float) -> "Sample":
         """The sample with all values times a factor."""
         return Sample(self.each * factor)
 

@@ -3,8 +3,6 @@
 Source report: "Effect of Coefficient of Restitution on Thermodynamic Properties - a 2D Simulation".
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from importlib.resources import files

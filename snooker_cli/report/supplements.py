@@ -1,27 +1,22 @@
 """Results beyond the source report: saved measurements, and figure 17 past its wall traps."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
 from snooker_cli.report.document import rendered
-from snooker_cli.trace import SLIDE, StopReason
-
-if TYPE_CHECKING:
-    from snooker_cli.config import Point
-    from snooker_cli.runs import Run
-    from snooker_cli.trace import Trace
+from snooker_cli.runs import Run
+from snooker_cli.trace import SLIDE, StopReason, Trace
 
 MEASUREMENTS = ("error", "hard", "billion", "physics")
 """Saved measurements of ``snooker bench``; billion is a hard case of its own."""

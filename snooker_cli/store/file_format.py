@@ -3,8 +3,6 @@
 docs/file-format.md names every dataset and attribute.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

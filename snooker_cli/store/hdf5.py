@@ -1,7 +1,5 @@
 """HDF5 through h5py: open and check files, and pack chunks while other threads run."""
 
-from __future__ import annotations
-
 import io
 import math
 import zlib

@@ -1,7 +1,5 @@
 """Read a batch's file: its repeats, checked against their hashes, or their headers only."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Collection, Iterator, Sequence

@@ -1,7 +1,5 @@
 """Write a batch's file: short repeats at its end, a long one while it is simulated."""
 
-from __future__ import annotations
-
 import json
 import logging
 import math
