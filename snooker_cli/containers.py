@@ -20,14 +20,12 @@ PERIODIC_DIAMETERS = 5
 ROUNDING = 1e-8
 """Relative addition to that width, so that cells slightly wider than a ball fit five times."""
 
-DIRECTIONS = 2000
-"""Directions over which the density of pair distances in a rectangle is averaged."""
+DIRECTIONS = 2000  # directions over which the density of pair distances in a rectangle is averaged
 
 ShapeName = Literal["circle", "box", "periodic"]
 """The word of a shape in a config; also stored in files."""
 
-CORNERS = 180
-"""Corners of the polygon that a circle is drawn as: it is within 0.02 % of the radius."""
+CORNERS = 180  # corners of the polygon that a circle is drawn as: it is within 0.02 % of the radius
 
 
 class AccessibleRegion(NamedTuple):

@@ -14,8 +14,7 @@ from snooker_cli.formatting import printable
 STOPPING = (signal.SIGINT, signal.SIGTERM)
 """Signals that ask a command to end: Ctrl-C, and what `kill` and batch systems send."""
 
-RAISE_AGAIN_AFTER = 0.02
-"""Seconds until an interrupt that Python dropped is raised again."""
+RAISE_AGAIN_AFTER = 0.02  # seconds until an interrupt that Python dropped is raised again
 
 TRACEBACK = "SNOOKER_TRACEBACK"
 """The environment variable that shows the traceback of an unexpected error."""

@@ -22,21 +22,18 @@ from snooker_cli.store import RepeatHeader, hdf5
 from snooker_cli.store.file_format import write_h5md_group
 from snooker_cli.trace import CONTAINER, Events, Trace
 
-Table = dict[str, NDArray[Any]]
-"""Columns of one length, by name."""
+Table = dict[str, NDArray[Any]]  # columns of one length, by name
 
 EVENTS = {"time": "s", "i": "1", "j": "1", "impulse": "kg m s-1"}
 STATES = {"time": "s", "ball": "1", "x": "m", "y": "m", "u": "m s-1", "v": "m s-1"}
 """The columns of both tables and their units; ball -1 is the container."""
 
-CSV_LINES = 1 << 16
-"""Lines of CSV that are formatted at a time."""
+CSV_LINES = 1 << 16  # lines of CSV that are formatted at a time
 
 BATCH = 1 << 22
 """Balls times frames in a batch of states: 32 bytes each, three times while it is made."""
 
-H5MD_CHUNK = 1 << 18
-"""Bytes of a chunk in H5MD, approximately."""
+H5MD_CHUNK = 1 << 18  # bytes of a chunk in H5MD, approximately
 
 DEFLATED = {"shuffle": True, "compression": "gzip", "compression_opts": 1}
 

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 Floats: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]
 
-CHUNK = 1 << 16
-"""Pairs that are compared at once, which limits the memory."""
+CHUNK = 1 << 16  # pairs that are compared at once, which limits the memory
 
 WIDER = 1.0 + 1e-9
 """Width of a cell over the reach: allows for the rounding of positions in a column."""

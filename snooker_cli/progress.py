@@ -19,8 +19,7 @@ from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.trace import StopReason
 
-MOST_FAILURES = 10
-"""Failures that are printed as they come; a full disk fails every repeat."""
+MOST_FAILURES = 10  # failures that are printed as they come; a full disk fails every repeat
 
 
 def notice(message: str) -> None:

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.scene import Scene
 
-CONTAINER = -1
-"""The number of the partner in a collision of a ball with the container."""
+CONTAINER = -1  # the number of the partner in a collision of a ball with the container
 
 SLIDE = -2
 """The same in an event that sums up a motion along the wall: all bounces of a ball before it
@@ -160,8 +159,7 @@ class Summary:
     speed_histogram: NDArray[np.int64]
 
 
-SPEED_BIN, SPEED_BINS = 0.125, 32
-"""Width of a bin of reduced speed, and number of bins."""
+SPEED_BIN, SPEED_BINS = 0.125, 32  # width of a bin of reduced speed, and number of bins
 
 
 @dataclass(frozen=True)

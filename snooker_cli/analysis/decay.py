@@ -37,8 +37,7 @@ TimeCourse = tuple[Array, Array]
 SKIPPED_COLLISIONS = 50
 """Collisions before the cumulative pressure is fitted, as in the source report: it starts at 0."""
 
-WINDOWS = 20
-"""Windows of time for the local pressure and energy."""
+WINDOWS = 20  # windows of time for the local pressure and energy
 
 COLLISION_ROUNDING = 8 * EPSILON
 """Relative error of the energy of elastic balls per collision: twice that of four roundings."""

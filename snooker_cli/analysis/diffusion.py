@@ -18,11 +18,8 @@ from snooker_cli.trace import Trace
 
 Array = NDArray[np.float64]
 
-RELAXING = 5.0
-"""Relaxation times of the ball's velocity before it is measured."""
-
-MOST_ORIGINS = 200
-"""Times of a repeat from which displacements count; more are hardly independent."""
+RELAXING = 5.0  # relaxation times of the ball's velocity before it is measured
+MOST_ORIGINS = 200  # times of a repeat from which displacements count; more are hardly independent
 
 
 class Path(NamedTuple):

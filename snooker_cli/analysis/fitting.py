@@ -23,8 +23,7 @@ _MOST_STEPS = 200
 LEAST_PROBABILITY = 0.01
 """A law holds where deviations as large as those found have at least this probability."""
 
-MOST_WINDOWS = 20
-"""Windows of a test at most, and ends of a range that are tried."""
+MOST_WINDOWS = 20  # windows of a test at most, and ends of a range that are tried
 
 ROWS_IN_WINDOW = 10
 """Rows of a repeat in a window of a test at least, so that its mean is nearly normal."""
@@ -105,8 +104,7 @@ _ALL = (
     ),
 )
 
-MODELS = {model.name: model for model in _ALL}
-"""Every decay model by its name."""
+MODELS = {model.name: model for model in _ALL}  # every decay model by its name
 
 _MEANS = {model.mean_model for model in _ALL}
 

@@ -26,8 +26,7 @@ from snooker_cli.trace import (
 Array = NDArray[np.float64]
 
 
-INSTANT = 1e-9
-"""Collisions nearer than this share of the time since the start are at one instant."""
+INSTANT = 1e-9  # collisions nearer than this share of the time since the start are at one instant
 
 # The most points of a curve, balls times collisions that are measured (about a second's work), and
 # collisions (their series takes some 300 megabytes). Of more, an even choice is used.
@@ -201,8 +200,7 @@ Real = TypeVar("Real", float, "NDArray[np.float64]")
 NO_WALLS = "no walls: the pressure is (E + ΣJd/2t)/A, with impulses J and distances d of contacts"
 """How a pressure is measured in a periodic box, for its reader."""
 
-ROUNDING = 1e-12
-"""Relative spread below which repeats differ by nothing but rounding."""
+ROUNDING = 1e-12  # relative spread below which repeats differ by nothing but rounding
 
 
 def temperature(found: Series, number: int) -> Array:
@@ -326,8 +324,7 @@ def mean_and_error(values: Array) -> tuple[float, float]:
     return mean, math.nan if spread <= ROUNDING * abs(mean) else error
 
 
-SETTLED = 0.1
-"""Share of the time after which a mean since the start is near its later values."""
+SETTLED = 0.1  # share of the time after which a mean since the start is near its later values
 
 
 def settled_top(time: NDArray[np.float64], values: NDArray[np.float64]) -> float:
@@ -393,11 +390,8 @@ def virial_ratio(trace: Trace, since: float = 0.0) -> float:
 
 # States of a trace -> distances and speeds.
 
-MOST_BALLS = 2**22
-"""Balls times states in memory at once, some hundred megabytes."""
-
-COLLISIONS_BETWEEN = 5.0
-"""Collisions of a ball between two times at which its speed counts."""
+MOST_BALLS = 2**22  # balls times states in memory at once, some hundred megabytes
+COLLISIONS_BETWEEN = 5.0  # collisions of a ball between two times at which its speed counts
 
 
 def at_collisions(trace: Trace, most: int = 2000) -> States:

@@ -28,11 +28,8 @@ BINS_OF_DIAMETER, MOST_BINS = 20, 160
 DIAMETERS, SPACINGS = 8.0, 3.0
 """The pair correlation reaches this many diameters, in a dilute gas this many mean spacings."""
 
-BALLS_IN_CELL = 5.0
-"""Balls of a cell on average, over which the flow is averaged."""
-
-ROWS = 1024
-"""Balls whose rings are computed at once, which limits the memory."""
+BALLS_IN_CELL = 5.0  # balls of a cell on average, over which the flow is averaged
+ROWS = 1024  # balls whose rings are computed at once, which limits the memory
 
 
 def measured(function: Observable, trace: Trace, times: Array) -> Array:

@@ -18,14 +18,9 @@ Integers: TypeAlias = NDArray[np.int32]
 MOST_COLLISIONS = 10_000
 """In a film: a page stores 83 bytes for each, and steps through them one by one."""
 
-MOST_BALLS = 10_000
-"""In a film: a browser draws this number several times a second."""
-
-BATCH = 2_000_000
-"""Balls times collisions whose states are in memory at a time; 64 MB."""
-
-FASTER = 0.02
-"""Share of the balls' speeds above the colour scale: a gas has a few fast balls."""
+MOST_BALLS = 10_000  # in a film: a browser draws this number several times a second
+BATCH = 2_000_000  # balls times collisions whose states are in memory at a time; 64 MB
+FASTER = 0.02  # share of the balls' speeds above the colour scale: a gas has a few fast balls
 
 
 @dataclass(frozen=True)

@@ -20,14 +20,12 @@ SPEED_COLOURS = (
 The steps of lightness are even, also for colour-blind people. The yellow end is too light on white.
 """
 
-MARGIN = 0.03
-"""Around the container, as a part of its size."""
+MARGIN = 0.03  # around the container, as a part of its size
 
 STRAY = 0.5
 """Part of its size: the view follows a container that moves farther, and otherwise rests."""
 
-VISIBLE = 0.1
-"""Part of its size: a small motion is enlarged to this at most."""
+VISIBLE = 0.1  # part of its size: a small motion is enlarged to this at most
 
 
 @dataclass(frozen=True)
@@ -91,11 +89,8 @@ def moments(film: Film, pace: Pace) -> NDArray[np.float64]:
     return np.asarray((knots - knots[0]) / (knots[-1] - knots[0]))
 
 
-FLASH = 0.3
-"""How long a contact flashes, s of showing; as in the player's script."""
-
-MOST_FLASHES = 60
-"""The latest ones: more would hide the balls; as in the player's script."""
+FLASH = 0.3  # how long a contact flashes, s of showing; as in the player's script
+MOST_FLASHES = 60  # the latest ones: more would hide the balls; as in the player's script
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,7 @@ Moving = TypeVar("Moving", bound=Artist)
 WIDTH, HEIGHT, DPI = 8.4, 4.8, 100
 """Inches and dots per inch: 840 by 480 pixels; an MP4 needs even numbers."""
 
-FULL_TITLE = 45
-"""Characters: longer titles are printed smaller."""
+FULL_TITLE = 45  # characters: longer titles are printed smaller
 
 INK, SOFT, AMBER, FLOOR = "#1c2430", "#5b6675", "#e76300", "#f7f9fb"
 RIM = (0.08, 0.09, 0.14, 0.75)
@@ -48,11 +47,8 @@ _CURVES = (
 PALETTE_FRAMES = 3
 """Frames from which the palette of a GIF is made: one for all frames, so that nothing flickers."""
 
-SMALLEST = 2.0
-"""Points: the diameter of balls that would be too small to see."""
-
-MOST_FRAMES = 1200
-"""In a GIF: each needs 0.4 MB of memory, and pages load it slowly."""
+SMALLEST = 2.0  # points: the diameter of balls that would be too small to see
+MOST_FRAMES = 1200  # in a GIF: each needs 0.4 MB of memory, and pages load it slowly
 
 MP4_OPTIONS = ["-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart", "-f", "mp4"]
 """For ffmpeg: colours for every player, little loss, and the index at the front."""

@@ -27,8 +27,7 @@ COMMANDS = {
 }
 """The module and the first sentence of the help of each command."""
 
-HIDDEN = ("reproduce", "schema")
-"""Commands that ``snooker --help`` does not list."""
+HIDDEN = ("reproduce", "schema")  # commands that ``snooker --help`` does not list
 
 
 def loaded(name: str) -> Any:

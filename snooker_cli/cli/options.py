@@ -40,8 +40,7 @@ def complete_overrides() -> list[tuple[str, str]]:
     ]
 
 
-EngineName = Literal["allpairs", "cells"]
-"""The engines that a user can choose."""
+EngineName = Literal["allpairs", "cells"]  # the engines that a user can choose
 
 ConfigPath = Annotated[Path, typer.Argument(metavar="CONFIG", help="A YAML experiment.")]
 Overrides = Annotated[

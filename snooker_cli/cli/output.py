@@ -11,8 +11,7 @@ import typer
 
 from snooker_cli.formatting import printable, text_table
 
-MOST_ROWS = 200
-"""Points in a table that is printed; a terminal keeps about as many lines."""
+MOST_ROWS = 200  # points in a table that is printed; a terminal keeps about as many lines
 
 
 @contextmanager

@@ -34,8 +34,7 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 
-MOST_COLLAPSED = 3
-"""Repeats with a wall trap or collapse whose messages are printed."""
+MOST_COLLAPSED = 3  # repeats with a wall trap or collapse whose messages are printed
 
 
 def run(

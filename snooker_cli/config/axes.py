@@ -33,8 +33,7 @@ Value: TypeAlias = Scalar | tuple[Scalar, ...]
 Axis: TypeAlias = tuple[tuple[str, tuple[Value, ...]], ...]
 """Pairs of (key, values) whose values change together; most axes have one key."""
 
-Axes: TypeAlias = tuple[Axis, ...]
-"""In the order written; the last one runs fastest."""
+Axes: TypeAlias = tuple[Axis, ...]  # in the order written; the last one runs fastest
 
 ZIP = "zip"
 

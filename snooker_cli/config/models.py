@@ -30,14 +30,12 @@ from snooker_cli.formatting import listed
 
 # Types of values. Each has a range, and the phrase of an error that states it.
 
-MAX_BALLS = 10_000_000
-"""Balls of all species; their start takes half a minute and 2 GB."""
+MAX_BALLS = 10_000_000  # balls of all species; their start takes half a minute and 2 GB
 
 LEAST_LOSS = 1e-6
 """1 − wall CoR of balls that slide, or 0. Here 18 million bounces come before a slide."""
 
-MAX_INTEGER = 2**63 - 1
-"""The largest 64-bit integer, for files and arrays."""
+MAX_INTEGER = 2**63 - 1  # the largest 64-bit integer, for files and arrays
 
 
 def _needs(phrase: str, is_number: bool = True) -> WrapValidator:
@@ -53,8 +51,7 @@ def _needs(phrase: str, is_number: bool = True) -> WrapValidator:
     return WrapValidator(checked)
 
 
-_FROM_LIST = Field(strict=False)
-"""Reads a list as a tuple, which is immutable."""
+_FROM_LIST = Field(strict=False)  # reads a list as a tuple, which is immutable
 
 _ZERO = AfterValidator(lambda value: value + 0.0)
 """Turns −0.0 into 0.0, which must have the same digest."""

@@ -26,19 +26,16 @@ from snooker_cli.config.problems import (
     value_at,
 )
 
-LIMITS = ("collisions", "time")
-"""The keys that end a repeat; a later end changes nothing before it."""
+LIMITS = ("collisions", "time")  # the keys that end a repeat; a later end changes nothing before it
 
 _NOT_IN_STREAMS = (*LIMITS, "seed", "common_random", "record")
 """Keys that random numbers do not depend on, or not through the digest."""
 
-MAX_REPEATS = 1_000_000
-"""Repeats of all points of a run, which are as many files."""
+MAX_REPEATS = 1_000_000  # repeats of all points of a run, which are as many files
 
 _NOT_PHYSICS = ("title", "repeats", "sweep")
 
-_LATER = ("collapse", "common_random")
-"""Keys of an experiment that are younger than digests."""
+_LATER = ("collapse", "common_random")  # keys of an experiment that are younger than digests
 
 _Step: TypeAlias = tuple[str, int, Value]
 """A swept key, the place of one of its values, and this value."""

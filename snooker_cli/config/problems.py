@@ -18,11 +18,8 @@ KeyPath: TypeAlias = tuple[str | int, ...]
 Data: TypeAlias = "bool | int | float | str | list[Data] | dict[str, Data] | None"
 """What a configuration file can hold."""
 
-MOST_SHOWN = 20
-"""Problems that a message lists; more have few causes in common."""
-
-MOST_FOUND = 50
-"""Problems after which the reading of a configuration ends."""
+MOST_SHOWN = 20  # problems that a message lists; more have few causes in common
+MOST_FOUND = 50  # problems after which the reading of a configuration ends
 
 _NAME = r"[A-Za-z_][A-Za-z0-9_]*"
 _INDEX = r"\[(?:0|[1-9][0-9]{0,8})\]"

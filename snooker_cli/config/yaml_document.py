@@ -25,14 +25,9 @@ from snooker_cli.config.problems import (
     shown,
 )
 
-MAX_BYTES = 1 << 18
-"""Of a configuration: reading it takes at most some seconds."""
-
-LARGE = 1 << 15
-"""Characters of a text that takes PyYAML over a second."""
-
-MAX_DEPTH = 20
-"""Levels of nested lists and mappings; a configuration needs 5."""
+MAX_BYTES = 1 << 18  # of a configuration: reading it takes at most some seconds
+LARGE = 1 << 15  # characters of a text that takes PyYAML over a second
+MAX_DEPTH = 20  # levels of nested lists and mappings; a configuration needs 5
 
 # https://yaml.org/spec/1.2.2/#103-core-schema, table 10.3
 _CORE_SCHEMA = {

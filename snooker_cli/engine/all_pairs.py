@@ -31,11 +31,8 @@ PAIR_TIME, WALL_TIME, NEXT_TIME, TIME_ROWS = range(4)
 # hits of the wall since then. With SEARCH_AGAIN there is no partner before PAIR_TIME.
 PARTNER, PARTNER_EVENTS, EVENTS, LAST, BOUNCES, LINK_ROWS = range(6)
 
-LARGE = 1e100
-"""Large but finite, so that times zero it is zero."""
-
-LANES = 8
-"""Rows of the agenda have a multiple of this length, so that vectors are full."""
+LARGE = 1e100  # large but finite, so that times zero it is zero
+LANES = 8  # rows of the agenda have a multiple of this length, so that vectors are full
 
 
 class Agenda(NamedTuple):

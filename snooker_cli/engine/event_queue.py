@@ -18,13 +18,11 @@ from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import fetch, inlined, lowest_bit
 from snooker_cli.engine.kernel_state import Floats, Integers, State, U, V
 
-STEP = 2
-"""Binary digits of a place that a level decides."""
+STEP = 2  # binary digits of a place that a level decides
 
 CHILDREN = 1 << STEP
 
-WATCHED = 3
-"""The level, from the top, whose nodes are watched for coming events."""
+WATCHED = 3  # the level, from the top, whose nodes are watched for coming events
 
 
 class Tree(NamedTuple):

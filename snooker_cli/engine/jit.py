@@ -45,8 +45,7 @@ HELPER_OPTIONS: dict[str, Any] = OPTIONS | {"no_cpython_wrapper": True}
 INLINE_OPTIONS: dict[str, Any] = HELPER_OPTIONS | {"forceinline": True}
 
 NOTICE = "compiling this type of scene (first use on this machine, about 10 to 20 s)"
-NOTICE_AFTER = 1.0
-"""Seconds of compilation before the notice."""
+NOTICE_AFTER = 1.0  # seconds of compilation before the notice
 
 ELSEWHERE = (
     "the cache folder for compiled code cannot be used (%s), so %s is used instead; "

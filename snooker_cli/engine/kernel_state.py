@@ -43,14 +43,9 @@ REST = WALL_IMPULSE_REST - WALL_IMPULSE
 WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED = range(5)
 PREDICTIONS, CROSSINGS, STALE, COUNTS = range(5, 9)
 
-NO_LIMIT = 2**62
-"""As good as no limit for a number of events."""
-
-PATIENCE = 64
-"""``Setup.patience`` in a fixed container: two balls may be trapped in step."""
-
-LINE = 64
-"""Bytes of a line of the processor's cache."""
+NO_LIMIT = 2**62  # as good as no limit for a number of events
+PATIENCE = 64  # ``Setup.patience`` in a fixed container: two balls may be trapped in step
+LINE = 64  # bytes of a line of the processor's cache
 
 
 class Setup(NamedTuple):

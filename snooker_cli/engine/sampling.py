@@ -21,8 +21,7 @@ from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, Summary
 
 ROWS = 512
 
-EARLY = 32
-"""Steps from the start within which no row is dropped; a power of two."""
+EARLY = 32  # steps from the start within which no row is dropped; a power of two
 
 EARLY_ROWS = 512 * EARLY // 2
 """Rows put aside at most: by then energies, which fall as time squared, are no doubles."""

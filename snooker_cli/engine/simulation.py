@@ -43,8 +43,7 @@ MOST_EVENTS, MOST_SUMMARIES = 700_000, 64
 REORDERED = 4096
 """Balls from which on those in neighbouring cells are kept near each other in memory."""
 
-REORDER_AFTER = 20
-"""Events per ball after which balls are put into the order of their cells again."""
+REORDER_AFTER = 20  # events per ball after which balls are put into the order of their cells again
 
 FEW, FEW_IN_FREE, MOST = 48, 150, 1000
 """Balls up to which all pairs are faster than cells, times the packing to the 3/8; at most."""

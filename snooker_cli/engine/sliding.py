@@ -20,8 +20,7 @@ from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V
 # What a ball does: it flies, or it bounces until it slides, or it slides.
 FLIES, SETTLES, SLIDES = range(3)
 
-FLAT = 2.0**-27
-"""Normal over tangential speed from which on its square does not count beside 1."""
+FLAT = 2.0**-27  # normal over tangential speed from which on its square does not count beside 1
 
 # pi/2 as a sum of three doubles, the first two with zeros at the end (fdlibm, e_rem_pio2.c).
 HALF_PI = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
@@ -257,8 +256,7 @@ def slide_on(i: int, now: float, state: State, slides: Integers) -> float:
 
 # The next contact of a ball if it, or its partner, or both, slide along the wall
 
-STEPS = 512
-"""Steps towards a contact after which a ball searches again from there."""
+STEPS = 512  # steps towards a contact after which a ball searches again from there
 
 SHORT = 2.0**-46
 """A part of the container's radius that is no more than the rounding of a few places."""

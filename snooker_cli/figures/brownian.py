@@ -23,17 +23,13 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.formatting import short, with_error
 
-BALL = 0
-"""The tagged ball. Single balls with a position come first, so that it is one of them."""
-
-LAGS = 25
-"""Times at which a displacement is measured."""
+BALL = 0  # the tagged ball. Single balls with a position come first, so that it is one of them.
+LAGS = 25  # times at which a displacement is measured
 
 SHORTEST, FARTHEST = 0.05, 8.0
 """The first lag of a displacement and the last one of velocities, in relaxation times."""
 
-SLOPE = 5.0, 10.0
-"""Lags between which the displacement gives D, in relaxation times."""
+SLOPE = 5.0, 10.0  # lags between which the displacement gives D, in relaxation times
 
 REMARK = (
     "In two dimensions D depends on the time, because velocities forget slowly. "

@@ -39,17 +39,10 @@ from snooker_cli.runs import Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
-MOST_RESULTS = 3
-"""A caption with the results of more series has the first and the last one only."""
-
-SPREAD = "mean ± standard deviation of a repeat"
-"""What a band shows."""
-
-MEAN_SPREAD = "mean ± standard error of it"
-"""The same around a mean over the repeats."""
-
-LOG_SPREAD = "mean ± standard deviation of logarithms"
-"""What a band shows on a logarithmic axis."""
+MOST_RESULTS = 3  # a caption with the results of more series has the first and the last one only
+SPREAD = "mean ± standard deviation of a repeat"  # what a band shows
+MEAN_SPREAD = "mean ± standard error of it"  # the same around a mean over the repeats
+LOG_SPREAD = "mean ± standard deviation of logarithms"  # what a band shows on a logarithmic axis
 
 
 @dataclass

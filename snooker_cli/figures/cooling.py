@@ -45,20 +45,14 @@ from snooker_cli.trace import Series, Trace
 
 RATE = "s⁻¹"
 
-WINDOWS = 14
-"""Windows of time for the local decay rate."""
+WINDOWS = 14  # windows of time for the local decay rate
 
 LEAST_COLLISIONS = 10
 """Of all repeats, in a window: from n collisions a rate is known to about 1/√n of it."""
 
-COUNTS = 14
-"""Steps of the collision count at which the energy is averaged over the repeats."""
-
-FLOOR_MATTERS = 0.1
-"""The floor is drawn where it is at least this share of the energy that is left."""
-
-SAME_FLOOR = 0.01
-"""Floors that differ by less are one line."""
+COUNTS = 14  # steps of the collision count at which the energy is averaged over the repeats
+FLOOR_MATTERS = 0.1  # the floor is drawn where it is at least this share of the energy that is left
+SAME_FLOOR = 0.01  # floors that differ by less are one line
 
 _FLOORS = {
     "L": " The angular momentum L keeps the energy L²/(2mNa²), a = R − r.",

@@ -164,8 +164,7 @@ def _sample(distance: Distance, build: FigureBuilder, point: Point) -> _Sample:
 
 # The distribution of speeds beside Maxwell and Boltzmann's and the one at fixed energy.
 
-LEAST_SPEEDS = 100
-"""Fewer show a distribution to no more than a tenth, 1/√n."""
+LEAST_SPEEDS = 100  # fewer show a distribution to no more than a tenth, 1/√n
 
 REDUCED_TEMPERATURE = 0.5
 """The reduced speed v sqrt(m/2T) is the speed of a ball of mass 1 at this temperature."""

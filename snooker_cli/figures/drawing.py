@@ -34,35 +34,22 @@ from snooker_cli.figures.figure_data import (
 from snooker_cli.files import atomic_write, write_text
 from snooker_cli.formatting import plain
 
-WIDTH = 3.4
-"""Width of a figure, inches: a column of a two-column page."""
-
-HEIGHT = 2.4
-"""Height of a figure with a title of one line and nothing else around the axes, inches."""
-
-LINE_HEIGHT = 0.14
-"""Height of a further line of text, inches."""
+WIDTH = 3.4  # width of a figure, inches: a column of a two-column page
+HEIGHT = 2.4  # height of a figure with a title of one line and nothing else around the axes, inches
+LINE_HEIGHT = 0.14  # height of a further line of text, inches
 
 # How many characters fit: of the bold title, of a note, of the y label, of the legend.
 TITLE_WIDTH, NOTE_WIDTH, LABEL_WIDTH, LEGEND_WIDTH = 42, 54, 31, 65
 
-SAMPLE_WIDTH = 9
-"""Width of a column of the legend without its text, in characters."""
+SAMPLE_WIDTH = 9  # width of a column of the legend without its text, in characters
 
 FEW_DECADES = 10**2.5
 """A logarithmic axis from low to less than this many times low has its ticks at 1, 2, 5, 10, ..."""
 
-MARGIN = 0.05
-"""Margin above the data, as a share of the axis, where only its lower limit is given."""
-
-INSET = (0.19, 0.1, 0.8, 0.66)
-"""Left, bottom, width and height of an inset, as shares of the axes."""
-
-MANY_MARKERS = 20
-"""More markers of a series are drawn smaller."""
-
-MANY_VERTICES = 400
-"""Lines of more vertices are mostly noise, and drawn thinner."""
+MARGIN = 0.05  # margin above the data, as a share of the axis, where only its lower limit is given
+INSET = (0.19, 0.1, 0.8, 0.66)  # left, bottom, width and height of an inset, as shares of the axes
+MANY_MARKERS = 20  # more markers of a series are drawn smaller
+MANY_VERTICES = 400  # lines of more vertices are mostly noise, and drawn thinner
 
 _COLOURS = matplotlib.color_sequences["petroff10"]
 _MARKERS = ("o", "s", "^", "D", "v", "P")

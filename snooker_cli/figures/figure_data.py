@@ -11,8 +11,7 @@ from snooker_cli.analysis.observables import instants
 from snooker_cli.formatting import plain
 
 Array: TypeAlias = NDArray[np.float64]
-Curve: TypeAlias = tuple[Array, Array]
-"""Times (s) and values."""
+Curve: TypeAlias = tuple[Array, Array]  # times (s) and values
 
 LineStyle: TypeAlias = Literal["series", "solid", "dashed", "dashdot", "dotted"]
 """A dash pattern; "series" is one of the series' own."""
@@ -152,11 +151,8 @@ def error_bars(errors: Array) -> Array | None:
 
 # The curves of several repeats -> those curves at common times, and a band around their mean.
 
-COMMON_TIMES = 300
-"""Times at which repeats are compared."""
-
-MOST_VERTICES = 1000
-"""Vertices of a line at most."""
+COMMON_TIMES = 300  # times at which repeats are compared
+MOST_VERTICES = 1000  # vertices of a line at most
 
 
 def at_common_times(curves: Sequence[Curve], *, steps: bool = False) -> Curve:

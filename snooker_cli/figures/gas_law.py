@@ -38,8 +38,7 @@ from snooker_cli.trace import Trace
 
 IDEAL = "ideal gas"
 THEORY = "hard-disk theory"
-CURVE = 120
-"""Vertices of a curve of theory."""
+CURVE = 120  # vertices of a curve of theory
 
 BARS = "Error bars: standard errors over the repeats."
 

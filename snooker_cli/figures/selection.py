@@ -17,8 +17,7 @@ from snooker_cli.trace import StopReason, Trace
 
 Item = TypeVar("Item")
 
-MOST_SERIES = 6
-"""A figure with more series than this is unreadable."""
+MOST_SERIES = 6  # a figure with more series than this is unreadable
 
 
 @dataclass(frozen=True)
@@ -188,8 +187,7 @@ _WORDS = _SCENE_WORDS | {
     "collisions": "{} collisions",
     "time": "{} s",
 }
-SCENE_KEYS = tuple(_SCENE_WORDS)
-"""The keys whose common values a caption prints."""
+SCENE_KEYS = tuple(_SCENE_WORDS)  # the keys whose common values a caption prints
 
 _ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
 """The meaning of a key that is null or infinite."""

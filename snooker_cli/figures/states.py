@@ -28,8 +28,7 @@ from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
-TIMES = 61
-"""Times at which repeats are compared."""
+TIMES = 61  # times at which repeats are compared
 
 MOST_STATES, BALLS_OF_POINT = 40, 100_000
 """States of a repeat for g(r), and balls times states of a point: a figure takes seconds."""

@@ -33,8 +33,7 @@ from snooker_cli.trace import Trace
 MOMENTUM_UNIT = 1e-15
 """The unit of the momentum's deviation: about four roundings of a number near one."""
 
-MARGIN = 0.1
-"""Margin above settled pressures, as a share of them."""
+MARGIN = 0.1  # margin above settled pressures, as a share of them
 
 
 def energy(build: FigureBuilder) -> FigureData:

@@ -57,8 +57,7 @@ def cosine_and_sine(angle: Decimal) -> tuple[Decimal, Decimal]:
 
 # Hexagonal lattices fitted into a container
 
-HALVINGS = 60
-"""Steps of bisection, enough for all digits of a double."""
+HALVINGS = 60  # steps of bisection, enough for all digits of a double
 
 ROUNDINGS = 4
 """Rounding errors, in epsilons of the container's size, that may bring two places nearer."""
@@ -201,11 +200,8 @@ doi:10.1016/0022-5193(80)90358-6) and needs many attempts before."""
 ATTEMPTS = 100
 """Attempts per ball after which insertion has failed; at a packing of 0.4 about 5 are needed."""
 
-JAMMED = 0.84
-"""Random close packing of disks (Berryman 1983, doi:10.1103/PhysRevA.27.1053)."""
-
-LARGEST = 0.82
-"""Largest packing that is tried; near jamming the time grows without limit."""
+JAMMED = 0.84  # random close packing of disks (Berryman 1983, doi:10.1103/PhysRevA.27.1053)
+LARGEST = 0.82  # largest packing that is tried; near jamming the time grows without limit
 
 SWEEPS = 2000
 """Pushes of all balls after which pushing has failed; a packing of 0.82 needs about 800."""
@@ -213,8 +209,7 @@ SWEEPS = 2000
 PUSH, MEMORY = 0.3, 0.9
 """The part of an overlap that a push removes, and the part of its last step that a ball repeats."""
 
-SKIN = 0.6
-"""Largest gap of the pairs that are listed as neighbours, in mean radii."""
+SKIN = 0.6  # largest gap of the pairs that are listed as neighbours, in mean radii
 
 
 def random_places(

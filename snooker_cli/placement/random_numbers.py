@@ -11,12 +11,10 @@ import numpy as np
 
 from snooker_cli.neighbours import Floats, Indices
 
-PLACES, MAXWELL = 1, 2
-"""Streams of a repeat besides that of its directions."""
+PLACES, MAXWELL = 1, 2  # streams of a repeat besides that of its directions
 
 LOG_2 = 0.6931471805599453
-TERMS = 11
-"""Terms of the logarithm's series; the next is below 2e-19 of the first for |z| < 0.1716."""
+TERMS = 11  # terms of the logarithm's series; the next is below 2e-19 of the first for |z| < 0.1716
 
 
 def stream(seed: int, repeat: int, *purpose: int) -> np.random.PCG64:

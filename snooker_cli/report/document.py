@@ -16,11 +16,8 @@ from snooker_cli.errors import UserError
 from snooker_cli.files import atomic_write, write_text
 from snooker_cli.formatting import counted, listed, ratio, rough, short, with_error
 
-EPOCH = 0
-"""Date of the PDF, s since 1970: the same bytes each time."""
-
-LONG_CELL = 28
-"""Characters of a cell that wraps."""
+EPOCH = 0  # date of the PDF, s since 1970: the same bytes each time
+LONG_CELL = 28  # characters of a cell that wraps
 
 Document: TypeAlias = dict[str, Any]
 """``title``, ``summary`` (paragraphs) and ``blocks``.

@@ -33,11 +33,8 @@ from snooker_cli.report.pages import Pages
 from snooker_cli.runs import Run
 from snooker_cli.runs.status import ended, run_status
 
-MOST_ROWS = 60
-"""Rows of a table; more are those of an even choice of points."""
-
-MOST_POINTS = 2
-"""Points that have players, and figures of their own: the first and the last."""
+MOST_ROWS = 60  # rows of a table; more are those of an even choice of points
+MOST_POINTS = 2  # points that have players, and figures of their own: the first and the last
 
 
 def run_report(

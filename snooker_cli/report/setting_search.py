@@ -20,8 +20,7 @@ from snooker_cli.runs import Run
 
 Array = NDArray[np.float64]
 
-WINDOWS = (0.2, 0.4, 1.0)
-"""Shares of the collisions, from the start, that a curve is fitted to."""
+WINDOWS = (0.2, 0.4, 1.0)  # shares of the collisions, from the start, that a curve is fitted to
 
 FITTED: tuple[str, ...] = ("kinetic_energy", "pressure")
 
@@ -47,14 +46,9 @@ PARTS = {
 FREEDOM = len(TARGETS) - len(PARTS)
 """Degrees of freedom of chi-square: a number for each target, less the choices."""
 
-LIKELY = 3.84
-"""95 % point of chi-square with ``FREEDOM`` degrees of freedom."""
-
-RESAMPLES = 2000
-"""How often the ranking is repeated with resampled repeats (bootstrap, Efron 1979)."""
-
-DECIDED = 0.95
-"""A part of a setting is decided if its value wins in this share of the resamples."""
+LIKELY = 3.84  # 95 % point of chi-square with ``FREEDOM`` degrees of freedom
+RESAMPLES = 2000  # how often the ranking is repeated with resampled repeats (bootstrap, Efron 1979)
+DECIDED = 0.95  # a part of a setting is decided if its value wins in this share of the resamples
 
 
 class Slip(NamedTuple):

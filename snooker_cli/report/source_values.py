@@ -12,14 +12,12 @@ import yaml
 
 from snooker_cli.analysis.observables import ROUNDING
 
-LORD = 0.507
-"""95 % half width of the mean of five normal values, over their range (Lord 1947)."""
+LORD = 0.507  # 95 % half width of the mean of five normal values, over their range (Lord 1947)
 
 COEFFICIENTS = (0.8, 0.9)
 """The coefficients of restitution below 1 that the source report prints numbers for."""
 
-CLOSE = 0.05
-"""The source report calls values within 5 % equal."""
+CLOSE = 0.05  # the source report calls values within 5 % equal
 
 
 @dataclass(frozen=True)

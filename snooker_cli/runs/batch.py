@@ -24,8 +24,7 @@ from snooker_cli.runs.run import RepeatStatus, Run, State
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Stop, StopReason, Work
 
-CHECKPOINT_INTERVAL = 600.0
-"""Seconds after which a long repeat saves a checkpoint, by default."""
+CHECKPOINT_INTERVAL = 600.0  # seconds after which a long repeat saves a checkpoint, by default
 
 SAVING_SHARE = 20
 """A checkpoint is saved not before this many times as long as it took to save the last one."""

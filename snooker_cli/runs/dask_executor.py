@@ -35,14 +35,9 @@ from snooker_cli.runs.run import Run
 from snooker_cli.runs.status import target_of
 from snooker_cli.store import SCHEMA_VERSION
 
-AT_ONCE = 1024
-"""Batches that the scheduler has at a time, by default."""
-
-ANSWER_TIMEOUT = 10.0
-"""Seconds within which a scheduler must answer."""
-
-SAVE_TIMEOUT = 30.0
-"""Seconds that an interrupted run waits for its workers to store repeats."""
+AT_ONCE = 1024  # batches that the scheduler has at a time, by default
+ANSWER_TIMEOUT = 10.0  # seconds within which a scheduler must answer
+SAVE_TIMEOUT = 30.0  # seconds that an interrupted run waits for its workers to store repeats
 
 _ADDRESS = re.compile(r"(?:tcp|tls)://(?:\[[0-9A-Fa-f:.%]+\]|[^\s/:\[\]]+):(\d{1,5})")
 
@@ -79,8 +74,7 @@ class RemoteRun:
     interval: float
 
 
-_begun: dict[str, Begun] = {}
-"""The repeats of each run that are simulated in this process."""
+_begun: dict[str, Begun] = {}  # the repeats of each run that are simulated in this process
 
 
 def begun(name: str) -> Begun:

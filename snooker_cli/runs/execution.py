@@ -31,8 +31,7 @@ from snooker_cli.runs.folder import holds_manifest, manifest_number, record_fail
 from snooker_cli.runs.plan import alike, batch_size
 from snooker_cli.runs.run import RepeatStatus, Run, State
 
-POLL_INTERVAL = 0.02
-"""Seconds between two looks whether a run was cancelled."""
+POLL_INTERVAL = 0.02  # seconds between two looks whether a run was cancelled
 
 Result = TypeVar("Result")
 

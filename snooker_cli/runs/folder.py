@@ -23,14 +23,9 @@ if sys.platform != "win32":
 
 RUNS = Path("runs")
 
-FAILURES = "failures.jsonl"
-"""The repeats that failed in the last attempt, a line of JSON each."""
-
-MOST_NAMED = 5
-"""Runs that a message about their parent folder names."""
-
-VERSIONS = ("schema_version", "engine_version")
-"""The versions in a manifest."""
+FAILURES = "failures.jsonl"  # the repeats that failed in the last attempt, a line of JSON each
+MOST_NAMED = 5  # runs that a message about their parent folder names
+VERSIONS = ("schema_version", "engine_version")  # the versions in a manifest
 
 LOCK_WAITS = (0.0, 0.02, 0.05, 0.1)
 """Seconds before each try to lock a folder: ``is_locked`` holds the lock for a moment."""

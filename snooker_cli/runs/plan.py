@@ -21,11 +21,8 @@ from snooker_cli.scene import Scene
 first_scene = lru_cache(maxsize=1)(starting_scene)
 """Keeps the last scene: placing a million balls takes seconds, and a run needs it twice."""
 
-MOST_SECONDS = 7 * 86400.0
-"""A run whose estimate is longer needs ``--yes``."""
-
-BATCH_SECONDS, BATCH_BYTES = 1.0, 16e6
-"""About the time and memory of a batch of short repeats."""
+MOST_SECONDS = 7 * 86400.0  # a run whose estimate is longer needs ``--yes``
+BATCH_SECONDS, BATCH_BYTES = 1.0, 16e6  # about the time and memory of a batch of short repeats
 
 BYTES_OF_REPEAT = 500
 BYTES_OF_BALL = 80
@@ -33,8 +30,7 @@ BYTES_OF_SUMMARY = 30_000
 BYTES_OF_EVENT = 14.5
 EVENT_IN_MEMORY = 24
 
-COLD = 2.0**-104
-"""The part of the energy that is left when speeds are those of rounding."""
+COLD = 2.0**-104  # the part of the energy that is left when speeds are those of rounding
 
 
 @dataclass(frozen=True)

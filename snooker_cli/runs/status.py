@@ -19,11 +19,8 @@ from snooker_cli.runs.folder import failures, is_locked
 from snooker_cli.runs.run import RepeatStatus, Run, State, is_named, named
 from snooker_cli.trace import StopReason
 
-COUNTS = ("done", "running", "failed", "to_do")
-"""Each repeat is counted in one of these."""
-
-LATEST = 2.5e11
-"""The year 9892, in s since 1970: dates end soon after it."""
+COUNTS = ("done", "running", "failed", "to_do")  # each repeat is counted in one of these
+LATEST = 2.5e11  # the year 9892, in s since 1970: dates end soon after it
 
 
 def run_status(run: Run) -> dict[str, Any]:
@@ -91,8 +88,7 @@ def target_of(part: Path) -> Path:
     return part.with_name(f"{part.name.partition('.h5.')[0]}.h5")
 
 
-COMPLETE = (StopReason.COLLISIONS, StopReason.TIME)
-"""Reasons of repeats that did not end early."""
+COMPLETE = (StopReason.COLLISIONS, StopReason.TIME)  # reasons of repeats that did not end early
 
 
 def ended(point: Mapping[str, Any]) -> str:

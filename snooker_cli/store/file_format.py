@@ -24,8 +24,7 @@ from snooker_cli.files import user_hash
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
 
-SCHEMA_VERSION = 3
-"""Goes up when the files change; from 3 on, a file holds the repeats of a batch."""
+SCHEMA_VERSION = 3  # goes up when the files change; from 3 on, a file holds the repeats of a batch
 
 BALLS, CONTAINER = "particles/balls", "particles/container"
 COLLISIONS = "connectivity/collisions"
@@ -41,8 +40,7 @@ REPEATS, ROWS, ENDINGS, CONTENTS = (
 )
 
 CHECKPOINT = "checkpoint"
-HASHES = "hashes"
-"""In the checkpoint, the hashes of past events."""
+HASHES = "hashes"  # in the checkpoint, the hashes of past events
 
 RULES = ("restitution", "wall_restitution", "contact_duration", "elastic_below", "slides")
 """The fields of a scene that are stored as JSON."""
@@ -88,8 +86,7 @@ class RepeatHeader:
     fingerprint: str = ""
 
 
-HASHED_ROWS = 65536
-"""Events that are hashed together."""
+HASHED_ROWS = 65536  # events that are hashed together
 
 HASHED_IF_SET = ("contact_duration", "elastic_below", "slides")
 """Fields of a scene that are hashed only if not zero or false, so that earlier hashes stay."""

@@ -17,22 +17,16 @@ from numpy.typing import NDArray
 FORMAT = ("v110", "v110")
 """The version of HDF5's file format: its metadata have checksums, so damage is noticed."""
 
-UNWRITABLE = (OSError, RuntimeError)
-"""What h5py raises for a file that cannot be written."""
-
-MOST_LINKS = 1000
-"""Names in a file. snooker writes fewer than 100."""
-
-INFLATION = 1032
-"""The most bytes that deflate makes of one byte, https://zlib.net/zlib_tech.html."""
+UNWRITABLE = (OSError, RuntimeError)  # what h5py raises for a file that cannot be written
+MOST_LINKS = 1000  # names in a file. snooker writes fewer than 100.
+INFLATION = 1032  # the most bytes that deflate makes of one byte, https://zlib.net/zlib_tech.html
 
 ZLIB_HEADER, LAST_BLOCK = b"\x78\x01", b"\x03\x00"
 """The first bytes of a zlib stream (RFC 1950), and the empty block at the end of deflate's."""
 
 NOISE_SAMPLE = 4096
 
-SMALL = 1024
-"""Bytes of a dataset up to which it is stored in its header."""
+SMALL = 1024  # bytes of a dataset up to which it is stored in its header
 
 
 def open_file(path: Path, mode: Literal["r", "r+", "x", "memory"] = "r") -> h5py.File:

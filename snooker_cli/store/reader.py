@@ -32,8 +32,7 @@ from snooker_cli.trace import (
     Trace,
 )
 
-EVENTS_AT_A_TIME = 1 << 20
-"""Events that are read at a time where they are not kept."""
+EVENTS_AT_A_TIME = 1 << 20  # events that are read at a time where they are not kept
 
 
 class FileInfo(NamedTuple):

@@ -25,11 +25,8 @@ from snooker_cli.store.file_format import Fingerprint, Provenance, write_h5md_gr
 from snooker_cli.store.reader import events_in
 from snooker_cli.trace import SERIES_UNITS, Events, Trace, joined
 
-ROWS = 65536
-"""Events in a chunk of a file, 24 to 32 bytes each; longer files are written in chunks."""
-
-WAITING = 4
-"""Chunks that may wait to be written before the simulation has to wait."""
+ROWS = 65536  # events in a chunk of a file, 24 to 32 bytes each; longer files are written in chunks
+WAITING = 4  # chunks that may wait to be written before the simulation has to wait
 
 COMPRESS_FROM = 4096
 """Smaller datasets are not compressed: that would cost more time and space than it saves."""

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.containers import Container
 
-Real = TypeVar("Real", float, NDArray[np.float64])
-"""A float, or an array of floats."""
+Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of floats
 
 
 def number_density(number: float, area: float) -> float:

@@ -33,11 +33,8 @@ from numpy.typing import NDArray
 
 from snooker_cli.scene import Scene
 
-Number: TypeAlias = Any
-"""A number of mpmath with the digits of its context."""
-
-SPARE_DIGITS = 30
-"""The 17 of a double, and 13 for positions that are differences of larger numbers."""
+Number: TypeAlias = Any  # a number of mpmath with the digits of its context
+SPARE_DIGITS = 30  # the 17 of a double, and 13 for positions that are differences of larger numbers
 
 DIGITS_PER_EVENT = 0.09
 """Digits lost to chaos: the dilute scene's Lyapunov exponent, 0.196 an event, is 0.085 digits."""

@@ -42,14 +42,9 @@ OPERATIONS, PLACE = 16, 8
 BUDGET = 1_000_000
 """Pairs of balls, times states, that are checked; of more states, evenly distributed ones."""
 
-FOLLOWED, TWIN_DIGITS = 100, 60
-"""Balls times events that the exact twin follows, and its digits."""
-
-ROUNDED_STARTS = 2
-"""Starts that are a rounding apart, to see what roundings change."""
-
-LEAST = 1e-300
-"""Replaces a bound of zero where errors are compared with their bounds."""
+FOLLOWED, TWIN_DIGITS = 100, 60  # balls times events that the exact twin follows, and its digits
+ROUNDED_STARTS = 2  # starts that are a rounding apart, to see what roundings change
+LEAST = 1e-300  # replaces a bound of zero where errors are compared with their bounds
 
 PI_DIGITS = "3141592"
 

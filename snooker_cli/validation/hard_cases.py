@@ -27,8 +27,7 @@ from snooker_cli.validation import hard_case_checks as facts
 from snooker_cli.validation.hard_case_checks import Check, ExactStart, checks
 from snooker_cli.validation.study import Cells, Record, Study, small, table
 
-FOLDER = EXAMPLES / "hard"
-"""The configs of the cases."""
+FOLDER = EXAMPLES / "hard"  # the configs of the cases
 
 LONGEST, SLOWEST = 60.0, 1e5
 """A run hangs if it takes longer than this time, s, plus its collisions at this rate, 1/s."""

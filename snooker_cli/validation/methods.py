@@ -28,8 +28,7 @@ zero"; and zero is not a "positive solution" that can be selected. This is one r
 SKIN = 0.2
 """Time stepping lists pairs that are nearer than this to contact, in mean distances of balls."""
 
-ROOM = 8192
-"""Events of time stepping that memory is made for at first."""
+ROOM = 8192  # events of time stepping that memory is made for at first
 
 PAIRS_AT_ONCE = 1_000_000
 """Pairs of balls, times states, whose distances are held in memory at once."""

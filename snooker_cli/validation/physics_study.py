@@ -23,8 +23,7 @@ from snooker_cli.runs.execution import processors
 from snooker_cli.trace import Series
 from snooker_cli.validation.study import PLANS, Cells, Record, Study, header_lines, table
 
-ALLOWED = 4.0
-"""Allowed standard errors: by chance a few dozen rows exceed three, not four."""
+ALLOWED = 4.0  # allowed standard errors: by chance a few dozen rows exceed three, not four
 
 START_TEMPERATURE = 50.0
 """Kinetic energy of a ball of 1 kg at the start, J, on average: half of the square of 10 m/s."""
@@ -217,8 +216,7 @@ HAFF, SHAPE = "Haff's law", "speeds of a cooling gas"
 SONINE_RATE = 0.001
 """What a2 alone may leave out of the cooling rate, relative, by ``theory.sonine_coefficient``."""
 
-SONINE_ERROR = 0.005
-"""Error of a2 itself, from the same source, at a CoR of 0.5 and above."""
+SONINE_ERROR = 0.005  # error of a2 itself, from the same source, at a CoR of 0.5 and above
 
 SONINE = "van Noije & Ernst 1998, linearised as by Montanero & Santos 2000"
 
@@ -282,8 +280,7 @@ SPEEDS = "speeds at fixed energy"
 
 BETA = "Beta law, exact"
 
-APART = 5.0
-"""Collisions of a ball between two readings; ⟨v⁴⟩ has forgotten nine tenths by then."""
+APART = 5.0  # collisions of a ball between two readings; ⟨v⁴⟩ has forgotten nine tenths by then
 
 
 def speed_rows(gas: GasSample) -> Iterator[Record]:

@@ -24,8 +24,7 @@ from snooker_cli.runs.plan import batch_size
 from snooker_cli.scene import Scene
 from snooker_cli.validation.study import Cells, Record, Study, header_lines, table
 
-MASS = 1e7
-"""Mass of a free container, kg; balls have 1 kg."""
+MASS = 1e7  # mass of a free container, kg; balls have 1 kg
 
 TEMPLATE = """
 container: {{radius: 10.0, mass: {mass}}}

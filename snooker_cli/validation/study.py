@@ -20,8 +20,7 @@ from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, text_table
 from snooker_cli.runs.execution import processors
 
-Record = dict[str, Any]
-"""A measurement, or a part of it, as JSON stores it."""
+Record = dict[str, Any]  # a measurement, or a part of it, as JSON stores it
 
 Cells = Mapping[str, Callable[[Record], str]]
 """The columns of a table: headings, and how a row of the record gives their text."""
