@@ -6,16 +6,18 @@ round; a periodic box has none, and its columns and rows wrap.
 """
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.contact import NEVER, nearest_image, wall_delay
-from snooker_cli.engine.event_queue import Tree
 from snooker_cli.engine.jit import inlined
 from snooker_cli.engine.kernel_state import Flags, Floats, Indices, State, U, V
 from snooker_cli.scene import Scene
+
+if TYPE_CHECKING:
+    from snooker_cli.engine.event_queue import Tree
 
 # Further rows of ``State.balls``, for which a ball's column is one line of the processor's cache:
 # when the ball next touches a ball or the wall, and when it leaves its cell, s.
@@ -84,11 +86,11 @@ class Cells(NamedTuple):
     near: Indices
     links: Indices
     tags: Indices
-    tree: Tree
+    tree: "Tree"
     margin: Margin | None
 
 
-def new_cells(scene: Scene, side: float, balls: Floats, tree: Tree) -> Cells:
+def new_cells(scene: Scene, side: float, balls: Floats, tree: "Tree") -> Cells:
     """Cells of about a side (m) that have no members and no room for any yet."""
     none = np.zeros(0, dtype=np.int32)
     tags = tags_of(balls)
