@@ -70,7 +70,7 @@ Where = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 Jobs = Annotated[
-    int | None, typer.Option("-j", "--jobs", min=1, max=1024, help="Threads [all cores].")
+    int | None, typer.Option("-j", "--jobs", min=1, max=1024, help="At the same time [all cores].")
 ]
 
 

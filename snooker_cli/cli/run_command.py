@@ -140,6 +140,7 @@ def run(
             workers=workers,
             executor=cluster,
             interval=60 * checkpoint,
+            processes=True,
         )
     if removed := [path for path in analyses if not path.exists()]:
         again = listed([f"`snooker {path.stem} {target.directory}`" for path in removed])

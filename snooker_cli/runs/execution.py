@@ -2,14 +2,17 @@
 
 import os
 import shlex
+import signal
 import sys
 import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from concurrent import futures
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from itertools import groupby
+from multiprocessing import get_context, parent_process
 from operator import itemgetter
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -32,6 +35,8 @@ from snooker_cli.runs.plan import alike, batch_size
 from snooker_cli.runs.run import RepeatStatus, Run, State
 
 POLL_INTERVAL = 0.02  # seconds between two looks whether a run was cancelled
+LEAST_FOR_PROCESS = 6  # batches of short repeats for each process; its start takes a second
+MOST_PROCESSES = 61  # that Windows can wait for
 
 Result = TypeVar("Result")
 
@@ -122,9 +127,10 @@ class ThreadExecutor(Executor):
     compile, place balls or simulate a batch of short repeats.
     """
 
-    def __init__(self, workers: int, cancelled: threading.Event) -> None:
+    def __init__(self, workers: int, cancelled: threading.Event, processes: bool = False) -> None:
         super().__init__(ThreadPoolExecutor(workers), 2 * workers, cancelled)
         self._begun = Begun(cancelled)
+        self._processes = min(workers, MOST_PROCESSES) if processes else 1
 
     def __exit__(self, *_error: object) -> None:
         self._pool.shutdown(wait=not self._cancelled.is_set(), cancel_futures=True)
@@ -139,6 +145,11 @@ class ThreadExecutor(Executor):
             pass
         if not self._cancelled.is_set():
             watcher.simulating(time.perf_counter() - clock)
+        short = sum(len(batch.repeats) > 1 for batch in missing)
+        if self._processes > 1 and short >= LEAST_FOR_PROCESS * self._processes:
+            with ProcessExecutor(self._processes, job, self._cancelled) as others:
+                yield from others.simulate(job, missing, watcher)
+            return
         yield from self.each(
             lambda batch: simulate_and_store(job, batch, self._begun, watcher.events),
             missing,
@@ -146,6 +157,62 @@ class ThreadExecutor(Executor):
 
     def _stored(self) -> Set[Any]:
         return self._begun.stop()
+
+
+class ProcessExecutor(Executor):
+    """Processes of this machine, for many short repeats: of threads, one at a time runs Python."""
+
+    def __init__(self, workers: int, job: Job, cancelled: threading.Event) -> None:
+        context = get_context("spawn")
+        self._stopped, self._given = context.Event(), set[Batch]()
+        pool = ProcessPoolExecutor(workers, context, _begin_process, (job, self._stopped))
+        super().__init__(pool, 2 * workers, cancelled)
+
+    def __exit__(self, *_error: object) -> None:
+        self._pool.shutdown(cancel_futures=True)
+
+    def simulate(
+        self, job: Job, missing: Sequence[Batch], watcher: Watcher
+    ) -> Iterator[list[RepeatResult] | None]:
+        self._given = set(missing)
+        try:
+            for results in self.each(_simulate_here, missing):
+                watcher.events(sum(result.collisions for result in results or ()))
+                yield results
+        except BrokenProcessPool:
+            raise RunError(
+                f"{job.run.directory}: the system ended a process of this run, perhaps for lack of "
+                "memory",
+                "run the same command again, with fewer --jobs",
+            ) from None
+
+    def _stored(self) -> Set[Any]:
+        self._stopped.set()
+        return self._given
+
+
+_process: tuple[Job, Begun]  # what a process of ``ProcessExecutor`` simulates
+
+
+def _begin_process(job: Job, stopped: Any) -> None:
+    """Begin a process that leaves Ctrl-C and SIGTERM to its parent, and ends with it."""
+    global _process
+    _process = job, Begun(stopped)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    if parent := parent_process():
+        parent.join()
+    os._exit(1)
+
+
+def _simulate_here(batch: Batch) -> list[RepeatResult] | None:
+    """The results of a batch in this process; None for an abandoned one."""
+    job, begun = _process
+    return simulate_and_store(job, batch, begun)
 
 
 def execute(
@@ -158,6 +225,7 @@ def execute(
     interval: float = CHECKPOINT_INTERVAL,
     command: str = "",
     part: tuple[int, int] | None = None,
+    processes: bool = False,
 ) -> list[RepeatResult]:
     """Simulate what is missing of a run. Returns all results, by point and repeat.
 
@@ -168,6 +236,8 @@ def execute(
     command : stored in each provenance [the command line of this process]
     part : k of n does every n-th batch from the k-th on and deletes nothing, so that parts can run
         at the same time
+    processes : whether many short repeats may be simulated in processes instead of threads, which
+        Python starts by importing the main module again
 
     An error in one repeat does not stop the others. Interrupts are the caller's: it turns signals
     into ``cancelled``. Saved fits and comparisons of fewer repeats are deleted. Raises ``RunError``
@@ -192,7 +262,7 @@ def execute(
             record_failure(run, result.point, result.repeat, result.error)
         watcher.finished(result)
 
-    with ThreadExecutor(workers, cancelled) as threads:
+    with ThreadExecutor(workers, cancelled, processes) as threads:
         paths = [path for point in found for path in run.batches(point)]
         for statuses in threads.each(lambda path: run.file_statuses(path, store.check), paths):
             for status in statuses:

@@ -1,0 +1,135 @@
+"""Processes of one machine that simulate the batches of a run."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from repeating import StopsAfter, batches_of, contents, done, made
+
+from snooker_cli import runs
+from snooker_cli.errors import RunError
+from snooker_cli.runs import execution
+from snooker_cli.runs.execution import Watcher, execute
+
+
+@pytest.fixture(autouse=True)
+def few_are_enough(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Two batches of two repeats for each process are many."""
+    monkeypatch.setattr(execution, "LEAST_FOR_PROCESS", 2)
+    with batches_of(2):
+        yield
+
+
+class Counts(Watcher):
+    """Counts collisions, and the processes that simulate them."""
+
+    def __init__(self) -> None:
+        self.collisions = self.processes = 0
+
+    def events(self, number: int) -> None:
+        self.collisions += number
+        self.processes = max(self.processes, len(multiprocessing.active_children()))
+
+
+def test_processes_store_the_same_bits_as_threads(small_config: str, tmp_path: Path) -> None:
+    by_processes, by_threads = (
+        made(tmp_path / name, small_config, "repeats=5") for name in ("processes", "threads")
+    )
+    watcher = Counts()
+    found = execute(
+        by_processes,
+        workers=2,
+        watcher=watcher,
+        cancelled=threading.Event(),
+        processes=True,
+    )
+    expected = done(by_threads, workers=2)
+    assert watcher.processes == 2
+    assert watcher.collisions == sum(each.collisions for each in expected)
+    assert [(each.point, each.repeat, each.stop) for each in found] == [
+        (each.point, each.repeat, each.stop) for each in expected
+    ]
+    assert contents(by_processes) == contents(by_threads)
+
+
+def test_few_batches_or_one_worker_need_no_process(small_config: str, tmp_path: Path) -> None:
+    for workers, repeats in ((2, 2), (1, 8)):
+        run, watcher = made(tmp_path / str(workers), small_config, f"repeats={repeats}"), Counts()
+        execute(run, workers=workers, watcher=watcher, cancelled=threading.Event(), processes=True)
+        assert watcher.collisions > 0
+        assert watcher.processes == 0
+
+
+def test_an_interrupt_abandons_batches_and_a_later_run_completes_them(
+    small_config: str, tmp_path: Path
+) -> None:
+    run, cancelled = made(tmp_path / "run", small_config, "repeats=400"), threading.Event()
+    first = execute(
+        run,
+        workers=2,
+        watcher=StopsAfter(1, cancelled),
+        cancelled=cancelled,
+        processes=True,
+    )
+    assert 0 < len(first) < 800
+    assert not multiprocessing.active_children()
+    assert not list(run.directory.rglob("*.part"))
+    assert sum(not each.cached for each in done(run)) == 800 - len(first)
+
+
+class Kills(Watcher):
+    """Kills the processes after the first batch."""
+
+    def events(self, _number: int) -> None:
+        for each in multiprocessing.active_children():
+            each.kill()
+
+
+def test_a_killed_process_is_one_sentence(small_config: str, tmp_path: Path) -> None:
+    run = made(tmp_path / "run", small_config, "repeats=400")
+    with pytest.raises(RunError, match=r"the system ended a process of this run.*fewer --jobs"):
+        execute(run, workers=2, watcher=Kills(), cancelled=threading.Event(), processes=True)
+    assert len(done(run)) == 800
+
+
+@pytest.mark.long
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGKILL, -9), (signal.SIGTERM, 130), (signal.SIGINT, 130)]
+)
+def test_processes_end_with_their_parent(
+    number: signal.Signals, code: int, small_config: str, tmp_path: Path
+) -> None:
+    config = tmp_path / "small.yaml"
+    config.write_text(small_config)
+    arguments = ["run", str(config), "--out", str(tmp_path / "run"), "-o", "repeats=20000"]
+    # A group of its own: all its processes get Ctrl-C of a terminal, or SIGTERM of a batch system.
+    parent = subprocess.Popen(
+        [sys.executable, "-m", "snooker_cli", *arguments, "-j", "2", "--no-progress"],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    while not list(tmp_path.glob("run/point-*/*.h5")):
+        assert parent.poll() is None
+        time.sleep(0.01)
+    if number == signal.SIGKILL:
+        parent.kill()
+    else:
+        os.killpg(parent.pid, number)
+    # The pipe ends when no process has it any more.
+    _, talk = parent.communicate(timeout=60)
+    assert parent.returncode == code
+    assert "Traceback" not in talk
+    assert ("run the same command again to finish" in talk) is (number != signal.SIGKILL)
+    opened = runs.open_run(tmp_path / "run")
+    assert 0 < len(opened.present(opened.points[0])) < 20000
