@@ -37,9 +37,6 @@ bench = typer.Typer(
 @bench.command()
 def speed(
     quick: Quick = False,
-    everything: Annotated[
-        bool, typer.Option("--all", help="Also a million balls, which takes some minutes more.")
-    ] = False,
     compare: Annotated[
         Path | None,
         typer.Option(
@@ -49,21 +46,15 @@ def speed(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Measure repeats and collisions per second, storage, memory.
+    """Measure repeats and collisions per second.
 
     All threads run and store many short repeats. Then one thread simulates several gases. It takes
-    two or three minutes. Run nothing else meanwhile.
+    a minute or two. Run nothing else meanwhile.
     """
-    from snooker_cli.validation.speed_study import (
-        ALL_STUDY,
-        FULL_STUDY,
-        QUICK_STUDY,
-        earlier_record,
-    )
+    from snooker_cli.validation.speed_study import FULL_STUDY, QUICK_STUDY, earlier_record
 
-    study = QUICK_STUDY if quick else ALL_STUDY if everything else FULL_STUDY
     earlier = None if compare is None else earlier_record(compare)
-    _carry_out(replace(study, earlier=earlier), out, as_json)
+    _carry_out(replace(QUICK_STUDY if quick else FULL_STUDY, earlier=earlier), out, as_json)
 
 
 @bench.command()

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import copy
-import ctypes
-import gc
-import itertools
 import json
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +16,6 @@ import pytest
 
 from snooker_cli import store
 from snooker_cli.containers import Circle
-from snooker_cli.engine import simulation
 from snooker_cli.errors import StoreError, UserError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run
@@ -29,23 +24,18 @@ from snooker_cli.runs.execution import processors
 from snooker_cli.scene import Scene
 from snooker_cli.validation import speed_study
 from snooker_cli.validation.speed_study import (
-    BOTH_ENGINES,
     FULL_STUDY,
     MASS,
     QUICK_STUDY,
     SpeedCase,
     SpeedStudy,
-    compared,
     earlier_record,
-    memory,
     short_repeats,
 )
 
 TINY_STUDY = replace(
     QUICK_STUDY,
     cases=(SpeedCase(7, 0.1),),
-    resident=SpeedCase(7, 0.1),
-    recorded=20,
     events=20,
     short=2,
     rounds=1,
@@ -61,40 +51,14 @@ def test_gases_have_their_numbers(case: SpeedCase) -> None:
     assert (scene.restitution, scene.wall_restitution) == (1.0, 1.0)
 
 
-def test_both_engines_are_timed_around_the_number_that_chooses() -> None:
-    for packing, free in itertools.product((0.4, 0.004), (False, True)):
-        pairs, cells = (
-            {one.balls for one in BOTH_ENGINES if one == SpeedCase(one.balls, packing, free, name)}
-            for name in ("allpairs", "cells")
-        )
-        few = simulation.few_at(packing, free=free)
-        assert pairs == cells
-        assert min(pairs) < few
-        assert few < max(pairs) or few == simulation.MOST
-
-
 def test_rates_are_of_the_time_between_looks(monkeypatch: pytest.MonkeyPatch) -> None:
     """A chunk has 16,384 collisions here; by this clock, each but the first takes 0.16384 s."""
     clock = iter(9.0 + 0.16384 * np.arange(10))
     monkeypatch.setattr("snooker_cli.validation.speed_study.time.process_time", lambda: next(clock))
     study = replace(QUICK_STUDY, events=16_384)
-    found = study.timing(SpeedCase(37, 0.37, engine="cells"))
-    assert found["engine"] == "cells"
+    found = study.timing(SpeedCase(37, 0.37))
     for key in ("median", "lowest", "highest"):
         assert found[key] == pytest.approx(1e5)
-
-
-def test_memory_is_measured_where_the_system_counts_it() -> None:
-    # What tests before have freed goes back to the system: it would be taken again, unseen.
-    if sys.platform == "linux" and hasattr(library := ctypes.CDLL(None), "malloc_trim"):
-        gc.collect()
-        library.malloc_trim(0)
-    found = memory(SpeedCase(20_000, 0.4))
-    if not Path("/proc/self/statm").exists():
-        assert found is None
-    else:
-        assert found is not None
-        assert found > 8 * 8  # at least the columns of the kernel's balls
 
 
 def test_short_repeats_are_a_run_with_the_default_threads(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -115,14 +79,14 @@ def test_short_repeats_are_a_run_with_the_default_threads(monkeypatch: pytest.Mo
     for run, results in seen:
         scene = starting_scene(run.experiment, 0)
         assert (scene.container, scene.container_mass) == (Circle(10.0), math.inf)
-        assert scene.number == found["balls"] == 37
+        assert scene.number == 37
         assert set(scene.radii) == {0.1}
         assert scene.restitution == 0.9
-        assert run.experiment.record == found["record"] == "summary"
-        assert all(0 < each.collisions <= found["collisions"] == 500 for each in results)
+        assert run.experiment.record == "summary"
+        assert all(0 < each.collisions <= run.experiment.collisions == 500 for each in results)
         assert not run.directory.exists()
-    assert (found["repeats"], found["rounds"], found["threads"]) == (3, 2, processors())
-    assert found["files"] == 1
+    assert found["rate"] == "repeats/s: 3 of 37 balls, 500 collisions, summary"
+    assert (found["rounds"], found["threads"]) == (2, processors())
 
 
 def test_the_kernel_simulates_the_same_batches_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -163,9 +127,8 @@ def test_the_first_rows_are_short_repeats_under_the_name_of_the_processor(bench:
     _, record = bench("speed")
     lines = list(SpeedStudy.tables(record))
     assert lines[0].startswith(f"{record['machine']['processor']}, ")
-    assert "repeats/s" in lines[4]
     for line, kept in zip(lines[5:7], ("events", "summary"), strict=True):
-        assert line.split()[:4] == ["37", "≤", "500", kept]
+        assert line.startswith(f"repeats/s: 100 of 37 balls, 500 collisions, {kept}")
 
 
 def test_linux_names_the_processor(bench: Any) -> None:
@@ -177,34 +140,15 @@ def test_linux_names_the_processor(bench: Any) -> None:
     assert not models or processor in models
 
 
-def test_rates_of_two_records_stand_beside_each_other() -> None:
-    def row(packing: float, median: float) -> dict[str, Any]:
-        return {"balls": 37, "packing": packing, "free": False, "engine": "cells", "median": median}
-
-    short = {"repeats": 9, "balls": 37, "collisions": 500, "record": "events"}
-    header = {"machine": {"processor": "as it was"}, "date": "then"}
-    then = header | {
-        "short_repeats": [short | {"median": 200.0}],
-        "cases": [row(0.1, 4e6), row(0.2, 1e6)],
-    }
-    now = {"short_repeats": [short | {"median": 500.0}], "cases": [row(0.3, 3e6), row(0.1, 2e6)]}
-    found = compared(then, now)
-    assert found["then"] == header
-    assert [(one["then"], one["now"], one["ratio"]) for one in found["rates"]] == [
-        (200.0, 500.0, 2.5),
-        (None, 3e6, None),
-        (4e6, 2e6, 0.5),
-        (1e6, None, None),
-    ]
-    assert len({one["rate"] for one in found["rates"]}) == 4
-
-
-def test_rates_of_the_full_study_have_different_names() -> None:
-    cases = [
-        vars(each) | {"engine": each.engine or "auto", "median": 1} for each in FULL_STUDY.cases
-    ]
-    record = {"short_repeats": [], "cases": cases}
-    assert len(speed_study._rates(record)) == len(cases)
+def test_rates_of_two_records_stand_beside_each_other(bench: Any) -> None:
+    record = bench("speed")[1]
+    first, _, *others = record["rates"]
+    earlier = record | {"rates": [first | {"median": first["median"] / 2}, *others]}
+    lines = list(SpeedStudy.tables(record | {"earlier": earlier}))
+    (heading,) = (number for number, line in enumerate(lines) if "now/then" in line)
+    assert "then:" in lines[:heading]
+    ratios = [line.split()[-1] for line in lines[heading + 1 : -1]]
+    assert ratios == ["2.00", "–", *["1.00"] * len(others)]
 
 
 def test_the_command_compares_with_an_earlier_record(
@@ -216,28 +160,25 @@ def test_the_command_compares_with_an_earlier_record(
     out = tmp_path / "out"
     ended = snooker("bench", "speed", "--quick", "--compare", earlier, "--out", out)
     assert ended.code == 0
-    lines = ended.out.splitlines()
-    (heading,) = (number for number, line in enumerate(lines) if "now/then" in line)
-    assert "then:" in lines[:heading]
-    rates = len(bench("speed")[1]["cases"]) + 2 + 3  # no row is in both
-    assert len(lines[heading + 1 :]) == rates
+    assert "now/then" in ended.out
     again = snooker("bench", "speed", "--quick", "--json", "--compare", out / "speed.json")
-    found = json.loads(again.out)["comparison"]
-    assert len(found["rates"]) == 3
-    for one in found["rates"]:
-        assert one["ratio"] == one["now"] / one["then"]
-    assert found["then"]["machine"] == bench("speed")[1]["machine"]
+    found = json.loads(again.out)["earlier"]
+    assert found == {
+        key: value
+        for key, value in json.loads((out / "speed.json").read_text(encoding="utf-8")).items()
+        if key != "earlier"
+    }
 
 
 @pytest.mark.parametrize(
     ("changed", "sentence"),
     [
         ({"machine": {}}, "no 'processor'"),
-        ({"cases": [{"balls": 1}]}, "no 'packing'"),
-        ({"cases": 3}, "'int' object is not iterable"),
+        ({"rates": [{"rate": "repeats/s"}]}, "no 'median'"),
+        ({"rates": 3}, "'int' object is not iterable"),
         ({"date": 2026}, "'int' object is not subscriptable"),
         ({"versions": []}, "unsupported operand"),
-        ({"short_repeats": {"a": "b"}}, "string indices"),
+        ({"rates": {"a": "b"}}, "string indices"),
         ({"measurement": "error"}, "it has a measurement of `snooker bench error`"),
         ({"measurement": None}, "it has a measurement of `snooker bench None`"),
     ],
@@ -256,7 +197,7 @@ def test_a_record_whose_rates_are_no_rates_is_not_compared(
     bench: Any, tmp_path: Path, rate: object
 ) -> None:
     record = copy.deepcopy(bench("speed")[1])
-    record["short_repeats"][0]["median"] = rate
+    record["rates"][0]["median"] = rate
     path = tmp_path / "speed.json"
     path.write_text(json.dumps(record), encoding="utf-8")
     with pytest.raises(UserError, match=r"cannot be compared \("):
@@ -280,15 +221,11 @@ def test_a_file_that_is_not_json_is_not_compared(tmp_path: Path, content: bytes)
 
 def test_the_record_is_complete(bench: Any) -> None:
     _, record = bench("speed")
-    assert [one["record"] for one in record["short_repeats"]] == ["events", "summary"]
-    for one in record["short_repeats"]:
-        assert 0 < one["lowest"] <= one["median"] <= one["highest"]
+    short, gases = record["rates"][:2], record["rates"][2:]
+    for one, kept in zip(short, ("events", "summary"), strict=True):
+        assert one["rate"] == f"repeats/s: 100 of 37 balls, 500 collisions, {kept}"
         assert one["kernel_share"] > 0
-    assert [one["balls"] for one in record["cases"]] == [one.balls for one in QUICK_STUDY.cases]
-    for one in record["cases"]:
+    assert [one["balls"] for one in gases] == [one.balls for one in QUICK_STUDY.cases]
+    for one in record["rates"]:
         assert 0 < one["lowest"] <= one["median"] <= one["highest"]
-    stored = record["recording"]
-    assert -1 < stored["lowest"] <= stored["median"] <= stored["highest"]
-    # Without compression an event takes 32 bytes, and the smallest file without any 10 kB.
-    assert 10 < stored["bytes_an_event"] < 34
-    assert len(list(SpeedStudy.tables(record))) > len(record["cases"])
+    assert len({one["rate"] for one in record["rates"]}) == len(record["rates"])
