@@ -29,7 +29,6 @@ from snooker_cli.report.source_values import (
 from snooker_cli.report.supplements import MEASUREMENTS, measurement, sliding_figure
 from snooker_cli.runs import Run
 from snooker_cli.validation.accuracy_study import error_against_cost, error_growth
-from snooker_cli.validation.physics_study import values as physics_values
 from snooker_cli.validation.study import machine
 
 Runs = Mapping[str, "Run"]
@@ -111,7 +110,6 @@ def values(
         "swept": lambda name, key: [float(value) for value in distinct(runs[name].points, key)],
         "repeats_of": lambda name: len(runs[name].points) * experiments[name].repeats,
         "machine": machine,
-        "physics": physics_values(measurement("physics")),
         "at_each": _at_each,
         "ours": lambda name: audit.row(name).ours,
         "value": _text,

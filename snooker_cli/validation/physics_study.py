@@ -4,9 +4,10 @@ Gases are simulated in threads. A mean over seeds, with its error, is beside eac
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -24,6 +25,9 @@ from snooker_cli.trace import Series
 from snooker_cli.validation.study import PLANS, Cells, Record, Study, header_lines, table
 
 ALLOWED = 4.0  # allowed standard errors: by chance a few dozen rows exceed three, not four
+
+ONLY_OPEN = "only with open"
+"""The agreement of a row that deviates by more than ``ALLOWED``, but within what is open."""
 
 START_TEMPERATURE = 50.0
 """Kinetic energy of a ball of 1 kg at the start, J, on average: half of the square of 10 m/s."""
@@ -117,11 +121,16 @@ def known_value(
     source : of the expected value, author and year
     expected_error : standard error of the expected value, as far as it is known
     known : what a finite number of balls adds to the expected value, by theory
-    systematic : how far the expected value may be off otherwise, by bound or estimate
+    systematic : how far the expected value may be off otherwise, by bound or estimate; it never
+        hides a deviation of more than ``ALLOWED``
     """
     mean, error = measured
     difference, both_errors = mean - expected, math.hypot(error, expected_error)
     left = difference - known
+    if abs(left) <= ALLOWED * both_errors:
+        agreement = "yes"
+    else:
+        agreement = ONLY_OPEN if abs(left) <= ALLOWED * both_errors + systematic else "no"
     setting = {key: getattr(gas, key) for key in ("shape", "balls", "packing", "cor", "seeds")}
     setting |= {"settling": gas.settling_events, "collisions": gas.measured_events}
     return {
@@ -138,7 +147,7 @@ def known_value(
         "difference": difference,
         "both_errors": both_errors,
         "left_in_errors": left / both_errors,
-        "agrees": abs(left) <= ALLOWED * both_errors + systematic,
+        "agreement": agreement,
     }
 
 
@@ -221,7 +230,7 @@ SONINE_ERROR = 0.005  # error of a2 itself, from the same source, at a CoR of 0.
 SONINE = "van Noije & Ernst 1998, linearised as by Montanero & Santos 2000"
 
 
-def haff_rows(gas: GasSample, dilute: bool) -> Iterator[Record]:
+def haff_rows(gas: GasSample, dilute: bool = False) -> Iterator[Record]:
     """Haff's rate beside theory; in a dilute gas also whether it is constant, and a2."""
     slope, even, a2 = gas.means(slopes_and_shape)
     alpha = theory.haff_rate(theory.cooling_rate(gas.cor, gas.collision_rate))
@@ -308,8 +317,14 @@ def speeds(gas: GasSample, series: Series) -> tuple[float, float]:
 
 # The study
 
-ONLY_OPEN = "only with open"
-"""The agreement of a row that deviates by more than ``ALLOWED``, but within what is open."""
+
+ROWS: Mapping[str, Callable[[GasSample], Iterator[Record]]] = {
+    "fluids": fluid_rows,
+    "cooling": partial(haff_rows, dilute=True),
+    "cooling_denser": haff_rows,
+    "speeds": speed_rows,
+}
+"""The rows of a gas, by what the gas is measured for."""
 
 
 @dataclass(frozen=True)
@@ -319,141 +334,59 @@ class PhysicsStudy(Study):
     name = "physics"
     libraries = ("numpy", "numba")
 
-    fluids: tuple[GasSample, ...]
-    cooling: tuple[GasSample, ...]
-    cooling_denser: tuple[GasSample, ...]
-    speeds: tuple[GasSample, ...]
+    gases: Mapping[str, Sequence[GasSample]]
     quick: bool = False
 
     @classmethod
     def planned(cls, name: str) -> Self:
         """The plan "full" or "quick"."""
-        gases = {
-            key: tuple(GasSample(**each) for each in known)
-            for key, known in PLANS["physics"][name].items()
-        }
-        return cls(**gases, quick=name == "quick")
+        plan = PLANS["physics"][name]
+        gases = {key: [GasSample(**each) for each in known] for key, known in plan.items()}
+        return cls(gases, quick=name == "quick")
 
     def results(self, report: Callable[[str], None]) -> Record:
-        """The rows, in order, and notes on them."""
+        """The rows, first those whose expected value leaves nothing open, and notes on them."""
         found: list[Record] = []
-        for gas in self.fluids:
-            report(f"pressure and collision rate at packing {gas.packing:.4g}")
-            found += fluid_rows(gas)
-        for gas in (*self.cooling, *self.cooling_denser):
-            report(f"cooling at CoR {gas.cor:g} and packing {gas.packing:g}")
-            found += haff_rows(gas, dilute=gas in self.cooling)
-        for gas in self.speeds:
-            report(f"speeds of {gas.balls} balls, {gas.shape}")
-            found += speed_rows(gas)
+        for purpose, gases in self.gases.items():
+            for gas in gases:
+                words = purpose.replace("_", ", ")
+                report(f"{words}: {gas.balls} balls, packing {gas.packing:.4g}, CoR {gas.cor:g}")
+                found += ROWS[purpose](gas)
         groups = list(dict.fromkeys(row["group"] for row in found))
-        found.sort(key=lambda row: groups.index(row["group"]))
-        return {
-            "allowed_errors": ALLOWED,
-            "notes": PLANS["physics"]["notes"],
-            "rows": in_order(found),
-        }
+        found.sort(key=lambda row: (row["systematic"] > 0, groups.index(row["group"])))
+        return {"allowed_errors": ALLOWED, "notes": PLANS["physics"]["notes"], "rows": found}
 
     @staticmethod
     def passed(record: Record) -> bool:
         """Whether all rows agree, some perhaps only with what is open."""
-        return all(row["agrees"] for row in record["rows"])
+        return all(row["agreement"] != "no" for row in record["rows"])
 
     @staticmethod
     def tables(record: Record) -> Iterator[str]:
         """Measured beside expected values, a table for each group, and how to read them."""
         yield from header_lines(record)
-        rows = in_order(record["rows"])
-        for group in dict.fromkeys(row["group"] for row in rows):
-            yield ""
-            yield group
-            shown = [row | row["setting"] for row in rows if row["group"] == group]
-            yield from table(shown, CELLS, left=TEXTS)
+        for group in dict.fromkeys(row["group"] for row in record["rows"]):
+            yield from ("", group)
+            shown = [row | row["setting"] for row in record["rows"] if row["group"] == group]
+            yield from table(shown, CELLS, left=("quantity", "agrees", "source"))
         yield ""
         yield from record["notes"]
-        yield verdict(record)
+        yield verdict(record["rows"])
 
 
-# The record in sentences and tables
-
-
-def in_order(rows: Sequence[Record]) -> list[Record]:
-    """Rows whose expected value leaves nothing open come first; groups stay together."""
-    return sorted(rows, key=lambda row: row["systematic"] > 0)
-
-
-def agreement(row: Record) -> str:
-    """Whether a row agrees; what is open never hides a deviation of more than ``ALLOWED``."""
-    if not row["agrees"]:
-        return "no"
-    return "yes" if abs(row["left_in_errors"]) <= ALLOWED else ONLY_OPEN
-
-
-def verdict(record: Record) -> str:
+def verdict(rows: Sequence[Record]) -> str:
     """The number of rows that agree, and the names and deviations of the others."""
-    rows = record["rows"]
-    found = f"{_agreeing(rows)} of {len(rows)} rows agree within {ALLOWED:g} standard errors"
+    agreeing = sum(row["agreement"] == "yes" for row in rows)
+    found = f"{agreeing} of {len(rows)} rows agree within {ALLOWED:g} standard errors"
     for answer, words in ((ONLY_OPEN, "only with what is open"), ("no", "not")):
         names = [
             f"{row['quantity']} at packing {row['setting']['packing']:.4g} ({_left(row)})"
             for row in rows
-            if agreement(row) == answer
+            if row["agreement"] == answer
         ]
         if names:
             found += f"; {words}: {listed(names)}"
     return found
-
-
-def _agreeing(rows: Sequence[Record]) -> int:
-    return sum(agreement(row) == "yes" for row in rows)
-
-
-def values(record: Record) -> Record:
-    """The numbers of a saved measurement that our report states.
-
-    off : the largest relative difference of Z from simulated values, in percent, rounded up
-    rows : with their agreement, those with no systematic error first
-    closed, agreeing_closed, beyond : these; of them, within ``ALLOWED`` standard errors, and more
-        than two off
-    only_open : rows that agree only with what is open
-    """
-    rows = [row | {"agreement": agreement(row)} for row in in_order(record["rows"])]
-    states = [row for row in rows if row["group"] == STATE]
-    simulated = [row for row in states if row["source"] != VIRIALS]
-    closed = [row for row in rows if row["systematic"] == 0]
-    off = max(abs(row["difference"] - row["known"]) / row["expected"] for row in simulated)
-    return {
-        "balls": max(row["setting"]["balls"] for row in states),
-        "packings": len({row["setting"]["packing"] for row in states}),
-        "coefficients": len({row["setting"]["cor"] for row in rows if row["group"] == HAFF}),
-        "rows": rows,
-        "agreeing": _agreeing(rows),
-        "closed": len(closed),
-        "agreeing_closed": _agreeing(closed),
-        "only_open": [row for row in rows if row["agreement"] == ONLY_OPEN],
-        "beyond": sum(abs(row["left_in_errors"]) > 2 for row in closed),
-        "off": f"{math.ceil(1e4 * off) / 100:g}",
-    }
-
-
-CELLS: Cells = {
-    "quantity": lambda row: row["quantity"] + _walls(row["shape"]),
-    "N": lambda row: f"{row['balls']:,}",
-    "packing": lambda row: f"{row['packing']:.4g}",
-    "CoR": lambda row: f"{row['cor']:g}",
-    "seeds × collisions": lambda row: f"{row['seeds']} × {row['collisions']:,}",
-    "measured": lambda row: with_error(row["measured"], row["error"]),
-    "expected": lambda row: short(row["expected"], 6),
-    "difference": lambda row: _signed(row["difference"]),
-    "known": lambda row: _signed(row["known"]) if row["known"] else "–",
-    "left, in errors": lambda row: _left(row),
-    "open": lambda row: short(row["systematic"], 2) if row["systematic"] else "–",
-    "agrees": agreement,
-    "source": lambda row: str(row["source"]),
-}
-"""The table of rows with their gases."""
-
-TEXTS = ("quantity", "agrees", "source")
 
 
 def _left(row: Record) -> str:
@@ -466,6 +399,18 @@ def _walls(shape: str) -> str:
     return f", {SHAPES[shape].title}" if SHAPES[shape].has_wall else ""
 
 
-def _signed(value: float) -> str:
-    """Two digits with their sign."""
-    return f"{'+' if value >= 0 else ''}{short(value, 2)}"
+CELLS: Cells = {
+    "quantity": lambda row: row["quantity"] + _walls(row["shape"]),
+    "N": lambda row: f"{row['balls']:,}",
+    "packing": lambda row: f"{row['packing']:.4g}",
+    "CoR": lambda row: f"{row['cor']:g}",
+    "seeds × collisions": lambda row: f"{row['seeds']} × {row['collisions']:,}",
+    "measured": lambda row: with_error(row["measured"], row["error"]),
+    "expected": lambda row: short(row["expected"], 6),
+    "known": lambda row: short(row["known"] or None, 2),
+    "left, in errors": _left,
+    "open": lambda row: short(row["systematic"] or None, 2),
+    "agrees": lambda row: str(row["agreement"]),
+    "source": lambda row: str(row["source"]),
+}
+"""The table of rows with their gases."""

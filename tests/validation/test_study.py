@@ -45,8 +45,8 @@ def test_a_study_gives_a_record_tables_and_figures(
 
 def test_a_study_passes_unless_a_result_is_wrong() -> None:
     assert SpeedStudy.passed({"cases": []})
-    assert PhysicsStudy.passed({"rows": [{"agrees": True}]})
-    assert not PhysicsStudy.passed({"rows": [{"agrees": True}, {"agrees": False}]})
+    assert PhysicsStudy.passed({"rows": [{"agreement": "yes"}, {"agreement": "only with open"}]})
+    assert not PhysicsStudy.passed({"rows": [{"agreement": "yes"}, {"agreement": "no"}]})
 
 
 def test_without_mpmath_the_command_names_what_to_install(
