@@ -8,7 +8,7 @@ from source_scene import CIRCLE, DENSITY, SIMULATED, N, R, T, digits, packing
 
 from snooker_cli import theory
 from snooker_cli.containers import Box, PeriodicBox
-from snooker_cli.theory.collision_rates import friction, wall_rate_from_pressure
+from snooker_cli.theory import friction, wall_rate_from_pressure
 
 PERIMETER = CIRCLE.wall_length
 

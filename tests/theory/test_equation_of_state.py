@@ -11,7 +11,6 @@ from source_scene import CIRCLE, DENSITY, SIMULATED, N, R, T, digits, packing
 
 from snooker_cli import theory
 from snooker_cli.containers import Box, Circle, PeriodicBox
-from snooker_cli.theory import equation_of_state
 
 
 def in_circle(number: float, radius: float) -> theory.FluidState:
@@ -58,14 +57,14 @@ def test_pade_reproduces_every_virial_ratio():
     x = rho * np.exp(2j * np.pi * np.arange(points) / points)
     z = theory.compressibility(x / 2)
     taylor = (np.fft.fft(z) / points).real / rho ** np.arange(points)
-    np.testing.assert_allclose(taylor[:10], equation_of_state.VIRIAL_RATIOS, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(taylor[:10], theory.VIRIAL_RATIOS, rtol=0, atol=1e-12)
     # Two of them have closed forms.
     assert digits(4 / 3 - math.sqrt(3) / math.pi, f"{taylor[2]:.7f}")
     assert digits(2 - 9 * math.sqrt(3) / (2 * math.pi) + 10 / math.pi**2, f"{taylor[3]:.7f}")
 
 
 def test_pade_against_published_simulations():
-    for published in equation_of_state.PUBLISHED_RATIOS:
+    for published in theory.PUBLISHED_RATIOS:
         relative = theory.compressibility(published.packing) / published.ratio - 1
         if published.packing < 0.65:
             # Both the published values and the last coefficients have errors of about 1e-4.

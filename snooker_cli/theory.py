@@ -1,0 +1,538 @@
+"""Closed formulas to compare simulations with, each with its source.
+
+In two dimensions with k_B = 1, otherwise SI units: temperature in J, pressure in N/m (force over
+the length of the wall, "Pa·m"), number density in m⁻², rates in s⁻¹.
+
+========  ==========================================================================
+symbol    meaning
+========  ==========================================================================
+N, m, r   number of balls, mass and radius of a ball; d = 2r
+R, a      radius of a circular container, accessible radius a = R − r
+w, h      width and height of a box
+V         area of the container: πR², or w h
+T         temperature, the mean kinetic energy of a ball; E = N T
+n, η      number density N/V, packing fraction N πr²/V
+Z, χ      compressibility factor P/(n T), contact value of the pair distribution
+e, e_w    coefficient of restitution between balls, and at the wall
+λ, ω, ν_w mean free path, ball-ball and wall collision rate of one ball
+α, ζ, k   Haff's rate, cooling rate of the temperature, decay constant of the source report
+========  ==========================================================================
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.polynomial.polynomial import polyval
+from numpy.typing import NDArray
+
+from snooker_cli.containers import AccessibleRegion, Container
+
+Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of floats
+
+
+# The equation of state of the hard-disk fluid, in bulk and between walls.
+
+
+def number_density(number: float, area: float) -> float:
+    """Balls per area of the whole container (m⁻²): n = N/V."""
+    return number / area
+
+
+def ideal_gas_pressure(number: float, temperature: float, area: float) -> float:
+    """Pressure of the ideal gas (N/m): P = N T/V, equation 10 of the source report."""
+    return number * temperature / area
+
+
+def van_der_waals_pressure(
+    number: float, temperature: float, area: float, ball_radius: float
+) -> float:
+    """Pressure with the excluded area of pairs (N/m): P = N T/(V − N b).
+
+    b = 2πr² is the second virial coefficient of hard disks, half the area πd² that one ball closes
+    to the centre of another. The form is exact to first order in the density. It is inf where
+    N b reaches V, at a packing fraction of one half.
+    """
+    free_area = area - number * 2 * math.pi * ball_radius**2
+    return number * temperature / free_area if free_area > 0 else math.inf
+
+
+def accessible_wall_pressure(
+    number: float, temperature: float, ball_radius: float, container: Container
+) -> float:
+    """Pressure on the wall of balls that never collide with each other (N/m): N T L/(A W).
+
+    A and L are the accessible area and its edge, W the length of the wall. By the virial theorem
+    it is exact: in a circle a·F = 2 N T, so P = N T/(π a R). In a box (w − 2r)F_x = 2 N⟨m u²⟩, the
+    same holds for y, and both directions have the same share on average.
+    """
+    region = container.accessible(ball_radius)
+    return number * temperature * region.edge / region.area / container.wall_length
+
+
+VIRIAL_RATIOS = (
+    *(1.0, 1.0, 0.7820044, 0.5322318, 0.33355604),
+    *(0.1988425, 0.1148728, 0.0649930, 0.0362193, 0.0199537),
+)
+"""B_k/B_2^(k−1) of hard disks for k = 1 … 10 (Clisby & McCoy 2006), so Z = Σ ratio_k (2η)^(k−1)."""
+
+
+def _pade_coefficients() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Numerator of χ (degree 4) and denominator of χ and Z (degree 5) of the Padé [4/5] of Z."""
+    series = np.array(VIRIAL_RATIOS)
+    rows = np.arange(5, 10)
+    denominator = np.ones(6)
+    denominator[1:] = np.linalg.solve(series[rows[:, None] - np.arange(1, 6)], -series[rows])
+    numerator = np.zeros(6)
+    numerator[:5] = np.convolve(series, denominator)[:5]
+    # Z − 1 = x χ: the constant terms are both exactly one, so x divides out and χ keeps every digit
+    # in the dilute limit, where (Z − 1)/x would lose them.
+    return (numerator - denominator)[1:], denominator
+
+
+_PADE_CONTACT, _PADE_DENOMINATOR = _pade_coefficients()
+
+
+DENSEST_FLUID = 0.65
+"""Packing fraction above which disks begin to order, where no theory here holds."""
+
+
+def contact_value(packing: Real) -> Real:
+    """Pair distribution of hard disks at contact: χ = (Z − 1)/(2η), 1 in the dilute limit.
+
+    `packing` is the packing fraction η. Z is the Padé [4/5] in 2η of ten virial coefficients
+    (Clisby & McCoy 2006). It describes the fluid and fails above η ≈ 0.65, where disks begin to
+    order: at η = 0.70 it is a tenth too high.
+    """
+    x = 2.0 * packing
+    ratio: Any = polyval(x, _PADE_CONTACT) / polyval(x, _PADE_DENOMINATOR)
+    value: Real = ratio
+    return value
+
+
+def compressibility(packing: Real) -> Real:
+    """Compressibility factor of hard disks: Z = P/(n T) = 1 + 2ηχ (see `contact_value`)."""
+    return 1.0 + 2.0 * packing * contact_value(packing)
+
+
+@dataclass(frozen=True)
+class FluidState:
+    """Equilibrium of hard disks in a container.
+
+    pressure : force on the wall over its length, N/m; without walls that of the bulk
+    bulk_packing : packing fraction far from the walls; below N πr² over the accessible area,
+        because walls attract balls
+    virial_ratio : 1 + ΣJd/(2 N T t), with the impulses J of ball-ball collisions at their
+        distances d; in bulk this is Z
+    """
+
+    pressure: float
+    bulk_packing: float
+    virial_ratio: float
+
+
+def fluid_state(
+    number: float, temperature: float, ball_radius: float, container: Container
+) -> FluidState:
+    """Pressure of hard disks in a container, with its walls by scaled particle theory.
+
+    With the bulk density n_b = η/(πr²), scaled particle theory (Helfand, Frisch & Lebowitz 1961)
+    gives a hard wall the line tension γ = −T n_b r η/(1 − η)² on the accessible edge L. By Gibbs,
+    the adsorption is 2 n_b r η/(1 + η). The grand potential is −P_b A + γ L over the accessible
+    area A. Its change with a motion of the walls gives the force on them, and its change with the
+    scale of the container gives the virial. To first order in the curvature::
+
+        N = n_b A + L n_b 2ηr/(1 + η)             (a quadratic equation for η)
+        force = P_b L − γ dL/ds                   P_b = n_b T Z(η)
+        1 + ΣJd/(2 N T t) = (P_b A − γ L/2)/(N T)
+
+    dL/ds is the region's `spreading`: the curvature of a circle, the corners of a box. Z is that of
+    `compressibility`, which is better in bulk than that of scaled particle theory.
+
+    Raises ValueError when a fluid of N balls does not fit.
+    """
+    area, edge, spreading = container.accessible(ball_radius)
+    covered = number * math.pi * ball_radius**2
+    if ball_radius <= 0 or edge < 0 or covered >= area + edge * ball_radius:
+        raise ValueError(
+            f"{number:g} balls of radius {ball_radius:g} m are no fluid in {container.description}"
+            "; choose a positive radius and fewer or smaller balls"
+        )
+    linear = area - covered
+    quadratic = area + 2 * ball_radius * edge
+    packing = 2 * covered / (linear + math.sqrt(linear**2 + 4 * quadratic * covered))
+    density = packing / (math.pi * ball_radius**2)
+    tension = -density * temperature * ball_radius * packing / (1 - packing) ** 2
+    bulk = density * temperature * compressibility(packing)
+    force = bulk * edge - tension * spreading
+    return FluidState(
+        pressure=force / container.wall_length if container.has_wall else bulk,
+        bulk_packing=packing,
+        virial_ratio=(bulk * area - tension * edge / 2) / (number * temperature),
+    )
+
+
+class PublishedRatio(NamedTuple):
+    """A published Z = P V/(N T), simulated in a periodic box at a packing fraction."""
+
+    packing: float
+    ratio: float
+    source: str
+
+
+_CLOSE_PACKING = math.pi / (2 * math.sqrt(3))
+
+# Areas over that of close packing, and Z; packing fractions, and P d²/T = 4ηZ/π of 1024² disks.
+_ERPENBECK = ((2.0, 3.4243), (1.8, 4.1715), (1.6, 5.4963), (1.5, 6.6074))
+_ENGEL = ((0.698, 9.169342), (0.7, 9.185405), (0.716, 9.18327), (0.72, 9.2308))
+
+PUBLISHED_RATIOS = (
+    *(PublishedRatio(_CLOSE_PACKING / v, z, "Erpenbeck & Luban 1985") for v, z in _ERPENBECK),
+    *(PublishedRatio(x, math.pi * p / (4 * x), "Engel et al. 2013") for x, p in _ENGEL),
+)
+
+
+def published_ratio(packing: float) -> PublishedRatio | None:
+    """The published ratio at a packing fraction, or None if none is within 10⁻⁵ of it.
+
+    Such a difference changes Z by at most 4·10⁻⁴.
+    """
+    near = min(PUBLISHED_RATIOS, key=lambda one: abs(one.packing - packing))
+    return near if abs(near.packing - packing) <= 1e-5 else None
+
+
+# Distributions of speed: Maxwell-Boltzmann, a cooling gas, and N balls at fixed energy.
+#
+# With walls and a fixed total energy E = N T, the 2N velocity components are uniform on a sphere,
+# so v²/(2NT/m) ~ Beta(1, N − 1) for each ball, exactly. The limit of N → ∞ is Maxwell-Boltzmann. In
+# a periodic box with zero total momentum, N − 1 velocities are free. Equal balls then have the law
+# of N − 1 balls at the same T = E/N, because v is √(1 − 1/N) times a direction among those N − 1.
+
+
+def maxwell_mean_speed(temperature: float, mass: float = 1.0) -> float:
+    """Mean speed of a two-dimensional Maxwell-Boltzmann gas (m/s): √(πT/2m)."""
+    return math.sqrt(math.pi * temperature / (2 * mass))
+
+
+def fixed_energy_factor(number: int) -> float:
+    """Mean speed of N balls at fixed energy over Maxwell's: c_N = √N Γ(N)/Γ(N + ½), above 1.
+
+    By symmetry the mean magnitude of one velocity component has the same factor. It is
+    1 + 1/(8N) + O(N⁻²). lgamma gives ten digits up to 10⁵ balls.
+    """
+    return math.sqrt(number) * math.exp(math.lgamma(number) - math.lgamma(number + 0.5))
+
+
+def fixed_energy_mean_speed(number: int, temperature: float, mass: float = 1.0) -> float:
+    """Mean speed of N balls that share the energy N T (m/s), exact: c_N √(πT/2m)."""
+    return fixed_energy_factor(number) * maxwell_mean_speed(temperature, mass)
+
+
+def maxwell_speed_density(speed: Real, temperature: float, mass: float = 1.0) -> Real:
+    """Maxwell-Boltzmann density of the speed in 2D (s/m): (m v/T) exp(−m v²/2T) at v ≥ 0 (m/s)."""
+    scaled = mass * speed / temperature
+    density: Real = scaled * np.exp(-0.5 * scaled * speed)
+    return density
+
+
+def maxwell_speed_cdf(speed: Real, temperature: float, mass: float = 1.0) -> Real:
+    """Probability of a speed below `speed` (m/s ≥ 0) in the Maxwell-Boltzmann gas."""
+    probability: Real = -np.expm1(-0.5 * mass * speed * speed / temperature)
+    return probability
+
+
+def sonine_speed_cdf(speed: Real, temperature: float, a2: float, mass: float = 1.0) -> Real:
+    """Probability of a speed below `speed` (m/s ≥ 0) in the homogeneous cooling state.
+
+    Maxwell's density times 1 + a2 (x²/2 − 2x + 1), x = m v²/2T, the Sonine polynomial of van Noije
+    & Ernst 1998 in two dimensions with the a2 of `sonine_coefficient`; integrated,
+    1 − e^(−x)[1 + a2 (x²/2 − x)].
+    """
+    x = 0.5 * mass * speed * speed / temperature
+    probability: Real = -np.expm1(-x) - a2 * (0.5 * x * x - x) * np.exp(-x)
+    return probability
+
+
+def fixed_energy_speed_density(
+    speed: Real, number: int, temperature: float, mass: float = 1.0
+) -> Real:
+    """Exact density of the speed of one of N ≥ 2 balls that share the energy N T (s/m).
+
+    p(v) = 2(N − 1) v/V² (1 − v²/V²)^(N−2) up to V = √(2NT/m), the speed of a ball with all of
+    the energy; zero above. `speed` is v ≥ 0 in m/s.
+    """
+    scale = mass / (2 * number * temperature)
+    rest = 1.0 - scale * speed * speed
+    power = np.maximum(rest, 0.0) ** (number - 2)
+    density: Real = 2 * (number - 1) * scale * speed * power * (rest >= 0)
+    return density
+
+
+def fixed_energy_speed_cdf(speed: Real, number: int, temperature: float, mass: float = 1.0) -> Real:
+    """Probability of a speed below `speed` (m/s ≥ 0) for one of N ≥ 2 balls that share N T.
+
+    1 − (1 − m v²/(2NT))^(N−1), and 1 beyond v = √(2NT/m).
+    """
+    fraction = np.minimum(mass * speed * speed / (2 * number * temperature), 1.0)
+    with np.errstate(divide="ignore"):
+        # log1p(−1) = −inf at the largest speed, where the probability is exactly one.
+        probability: Real = -np.expm1((number - 1) * np.log1p(-fraction))
+    return probability
+
+
+def fixed_energy_kurtosis(number: int) -> float:
+    """⟨v⁴⟩/⟨v²⟩² of N balls at fixed energy, exact: 2N/(N + 1); 2 for Maxwell-Boltzmann."""
+    return 2 * number / (number + 1)
+
+
+# Rates of collisions between balls and at the wall, and mean free paths.
+
+
+def mean_free_path(number_density: float, ball_radius: float, contact_value: float = 1.0) -> float:
+    """Mean free path of disks (m): λ = 1/(2√2 n d χ) = ⟨v⟩/ω.
+
+    The cross-section of disks is the length 2d, and √2 is the mean relative speed over ⟨v⟩. χ = 1
+    gives Boltzmann's path in a dilute gas, the contact value χ Enskog's in a dense one.
+    """
+    return 1 / (2 * math.sqrt(2) * number_density * 2 * ball_radius) / contact_value
+
+
+def source_mean_free_path(number_density: float, ball_radius: float) -> float:
+    """Mean free path by equation 7 of the source report (m): 1/(√2 n σ) with its σ = 2πr."""
+    return 1 / (math.sqrt(2) * number_density * 2 * math.pi * ball_radius)
+
+
+def ball_ball_rate(
+    number_density: float,
+    ball_radius: float,
+    temperature: float,
+    contact_value: float = 1.0,
+    mass: float = 1.0,
+) -> float:
+    """Ball-ball collisions of one ball per second after Enskog: ω = 2 d n χ √(πT/m).
+
+    This is n·2d·χ·⟨g⟩ with the mean relative speed ⟨g⟩ = √(πT/m) of a Maxwellian.
+    """
+    thermal = math.sqrt(math.pi * temperature / mass)
+    return 4 * ball_radius * number_density * contact_value * thermal
+
+
+def wall_rate(mean_speed: float, region: AccessibleRegion) -> float:
+    """Wall collisions of one ball per second in an ideal gas: ⟨v⟩ over the mean chord πA/L."""
+    return mean_speed * region.edge / (math.pi * region.area)
+
+
+def wall_rate_from_pressure(
+    number: int, pressure: float, temperature: float, wall_length: float, mass: float = 1.0
+) -> float:
+    """Wall collisions of one ball per second that a pressure implies, for e_w = 1.
+
+    ν_w = c_N W P/(N √(2π m T)): the force W·P on a wall of length W is the rate N ν_w times the
+    mean impulse 2m⟨v_n²⟩/⟨v_n⟩ = √(2π m T)/c_N at fixed energy. It is exact at any density (in a
+    circle on average over the angular momentum), because in equilibrium positions and velocities
+    are independent.
+    """
+    force = wall_length * pressure
+    impulse = math.sqrt(2 * math.pi * mass * temperature) / fixed_energy_factor(number)
+    return force / (number * impulse)
+
+
+def friction(
+    ball: int,
+    masses: NDArray[np.float64],
+    radii: NDArray[np.float64],
+    temperature: float,
+    container: Container,
+) -> float:
+    """Friction of a ball among all others after Enskog (kg/s): ζ = Σ 2 σ χ √(2πμT)/A.
+
+    A slow ball with drift u feels the force −ζu. Its coefficient of diffusion is D = T/ζ, the first
+    Sonine approximation (Chapman & Cowling 1970, for disks); for a ball like all others that is
+    √(T/πm)/(2 n d χ). Of each other ball, σ is the sum of both radii, μ the reduced mass and A the
+    area that its centre reaches. χ of a mixture is that of Jenkins & Mancini 1987,
+    1/(1 − η) + 9/16 · (Σ πr/2V)/(1 − η)² · 4 r r'/(r + r').
+
+    masses, radii : (*N*,) of all balls, kg and m
+    temperature : J
+    """
+    others = np.arange(len(radii)) != ball
+    packing = container.packing_fraction(float(np.sum(radii**2)))
+    edge = math.pi / 2 * float(np.sum(radii)) / container.area
+    distance = radii[ball] + radii[others]
+    means = 4 * radii[ball] * radii[others] / distance
+    contact = 1 / (1 - packing) + 9 / 16 * edge / (1 - packing) ** 2 * means
+    reduced = masses[ball] * masses[others] / (masses[ball] + masses[others])
+    sizes, which = np.unique(radii[others], return_inverse=True)
+    areas = np.array([container.accessible(float(size)).area for size in sizes])[which]
+    each = 2 * distance * contact * np.sqrt(2 * math.pi * reduced * temperature) / areas
+    return float(np.sum(each))
+
+
+@dataclass(frozen=True)
+class CollisionRates:
+    """Collisions of one ball among equal hard disks in a container, after Enskog.
+
+    mean_free_path : λ/χ, between collisions with other balls, m
+    mean_speed : at fixed energy, m/s
+    ball_ball, wall : collisions with other balls and with the wall, 1/s; 0 without a wall
+    """
+
+    mean_free_path: float
+    mean_speed: float
+    ball_ball: float
+    wall: float
+
+
+def collision_rates(
+    number: int, temperature: float, ball_radius: float, container: Container, mass: float = 1.0
+) -> CollisionRates:
+    """Rates of N balls at the container's mean density, and at the wall of `fluid_state`.
+
+    Raises ValueError when a fluid of N balls does not fit.
+    """
+    density = number_density(number, container.area)
+    contact = contact_value(container.packing_fraction(number * ball_radius**2))
+    pressure = fluid_state(number, temperature, ball_radius, container).pressure
+    return CollisionRates(
+        mean_free_path=mean_free_path(density, ball_radius, contact),
+        mean_speed=fixed_energy_mean_speed(number, temperature, mass),
+        ball_ball=ball_ball_rate(density, ball_radius, temperature, contact, mass),
+        wall=wall_rate_from_pressure(number, pressure, temperature, container.wall_length, mass),
+    )
+
+
+# Cooling of inelastic balls. Balls with Maxwell's speeds lose on average (1 − e²)T in a ball-ball
+# collision and (1 − e_w²)T at the wall.
+
+
+def source_decay_constant(restitution: float, mean_free_path: float, mean_speed: float) -> float:
+    """Decay constant of the energy by the source report (s⁻¹): k = −2 ln(e) ⟨v⟩/λ (eqs 6, 7).
+
+    It assumes that a collision leaves e² of all energy; only the relative normal part of the motion
+    loses that much. The pressure's is k/2 (eq. 9), the first slope of its mean since the start.
+    `restitution` is in (0, 1].
+    """
+    return (0.0 - 2.0 * math.log(restitution)) * mean_speed / mean_free_path
+
+
+def haff_ratio(time: Real, haff_rate: float) -> Real:
+    """Temperature over its start by Haff's law (Haff 1983): T/T0 = (1 + αt)⁻²."""
+    return 1.0 / (1.0 + haff_rate * time) ** 2
+
+
+def sonine_coefficient(restitution: float) -> float:
+    """Second Sonine coefficient a2 of the homogeneous cooling state of inelastic disks.
+
+    a2 = 16(1 − e)(1 − 2e²)/[73 − 41e − 2(1 − e)e²], where ⟨v⁴⟩/⟨v²⟩² = 2(1 + a2). The collisional
+    moments obey μ4 = 4(1 + a2)μ2 (van Noije & Ernst 1998), here linearised as μ4/(1 + a2) = 4μ2
+    (Montanero & Santos 2000). a3 and beyond are neglected: at e ≥ 0.5 the result is within 0.005 of
+    direct simulation, which is below 0.001 of the cooling rate.
+    """
+    e = restitution
+    return 16 * (1 - e) * (1 - 2 * e**2) / (73 - 41 * e - 2 * (1 - e) * e**2)
+
+
+def cooling_rate(
+    restitution: float, ball_ball_rate: float, wall_restitution: float = 1.0, wall_rate: float = 0.0
+) -> float:
+    """Relative loss of temperature per second: ζ = (1 − e²)(ω/2)(1 + 3a2/16) + (1 − e_w²)ν_w.
+
+    ω and ν_w are the collision rates of one ball with Maxwell's speeds (s⁻¹). The ball-ball term is
+    Haff's with the Sonine correction of van Noije & Ernst 1998. The wall term is the mean loss
+    (1 − e_w²)T of a ball at the wall.
+    """
+    sonine = 1 + 3 * sonine_coefficient(restitution) / 16
+    between_balls = (1 - restitution**2) * ball_ball_rate / 2 * sonine
+    return between_balls + (1 - wall_restitution**2) * wall_rate
+
+
+def critical_length(
+    restitution: float, number: float, ball_radius: float, container: Container
+) -> float:
+    """Wavelength L_c above which vortices grow in a gas of inelastic disks, m; inf at CoR 1.
+
+    A flow that varies as sin(kx) across its direction decays at the rate ν k², the thermal speed at
+    ζ/2. So the flow grows relative to it if ν k² < ζ/2, and L_c = 2π/k = 2π√(2ν/ζ), at any
+    temperature. Clusters follow where vortices have grown. ζ is that of `cooling_rate` without a
+    wall. ν is Enskog's kinematic viscosity of elastic disks in the first Sonine approximation, so
+    that the result holds to leading order in 1 − e² (Brito & Ernst 1998,
+    doi:10.1209/epl/i1998-00388-9; viscosity: Gass, J. Chem. Phys. 54 (1971) 1898)::
+
+        ν = √(T/(πm))/(2 n d) · [1/χ + 2η + (1 + 8/π) η² χ]
+
+    In a dilute gas, with ζ = (1 − e²)√(πT/m) n d and λ = 1/(2√2 n d), L_c is 4√(2π) λ/√(1 − e²) =
+    10.03 λ/√(1 − e²).
+    """
+    density, packing = number / container.area, container.packing_fraction(number * ball_radius**2)
+    contact = contact_value(packing)
+    dense = 1 / contact + 2 * packing + (1 + 8 / math.pi) * packing**2 * contact
+    viscosity = dense / (4 * math.sqrt(math.pi) * density * ball_radius)
+    cooling = cooling_rate(restitution, ball_ball_rate(density, ball_radius, 1.0, contact))
+    return 2 * math.pi * math.sqrt(2 * viscosity / cooling) if cooling else math.inf
+
+
+def haff_rate(cooling_rate: float) -> float:
+    """Haff's rate (s⁻¹): α = ζ/2 with ζ at the start, because dT/dt = −ζ0 √(T/T0) T."""
+    return cooling_rate / 2
+
+
+def energy_ratio_by_events(
+    number: float,
+    restitution: float,
+    ball_ball_events: Real,
+    wall_restitution: float,
+    wall_events: Real,
+) -> Real:
+    """Energy over its start after c_bb and c_w collisions: exp{−[(1 − e²)c_bb + (1 − e_w²)c_w]/N}.
+
+    Each collision loses the mean of Maxwell's speeds, (1 − e²)T = (1 − e²)E/N, at any density.
+    """
+    lost = (1 - restitution**2) * ball_ball_events + (1 - wall_restitution**2) * wall_events
+    ratio: Real = np.exp(-lost / number)
+    return ratio
+
+
+class SourceFactors(NamedTuple):
+    """Factors by which the mistakes of the source report change its decay constant; 1 for none.
+
+    loss : all energy falls to e² in a collision; only the normal part of the relative motion loses
+    section : the cross-section is 2πr instead of the 4r of disks
+    density : the finite size of the balls, which makes collisions χ times as frequent, is ignored
+    wall : losses at the wall are ignored
+    """
+
+    loss: float
+    section: float
+    density: float
+    wall: float
+
+
+def source_factors(
+    restitution: float,
+    contact_value: float,
+    ball_ball_rate: float,
+    wall_restitution: float,
+    wall_rate: float,
+) -> SourceFactors:
+    """The mistakes of equations 6 and 7 of the source report, as factors.
+
+    Their product is −2 ln(e)⟨v⟩ √2 n 2πr over ζ of `cooling_rate`, ⟨v⟩ = √(πT/2m) for Maxwell's
+    law: a ball loses −ln(e²) instead of (1 − e²)(1 + 3a2/16)/2 in a collision, and has
+    ω = √2 n 4r χ⟨v⟩ of them per second. χ is the contact value; the rates are `cooling_rate`'s.
+    """
+    pairs = cooling_rate(restitution, ball_ball_rate)
+    both = cooling_rate(restitution, ball_ball_rate, wall_restitution, wall_rate)
+    loss = -2 * math.log(restitution) * ball_ball_rate / pairs
+    return SourceFactors(loss, math.pi / 2, 1 / contact_value, pairs / both)
+
+
+def angular_momentum_floor(
+    angular_momentum: float, number: float, accessible_radius: float, mass: float = 1.0
+) -> float:
+    """Least energy that a smooth fixed circle leaves to N balls (J): E ≥ L²/(2 m N a²).
+
+    The circle conserves the angular momentum L about its centre. By Cauchy-Schwarz the energy is
+    least if all balls circle at radius a = R − r with one speed.
+    """
+    return angular_momentum**2 / (2 * mass * number * accessible_radius**2)
