@@ -29,7 +29,7 @@ from snooker_cli.analysis.fitting import (
 from snooker_cli.analysis.observables import after_collisions, elastic, over_first, so_far
 from snooker_cli.formatting import listed, plain, short
 from snooker_cli.scene import EPSILON
-from snooker_cli.trace import StopReason, Trace
+from snooker_cli.trace import Series, StopReason, Trace
 
 Array = NDArray[np.float64]
 TimeCourse = tuple[Array, Array]
@@ -41,51 +41,6 @@ WINDOWS = 20  # windows of time for the local pressure and energy
 
 COLLISION_ROUNDING = 8 * EPSILON
 """Relative error of the energy of elastic balls per collision: twice that of four roundings."""
-
-
-def _energy(trace: Trace) -> TimeCourse:
-    found = after_collisions(trace)
-    return found.time, observables.energy_ratio(found)
-
-
-def _temperature(trace: Trace) -> TimeCourse:
-    found = after_collisions(trace)
-    return found.time, over_first(found.kinetic_energy)
-
-
-def _pressure(trace: Trace) -> TimeCourse:
-    found = after_collisions(trace)
-    settled = (found.wall_events + found.pair_events >= SKIPPED_COLLISIONS)[found.time > 0]
-    time, values = observables.cumulative_pressure(trace, found)
-    return time[settled], over_first(values[settled])
-
-
-def _energy_at(trace: Trace, times: Array) -> Array:
-    return so_far(trace, observables.energy_ratio(observables.series(trace)), times)
-
-
-def _temperature_at(trace: Trace, times: Array) -> Array:
-    return so_far(trace, observables.series(trace).kinetic_energy, times)
-
-
-def _pressure_at(trace: Trace, times: Array) -> Array:
-    edges = np.append(0.0, times)
-    return np.cumsum(observables.pressures(trace, edges) * np.diff(edges)) / times
-
-
-def _in_windows(trace: Trace, means: Callable[[Array], Array]) -> TimeCourse:
-    """Means between the edges of equal windows; none for a repeat without length."""
-    edges = np.linspace(0.0, trace.stop.time, WINDOWS + 1)[: None if trace.stop.time > 0 else 0]
-    return (edges[:-1] + edges[1:]) / 2, means(edges)
-
-
-def _local_pressure(trace: Trace) -> TimeCourse:
-    return _in_windows(trace, lambda edges: over_first(observables.pressures(trace, edges)))
-
-
-def _local_energy(trace: Trace) -> TimeCourse:
-    ratio = observables.energy_ratio(observables.series(trace))
-    return _in_windows(trace, lambda edges: observables.time_means(trace, ratio, edges))
 
 
 @dataclass(frozen=True)
@@ -108,13 +63,53 @@ class Quantity:
     laws: tuple[str, ...] = tuple(LAWS)
 
 
+def _from_start(label: str, column: Callable[[Series], Array]) -> Quantity:
+    """A quantity that only collisions change, as a column of the series."""
+
+    def course(trace: Trace) -> TimeCourse:
+        found = after_collisions(trace)
+        return found.time, over_first(column(found))
+
+    def at(trace: Trace, times: Array) -> Array:
+        return so_far(trace, column(observables.series(trace)), times)
+
+    return Quantity(label, course, at, starts_at_one=True)
+
+
+def _pressure(trace: Trace) -> TimeCourse:
+    found = after_collisions(trace)
+    settled = (found.wall_events + found.pair_events >= SKIPPED_COLLISIONS)[found.time > 0]
+    time, values = observables.cumulative_pressure(trace, found)
+    return time[settled], over_first(values[settled])
+
+
+def _pressure_at(trace: Trace, times: Array) -> Array:
+    edges = np.append(0.0, times)
+    return np.cumsum(observables.pressures(trace, edges) * np.diff(edges)) / times
+
+
+def _in_windows(means: Callable[[Trace, Array], Array]) -> Callable[[Trace], TimeCourse]:
+    """Means between the edges of equal windows; none for a repeat without length."""
+
+    def course(trace: Trace) -> TimeCourse:
+        edges = np.linspace(0.0, trace.stop.time, WINDOWS + 1)[: None if trace.stop.time > 0 else 0]
+        return (edges[:-1] + edges[1:]) / 2, means(trace, edges)
+
+    return course
+
+
+def _local_pressures(trace: Trace, edges: Array) -> Array:
+    return over_first(observables.pressures(trace, edges))
+
+
+def _local_energies(trace: Trace, edges: Array) -> Array:
+    ratio = observables.energy_ratio(observables.series(trace))
+    return observables.time_means(trace, ratio, edges)
+
+
 QUANTITIES: dict[str, Quantity] = {
-    "kinetic_energy": Quantity(
-        "kinetic energy, E(t)/E(0)", _energy, _energy_at, starts_at_one=True
-    ),
-    "temperature": Quantity(
-        "temperature, T(t)/T(0)", _temperature, _temperature_at, starts_at_one=True
-    ),
+    "kinetic_energy": _from_start("kinetic energy, E(t)/E(0)", observables.energy_ratio),
+    "temperature": _from_start("temperature, T(t)/T(0)", lambda found: found.kinetic_energy),
     "pressure": Quantity(
         f"pressure, P(t)/P({SKIPPED_COLLISIONS} collisions)", _pressure, _pressure_at, is_mean=True
     ),
@@ -125,8 +120,8 @@ QUANTITIES: dict[str, Quantity] = {
         is_mean=True,
         laws=("exponential",),
     ),
-    "local_pressure": Quantity("pressure in windows of time", _local_pressure),
-    "local_energy": Quantity("energy in windows of time, E/E(0)", _local_energy),
+    "local_pressure": Quantity("pressure in windows of time", _in_windows(_local_pressures)),
+    "local_energy": Quantity("energy in windows of time, E/E(0)", _in_windows(_local_energies)),
 }
 """Every quantity that is fitted, by its name in ``fit.json``."""
 
@@ -157,19 +152,16 @@ WITHOUT_WALLS = f"{observables.NO_WALLS}; Haff's law is for a gas without cluste
 class Curve:
     """The decay of a quantity in one repeat: times (s), values over the first, their rounding.
 
-    later : whether earlier times are left out, so that no amplitude is held at 1
+    held : whether the fit holds the amplitude at 1
+    elastic : whether no collision loses energy, so that any constant is noise
     """
 
     quantity: Quantity
     time: Array
     value: Array
     rounding: float
-    later: bool = False
-
-    @property
-    def held(self) -> bool:
-        """Whether the fit holds the amplitude at 1."""
-        return self.quantity.starts_at_one and not self.later
+    held: bool
+    elastic: bool = False
 
 
 @dataclass(frozen=True)
@@ -206,16 +198,6 @@ class Decay:
         return sum(self.ended.values()) - complete(self.ended)
 
     @property
-    def r_squared(self) -> float:
-        """Mean over the repeats."""
-        return _mean(result.r_squared for result in self.fits)
-
-    @property
-    def rms_residual(self) -> float:
-        """Mean over the repeats."""
-        return _mean(result.rms_residual for result in self.fits)
-
-    @property
     def reason(self) -> str | None:
         """Why fits failed, the most frequent reason first; ``None`` if none has."""
         reasons = Counter(result.message for result in self.fits if not result.converged)
@@ -223,36 +205,18 @@ class Decay:
 
     def as_json(self) -> dict[str, Any]:
         """A row of ``fit.json``: ``value`` ± ``error`` are the mean and its standard error."""
-        found, judged = self.over_repeats, self.goodness
         content: dict[str, Any] = plain(
             {
                 "quantity": self.quantity,
                 "model": self.law,
                 "amplitude": "fixed at 1" if self.held else "free",
-                "value": found.mean,
-                "error": found.standard_error,
-                "repeats": found.count,
-                "failed": found.failed,
+                **vars(self.over_repeats),
+                "unit": "s-1",
                 "short": self.short,
                 "complete": complete(self.ended),
                 "reason": self.reason,
-                "unit": "s-1",
-                "standard_deviation": found.standard_deviation,
-                "bootstrap_error": found.bootstrap_error,
-                "bootstrap_interval": [found.bootstrap_low, found.bootstrap_high],
-                "max_min_half_range": found.max_min_half_range,
-                "r_squared": self.r_squared,
-                "rms_residual": self.rms_residual,
                 "elastic": self.elastic,
-                "judged_repeats": judged.repeats,
-                "judged_from": judged.since,
-                "judged_to": judged.until,
-                "chi_squared_per_degree": judged.chi_squared,
-                "degrees_of_freedom": judged.degrees,
-                "probability": judged.probability,
-                "holds_to": judged.holds_until,
-                "end_over_fit": judged.end_ratio,
-                "end_over_fit_error": judged.end_error,
+                **vars(self.goodness),
             }
         )
         return content
@@ -286,13 +250,15 @@ def curve(trace: Trace, quantity: str, since: float = 0.0, until: float = math.i
     known = QUANTITIES[quantity]
     time, value = known.course(trace)
     kept = (time >= since) & (time <= until)
-    rounding = COLLISION_ROUNDING * trace.collisions
-    return Curve(known, time[kept], value[kept], rounding, later=since > 0)
+    rounding, held = COLLISION_ROUNDING * trace.collisions, known.starts_at_one and since == 0
+    return Curve(known, time[kept], value[kept], rounding, held, elastic(trace.start))
 
 
 def fit_curve(decay: Curve, law: str) -> FitResult:
     """Fit one repeat's decay with a law or, for a mean since the start, with its mean model."""
     model, quantity = LAWS[law], decay.quantity
+    if decay.elastic:
+        return FitResult(law, False, NO_LOSSES, len(decay.time), math.nan)
     return fit(
         decay.time,
         decay.value,
@@ -303,29 +269,19 @@ def fit_curve(decay: Curve, law: str) -> FitResult:
     )
 
 
-def _fitted(trace: Trace, found: Curve) -> dict[str, FitResult]:
-    """The fits of one repeat by law; without losses, any constant is noise."""
-    if elastic(trace.start):
-        count = len(found.time)
-        return {
-            law: FitResult(law, False, NO_LOSSES, count, math.nan) for law in found.quantity.laws
-        }
-    return {law: fit_curve(found, law) for law in found.quantity.laws}
+_FITS: WeakKeyDictionary[Trace, dict[Any, dict[str, FitResult]]] = WeakKeyDictionary()
+"""Fits of the repeats in memory."""
 
 
-_FITS: WeakKeyDictionary[Trace, dict[str, dict[str, FitResult]]] = WeakKeyDictionary()
-"""Fits of the repeats in memory, by quantity and law."""
-
-
-def repeat_fits(trace: Trace, quantity: str, found: Curve | None = None) -> dict[str, FitResult]:
-    """The fits of one repeat by law, made once. Raises ``KeyError`` for an unknown quantity.
-
-    found : the curve of all times, if the caller has it
-    """
-    known = _FITS.setdefault(trace, {})
-    if quantity not in known:
-        known[quantity] = _fitted(trace, found or curve(trace, quantity))
-    return known[quantity]
+def repeat_fits(
+    trace: Trace, quantity: str, since: float = 0.0, until: float = math.inf
+) -> dict[str, FitResult]:
+    """The fits of a repeat's ``curve`` by law, made once."""
+    known, key = _FITS.setdefault(trace, {}), (quantity, since, until)
+    if key not in known:
+        found = curve(trace, quantity, since, until)
+        known[key] = {law: fit_curve(found, law) for law in found.quantity.laws}
+    return known[key]
 
 
 def _logarithms(trace: Trace, found: Curve) -> TimeCourse:
@@ -333,7 +289,7 @@ def _logarithms(trace: Trace, found: Curve) -> TimeCourse:
 
     The rows are just after collisions, where the energy is less than around them.
     """
-    if found.quantity.at is None or elastic(trace.start) or len(found.time) < 3:
+    if found.quantity.at is None or found.elastic or len(found.time) < 3:
         return np.empty(0), np.empty(0)
     rows = observables.instants(found.time)
     time = found.time[rows]
@@ -357,27 +313,24 @@ def decays(
     Laws are judged on complete repeats, if there are three or more, else on all.
     Raises ``KeyError`` for an unknown quantity.
     """
-    ended: list[StopReason] = []
+    reasons: list[StopReason] = []
     walls = lossless = True
     fits: dict[str, list[dict[str, FitResult]]] = {name: [] for name in quantities}
     curves: dict[str, list[TimeCourse]] = {name: [] for name in quantities}
-    whole = since == 0 and until == math.inf
     for trace in traces:
-        ended.append(trace.stop.reason)
+        reasons.append(trace.stop.reason)
         walls, lossless = trace.start.container.has_wall, elastic(trace.start)
         for name in quantities:
-            found = curve(trace, name, since, until)
-            fits[name].append(repeat_fits(trace, name, found) if whole else _fitted(trace, found))
-            curves[name].append(_logarithms(trace, found))
-    judged = [row for row, reason in enumerate(ended) if reason.complete]
-    judged = judged if len(judged) > 2 else list(range(len(ended)))
-    endings, result = Counter(ended), []
+            fits[name].append(repeat_fits(trace, name, since, until))
+            curves[name].append(_logarithms(trace, curve(trace, name, since, until)))
+    judged = [row for row, reason in enumerate(reasons) if reason.complete]
+    judged = judged if len(judged) > 2 else list(range(len(reasons)))
+    ended, result = Counter(reasons), []
     for name, law in [(key, law) for key in quantities for law in QUANTITIES[key].laws]:
         each = tuple(one[law] for one in fits[name])
         chosen = [curves[name][row] for row in judged], [each[row] for row in judged]
-        over = mean_over_repeats(each)
-        held = QUANTITIES[name].starts_at_one and since == 0
-        result.append(Decay(name, law, held, over, endings, walls, lossless, each, chosen))
+        held, over = QUANTITIES[name].starts_at_one and since == 0, mean_over_repeats(each)
+        result.append(Decay(name, law, held, over, ended, walls, lossless, each, chosen))
     return result
 
 
@@ -431,9 +384,3 @@ def early_note(ended: Mapping[StopReason, int]) -> str:
 def complete(ended: Mapping[StopReason, int]) -> int:
     """Number of repeats that reached their requested end, of all that `ended` counts."""
     return sum(number for reason, number in ended.items() if reason.complete)
-
-
-def _mean(values: Iterable[float]) -> float:
-    """Mean of the finite values, nan if there are none."""
-    finite = [value for value in values if math.isfinite(value)]
-    return sum(finite) / len(finite) if finite else math.nan

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from snooker_cli import theory
 from snooker_cli.analysis.observables import meeting_temperature
-from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.replay import Replay, times_within
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -20,14 +19,6 @@ Array = NDArray[np.float64]
 
 RELAXING = 5.0  # relaxation times of the ball's velocity before it is measured
 MOST_ORIGINS = 200  # times of a repeat from which displacements count; more are hardly independent
-
-
-class Path(NamedTuple):
-    """A ball at times (*t*,), s: places and velocities (*t*, 2), m and m/s."""
-
-    time: Array
-    positions: Array
-    velocities: Array
 
 
 class Diffusion(NamedTuple):
@@ -50,10 +41,12 @@ def contact_times(trace: Trace, ball: int) -> Array:
     return np.asarray(events.time[(events.i == ball) | (events.j == ball)])
 
 
-def path(trace: Trace, ball: int, times: Array) -> Path:
-    """A ball at ascending times (s). In a periodic box its place is unwrapped.
+def path(trace: Trace, ball: int, times: Array) -> tuple[Array, Array]:
+    """Places and velocities (*t*, 2) of a ball at ascending times (*t*,), in m, m/s and s.
 
-    The images are counted exactly: from one of its collisions to the next, a ball flies straight.
+    In a periodic box its places are unwrapped. The images are counted exactly: from one of its
+    collisions to the next, a ball flies straight.
+
     Raises ``ValueError`` for times outside the repeat, and for a repeat without events.
     """
     if trace.events is None:
@@ -66,20 +59,15 @@ def path(trace: Trace, ball: int, times: Array) -> Path:
     everything, container = np.empty((4, trace.start.number)), np.zeros(4)
     for row, instant, end in zip(rows, time, done, strict=True):
         run.advance(int(end))
-        if trace.start.slides:
-            run.write_state(float(instant), everything, container)
-            row[:] = everything[:, ball]
-        else:  # without all other balls it is twice as fast
-            x, y, u, v, clock = run.state.balls[[ks.X, ks.Y, ks.U, ks.V, ks.CLOCK], ball]
-            flight = instant - run.state.sums[ks.EPOCH] - clock
-            row[:] = x + u * flight, y + v * flight, u, v
+        run.write_state(float(instant), everything, container)
+        row[:] = everything[:, ball]
     places, velocities = rows[:, :2], rows[:, 2:]
     if period is not None:
         flown = places[:-1] + velocities[:-1] * np.diff(time)[:, None]
         images = np.cumsum(np.rint((flown - places[1:]) / period), axis=0)
         places = places + np.array(period) * np.vstack([[0.0, 0.0], images])
     at = np.searchsorted(time, wanted, side="right") - 1
-    return Path(wanted, places[at], velocities[at])
+    return places[at], velocities[at]
 
 
 def expected(scene: Scene, ball: int) -> Diffusion:
@@ -113,12 +101,12 @@ def correlations(trace: Trace, ball: int, lags: Array) -> tuple[Array, Array]:
     origins = np.linspace(first, last, number)
     instants = np.minimum(origins[:, None] + np.append(0.0, lags), trace.stop.time)
     times, rows = np.unique(instants, return_inverse=True)
-    found, rows = path(trace, ball, times), rows.reshape(instants.shape)
+    rows = rows.reshape(instants.shape)
     drift = np.zeros(2)
     if not scene.container.has_wall:
         drift = scene.masses @ scene.velocities / np.sum(scene.masses)
-    places = (found.positions - drift * times[:, None])[rows]
-    velocities = (found.velocities - drift)[rows]
+    places, velocities = path(trace, ball, times)
+    places, velocities = (places - drift * times[:, None])[rows], (velocities - drift)[rows]
     squares = np.sum((places[:, 1:] - places[:, :1]) ** 2, axis=2)
     products = np.sum(velocities[:, 1:] * velocities[:, :1], axis=2)
     return squares.mean(axis=0), products.mean(axis=0)

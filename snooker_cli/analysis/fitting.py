@@ -5,13 +5,15 @@ quote the error over repeats.
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special
+
+from snooker_cli.analysis.observables import standard_errors
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -24,6 +26,8 @@ LEAST_PROBABILITY = 0.01
 """A law holds where deviations as large as those found have at least this probability."""
 
 MOST_WINDOWS = 20  # windows of a test at most, and ends of a range that are tried
+
+RESAMPLES = 2000  # sets of repeats that a bootstrap draws
 
 ROWS_IN_WINDOW = 10
 """Rows of a repeat in a window of a test at least, so that its mean is nearly normal."""
@@ -120,8 +124,7 @@ class FitResult:
     converged, message : whether the numbers can be used; how the fit ended, in one sentence
     points, start : number of points given; t0, the time of the amplitude (s)
     value, error : the rate, decay constant k or Haff's α (1/s), and its standard error
-    amplitude, rms_residual : A, as given if it was held, and the residual; in the unit of y
-    r_squared : 1 − Σ residual²/Σ (y − mean y)²; nan for a constant y
+    amplitude : A, as given if it was held; in the unit of y
     """
 
     model: str
@@ -132,8 +135,6 @@ class FitResult:
     value: float = math.nan
     error: float = math.nan
     amplitude: float = math.nan
-    rms_residual: float = math.nan
-    r_squared: float = math.nan
 
 
 def fit(
@@ -210,11 +211,8 @@ def fit(
             best = nearer
 
         rest, slopes = residuals(best), jacobian(best)
-        squares = float(rest @ rest)
         slopes[0] /= form.rate_slope(best[0])
-        covariance = _inverse(slopes @ slopes.T) * (squares / (times.size - best.size))
-        deviation = scaled - scaled.mean()
-        total = float(deviation @ deviation)
+        covariance = _inverse(slopes @ slopes.T) * (rest @ rest / (times.size - best.size))
         rate, error = form.rate(best[0]), np.sqrt(covariance[0, 0])
         found = FitResult(
             model=model,
@@ -225,8 +223,6 @@ def fit(
             value=float(rate / span) + 0.0,  # never −0.0
             error=float(error / span),
             amplitude=float(best[1] * scale) if free else scale,
-            rms_residual=abs(scale) * math.sqrt(squares / times.size),
-            r_squared=1 - squares / total if total > 0 else math.nan,
         )
         known = [found.value, found.error, found.amplitude, *covariance.flat]
         # The last clause refuses decays that are over before the second point.
@@ -278,43 +274,38 @@ def _inverse(matrix: Array) -> Array:
 class RepeatMean:
     """A decay constant over repeats (1/s); all errors are nan for fewer than two usable repeats.
 
-    count, failed : repeats used, and repeats left out because their fit failed
-    standard_deviation, standard_error : of one repeat, and of the mean
+    value, error : mean and its standard error
+    repeats, failed : repeats used, and repeats left out because their fit failed
     bootstrap_error : standard deviation of the mean over resampled repeats
-    bootstrap_low, bootstrap_high : interval of the mean that holds 68.27 % of the resamples
     max_min_half_range : half of the range, the source report's error; it grows with the repeats
     """
 
-    count: int
+    value: float
+    error: float
+    repeats: int
     failed: int
-    mean: float = math.nan
-    standard_deviation: float = math.nan
-    standard_error: float = math.nan
     bootstrap_error: float = math.nan
-    bootstrap_low: float = math.nan
-    bootstrap_high: float = math.nan
     max_min_half_range: float = math.nan
 
 
-def mean_over_repeats(results: Iterable[FitResult], *, resamples: int = 2000) -> RepeatMean:
+def mean_over_repeats(results: Sequence[FitResult]) -> RepeatMean:
     """Mean decay constant over repeats of one experiment, and its errors.
 
-    The bootstrap (Efron 1979) draws `resamples` sets of repeats with replacement. The same results
-    give the same numbers.
+    The bootstrap (Efron 1979) draws ``RESAMPLES`` sets of repeats with replacement. The same
+    results give the same numbers.
     """
-    given = list(results)
-    values = np.array([result.value for result in given if result.converged])
-    count, failed = values.size, len(given) - values.size
+    values = np.array([result.value for result in results if result.converged])
+    count, failed = len(values), len(results) - len(values)
     if count < 2:
-        return RepeatMean(count, failed, mean=float(values[0]) if count else math.nan)
-    draws = np.random.default_rng(0).integers(count, size=(resamples, count))
-    means = values[draws].mean(axis=1)
-    outside = 50 * math.erfc(math.sqrt(0.5))
-    low, high = np.percentile(means, [outside, 100 - outside])
-    deviation = float(values.std(ddof=1))
+        return RepeatMean(float(values[0]) if count else math.nan, math.nan, count, failed)
+    draws = np.random.default_rng(0).integers(count, size=(RESAMPLES, count))
     return RepeatMean(
-        *(count, failed, float(values.mean()), deviation, deviation / math.sqrt(count)),
-        *(float(means.std(ddof=1)), float(low), float(high), float(np.ptp(values)) / 2),
+        float(values.mean()),
+        float(standard_errors(values)),
+        count,
+        failed,
+        bootstrap_error=float(values[draws].mean(axis=1).std(ddof=1)),
+        max_min_half_range=float(np.ptp(values)) / 2,
     )
 
 
@@ -322,23 +313,24 @@ def mean_over_repeats(results: Iterable[FitResult], *, resamples: int = 2000) ->
 class Goodness:
     """Whether a law describes the mean of ln y over repeats; what is not known is nan.
 
-    repeats, degrees : number of repeats that are judged; degrees of freedom
-    chi_squared : per degree; its mean is nearly 1 if the law holds
+    judged_repeats : number of repeats that are judged
+    judged_from, judged_to : the judged times (s), in which all these repeats have values
+    chi_squared_per_degree, degrees_of_freedom : its mean is nearly 1 if the law holds
     probability : that of a deviation at least as large if the law holds
-    since, until : the judged times (s), in which all these repeats have values
-    holds_until : end of the longest range from ``since`` in which the law holds (s)
-    end_ratio, end_error : y over its fit at ``until``, the geometric mean, and its standard error
+    holds_to : end of the longest range from ``judged_from`` in which the law holds (s)
+    end_over_fit, end_over_fit_error : y over its fit at ``judged_to``, the geometric mean, and its
+        standard error
     """
 
-    repeats: int
-    degrees: int = 0
-    chi_squared: float = math.nan
+    judged_repeats: int
+    judged_from: float = math.nan
+    judged_to: float = math.nan
+    chi_squared_per_degree: float = math.nan
+    degrees_of_freedom: int = 0
     probability: float = math.nan
-    since: float = math.nan
-    until: float = math.nan
-    holds_until: float = math.nan
-    end_ratio: float = math.nan
-    end_error: float = math.nan
+    holds_to: float = math.nan
+    end_over_fit: float = math.nan
+    end_over_fit_error: float = math.nan
 
 
 def goodness(curves: Sequence[tuple[Array, Array]], results: Sequence[FitResult]) -> Goodness:
@@ -371,8 +363,8 @@ def goodness(curves: Sequence[tuple[Array, Array]], results: Sequence[FitResult]
         gaps = gaps[np.isfinite(gaps)]
         ratio = float(np.exp(gaps.mean())) if gaps.size else math.nan
     error = ratio * float(gaps.std(ddof=1)) / math.sqrt(gaps.size) if gaps.size > 1 else math.nan
-    numbers = degrees, chi_squared, probability, since, until, holds, ratio, error
-    return Goodness(count, *numbers)
+    judged = since, until, chi_squared, degrees, probability
+    return Goodness(count, *judged, holds, ratio, error)
 
 
 def _deviation(
@@ -440,15 +432,12 @@ def attraction(
     Each density with several temperatures gives a slope, whatever b is there; a is their mean.
     Arguments are as in ``excluded_area``, with temperatures in J.
     """
-    slopes, weights = [], []
-    for density in np.unique(densities):
-        at = densities == density
-        x = density / temperatures[at]
+    slope, total = 0.0, 0.0
+    for at in (densities == density for density in np.unique(densities)):
+        x = densities[at] / temperatures[at]
         if np.ptp(x) > 1e-9 * np.max(x) and np.all(errors[at] > 0):
-            weight = errors[at] ** -2
-            centred = x - np.average(x, weights=weight)
-            weights.append(np.sum(weight * centred**2))
-            slopes.append(-np.sum(weight * centred * ratios[at]) / weights[-1])
-    if not slopes:
-        return math.nan, math.nan
-    return float(np.average(slopes, weights=weights)), 1 / math.sqrt(sum(weights))
+            weights = errors[at] ** -2
+            centred = x - np.average(x, weights=weights)
+            slope -= float(np.sum(weights * centred * ratios[at]))
+            total += float(np.sum(weights * centred**2))
+    return (slope / total, 1 / math.sqrt(total)) if total else (math.nan, math.nan)

@@ -76,17 +76,11 @@ def fits(run: Run, since: float = 0.0, until: float = math.inf) -> RunAnalysis:
             f"there is no range of times from {since:g} s to {until:g} s",
             "give seconds from the start, with 0 ≤ --from < --to",
         )
-    ends = [0.0]
-
-    def seen(traces: Iterator[Trace]) -> Iterator[Trace]:
-        for trace in traces:
-            ends.append(trace.stop.time)
-            yield trace
-
-    found = _made(run, "fit.json", lambda traces: decay.analyse(seen(traces), since, until))
-    if max(ends) <= since:
-        raise RunError(f"no repeat reaches {since:g} s; the longest ends at {max(ends):.4g} s")
-    return found
+    statuses = (each for point in run.points for each in run.statuses(point.index))
+    end = max((each.header.stop.time for each in statuses if each.header), default=math.inf)
+    if end <= since:
+        raise RunError(f"no repeat reaches {since:g} s; the longest ends at {end:.4g} s")
+    return _made(run, "fit.json", lambda traces: decay.analyse(traces, since, until))
 
 
 def comparisons(run: Run) -> RunAnalysis:

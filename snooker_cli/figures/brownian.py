@@ -44,7 +44,7 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     container = trace.start.container
     times = np.unique(np.append([0.0, trace.stop.time], diffusion.contact_times(trace, BALL)))
     chosen = np.linspace(0, len(times) - 1, min(len(times), MOST_VERTICES)).astype(np.intp)
-    x, y = diffusion.path(trace, BALL, times[chosen]).positions.T
+    x, y = diffusion.path(trace, BALL, times[chosen])[0].T
     corners = container.outline[np.arange(-1, len(container.outline))]
     distance = math.hypot(x[-1] - x[0], y[-1] - y[0])
     build.lines += [

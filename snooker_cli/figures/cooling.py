@@ -98,25 +98,26 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     for index, decay in enumerate(found, start=1):
         model, fit, mean = LAWS[decay.law], decay.fits[row], decay.over_repeats
         good, symbol = decay.goodness, model.mean_symbol if known.is_mean else model.symbol
-        text = f"{symbol} = {with_error(mean.mean, mean.standard_error, RATE)}"
-        of = f"mean of {mean.count} repeats" if mean.count > 1 else "one repeat"
+        text = f"{symbol} = {with_error(mean.value, mean.error, RATE)}"
+        of = f"mean of {mean.repeats} repeats" if mean.repeats > 1 else "one repeat"
         fitted = [fitted_curve(each, fine) for each in decay.fits if each.converged]
         law = np.exp(np.mean(np.log(fitted), axis=0))
         build.lines.append(Line(fine, law, f"{model.label}, {of}: {text}", index))
-        holds = f"holds until {short(good.holds_until)} of {short(good.until)} s"
-        if good.holds_until == good.since:
+        holds = f"holds until {short(good.holds_to)} of {short(good.judged_to)} s"
+        if good.holds_to == good.judged_from:
             holds = "refused from the start"
-        build.result(None, f"{model.label}, {text}{f', {holds}' if good.degrees else ''}")
+        build.result(
+            None, f"{model.label}, {text}{f', {holds}' if good.degrees_of_freedom else ''}"
+        )
         numbers |= {
             model.key: fit.value,
             f"{model.key}_error": fit.error,
-            f"{model.key}_r_squared": fit.r_squared,
-            f"{model.key}_mean": mean.mean,
-            f"{model.key}_standard_error": mean.standard_error,
+            f"{model.key}_mean": mean.value,
+            f"{model.key}_standard_error": mean.error,
             f"{model.key}_half_range": mean.max_min_half_range,
-            f"{model.key}_repeats": mean.count,
-            f"{model.key}_chi_squared_per_degree": good.chi_squared,
-            f"{model.key}_holds_until": good.holds_until,
+            f"{model.key}_repeats": mean.repeats,
+            f"{model.key}_chi_squared_per_degree": good.chi_squared_per_degree,
+            f"{model.key}_holds_until": good.holds_to,
         }
     if known.is_mean:
         build.lines.append(Note("κ is what the source report calls k/2"))
@@ -185,7 +186,7 @@ def _decay_constants(traces: Iterable[Trace]) -> dict[str, Any]:
     record: dict[str, Any] = {}
     for found in decays(seen(), ("kinetic_energy",)):
         key, over = LAWS[found.law].key, found.over_repeats
-        record |= {key: over.mean, f"{key}_error": over.standard_error, "repeats": over.count}
+        record |= {key: over.value, f"{key}_error": over.error, "repeats": over.repeats}
         record["ended_early"] = found.short
     reported, error = mean_and_error(np.array(constants))
     return record | {"report_k": reported, "report_k_error": error}
@@ -240,7 +241,7 @@ def _add_rates(build: FigureBuilder, index: int, point: Point) -> list[str]:
     scene = traces[0].start
     require_motion(scene)
     edges, rates, errors, left = _local_rates(traces)
-    rate = {each.law: each.over_repeats.mean for each in decays(traces, ("kinetic_energy",))}
+    rate = {each.law: each.over_repeats.value for each in decays(traces, ("kinetic_energy",))}
     k, alpha = rate["exponential"], rate["haff"]
     if not (math.isfinite(k) and math.isfinite(alpha)):
         raise FigureError("a point's repeats are too short to be fitted; run longer")

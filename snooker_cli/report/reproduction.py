@@ -273,7 +273,8 @@ def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
     for cor, laws in stated.laws.items():
         one, other = (laws["kinetic_energy", law].goodness for law in ("exponential", "haff"))
         exponential = exponential and one.probability >= LEAST_PROBABILITY
-        judged.append(f"{ratio(one.chi_squared)} against {ratio(other.chi_squared)} at CoR {cor:g}")
+        both = [ratio(each.chi_squared_per_degree) for each in (one, other)]
+        judged.append(f"{both[0]} against {both[1]} at CoR {cor:g}")
         local.append(_local_ratio(laws))
     numbers = stated.numbers
     apart = max(

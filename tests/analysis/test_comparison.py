@@ -152,7 +152,7 @@ def test_cooling_is_compared_with_the_reports_own_constant(cooling: list[Trace])
     pressure = row(found, "decay constant of pressure", "source report, −ln e/τ")
     assert energy.predicted == pytest.approx(reported, rel=1e-12)
     assert pressure.predicted == pytest.approx(reported / 2, rel=1e-12)
-    fitted = {(one.quantity, one.law): one.over_repeats.mean for one in decay.decays(cooling)}
+    fitted = {(one.quantity, one.law): one.over_repeats.value for one in decay.decays(cooling)}
     assert energy.measured == fitted["kinetic_energy", "exponential"]
     assert pressure.measured == fitted["pressure", "exponential"]
     haff = row(found, "Haff's α", "Enskog rates at the start")
@@ -367,7 +367,7 @@ def test_a_periodic_gas_cools_by_haff_s_law() -> None:
     assert abs(inelastic.difference) < abs(elastic.difference)
     # The pressure decays with the energy.
     fits, notes = decay.analyse(traces)
-    alphas = {one.quantity: one.over_repeats.mean for one in fits if one.law == "haff"}
+    alphas = {one.quantity: one.over_repeats.value for one in fits if one.law == "haff"}
     assert alphas["local_pressure"] == pytest.approx(alphas["local_energy"], rel=0.03)
     assert alphas["pressure"] == pytest.approx(alphas["kinetic_energy"], rel=0.1)
     assert notes == [decay.WITHOUT_WALLS]

@@ -34,7 +34,7 @@ def test_the_path_is_unwrapped_and_drawn_with_its_box(brownian: Run) -> None:
     (trace, *_) = traces(brownian, 0)
     assert np.max(np.abs(box.x)) == np.max(np.abs(box.y)) == 6
     assert (path.x[0], path.y[0]) == (0, 0)
-    end = diffusion.path(trace, 0, np.array([20.0])).positions[0]
+    end = diffusion.path(trace, 0, np.array([20.0]))[0][0]
     assert (path.x[-1], path.y[-1]) == pytest.approx(tuple(end), abs=1e-11)
     inside = trace.finish.positions[0]
     assert end - inside == pytest.approx(12 * np.rint((end - inside) / 12), abs=1e-11)

@@ -34,7 +34,7 @@ repeats: 2
 """
 """Three balls in a line, which collapse below CoR 0.0718."""
 
-ENDINGS = ("", "_error", "_r_squared", "_mean", "_standard_error", "_half_range", "_repeats")
+ENDINGS = ("", "_error", "_mean", "_standard_error", "_half_range", "_repeats")
 JUDGED = ("_chi_squared_per_degree", "_holds_until")
 
 
@@ -75,22 +75,21 @@ def test_fits_are_those_of_the_repeat_and_of_all(
         assert [found.numbers[f"{model.key}{ending}"] for ending in ENDINGS] == [
             results[1].value,
             results[1].error,
-            results[1].r_squared,
-            over.mean,
-            over.standard_error,
+            over.value,
+            over.error,
             over.max_min_half_range,
-            over.count,
+            over.repeats,
         ]
         logs = np.log([fitted_curve(each, line.x) for each in results])
         assert line.y == pytest.approx(np.exp(logs.mean(axis=0)), rel=1e-12)
         sign = symbol if law == "exponential" else model.symbol
-        averaged = with_error(over.mean, over.standard_error, "s⁻¹")
+        averaged = with_error(over.value, over.error, "s⁻¹")
         assert line.label == f"{model.label}, mean of 3 repeats: {sign} = {averaged}"
         (good,) = (each.goodness for each in judged if each.law == law)
-        expected = [good.chi_squared, good.holds_until]
+        expected = [good.chi_squared_per_degree, good.holds_to]
         assert [found.numbers[f"{model.key}{ending}"] for ending in JUDGED] == expected
-        until = f"holds until {short(good.holds_until)} of {short(good.until)} s"
-        if good.holds_until == good.since:
+        until = f"holds until {short(good.holds_to)} of {short(good.judged_to)} s"
+        if good.holds_to == good.judged_from:
             until = "refused from the start"
         assert f"{sign} = {averaged}, {until}" in found.caption
     (band,) = layers(found, Band)
@@ -137,11 +136,10 @@ def test_decay_against_cor(decaying: Run) -> None:
     assert k.x.tolist() == [0.8, 0.9]
     for points, law in ((k, "exponential"), (alpha, "haff")):
         for index in (0, 1):
-            over = mean_over_repeats(
-                fit_curve(curve(trace, "kinetic_energy"), law) for trace in traces(decaying, index)
-            )
-            assert points.y[index] == over.mean
-            assert points.y_error[index] == over.standard_error
+            curves = [curve(trace, "kinetic_energy") for trace in traces(decaying, index)]
+            over = mean_over_repeats([fit_curve(each, law) for each in curves])
+            assert points.y[index] == over.value
+            assert points.y_error[index] == over.error
     reported, enskog, kinetic_theory = layers(found, Line)
     assert enskog.label == "k, mean free path after Enskog"
     assert "Enskog's λ = 1/(√2 n 4rχ), χ for the size of the balls" in found.caption
