@@ -37,7 +37,7 @@ ROWS_IN_WINDOW = 10
 class FitModel:
     """A decay y = A g(q s) with one rate q, where g(0) = 1; s is the time since t0.
 
-    name, label, formula : in files and tables; in legends; of y, with t the time since t0
+    label, formula : in legends; of y, with t the time since t0
     key, symbol, mean_symbol : the rate in JSON; its letter; its letter in a mean since the start
     curve, derivative : g and dg/dx at x = q s
     inverse : the x at which g has a positive value
@@ -47,7 +47,6 @@ class FitModel:
         fitted to such means as in the source report, although they are (1 − exp(−kt))/(kt)
     """
 
-    name: str
     label: str
     formula: str
     key: str
@@ -68,24 +67,8 @@ class FitModel:
         return float(np.exp(p)) if self.has_pole else 1.0
 
 
-# The energy by Haff, J. Fluid Mech. 134, 401 (1983).
-_HAFF = FitModel(
-    name="haff",
-    label="Haff's law",
-    formula="A/(1 + αt)²",
-    key="alpha",
-    symbol="α",
-    mean_symbol="α",
-    curve=lambda x: 1 / (1 + x) ** 2,
-    derivative=lambda x: -2 / (1 + x) ** 3,
-    inverse=lambda y: y**-0.5 - 1,
-    has_pole=True,
-    mean_model="haff_root",
-)
-
-_ALL = (
-    FitModel(
-        name="exponential",
+LAWS = {
+    "exponential": FitModel(
         label="exponential",
         formula="A e^(−kt)",
         key="k",
@@ -95,25 +78,31 @@ _ALL = (
         derivative=lambda x: np.asarray(-np.exp(-x)),
         inverse=lambda y: np.asarray(-np.log(y)),
     ),
-    _HAFF,
-    # The mean pressure under Haff's law.
-    replace(
-        _HAFF,
-        name="haff_root",
-        formula="A/(1 + αt)",
+    # The energy by Haff, J. Fluid Mech. 134, 401 (1983).
+    "haff": FitModel(
+        label="Haff's law",
+        formula="A/(1 + αt)²",
+        key="alpha",
+        symbol="α",
+        mean_symbol="α",
+        curve=lambda x: 1 / (1 + x) ** 2,
+        derivative=lambda x: -2 / (1 + x) ** 3,
+        inverse=lambda y: y**-0.5 - 1,
+        has_pole=True,
+        mean_model="haff_root",
+    ),
+}
+"""The laws of cooling by their names in files and tables."""
+
+MODELS = LAWS | {
+    "haff_root": replace(  # the mean pressure under Haff's law
+        LAWS["haff"],
         curve=lambda x: 1 / (1 + x),
         derivative=lambda x: -1 / (1 + x) ** 2,
         inverse=lambda y: 1 / y - 1,
-        mean_model="",
     ),
-)
-
-MODELS = {model.name: model for model in _ALL}  # every decay model by its name
-
-_MEANS = {model.mean_model for model in _ALL}
-
-LAWS = {name: model for name, model in MODELS.items() if name not in _MEANS}
-"""The laws of cooling: the models that are not the mean of another one."""
+}
+"""The laws, and other models of a mean since the start."""
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ import math
 import weakref
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from snooker_cli import engine
 from snooker_cli.engine import States, replay
 from snooker_cli.scene import Scene
+from snooker_cli.theory import Real
 from snooker_cli.trace import (
     SERIES_UNITS,
     SPEED_BIN,
@@ -195,17 +195,10 @@ def _has_all(trace: Trace) -> bool:
 
 # A trace -> energy, temperature and pressure, over time and as means.
 
-Real = TypeVar("Real", float, "NDArray[np.float64]")
-
 NO_WALLS = "no walls: the pressure is (E + ΣJd/2t)/A, with impulses J and distances d of contacts"
 """How a pressure is measured in a periodic box, for its reader."""
 
 ROUNDING = 1e-12  # relative spread below which repeats differ by nothing but rounding
-
-
-def temperature(found: Series, number: int) -> Array:
-    """Temperature by equipartition in two dimensions, T = <KE>, J (k_B = 1)."""
-    return found.kinetic_energy / number
 
 
 def total_energy(scene: Scene) -> float:
@@ -246,10 +239,9 @@ def total_angular_momentum(scene: Scene) -> float:
 
 
 def complete_repeats(traces: Iterable[Trace]) -> list[Trace]:
-    """The repeats that reached their requested end.
+    """The repeats that reached their requested end, for averages over events.
 
-    Averages over events use these only. A repeat that ended early lacks its last collisions, which
-    are the slowest ones, so that its average is biased.
+    A repeat that ended early lacks its last, slowest collisions, so that its average is biased.
     """
     return [trace for trace in traces if trace.stop.reason.complete]
 
@@ -260,9 +252,8 @@ def mean_speed(trace: Trace) -> float:
     nan without collisions, and for a repeat that `complete_repeats` leaves out.
     """
     found = after_collisions(trace)
-    if len(found.time) < 2 or not complete_repeats([trace]):
-        return math.nan
-    return float(found.mean_speed[1:].mean())
+    known = len(found.time) > 1 and trace.stop.reason.complete
+    return float(found.mean_speed[1:].mean()) if known else math.nan
 
 
 def mean_free_path(trace: Trace, since: float = 0.0) -> float:
@@ -280,7 +271,7 @@ def drift_energy(scene: Scene) -> float:
 def meeting_temperature(kinetic_energy: Real, scene: Scene) -> Real:
     """Temperature in the frame of the balls' centre of mass, J, which decides how often they meet.
 
-    Without walls it is (E - E_drift)/(N - 1); with walls it is `temperature`, E/N.
+    Without walls it is (E - E_drift)/(N - 1); with walls it is E/N.
     """
     if scene.container.has_wall or scene.number == 1:
         return kinetic_energy / scene.number
@@ -367,8 +358,8 @@ def mean_pressure(trace: Trace, since: float = 0.0) -> float:
 
 
 def mean_temperature(trace: Trace, since: float = 0.0) -> float:
-    """Mean temperature from a time (s) to the end, J; nan without a span."""
-    return time_mean(trace, temperature(series(trace), trace.start.number), since)
+    """Mean of T = <KE> from a time (s) to the end, J (k_B = 1); nan without a span."""
+    return time_mean(trace, series(trace).kinetic_energy / trace.start.number, since)
 
 
 def ideal_gas_ratio(trace: Trace, since: float = 0.0) -> float:

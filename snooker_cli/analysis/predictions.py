@@ -172,7 +172,7 @@ def rates(trace: Trace, since: float) -> Iterator[Row]:
     span = np.float64(number * (trace.stop.time - since))
     if container.has_wall:
         wall = observables.gained(trace, found.wall_events, since) / span
-        root = time_mean(trace, np.sqrt(observables.temperature(found, number)), since)
+        root = time_mean(trace, np.sqrt(found.kinetic_energy / number), since)
         speed = theory.fixed_energy_mean_speed(number, 1.0, mass) * root
         ideal = theory.wall_rate(speed, container.accessible(radius))
         yield "wall rate of a ball", "ideal gas", wall, ideal
@@ -252,7 +252,7 @@ def speeds(trace: Trace, since: float) -> Iterator[Row]:
     if laws and np.ptp(scene.masses) == 0:
         mass = float(scene.masses[0])
         speed = time_mean(trace, found.mean_speed, since)
-        root = time_mean(trace, np.sqrt(observables.temperature(found, scene.number)), since)
+        root = time_mean(trace, np.sqrt(found.kinetic_energy / scene.number), since)
         yield "mean speed", "Maxwell-Boltzmann", speed, theory.maxwell_mean_speed(1.0, mass) * root
         if free is not None:
             fixed = theory.fixed_energy_mean_speed(free, 1.0, mass)

@@ -1,6 +1,5 @@
 """Rows of fits and comparisons as cells and lines of tables."""
 
-from collections.abc import Callable
 from itertools import groupby
 from typing import Any
 
@@ -23,15 +22,15 @@ PAIRED = (
 
 
 def fit_lines(rows: Records, every: bool) -> list[str]:
-    """A table of each point, or all in one with the source report's and the bootstrap error."""
+    """A table of each point; `every` adds the source report's and the bootstrap error."""
     columns = FIT_COLUMNS + MORE_FIT_COLUMNS * every
-    return _lines(rows, columns, lambda one: fit_cells(one, every), every)
+    return _lines(rows, columns, [fit_cells(one, every) for one in rows])
 
 
 def comparison_lines(rows: Records, every: bool) -> list[str]:
-    """A table of each point, or all in one with the errors of means and the source report."""
+    """A table of each point; `every` adds the errors of means and the source report's formulas."""
     kept = rows if every else usual(rows)
-    return _lines(kept, COMPARE_COLUMNS, lambda one: compare_cells(one, every), every)
+    return _lines(kept, COMPARE_COLUMNS, [compare_cells(one, every) for one in kept])
 
 
 def usual(rows: Records) -> Records:
@@ -39,18 +38,12 @@ def usual(rows: Records) -> Records:
     return [one for one in rows if not one["model"].startswith("source report")]
 
 
-def _lines(
-    rows: Records, columns: str, cells: Callable[[dict[str, Any]], list[str]], every: bool
-) -> list[str]:
-    texts = [cells(one) for one in rows]
-    both = [(point_label(one["parameters"]), complete(one)) for one in rows]
-    if every:
-        whole = [[point, *text, done] for (point, done), text in zip(both, texts, strict=True)]
-        return text_table(f"point | {columns} | >complete".split(" | "), whole)
-    head, *lines = text_table(columns.split(" | "), texts)
+def _lines(rows: Records, columns: str, cells: list[list[str]]) -> list[str]:
+    head, *lines = text_table(columns.split(" | "), cells)
+    titles = [f"{point_label(one['parameters'])}: {complete(one)} complete" for one in rows]
     found = []
-    for (point, done), group in groupby(zip(both, lines, strict=True), lambda each: each[0]):
-        found += [f"{point}: {done} complete", head, *(line for _, line in group)]
+    for title, group in groupby(zip(titles, lines, strict=True), lambda each: each[0]):
+        found += [title, head, *(line for _, line in group)]
     return found
 
 

@@ -18,7 +18,7 @@ from snooker_cli.errors import UserError
 from snooker_cli.formatting import listed
 from snooker_cli.runs import Run, open_run
 
-All = Annotated[bool, typer.Option("--all", help="Print one table with more columns and rows.")]
+All = Annotated[bool, typer.Option("--all", help="Print more columns and rows.")]
 
 Quantities = Annotated[
     list[str] | None,

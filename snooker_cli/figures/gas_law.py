@@ -15,7 +15,6 @@ from snooker_cli.analysis.observables import (
     mean_pressure,
     mean_temperature,
     series,
-    temperature,
 )
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
@@ -295,7 +294,7 @@ def _state(build: FigureBuilder, point: Point) -> _State:
 def _ratios(trace: Trace) -> tuple[float, float, float, float]:
     """Mean temperature, ratio there, final temperature, ratio there. Raises ``FigureError``."""
     ratio, mean = ideal_gas_ratio(trace), mean_temperature(trace)
-    end = float(temperature(series(trace), trace.start.number)[-1])
+    end = float(series(trace).kinetic_energy[-1] / trace.start.number)
     if not (ratio > 0 and end > 0):
         raise FigureError("a repeat has no pressure or no energy left, so it has no ratio")
     return mean, ratio, end, ratio * mean / end

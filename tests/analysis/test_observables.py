@@ -65,7 +65,6 @@ def test_series_by_hand(in_circle: Trace) -> None:
     assert found.mean_speed.tolist() == [1, 0.5, 0.375, 0.25]
     # Energies 1/16 and 1/4: <k^2>/<k>^2 = (17/512) / (5/32)^2.
     assert found.energy_moment.tolist() == [1, 1, pytest.approx(1.36, rel=4 * EPSILON), 1]
-    assert observables.temperature(found, 2).tolist() == [1, 0.25, 0.15625, 0.0625]
     shared = replace(found, container_energy=np.array([2.0, 0.0, 0.0, 0.5]))
     assert observables.energy_ratio(shared).tolist() == [1, 0.125, 0.078125, 0.15625]
 
