@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import h5py
 import numpy as np
@@ -27,16 +27,6 @@ ZLIB_HEADER, LAST_BLOCK = b"\x78\x01", b"\x03\x00"
 NOISE_SAMPLE = 4096
 
 SMALL = 1024  # bytes of a dataset up to which it is stored in its header
-
-
-def open_file(path: Path, mode: Literal["r", "r+", "x", "memory"] = "r") -> h5py.File:
-    """A file to read, a new one, or one in memory with a name that is unique among threads.
-
-    There are no locks: while written a file has one user, then it never changes.
-    """
-    if mode == "memory":
-        return h5py.File(path, "w", libver=FORMAT, driver="core", backing_store=False)
-    return h5py.File(path, mode, libver=FORMAT, locking=False)
 
 
 class _Unfailing(io.FileIO):

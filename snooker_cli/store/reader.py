@@ -115,7 +115,7 @@ def _opened(path: Path) -> Iterator[h5py.File]:
     try:
         if path.exists() and not path.is_file():
             raise OSError("not a file")
-        with hdf5.open_file(path) as file:
+        with h5py.File(path, locking=False) as file:  # once in its place, it never changes
             hdf5.check_links(file)
             version = _parameter(file, "schema_version")
             if version != layout.SCHEMA_VERSION:
@@ -155,12 +155,10 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     _require(provenance.engine in (None, "allpairs", "cells"), "engine in its provenance")
     ascend = all(first < second for first, second in pairwise([-1, *numbers]))
     _require(len(numbers) > 0 and ascend, "numbers of its repeats")
-    endings = _endings(file)
+    endings = map(_ending, hdf5.read_text(file, layout.ENDINGS))
     return [
-        RepeatHeader(
-            number, _stop(one), one["wall_events"] + one["pair_events"], provenance, content
-        )
-        for number, one, content in zip(numbers, endings, contents, strict=True)
+        RepeatHeader(number, *ending, provenance, content)
+        for number, ending, content in zip(numbers, endings, contents, strict=True)
     ]
 
 
@@ -179,18 +177,19 @@ def _require(holds: object, what: str) -> None:
         raise ValueError(f"wrong {what}")
 
 
-def _endings(file: h5py.File) -> list[dict[str, Any]]:
-    """How each repeat ended, as JSON has it."""
-    found = [json.loads(each) for each in hdf5.read_text(file, layout.ENDINGS)]
-    for one in found:
-        counts = one["wall_events"], one["pair_events"], *one["balls"]
-        _require(all(type(each) is int and each >= 0 for each in counts), "counts in an ending")
-        known = type(one["time"]) in (int, float) and 0 <= one["time"] < math.inf
-        _require(known and isinstance(one["message"], str), "time or message in an ending")
-        rest = [one.get(name) for name in ("accumulation_time", "impulse_to_come")]
-        sound = (each is None or (type(each) is float and math.isfinite(each)) for each in rest)
-        _require(all(sound), "numbers in an ending")
-    return found
+def _ending(text: str) -> tuple[Stop, int, int]:
+    """How a repeat ended, and its collisions with the wall and between balls."""
+    fields = {**json.loads(text)}
+    counts = fields.pop("wall_events"), fields.pop("pair_events")
+    reason, balls = StopReason(fields.pop("reason")), tuple(fields.pop("balls"))
+    stop = Stop(reason, balls=balls, **fields)
+    sound = all(type(each) is int and each >= 0 for each in (*counts, *balls))
+    _require(sound, "counts in an ending")
+    known = type(stop.time) in (int, float) and 0 <= stop.time < math.inf
+    _require(known and isinstance(stop.message, str), "time or message in an ending")
+    for each in (stop.accumulation_time, stop.impulse_to_come):
+        _require(each is None or (type(each) is float and math.isfinite(each)), "ending")
+    return stop, *counts
 
 
 def _rows(file: h5py.File) -> list[slice]:
@@ -210,7 +209,7 @@ def _checked(
     chosen = [k for k, header in enumerate(headers) if wanted is None or header.repeat in wanted]
     if wanted is not None and len(chosen) < len(wanted):
         raise _changed(path)
-    traces = _traces(file, chosen)
+    traces = _traces(file, headers, rows, chosen)
     columns, few = None, keep_events or rows[-1].stop <= EVENTS_AT_A_TIME
     if few and "connectivity" in file and len(chosen) > 1:
         columns = next(events_in(file, slice(None), None, rows))
@@ -233,56 +232,51 @@ def _changed(path: Path) -> StoreError:
     return StoreError(path, "its content has changed since it was written", "run it again")
 
 
-def _traces(file: h5py.File, chosen: Sequence[int]) -> list[Trace]:
+def _traces(
+    file: h5py.File, headers: Sequence[RepeatHeader], rows: list[slice], chosen: Sequence[int]
+) -> list[Trace]:
     """Some of the traces of a file, without their events."""
-    balls, container = (_particles(file, group) for group in (layout.BALLS, layout.CONTAINER))
-    lengths = container.radius
-    rules, endings = json.loads(_parameter(file, "scene")), _endings(file)
+    names = ("position/value", "velocity/value", "mass", "radius")
+    balls, container = (
+        [hdf5.read_rows(file, f"{group}/{name}") for name in names]
+        for group in (layout.BALLS, layout.CONTAINER)
+    )
+    for group, number in ((balls, balls[-1].size), (container, 1)):
+        wanted = [(2 * len(headers), number, 2)] * 2 + [(number,)] * 2
+        sound = number > 0 and [values.shape for values in group] == wanted
+        _require(sound, "number of balls or repeats")
+        _require(all(np.isfinite(each).all() for each in group[:2]), "position or velocity")
+    positions, velocities, masses, radii = balls
+    container_positions, container_velocities, (container_mass,), lengths = container
+    rules = json.loads(_parameter(file, "scene"))
     shape = SHAPES[rules.pop("shape")]
     if not issubclass(shape, Circle):
         lengths = hdf5.read_rows(file, f"{layout.BALLS}/box/edges")[: len(shape.keys)]
-    for group, number in ((balls, len(balls.radius)), (container, 1)):
-        shapes = [values.shape for values in group]
-        wanted = [(2 * len(endings), number, 2)] * 2 + [(number,)] * 2
-        _require(number > 0 and shapes == wanted, "number of balls or repeats")
-        _require(all(np.isfinite(each).all() for each in group[:2]), "position or velocity")
-    sizes = np.concatenate([balls.radius, balls.mass, lengths])
+    sizes = np.concatenate([radii, masses, lengths])
     _require(np.isfinite(sizes).all() and sizes.min() > 0, "radius, mass or length")
-    _require(container.mass[0] > 0, "mass of the container")
-    _check_rules(rules, shape, free=math.isfinite(container.mass[0]))
-    common = {
-        "radii": balls.radius,
-        "masses": balls.mass,
-        "container": shape(*lengths.tolist()),
-        "container_mass": float(container.mass[0]),
-        **rules,
-    }
-    for one in endings:
-        _require(all(ball < len(balls.radius) for ball in one["balls"]), "balls in an ending")
-    summaries = [None] * len(endings) if "connectivity" in file else _summaries(file)
+    _require(container_mass > 0, "mass of the container")
+    _check_rules(rules, shape, free=math.isfinite(container_mass))
+    for header in headers:
+        _require(all(ball < len(radii) for ball in header.stop.balls), "balls in an ending")
+    common = {"container": shape(*lengths.tolist()), "container_mass": float(container_mass)}
+    summaries = [None] * len(headers) if "connectivity" in file else _summaries(file, rows)
     found = []
     for k in chosen:
         start, finish = (
             Scene(
-                positions=balls.position[row],
-                velocities=balls.velocity[row],
-                container_position=container.position[row, 0],
-                container_velocity=container.velocity[row, 0],
+                positions=positions[row],
+                velocities=velocities[row],
+                radii=radii,
+                masses=masses,
+                container_position=container_positions[row, 0],
+                container_velocity=container_velocities[row, 0],
                 **common,
+                **rules,
             )
             for row in (2 * k, 2 * k + 1)
         )
-        found.append(
-            Trace(
-                start=start,
-                finish=finish,
-                stop=_stop(endings[k]),
-                wall_events=endings[k]["wall_events"],
-                pair_events=endings[k]["pair_events"],
-                events=None,
-                summary=summaries[k],
-            )
-        )
+        stop, *counts = headers[k].stop, headers[k].wall_events, headers[k].pair_events
+        found.append(Trace(start, finish, stop, *counts, events=None, summary=summaries[k]))
     return found
 
 
@@ -295,31 +289,6 @@ def _check_rules(rules: dict[str, Any], shape: type[Container], *, free: bool) -
         most = 1 if name.endswith("restitution") else math.inf
         value = rules[name]
         _require(type(value) in (int, float) and 0 <= value <= most and value < math.inf, name)
-
-
-class Particles(NamedTuple):
-    """Of balls or the container: at the start and the finish of each repeat, and for good."""
-
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    mass: NDArray[np.float64]
-    radius: NDArray[np.float64]
-
-
-def _particles(file: h5py.File, group: str) -> Particles:
-    names = ("position/value", "velocity/value", "mass", "radius")
-    return Particles(*(hdf5.read_rows(file, f"{group}/{name}") for name in names))
-
-
-def _stop(ending: dict[str, Any]) -> Stop:
-    return Stop(
-        StopReason(ending["reason"]),
-        ending["time"],
-        tuple(ending["balls"]),
-        ending["message"],
-        ending.get("accumulation_time"),
-        ending.get("impulse_to_come"),
-    )
 
 
 def events_in(
@@ -382,7 +351,7 @@ def _without_zeros(events: Events) -> Events:
     return replace(events, residual=None)
 
 
-def _summaries(file: h5py.File) -> list[Summary]:
+def _summaries(file: h5py.File, rows: Sequence[slice]) -> list[Summary]:
     """The summaries of all repeats."""
     columns = {
         name: hdf5.read_rows(file, f"{layout.SUMMARY}/{name}/value") for name in SERIES_UNITS
@@ -393,8 +362,8 @@ def _summaries(file: h5py.File) -> list[Summary]:
     _require(shapes == {(len(time),)}, "lengths of the columns of the summary")
     _require(counts.shape == (len(time), SPEED_BINS) and np.isfinite(time).all(), "summary")
     found = []
-    for rows in _rows(file):
-        _require(np.all(np.diff(time[rows], prepend=0.0) >= 0), "order of the times of a summary")
-        series = Series(**{name: values[rows] for name, values in columns.items()})
-        found.append(Summary(series, counts[rows]))
+    for some in rows:
+        _require(np.all(np.diff(time[some], prepend=0.0) >= 0), "order of the times of a summary")
+        series = Series(**{name: values[some] for name, values in columns.items()})
+        found.append(Summary(series, counts[some]))
     return found

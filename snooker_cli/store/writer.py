@@ -6,10 +6,9 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
-from shutil import copyfile
 from typing import Any, Self
 
 import h5py
@@ -69,9 +68,10 @@ class Recorder:
         self._pending: list[Events] = []
         self.number = 0  # of events in all
         self._written = 0
+        self._exits = ExitStack()
         self._file: h5py.File | None = None
         self._thread = ThreadPoolExecutor(1)
-        self._chunks: deque[Future[None]] = deque()
+        self._tasks: deque[Future[None]] = deque()
         if continues:
             with self._refusals():
                 self._continue()
@@ -81,28 +81,44 @@ class Recorder:
 
     def __exit__(self, *_error: object) -> None:
         self._thread.shutdown(cancel_futures=True)
-        if self._file is not None:
-            with suppress(*hdf5.UNWRITABLE):
-                self._file.close()
+        with suppress(*hdf5.UNWRITABLE):
+            self._exits.close()
         discard(self._part)
+
+    def _open(self) -> h5py.File:
+        """The file, which is made when it is first needed."""
+        if self._file is None:
+            self.path.parent.mkdir(exist_ok=True)
+            self._file, self._check = self._exits.enter_context(hdf5.new_file(self._part))
+        return self._file
 
     def add(self, events: Events) -> None:
         """Take the next events of a repeat."""
         self._pending.append(events)
         self.number += len(events)
         if self._file is None and self.number <= ROWS:
+            self._fingerprint.add(events)
             return
         with self._refusals():
-            if self._file is None:
-                self.path.parent.mkdir(exist_ok=True)
-                self._file = hdf5.open_file(self._part, "x")
+            self._submit(self._fingerprint.add, events)
             while self.number - self._written >= ROWS:
-                self._wait(WAITING)
                 pending = joined(self._pending)
                 self._pending = [pending[ROWS:]]
-                self._chunks.append(
-                    self._thread.submit(self._part_of(pending[:ROWS]), self._file, ROWS)
-                )
+                self._submit(self._write_chunk, self._open(), pending[:ROWS], self._written)
+                self._written += ROWS
+
+    def _submit(self, task: Callable[..., None], *arguments: object) -> None:
+        """Give the thread a task. Waits while many are left, and raises the error of one."""
+        self._wait(WAITING)
+        self._tasks.append(self._thread.submit(task, *arguments))
+
+    def _wait(self, most: int) -> None:
+        while len(self._tasks) > most:
+            self._tasks.popleft().result()
+
+    def _write_chunk(self, file: h5py.File, events: Events, before: int) -> None:
+        _write_events(file, events, ROWS, before)
+        self._check()
 
     def end(self, repeat: int, trace: Trace) -> None:
         """Take the ending of a repeat. Its own events are ignored; those that were added count."""
@@ -115,17 +131,9 @@ class Recorder:
     def finish(self, provenance: Provenance) -> None:
         """Write the rest and put the file in its place."""
         with self._refusals():
-            if self._file is not None:
-                self._wait(0)
-                self._write_rest(self._file, provenance)
-                self._file.close()
-            else:
-                self.path.parent.mkdir(exist_ok=True)
-                # In memory first: HDF5 may crash if a full disk refuses a whole file.
-                with hdf5.open_file(self._part, "memory") as file:
-                    self._write_rest(file, provenance)
-                    file.flush()
-                    self._part.write_bytes(file.id.get_file_image())
+            self._wait(0)
+            self._write_rest(self._open(), provenance)
+            self._exits.close()
             move_into_place(self._part, self.path)
 
     def _write_rest(self, file: h5py.File, provenance: Provenance) -> None:
@@ -138,7 +146,8 @@ class Recorder:
         else:
             rest = joined(self._pending)
             if len(rest) or not self._written:
-                self._part_of(rest)(file, ROWS if self._file else _chunk(rest.time))
+                chunk = ROWS if self._written else _chunk(rest.time)
+                _write_events(file, rest, chunk, self._written)
             _link_events(file)
         _write_scenes(file, traces)
         contents = [
@@ -152,59 +161,18 @@ class Recorder:
 
     def _continue(self) -> None:
         """Begin with a copy of the file's events in full chunks, and with the rest of them."""
-        with hdf5.open_file(self.path) as old:
-            number = hdf5.length(old, f"{layout.TIME}/value") if layout.TIME in old else 0
-            full = number - number % ROWS
-            rest = [*events_in(old, slice(full, number), None)] if full < number else []
+        with h5py.File(self.path, locking=False) as old:
             hashes = hdf5.read_rows(old, f"{layout.CHECKPOINT}/{layout.HASHES}", None)
-        if full:
-            copyfile(self.path, self._part)
-            self._file = hdf5.open_file(self._part, "r+")
-            columns = [path for path in layout.EVENTS if path in self._file]
-            for name in (
-                "particles",
-                "parameters",
-                "h5md",
-                layout.CHECKPOINT,
-                *(f"{path}/step" for path in columns),
-            ):
-                del self._file[name]
-            del self._file[layout.COLLISIONS].attrs["particles_group"]
-            for path in columns:
-                data = self._file[f"{path}/value"].id
+            self._fingerprint.restore(hashes)
+            number = hdf5.length(old, f"{layout.TIME}/value") if layout.TIME in old else 0
+            full = self._written = self.number = number - number % ROWS
+            for path in (f"{each}/value" for each in layout.EVENTS if full and each in old):
+                old.copy(path, self._open(), path)
+                data = self._open()[path].id
                 data.set_extent((full, *data.shape[1:]))
-        self._fingerprint.restore(hashes)
-        self._written = self.number = full
-        for events in rest:
-            self.add(events)
-
-    def _part_of(self, events: Events) -> Callable[[h5py.File, int], None]:
-        """What hashes and writes the next events, into chunks of a file."""
-        first, last = self._written, self._written + len(events)
-        self._written = last
-        begins = zip(
-            self._rows,
-            [*self._rows[1:], last],
-            [*(fingerprint for *_, fingerprint in self._ended), self._fingerprint],
-            strict=True,
-        )
-        spans = [
-            (fingerprint, slice(max(begin, first) - first, min(end, last) - first))
-            for begin, end, fingerprint in begins
-            if begin < last and end > first
-        ]
-
-        def write(file: h5py.File, chunk: int) -> None:
-            for fingerprint, rows in spans:
-                fingerprint.add(events[rows])
-            _write_events(file, events, chunk, first)
-
-        return write
-
-    def _wait(self, most: int) -> None:
-        """Wait until at most this many chunks are left to write. Raises the error of one."""
-        while len(self._chunks) > most:
-            self._chunks.popleft().result()
+            if full < number:
+                for events in events_in(old, slice(full, number), None):
+                    self.add(events)
 
     @contextmanager
     def _refusals(self) -> Iterator[None]:

@@ -300,7 +300,7 @@ def test_exported_states_are_what_the_page_says(
 ) -> None:
     trace, times = trace_of(scene, "events"), np.array([0.0, 0.1, 0.1])
     out = tmp_path / "states.h5md"
-    header = RepeatHeader(7, trace.stop, 40, provenance, "bits")
+    header = RepeatHeader(7, trace.stop, 30, 10, provenance, "bits")
     export.write_states(out, trace.start, header, times, frames(trace, times))
     data, attrs = tables("### States: `.h5md`")
     with h5py.File(out) as file:
