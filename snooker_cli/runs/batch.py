@@ -10,13 +10,13 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import cache
+from functools import cache, lru_cache
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
 from snooker_cli import __version__, store
 from snooker_cli.config import Experiment, to_json
-from snooker_cli.engine import ENGINE_VERSION, simulate, simulate_batch, specialisation
+from snooker_cli.engine import ENGINE_VERSION, simulate, simulate_batch
 from snooker_cli.errors import SceneError, StoreError
 from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.runs.plan import first_scene
@@ -31,24 +31,16 @@ SAVING_SHARE = 20
 
 _log = logging.getLogger(__name__)
 
-_compiled: set[tuple[str, str | None, frozenset[tuple[str, bool]]]] = set()
-"""What this process has compiled or loaded: what is recorded, the engine, and what is modelled."""
 
-
-def compile_for(experiment: Experiment, repeat: int, engine: str | None) -> None:
-    """Compile what simulating a repeat needs, or load it from the cache, once in a process.
+@lru_cache(maxsize=1024)
+def compile_for(experiment: Experiment, engine: str | None) -> None:
+    """Compile what simulating a point needs, or load it from the cache, once in a process.
 
     If its balls have no place, nothing is compiled: the simulation will report that.
     """
-    try:
-        scene, summary = first_scene(experiment, repeat), experiment.record == "summary"
-    except SceneError:
-        return
-    key = experiment.record, engine, frozenset(specialisation(scene, engine=engine).items())
-    if key in _compiled:
-        return
-    simulate(scene, collisions=1, summary=summary, engine=engine)
-    _compiled.add(key)
+    with suppress(SceneError):
+        summary = experiment.record == "summary"
+        simulate(first_scene(experiment, 0), collisions=1, summary=summary, engine=engine)
 
 
 class Batch(NamedTuple):

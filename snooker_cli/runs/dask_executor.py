@@ -102,7 +102,7 @@ def simulate_remotely(remote: RemoteRun, batch: Batch) -> list[RepeatResult] | N
         stored = [cached(status) for status in run.file_statuses(run.path(*batch), store.check)]
         if len(stored) == len(batch.repeats) and all(stored):
             return [replace(result, cached=False) for result in stored if result]
-        compile_for(run.points[batch.point].experiment, batch.repeats[0], run.engine)
+        compile_for(run.points[batch.point].experiment, run.engine)
         return simulate_and_store(Job(run, remote.command, remote.interval), batch, mine)
     except RunError as error:
         return [RepeatResult(batch.point, repeat, error=str(error)) for repeat in batch.repeats]

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from concurrent import futures
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from itertools import groupby
+from itertools import groupby, product
 from multiprocessing import get_context, parent_process
 from operator import itemgetter
 from pathlib import Path
@@ -20,6 +20,7 @@ from typing import Any, Self, TypeVar
 
 from snooker_cli import store
 from snooker_cli.errors import RunError
+from snooker_cli.files import discard
 from snooker_cli.runs.batch import (
     CHECKPOINT_INTERVAL,
     Batch,
@@ -30,7 +31,13 @@ from snooker_cli.runs.batch import (
     compile_for,
     simulate_and_store,
 )
-from snooker_cli.runs.folder import holds_manifest, manifest_number, record_failure, record_failures
+from snooker_cli.runs.folder import (
+    FAILURES,
+    failures,
+    holds_manifest,
+    manifest_number,
+    record_failure,
+)
 from snooker_cli.runs.plan import alike, batch_size
 from snooker_cli.runs.run import RepeatStatus, Run, State
 
@@ -141,7 +148,7 @@ class ThreadExecutor(Executor):
         clock, run = time.perf_counter(), job.run
         points = [run.points[point] for point in sorted({point for point, _ in missing})]
         scenes = [same[0].experiment for same in alike(points).values()]
-        for _ in self.each(lambda each: compile_for(each, 0, run.engine), scenes):
+        for _ in self.each(lambda each: compile_for(each, run.engine), scenes):
             pass
         if not self._cancelled.is_set():
             watcher.simulating(time.perf_counter() - clock)
@@ -251,10 +258,8 @@ def execute(
     manifest = manifest_number(run.directory)
     own = None if part is None else _share(run, *part)
 
-    def is_lost() -> bool:
-        if own is not None:  # another part may write the same manifest
-            return not holds_manifest(run)
-        return manifest_number(run.directory) != manifest
+    def is_lost() -> bool:  # another part may write the same manifest
+        return manifest_number(run.directory) != manifest and not holds_manifest(run)
 
     def finish(result: RepeatResult) -> None:
         results.append(result)
@@ -283,7 +288,7 @@ def execute(
             for status in unusable.values():
                 watcher.unusable(status)
         if own is None:
-            record_failures(run, {})
+            discard(run.directory / FAILURES)
         all_checked = not cancelled.is_set()
         if missing and all_checked:
             for path in run.analyses() if own is None else ():
@@ -305,24 +310,18 @@ def execute(
             left = {path for path, info in damaged.items() if store.file_info(path) == info}
             run.delete_superseded(left)
     # Again, because temporary files that filled the disk are gone.
-    failed = {(each.point, each.repeat): each.error for each in results if each.error}
-    if own is None:
-        record_failures(run, failed)
+    recorded = failures(run)
+    for each in results:
+        if each.error and (each.point, each.repeat) not in recorded:
+            record_failure(run, each.point, each.repeat, each.error)
     return sorted(results, key=lambda result: (result.point, result.repeat))
 
 
 def _share(run: Run, part: int, parts: int) -> set[tuple[int, int]]:
     """The points and repeats of every `parts`-th batch, from number `part` on; 1 is the first."""
-    found: set[tuple[int, int]] = set()
-    number = 0
-    for point in run.points:
-        size = batch_size(point.experiment, run.engine)
-        for first in range(0, run.experiment.repeats, size):
-            number += 1
-            if number % parts == part % parts:
-                last = min(first + size, run.experiment.repeats)
-                found |= {(point.index, repeat) for repeat in range(first, last)}
-    return found
+    everything = product((point.index for point in run.points), range(run.experiment.repeats))
+    batches = _batches(run, everything)[part - 1 :: parts]
+    return {(point, repeat) for point, repeats in batches for repeat in repeats}
 
 
 def _batches(run: Run, missing: Iterable[tuple[int, int]]) -> list[Batch]:

@@ -5,7 +5,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import chain
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import Any
 from snooker_cli import store
 from snooker_cli.config import LIMITS, Experiment, Point, digest, extends, points, validated
 from snooker_cli.errors import UNREADABLE, DamagedError, RunError, StoreError, error_text
-from snooker_cli.files import atomic_write, unfinished, write_json
+from snooker_cli.files import discard, unfinished, write_json
 from snooker_cli.formatting import listed, plain, printable
 from snooker_cli.runs.run import ANALYSES, MANIFEST, Run, State
 
@@ -51,7 +51,7 @@ def create(run: Run, *, fresh: bool = False) -> str:
             for folder in run.directory.glob("point-*"):
                 with suppress(OSError):  # it is not empty
                     folder.rmdir()
-            record_failures(run, {})
+            discard(run.directory / FAILURES)
         content = plain(run.manifest())
         if fresh or not manifest.exists() or json.loads(manifest.read_text()) != content:
             for old in run.analyses():
@@ -297,9 +297,8 @@ def locked(directory: Path, shared: bool = False) -> Iterator[None]:
     try:
         for wait in LOCK_WAITS:
             time.sleep(wait)
-            if (
-                taken := _lock(descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
-            ) is not False:
+            taken = _lock(descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+            if taken is not False:
                 break
         else:
             raise RunError(
@@ -345,23 +344,9 @@ def _lock(descriptor: int, how: int) -> bool | None:
 
 def record_failure(run: Run, point: int, repeat: int, error: str) -> None:
     """Add a repeat that has failed to the record, if the disk takes it."""
+    line = json.dumps({"point": point, "repeat": repeat, "error": error})
     with suppress(OSError), (run.directory / FAILURES).open("a", encoding="utf-8") as file:
-        file.write(_failure_line(point, repeat, error))
-
-
-def record_failures(run: Run, errors: Mapping[tuple[int, int], str]) -> None:
-    """Write the record of an attempt's failures; without any, delete it. A full disk keeps it."""
-    path = run.directory / FAILURES
-    with suppress(OSError):
-        if not errors:
-            path.unlink(missing_ok=True)
-            return
-        with atomic_write(path) as part, part.open("w", encoding="utf-8") as file:
-            file.writelines(_failure_line(*item, error) for item, error in errors.items())
-
-
-def _failure_line(point: int, repeat: int, error: str) -> str:
-    return json.dumps({"point": point, "repeat": repeat, "error": error}) + "\n"
+        file.write(f"{line}\n")
 
 
 def failures(run: Run) -> dict[tuple[int, int], str]:

@@ -140,7 +140,7 @@ class Run:
     def batches(self, point: int) -> list[Path]:
         """The files of a point's batches."""
         files = (self.directory / f"point-{point:04d}").glob("repeats-*-*.h5")
-        return sorted(filter(is_named, files))
+        return sorted(path for path in files if named(path)[1])
 
     def chosen(self, point: int, repeat: int) -> Point:
         """The point with a number. Raises ``UserError`` if there is no such point or repeat."""
@@ -252,6 +252,10 @@ class Run:
             if info is None:  # another process has just deleted it
                 return []
             headers = read(path) if read else _headers(path, info)
+            for header in headers:
+                if header.provenance.point != point or header.repeat not in repeats:
+                    reason = f"is repeat {header.repeat} of point {header.provenance.point}"
+                    raise StoreError(path, reason, REPLACES)
         except AbsentError:
             return []
         except StoreError as error:
@@ -259,13 +263,6 @@ class Run:
                 RepeatStatus(point, repeat, path, State.UNUSABLE, None, error.reason, error.advice)
                 for repeat in repeats[: self.experiment.repeats]
             ]
-        for header in headers:
-            if header.provenance.point != point or header.repeat not in repeats:
-                reason = f"is repeat {header.repeat} of point {header.provenance.point}"
-                return [
-                    RepeatStatus(point, repeat, path, State.UNUSABLE, header, reason, REPLACES)
-                    for repeat in repeats[: self.experiment.repeats]
-                ]
         return [self._classified(path, point, header) for header in headers]
 
     def _classified(self, path: Path, point: int, header: RepeatHeader) -> RepeatStatus:
@@ -313,16 +310,10 @@ class Run:
 _FILE = re.compile(r"point-(\d+)/repeats-(\d+)-(\d+)\.h5")
 
 
-def is_named(path: Path) -> bool:
-    """Whether a path is one of a batch's file."""
-    return _FILE.fullmatch(f"{path.parent.name}/{path.name}") is not None
-
-
 def named(path: Path) -> tuple[int, range]:
-    """The point and the repeats in the name of a batch's file."""
+    """The point and the repeats in the name of a batch's file; no repeats for another file."""
     match = _FILE.fullmatch(f"{path.parent.name}/{path.name}")
-    assert match is not None
-    point, first, last = map(int, match.groups())
+    point, first, last = map(int, match.groups()) if match else (-1, 0, -1)
     return point, range(first, last + 1)
 
 

@@ -16,7 +16,7 @@ from snooker_cli import store
 from snooker_cli.files import unfinished
 from snooker_cli.formatting import printable
 from snooker_cli.runs.folder import failures, is_locked
-from snooker_cli.runs.run import RepeatStatus, Run, State, is_named, named
+from snooker_cli.runs.run import RepeatStatus, Run, State, named
 from snooker_cli.trace import StopReason
 
 COUNTS = ("done", "running", "failed", "to_do")  # each repeat is counted in one of these
@@ -33,7 +33,7 @@ def run_status(run: Run) -> dict[str, Any]:
     locked = is_locked(run.directory)
     folders = run.directory.glob("point-*") if locked else ()
     parts = chain.from_iterable(map(unfinished, folders))
-    writing = [named(path) for path in map(target_of, parts) if is_named(path)]
+    writing = [named(target_of(part)) for part in parts]
     failed = failures(run)
     numbers = dict.fromkeys((*COUNTS, "collisions"), 0)
     ledger: list[dict[str, Any]] = [

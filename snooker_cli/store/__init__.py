@@ -4,37 +4,17 @@ One file holds one batch: repeats of a point, one after the other. It is written
 name, flushed to the disk and then renamed, so a file is never incomplete.
 """
 
-from snooker_cli.store.file_format import (
-    SCHEMA_VERSION,
-    Fingerprint,
-    Provenance,
-    RepeatHeader,
-    content_hash,
-)
-from snooker_cli.store.reader import (
-    FileInfo,
-    check,
-    file_info,
-    read,
-    read_checkpoint,
-    read_events,
-    read_headers,
-)
-from snooker_cli.store.writer import Recorder, write
-
-__all__ = [
-    "SCHEMA_VERSION",
-    "FileInfo",
-    "Fingerprint",
-    "Provenance",
-    "Recorder",
-    "RepeatHeader",
-    "check",
-    "content_hash",
-    "file_info",
-    "read",
-    "read_checkpoint",
-    "read_events",
-    "read_headers",
-    "write",
-]
+from snooker_cli.store.file_format import SCHEMA_VERSION as SCHEMA_VERSION
+from snooker_cli.store.file_format import Fingerprint as Fingerprint
+from snooker_cli.store.file_format import Provenance as Provenance
+from snooker_cli.store.file_format import RepeatHeader as RepeatHeader
+from snooker_cli.store.file_format import content_hash as content_hash
+from snooker_cli.store.reader import FileInfo as FileInfo
+from snooker_cli.store.reader import check as check
+from snooker_cli.store.reader import file_info as file_info
+from snooker_cli.store.reader import read as read
+from snooker_cli.store.reader import read_checkpoint as read_checkpoint
+from snooker_cli.store.reader import read_events as read_events
+from snooker_cli.store.reader import read_headers as read_headers
+from snooker_cli.store.writer import Recorder as Recorder
+from snooker_cli.store.writer import write as write

@@ -248,7 +248,7 @@ def _traces(
         _require(all(np.isfinite(each).all() for each in group[:2]), "position or velocity")
     positions, velocities, masses, radii = balls
     container_positions, container_velocities, (container_mass,), lengths = container
-    rules = json.loads(_parameter(file, "scene"))
+    rules = {**json.loads(_parameter(file, "scene"))}
     shape = SHAPES[rules.pop("shape")]
     if not issubclass(shape, Circle):
         lengths = hdf5.read_rows(file, f"{layout.BALLS}/box/edges")[: len(shape.keys)]
@@ -258,7 +258,7 @@ def _traces(
     _check_rules(rules, shape, free=math.isfinite(container_mass))
     for header in headers:
         _require(all(ball < len(radii) for ball in header.stop.balls), "balls in an ending")
-    common = {"container": shape(*lengths.tolist()), "container_mass": float(container_mass)}
+    rules |= {"container": shape(*lengths.tolist()), "container_mass": float(container_mass)}
     summaries = [None] * len(headers) if "connectivity" in file else _summaries(file, rows)
     found = []
     for k in chosen:
@@ -270,19 +270,19 @@ def _traces(
                 masses=masses,
                 container_position=container_positions[row, 0],
                 container_velocity=container_velocities[row, 0],
-                **common,
                 **rules,
             )
             for row in (2 * k, 2 * k + 1)
         )
-        stop, *counts = headers[k].stop, headers[k].wall_events, headers[k].pair_events
-        found.append(Trace(start, finish, stop, *counts, events=None, summary=summaries[k]))
+        one = headers[k]
+        counts = one.wall_events, one.pair_events
+        found.append(Trace(start, finish, one.stop, *counts, events=None, summary=summaries[k]))
     return found
 
 
 def _check_rules(rules: dict[str, Any], shape: type[Container], *, free: bool) -> None:
     """Raise ``ValueError`` for rules of collisions that no config gives."""
-    _require({"shape", *rules} == {"shape", *layout.RULES}, "rules")
+    _require(rules.keys() == {*layout.RULES}, "rules")
     slides = rules["slides"]
     _require(slides is False or (slides is True and shape is Circle and not free), "rules")
     for name in (name for name in layout.RULES if name != "slides"):

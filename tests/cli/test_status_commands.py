@@ -21,7 +21,7 @@ from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.engine.clock import LEAST_EVENTS
 from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs.execution import execute
-from snooker_cli.runs.folder import record_failures
+from snooker_cli.runs.folder import record_failure
 from snooker_cli.runs.verification import verify
 from snooker_cli.trace import StopReason
 
@@ -53,7 +53,8 @@ def test_each_repeat_is_in_one_column(separate: Path, snooker: Snooker) -> None:
     run.path(0, [1]).write_text("not HDF5")
     run.path(1, [1]).unlink()
     interrupt(run.path(1, [2]))
-    record_failures(run, {(0, 0): "no room", (1, 0): "of an attempt before; it is done now"})
+    record_failure(run, 0, 0, "no room")
+    record_failure(run, 1, 0, "of an attempt before; it is done now")
     (one,) = listed(snooker)
     assert one["state"] == "unfinished"
     assert [one[name] for name in COUNTS] == [2, 0, 1, 3]

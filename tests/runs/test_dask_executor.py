@@ -77,7 +77,7 @@ def executor(scheduler: distributed.LocalCluster, client: distributed.Client) ->
         from snooker_cli.config import parse
         from snooker_cli.runs.batch import compile_for
 
-        compile_for(parse(LONG).experiment, 0, None)
+        compile_for(parse(LONG).experiment, None)
 
     client.wait_for_workers(2, timeout=60)
     client.run(compile_first)

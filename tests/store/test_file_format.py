@@ -22,7 +22,7 @@ from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.engine.clock import LEAST_EVENTS
 from snooker_cli.export import frames
-from snooker_cli.runs.folder import record_failures
+from snooker_cli.runs.folder import record_failure
 from snooker_cli.scene import Scene
 from snooker_cli.store import SCHEMA_VERSION, Provenance, RepeatHeader
 from snooker_cli.trace import StopReason, Trace
@@ -274,7 +274,7 @@ def test_a_runs_folder_has_what_the_page_says(finished: Path, snooker: Snooker) 
     run = runs.open_run(finished)
     for command in (["fit", "small"], ["compare", "small"]):
         assert snooker(*command).code == 0
-    record_failures(run, {(0, 1): "it failed"})
+    record_failure(run, 0, 1, "it failed")
     folder, manifest = tables("## A run's folder")
     names = {name for row in folder for name in row["name"].split(", ")}
     there = {re.sub(r"\d{4}", "0000", str(path.relative_to(finished))) for path in walk(finished)}
