@@ -52,23 +52,24 @@ def near(
     index = np.arange(len(others))
     if period is not None:
         others, index = _with_images(others, reach, period)
-    low = [min(float(np.min(each[:, axis])) for each in (points, others)) for axis in (0, 1)]
-    high = [max(float(np.max(each[:, axis])) for each in (points, others)) for axis in (0, 1)]
-    extent = high[0] - low[0], high[1] - low[1]
-    columns, rows = _cells(extent, reach, len(others))
+    low = np.minimum(np.min(points, axis=0), np.min(others, axis=0))
+    extent = np.maximum(np.max(points, axis=0), np.max(others, axis=0)) - low
+    # Each at least the reach wide, in total a few for each point.
+    most = 4.0 * len(others)
+    cells = np.clip(extent / (reach * WIDER), 1.0, most)
+    cells = np.floor(np.maximum(cells / math.sqrt(max(cells.prod() / most, 1.0)), 1.0))
     # A margin of empty cells gives every cell eight neighbours.
-    stride = columns + 2
+    stride, rows = int(cells[0]) + 2, int(cells[1]) + 2
 
     def cell_of(places: Floats) -> Indices:
-        x, y = places[:, 0] - low[0], places[:, 1] - low[1]
-        column = np.fmin(x / (extent[0] or 1.0) * columns, columns - 1).astype(np.int64)
-        row = np.fmin(y / (extent[1] or 1.0) * rows, rows - 1).astype(np.int64)
+        inside = np.fmin((places - low) / np.where(extent, extent, 1.0) * cells, cells - 1)
+        column, row = inside.astype(np.int64).T
         return np.asarray((row + 1) * stride + column + 1)
 
     # In the order of cells, near points are also near in memory.
     centre, by_centre = _sorted(cell_of(points))
     cell, by_cell = _sorted(cell_of(others))
-    first = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=stride * (rows + 2)))])
+    first = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=stride * rows))])
     x_points, y_points = points[by_centre].T.copy()
     x_others, y_others = others[by_cell].T.copy()
     for row in (-stride, 0, stride):
@@ -85,14 +86,6 @@ def _sorted(cells: Indices) -> tuple[Indices, Indices]:
     bits = len(cells).bit_length()
     both = np.sort((cells << bits) | np.arange(len(cells)))
     return both >> bits, both & ((1 << bits) - 1)
-
-
-def _cells(extent: tuple[float, float], reach: float, number: int) -> tuple[int, int]:
-    """Numbers of columns and rows, each at least the reach wide, in total a few for each point."""
-    most = 4.0 * number
-    across, up = (min(max(each / (reach * WIDER), 1.0), most) for each in extent)
-    excess = math.sqrt(max(across * up / most, 1.0))
-    return int(max(across / excess, 1.0)), int(max(up / excess, 1.0))
 
 
 def _ranges(begin: Indices, end: Indices) -> Iterator[tuple[Indices, Indices]]:

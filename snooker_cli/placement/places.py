@@ -98,11 +98,6 @@ def lattice_around(
     return free, diameter
 
 
-def joined(placed: Floats, others: Floats) -> Floats:
-    """Places of balls that are placed, then those of others; (*N*, 2), m."""
-    return np.concatenate([placed, others]) if len(placed) else others
-
-
 def _in_circle(radius: float, number: int) -> tuple[Floats, float]:
     """The lattice places nearest to the centre, which is a place or lies between two or three.
 
@@ -274,7 +269,7 @@ def _inserted(
             tried = tried[~_blocked(tried, tried, scale * 2 * radii[k], period)]
             accepted = max(len(tried) / number, 0.05)
             found[k] = np.concatenate([found[k], tried[:missing]])
-    return joined(placed[0], np.concatenate([found[k] for k in range(len(radii))]))
+    return np.concatenate([placed[0], *(found[k] for k in range(len(radii)))])
 
 
 def _uniform_places(

@@ -11,7 +11,7 @@ from snooker_cli.config import BallList, Experiment, Rings, stream_seed
 from snooker_cli.containers import Container
 from snooker_cli.errors import JammedError, SceneError
 from snooker_cli.neighbours import Floats
-from snooker_cli.placement.places import joined, lattice_around, random_places, ring_positions
+from snooker_cli.placement.places import lattice_around, random_places, ring_positions
 from snooker_cli.placement.random_numbers import (
     PLACES,
     random_directions,
@@ -53,11 +53,12 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
     placed = balls.list if isinstance(balls, BallList) else experiment.placed
     names = ("position", "velocity", "radius", "mass")
     places, moving, radii, masses = (np.array([getattr(b, name) for b in placed]) for name in names)
+    places, moving = places.reshape(-1, 2), moving.reshape(-1, 2)
     try:
         if placed:  # before others are placed around them
             check(Scene(places, moving, radii, masses, **same))
         positions = [places] * len(repeats)
-        velocities = np.array([moving] * len(repeats))
+        velocities = np.repeat(moving[np.newaxis], len(repeats), axis=0)
         if isinstance(balls, Rings):
             places = _on_rings(balls, container.size[0] / 2)
             positions, number = [places] * len(repeats), len(places)
@@ -68,7 +69,7 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             of_gas = np.repeat([each.mass for each in experiment.species], counts)
             positions = _positions(experiment, container, sizes, (places, radii), repeats)
             drawn = _velocities(experiment, of_gas, repeats)
-            velocities = np.concatenate([velocities, drawn], axis=1) if placed else drawn
+            velocities = np.concatenate([velocities, drawn], axis=1)
             radii = np.append(radii, np.repeat(sizes, counts))
             masses = np.append(masses, of_gas)
         pairs = zip(positions, velocities, strict=True)
@@ -170,8 +171,9 @@ def _positions(
     if scale < 1:
         raise _too_dense(experiment, container, radii, packing, scale * scale * packing)
     if len(counts) == 1:
-        return [joined(placed[0], positions)] * len(repeats)
-    return [joined(placed[0], positions[shuffled(each, len(positions))]) for each in streams]
+        return [np.concatenate([placed[0], positions])] * len(repeats)
+    shuffles = (positions[shuffled(each, len(positions))] for each in streams)
+    return [np.concatenate([placed[0], places]) for places in shuffles]
 
 
 def _velocities(experiment: Experiment, masses: Floats, repeats: Sequence[int]) -> Floats:
