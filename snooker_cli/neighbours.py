@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from itertools import product
 from typing import TypeAlias
 
 import numpy as np
@@ -106,15 +107,11 @@ def _with_images(
     points: Floats, reach: float, period: tuple[float, float]
 ) -> tuple[Floats, Indices]:
     """Points of a periodic box with the images near its edges, and the point of each by index."""
-    index = np.arange(len(points))
-    for axis in (0, 1):
-        at = points[:, axis]
-        parts, indices = [points], [index]
-        for side in (-1.0, 1.0):
-            edge = np.flatnonzero(side * at >= period[axis] / 2 - reach * WIDER)
-            images = points[edge].copy()
-            images[:, axis] -= side * period[axis]
-            parts.append(images)
-            indices.append(index[edge])
-        points, index = np.concatenate(parts), np.concatenate(indices)
-    return points, index
+    size = np.array(period)
+    parts, indices = [], []
+    for side in product((0, 1, -1), repeat=2):
+        shift = np.array(side[::-1])
+        at_edge = (shift == 0) | (-shift * points >= size / 2 - reach * WIDER)
+        indices.append(np.flatnonzero(np.all(at_edge, axis=1)))
+        parts.append(points[indices[-1]] + shift * size)
+    return np.concatenate(parts), np.concatenate(indices)

@@ -58,9 +58,7 @@ def cosine_and_sine(angle: Decimal) -> tuple[Decimal, Decimal]:
 # Hexagonal lattices fitted into a container
 
 HALVINGS = 60  # steps of bisection, enough for all digits of a double
-
-ROUNDINGS = 4
-"""Rounding errors, in epsilons of the container's size, that may bring two places nearer."""
+ROUNDINGS = 4  # errors, in epsilons of the container's size, that may bring two places nearer
 
 
 def lattice(container: Container, number: int) -> tuple[Floats, float]:
@@ -192,15 +190,11 @@ INSERTED = 0.4
 """Packing up to which balls are inserted at their size. Insertion jams at 0.547 (Feder 1980,
 doi:10.1016/0022-5193(80)90358-6) and needs many attempts before."""
 
-ATTEMPTS = 100
-"""Attempts per ball after which insertion has failed; at a packing of 0.4 about 5 are needed."""
-
+ATTEMPTS = 100  # for each ball, then insertion has failed; at a packing of 0.4 it needs about 5
 JAMMED = 0.84  # random close packing of disks (Berryman 1983, doi:10.1103/PhysRevA.27.1053)
 LARGEST = 0.82  # largest packing that is tried; near jamming the time grows without limit
 
-SWEEPS = 2000
-"""Pushes of all balls after which pushing has failed; a packing of 0.82 needs about 800."""
-
+SWEEPS = 2000  # pushes of all balls, then pushing has failed; a packing of 0.82 needs about 800
 PUSH, MEMORY = 0.3, 0.9
 """The part of an overlap that a push removes, and the part of its last step that a ball repeats."""
 
@@ -252,6 +246,7 @@ def _inserted(
 ) -> Floats | None:
     """Places where balls with radii scaled by ``scale`` do not overlap; None if that fails."""
     period = container.period
+    there = [(radius, place[None]) for place, radius in zip(*placed, strict=True)]
     found: dict[int, Floats] = {}
     for k in sorted(range(len(radii)), key=lambda k: -radii[k]):
         found[k] = np.empty((0, 2))
@@ -262,10 +257,8 @@ def _inserted(
             number = int(missing / accepted) + 8
             tried = _uniform_places(container, generator, number, radii[k])
             attempts += number
-            there = [(radius, place[None]) for place, radius in zip(*placed, strict=True)]
-            for other, places in there + [(radii[one], found[one]) for one in found]:
-                reach = scale * (radii[k] + other)
-                tried = tried[~_blocked(tried, places, reach, period)]
+            for other, places in [*there, *((radii[one], found[one]) for one in found)]:
+                tried = tried[~_blocked(tried, places, scale * (radii[k] + other), period)]
             tried = tried[~_blocked(tried, tried, scale * 2 * radii[k], period)]
             accepted = max(len(tried) / number, 0.05)
             found[k] = np.concatenate([found[k], tried[:missing]])
