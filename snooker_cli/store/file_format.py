@@ -7,7 +7,6 @@ import hashlib
 import json
 import math
 import struct
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, pairwise
@@ -31,11 +30,12 @@ EVENTS = (COLLISIONS, TIME, IMPULSE, RESIDUAL)
 SUMMARY = "observables/summary"
 
 PARAMETERS = "parameters/snooker"
-STEP = f"{PARAMETERS}/step"
-"""The step of all elements of H5MD: the rows of each are numbered from 0."""
+STEP = f"{PARAMETERS}/step"  # of all elements of H5MD: the rows of each are numbered from 0
 REPEATS, ROWS, ENDINGS, CONTENTS = (
     f"{PARAMETERS}/{name}" for name in ("repeat", "rows", "ending", "content")
 )
+
+COUNTS = ("wall_events", "pair_events")  # of an ending, besides the fields of its stop
 
 CHECKPOINT = "checkpoint"
 HASHES = "hashes"  # in the checkpoint, the hashes of past events
@@ -207,13 +207,11 @@ def smallest(counts: NDArray[np.int64]) -> NDArray[Any]:
 
 
 def _bytes(value: NDArray[Any] | float | str) -> Any:
-    """An array's bytes in little-endian order, those of a number as a double, or of text."""
+    """The bytes of an array, of a number as a double, or of text."""
     if isinstance(value, str):
         return value.encode()
     if not isinstance(value, np.ndarray):
         return struct.pack("<d", value)
-    if sys.byteorder == "big":
-        value = value.byteswap()
     return np.ascontiguousarray(value).data
 
 

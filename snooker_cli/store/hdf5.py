@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, lru_cache
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,7 @@ import numpy as np
 from h5py import h5a, h5d, h5g, h5l, h5o, h5p, h5s, h5t, h5z
 from numpy.typing import NDArray
 
-FORMAT = ("v110", "v110")
-"""The version of HDF5's file format: its metadata have checksums, so damage is noticed."""
-
+FORMAT = ("v110", "v110")  # the version whose metadata have checksums, so damage is noticed
 UNWRITABLE = (OSError, RuntimeError)  # what h5py raises for a file that cannot be written
 MOST_LINKS = 1000  # names in a file. snooker writes fewer than 100.
 INFLATION = 1032  # the most bytes that deflate makes of one byte, https://zlib.net/zlib_tech.html
@@ -80,12 +79,10 @@ def open_all(group: Any) -> None:
 
 def check_links(file: h5py.File) -> None:
     """Raise ``ValueError`` for links that lead out of the file, and for too many links."""
-    number = 0
+    numbers = count(1)
 
-    def is_wrong(_name: bytes, link: Any) -> bool | None:
-        nonlocal number
-        number += 1
-        return link.type != h5l.TYPE_HARD or number > MOST_LINKS or None  # goes on after None
+    def is_wrong(_name: bytes, link: Any) -> bool | None:  # goes on after None
+        return link.type != h5l.TYPE_HARD or next(numbers) > MOST_LINKS or None
 
     if file.id.links.visit(is_wrong, info=True):
         raise ValueError("it has a link to another place, or too many links")
@@ -111,12 +108,19 @@ def read_attribute(file: h5py.File, path: str, name: str) -> Any:
     return number_or_text.decode() if isinstance(number_or_text, bytes) else number_or_text
 
 
-def _dataset(file: h5py.File, path: str, sparse: bool = False) -> Any:
-    """A dataset that is stored as snooker stores it, and whose bytes are there.
+def read_rows(
+    file: h5py.File,
+    path: str,
+    dtype: Any = np.float64,
+    rows: slice = slice(None),
+    sparse: bool = False,
+) -> NDArray[Any]:
+    """A dataset, or some of its rows, as an array of this type; with ``None``, of its own.
 
     sparse : whether some of its chunks may be missing
 
-    Raises ``ValueError``, before any memory is taken.
+    Raises ``ValueError``, before any memory is taken, for a dataset that is stored in another way
+    than snooker does it, or whose bytes are not there.
     """
     data = h5d.open(file.id, path.encode())
     settings, stored = data.get_create_plist(), data.get_storage_size()
@@ -127,54 +131,30 @@ def _dataset(file: h5py.File, path: str, sparse: bool = False) -> Any:
         expected, most = [h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE], INFLATION * stored
         chunk = math.prod(settings.get_chunk()) if declared else 0
         declared = chunk if sparse else max(declared, chunk)
-    foreign = settings.get_external_count() or layout not in (
-        h5d.CHUNKED,
-        h5d.COMPACT,
-        h5d.CONTIGUOUS,
-    )
-    if foreign or filters != expected:
+    known = layout in (h5d.CHUNKED, h5d.COMPACT, h5d.CONTIGUOUS)
+    if not known or settings.get_external_count() or filters != expected:
         raise ValueError(f"{path} is stored in a way that snooker does not use")
     size = declared * data.get_type().get_size()
     if size > most or stored > file.id.get_filesize():
         raise ValueError(f"{path} needs {size:,} bytes, and {stored:,} are stored")
-    return data
-
-
-def read_rows(
-    file: h5py.File,
-    path: str,
-    dtype: Any = np.float64,
-    rows: slice = slice(None),
-    sparse: bool = False,
-) -> NDArray[Any]:
-    """A dataset, or some of its rows, as an array of this type; with ``None``, of its own."""
-    data = _dataset(file, path, sparse)
-    number, *others = data.shape or (1,)
-    first, last, _ = rows.indices(number)
     kind = data.dtype
     dtype = np.dtype(kind if dtype is None else dtype)
     if kind.kind not in "biufS" or not np.can_cast(kind, dtype, "same_kind"):
         raise ValueError(f"{path} has neither numbers of its type nor text of fixed length")
-    settings = data.get_create_plist()
-    if settings.get_layout() == h5d.CHUNKED:
-        return _unpacked(data, settings.get_chunk(), first, last, dtype)
-    values = np.empty((last - first, *others) if data.shape else (), dtype)
-    here = there = h5s.ALL
-    if data.shape and len(values) < number:
-        here, there = h5s.create_simple(values.shape), data.get_space()
-        there.select_hyperslab((first, *(0 for _ in others)), values.shape)
-    data.read(here, there, values, native(dtype))
-    return values
+    if layout == h5d.CHUNKED:
+        return _unpacked(data, settings.get_chunk(), rows, dtype)
+    values = np.empty(data.shape, dtype)
+    data.read(h5s.ALL, h5s.ALL, values, native(dtype))
+    return values[rows] if data.shape else values
 
 
-def _unpacked(
-    data: Any, chunk: tuple[int, ...], first: int, last: int, dtype: np.dtype[Any]
-) -> NDArray[Any]:
+def _unpacked(data: Any, chunk: tuple[int, ...], some: slice, dtype: np.dtype[Any]) -> NDArray[Any]:
     """Rows of a dataset in chunks that have the size which they declare.
 
     HDF5 would unpack all of a chunk, up to ``INFLATION`` times its bytes, before it compares.
     """
     kind, rows, rest = data.dtype, chunk[0], data.shape[1:]
+    first, last, _ = some.indices(data.shape[0])
     values = np.zeros((last - first, *rest), dtype)
     size = kind.itemsize * math.prod(chunk)
     for start in range(first - first % rows, last, rows):
@@ -217,27 +197,24 @@ def write_rows(
     chunk : rows in a chunk, shuffled and deflated, of a dataset that can grow; 0 for neither
     before : rows before these; those that were never written are zero and take no space
     """
+    rest = values.shape[1:]
+    if chunk and path in file:
+        data = file[path].id
+    else:
+        space = h5s.create_simple(values.shape)
+        if chunk:
+            space = h5s.create_simple((0, *rest), (h5s.UNLIMITED, *rest))
+        settings = _settings((chunk, *rest) if chunk else None, 0 < values.nbytes <= SMALL)
+        data = h5d.create(file.id, path.encode(), native(values.dtype), space, *settings)
+        if unit is not None:  # H5MD wants a string of fixed length
+            text = np.array(unit.encode())
+            kind = native(text.dtype)
+            h5a.create(data, b"unit", kind, h5s.create(h5s.SCALAR)).write(text, kind)
     if not chunk:
-        data = _create(file, path, values, unit, chunk)
         data.write(h5s.ALL, h5s.ALL, values, native(values.dtype))
         return
-    data = file[path].id if path in file else _create(file, path, values, unit, chunk)
-    data.set_extent((before + len(values), *values.shape[1:]))
-    data.write_direct_chunk((before, *(0 for _ in values.shape[1:])), packed(values, chunk))
-
-
-def _create(file: h5py.File, path: str, values: NDArray[Any], unit: str | None, chunk: int) -> Any:
-    """A dataset for such values."""
-    rest, space = values.shape[1:], h5s.create_simple(values.shape)
-    if chunk:
-        space = h5s.create_simple((0, *rest), (h5s.UNLIMITED, *rest))
-    settings = _settings((chunk, *rest) if chunk else None, 0 < values.nbytes <= SMALL)
-    data = h5d.create(file.id, path.encode(), native(values.dtype), space, *settings)
-    if unit is not None:  # H5MD wants a string of fixed length
-        text = np.array(unit.encode())
-        kind = native(text.dtype)
-        h5a.create(data, b"unit", kind, h5s.create(h5s.SCALAR)).write(text, kind)
-    return data
+    data.set_extent((before + len(values), *rest))
+    data.write_direct_chunk((before, *(0 for _ in rest)), packed(values, chunk))
 
 
 @lru_cache(maxsize=64)
@@ -272,20 +249,18 @@ def packed(values: NDArray[Any], rows: int) -> bytes:
     padded = np.zeros((rows, *values.shape[1:]), values.dtype)
     padded[: len(values)] = values
     shuffled = np.ascontiguousarray(padded.view(np.uint8).reshape(-1, values.itemsize).T)
-    counting = values.dtype == np.int64
-    pieces = [_deflated(row, counting=counting) for row in shuffled]
+    pieces = map(_deflated, shuffled)
     checksum = zlib.adler32(shuffled.data).to_bytes(4, "big")
     return b"".join([ZLIB_HEADER, *pieces, LAST_BLOCK, checksum])
 
 
-def _deflated(data: NDArray[np.uint8], *, counting: bool) -> bytes:
+def _deflated(data: NDArray[np.uint8]) -> bytes:
     """Bytes in deflate's blocks that end on a whole byte and refer to none before them.
 
-    counting : for steps, which have long patterns; for other data, runs of one byte are enough
+    Runs of one byte are the only patterns that it looks for.
     """
-    strategy = zlib.Z_DEFAULT_STRATEGY if counting else zlib.Z_RLE
     level = 0 if _is_noise(data) else 1
-    deflate = zlib.compressobj(level, wbits=-zlib.MAX_WBITS, strategy=strategy)
+    deflate = zlib.compressobj(level, wbits=-zlib.MAX_WBITS, strategy=zlib.Z_RLE)
     return deflate.compress(data.data) + deflate.flush(zlib.Z_FULL_FLUSH)
 
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_type_hints
 
 import h5py
 import numpy as np
@@ -89,7 +89,7 @@ def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
             return None
         for _ in _checked(file, path, None, keep_events=False):
             pass
-        names = [*file[layout.CHECKPOINT]]
+        names = file[layout.CHECKPOINT]
         found = {name: hdf5.read_rows(file, f"{layout.CHECKPOINT}/{name}", None) for name in names}
         written = hdf5.read_attribute(file, layout.CHECKPOINT, "content")
         if layout.checkpoint_hash(found, _parameter(file, "content")) != written:
@@ -138,20 +138,18 @@ def _opened(path: Path) -> Iterator[h5py.File]:
 
 
 def _parameter(file: h5py.File, name: str) -> Any:
-    """One of snooker's own attributes."""
     return hdf5.read_attribute(file, layout.PARAMETERS, name)
 
 
 def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
-    """What a file says of its repeats."""
     numbers = hdf5.read_rows(file, layout.REPEATS, np.int64).tolist()
     contents = hdf5.read_text(file, layout.CONTENTS)
     source = _parameter(file, "provenance")
     if layout.seal(source, numbers, contents) != _parameter(file, "content"):
         raise _changed(path)
     provenance = Provenance(**json.loads(source))
-    for name, value in vars(provenance).items():
-        _require(type(value) in _PROVENANCE.get(name, (str,)), f"{name} in its provenance")
+    for name, kind in get_type_hints(Provenance).items():
+        _require(isinstance(getattr(provenance, name), kind), f"{name} in its provenance")
     _require(provenance.engine in (None, "allpairs", "cells"), "engine in its provenance")
     ascend = all(first < second for first, second in pairwise([-1, *numbers]))
     _require(len(numbers) > 0 and ascend, "numbers of its repeats")
@@ -162,31 +160,21 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     ]
 
 
-_PROVENANCE: dict[str, tuple[type, ...]] = {
-    "point": (int,),
-    "engine_version": (int,),
-    "seconds": (float, int),
-    "engine": (str, type(None)),
-}
-"""The types of a provenance that are not text."""
-
-
 def _require(holds: object, what: str) -> None:
     """Raise ``ValueError`` for what no simulation gives."""
     if not holds:
         raise ValueError(f"wrong {what}")
 
 
-def _ending(text: str) -> tuple[Stop, int, int]:
+def _ending(text: str) -> tuple[Any, ...]:
     """How a repeat ended, and its collisions with the wall and between balls."""
     fields = {**json.loads(text)}
-    counts = fields.pop("wall_events"), fields.pop("pair_events")
+    counts = [fields.pop(name) for name in layout.COUNTS]
     reason, balls = StopReason(fields.pop("reason")), tuple(fields.pop("balls"))
     stop = Stop(reason, balls=balls, **fields)
-    sound = all(type(each) is int and each >= 0 for each in (*counts, *balls))
-    _require(sound, "counts in an ending")
+    _require(all(type(each) is int and each >= 0 for each in (*counts, *balls)), "ending")
     known = type(stop.time) in (int, float) and 0 <= stop.time < math.inf
-    _require(known and isinstance(stop.message, str), "time or message in an ending")
+    _require(known and isinstance(stop.message, str), "ending")
     for each in (stop.accumulation_time, stop.impulse_to_come):
         _require(each is None or (type(each) is float and math.isfinite(each)), "ending")
     return stop, *counts
@@ -352,7 +340,6 @@ def _without_zeros(events: Events) -> Events:
 
 
 def _summaries(file: h5py.File, rows: Sequence[slice]) -> list[Summary]:
-    """The summaries of all repeats."""
     columns = {
         name: hdf5.read_rows(file, f"{layout.SUMMARY}/{name}/value") for name in SERIES_UNITS
     }

@@ -27,9 +27,7 @@ from snooker_cli.trace import SERIES_UNITS, Events, Trace, joined
 ROWS = 65536  # events in a chunk of a file, 24 to 32 bytes each; longer files are written in chunks
 WAITING = 4  # chunks that may wait to be written before the simulation has to wait
 
-COMPRESS_FROM = 4096
-"""Smaller datasets are not compressed: that would cost more time and space than it saves."""
-
+COMPRESS_FROM = 4096  # numbers; compressing fewer takes more time and space than it saves
 
 NO_KEY = "a later run cannot continue this repeat, because no key for checkpoints can be kept (%s)"
 
@@ -138,7 +136,7 @@ class Recorder:
 
     def _write_rest(self, file: h5py.File, provenance: Provenance) -> None:
         """Write the summaries or the last events, and all that is not events."""
-        repeats, traces, fingerprints = zip(*self._ended, strict=True)
+        _, traces, fingerprints = zip(*self._ended, strict=True)
         file.create_group(layout.BALLS)
         hdf5.write_rows(file, layout.STEP, np.array(1))
         if traces[0].summary is not None:
@@ -148,16 +146,34 @@ class Recorder:
             if len(rest) or not self._written:
                 chunk = ROWS if self._written else _chunk(rest.time)
                 _write_events(file, rest, chunk, self._written)
-            _link_events(file)
+            file[layout.COLLISIONS].attrs["particles_group"] = file[layout.BALLS].ref
+            for path in layout.EVENTS:
+                if path in file:
+                    hdf5.link(file, f"{path}/step", layout.STEP)
         _write_scenes(file, traces)
-        contents = [
-            fingerprint.content(trace)
-            for trace, fingerprint in zip(traces, fingerprints, strict=True)
-        ]
-        _write_parameters(file, repeats, traces, contents, self._rows, provenance)
+        write_h5md_group(file)
+        self._write_parameters(file, provenance)
         checkpoint = traces[-1].checkpoint
         if checkpoint is not None:
             _write_checkpoint(file, {**checkpoint, layout.HASHES: fingerprints[-1].hashes()})
+
+    def _write_parameters(self, file: h5py.File, provenance: Provenance) -> None:
+        """Write how each repeat ended, the provenance and the hash of all."""
+        repeats, traces, fingerprints = zip(*self._ended, strict=True)
+        source, start = json.dumps(asdict(provenance)), traces[0].start
+        contents = list(map(Fingerprint.content, fingerprints, traces))
+        counts = [{name: getattr(trace, name) for name in layout.COUNTS} for trace in traces]
+        endings = [json.dumps(trace.stop.known() | counts[k]) for k, trace in enumerate(traces)]
+        hdf5.write_rows(file, layout.REPEATS, np.array(repeats, np.int64))
+        hdf5.write_rows(file, layout.ROWS, np.array(self._rows, np.int64))
+        hdf5.write_rows(file, layout.ENDINGS, np.array(endings, np.bytes_))
+        hdf5.write_rows(file, layout.CONTENTS, np.array(contents, np.bytes_))
+        rules = {name: getattr(start, name) for name in layout.RULES}
+        parameters = file[layout.PARAMETERS].attrs
+        parameters["schema_version"] = layout.SCHEMA_VERSION
+        parameters["scene"] = json.dumps({"shape": start.container.name, **rules})
+        parameters["provenance"] = source
+        parameters["content"] = layout.seal(source, repeats, contents)
 
     def _continue(self) -> None:
         """Begin with a copy of the file's events in full chunks, and with the rest of them."""
@@ -187,9 +203,6 @@ class Recorder:
             ) from None
 
 
-# The parts of a file.
-
-
 def _chunk(values: NDArray[Any]) -> int:
     """The rows of the one chunk of a column that is written at once; 0 without compression."""
     return len(values) if values.size >= COMPRESS_FROM else 0
@@ -209,14 +222,6 @@ def _write_events(file: h5py.File, events: Events, chunk: int, before: int) -> N
     ):
         if values is not None:
             hdf5.write_rows(file, f"{path}/value", values, unit, chunk, before)
-
-
-def _link_events(file: h5py.File) -> None:
-    """Make elements of H5MD from the columns of events."""
-    file[layout.COLLISIONS].attrs["particles_group"] = file[layout.BALLS].ref
-    for path in layout.EVENTS:
-        if path in file:
-            hdf5.link(file, f"{path}/step", layout.STEP)
 
 
 def _write_element(
@@ -241,22 +246,14 @@ def _write_scenes(file: h5py.File, traces: Sequence[Trace]) -> None:
     """Write the balls and the container at the start and the finish of each repeat."""
     scenes = [scene for trace in traces for scene in (trace.start, trace.finish)]
     start = scenes[0]
-    balls = (
-        np.array([scene.positions for scene in scenes]),
-        np.array([scene.velocities for scene in scenes]),
-        start.masses,
-        start.radii,
-    )
-    container = (
-        np.array([[scene.container_position] for scene in scenes]),
-        np.array([[scene.container_velocity] for scene in scenes]),
-        np.array([start.container_mass]),
-        np.array([getattr(start.container, "radius", math.nan)]),
-    )
-    for group, (positions, velocities, masses, radii) in (
-        (layout.BALLS, balls),
-        (layout.CONTAINER, container),
+    moving = [(each.positions, each.velocities) for each in scenes]
+    container = [([each.container_position], [each.container_velocity]) for each in scenes]
+    radius = getattr(start.container, "radius", math.nan)
+    for group, places_and_velocities, masses, radii in (
+        (layout.BALLS, moving, start.masses, start.radii),
+        (layout.CONTAINER, container, np.array([start.container_mass]), np.array([radius])),
     ):
+        positions, velocities = map(np.array, zip(*places_and_velocities, strict=True))
         chunk = _chunk(positions) if len(traces) > 1 else 0
         _write_element(file, f"{group}/position", positions, "m", chunk)
         _write_element(file, f"{group}/velocity", velocities, "m s-1", chunk)
@@ -281,37 +278,3 @@ def _write_checkpoint(file: h5py.File, checkpoint: Mapping[str, NDArray[Any]]) -
         _log.warning(NO_KEY, error_text(error))
         made = ""
     file[layout.CHECKPOINT].attrs["content"] = made
-
-
-def _write_parameters(
-    file: h5py.File,
-    repeats: Sequence[int],
-    traces: Sequence[Trace],
-    contents: Sequence[str],
-    rows: Sequence[int],
-    provenance: Provenance,
-) -> None:
-    """Write the h5md group, how each repeat ended, the provenance and the hash of all."""
-    write_h5md_group(file)
-    start, source = traces[0].start, json.dumps(asdict(provenance))
-    endings = [
-        json.dumps(
-            {
-                **trace.stop.known(),
-                "wall_events": trace.wall_events,
-                "pair_events": trace.pair_events,
-            }
-        )
-        for trace in traces
-    ]
-    hdf5.write_rows(file, layout.REPEATS, np.array(repeats, dtype=np.int64))
-    hdf5.write_rows(file, layout.ROWS, np.array(rows, dtype=np.int64))
-    hdf5.write_rows(file, layout.ENDINGS, np.array(endings, dtype=np.bytes_))
-    hdf5.write_rows(file, layout.CONTENTS, np.array(contents, dtype=np.bytes_))
-    parameters = file[layout.PARAMETERS].attrs
-    parameters["schema_version"] = layout.SCHEMA_VERSION
-    parameters["scene"] = json.dumps(
-        {"shape": start.container.name, **{name: getattr(start, name) for name in layout.RULES}}
-    )
-    parameters["provenance"] = source
-    parameters["content"] = layout.seal(source, repeats, contents)

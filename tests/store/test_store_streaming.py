@@ -133,7 +133,6 @@ COLUMNS: dict[str, tuple[NDArray[Any], float]] = {
     "noise": (GENERATOR.random(ROWS), 0.94),  # of 8 bytes below 1, the first is not noise
     "times": (np.cumsum(GENERATOR.exponential(size=ROWS)), 0.75),
     "one value": (np.full(ROWS, 0.1), 0.01),
-    "steps": (np.arange(1, ROWS + 1), 0.1 / 8),
     "pairs": (GENERATOR.integers(-1, 37, size=(ROWS, 1, 2), dtype=np.int32), 0.3),
     "histogram": (GENERATOR.integers(0, 9, size=(ROWS // 32, 32)), 0.2),
     "bytes": (GENERATOR.integers(-(2**63), 2**63 - 1, size=ROWS), 1.001),
