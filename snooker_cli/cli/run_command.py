@@ -182,9 +182,8 @@ def _cluster(executor: str, at_once: int | None, cancelled: threading.Event) -> 
             f"--executor {executor}: there is no such executor",
             "give threads, or dask=tcp://HOST:PORT for the workers of a dask scheduler",
         )
-    from snooker_cli.runs.dask_executor import DaskExecutor, check_address
+    from snooker_cli.runs.dask_executor import DaskExecutor
 
-    check_address(address)
     cluster = DaskExecutor(address, at_once, cancelled)
     if cluster.threads == 0:
         notice(f"the dask scheduler at {address} has no workers yet; waiting for them")

@@ -26,8 +26,7 @@ from snooker_cli.trace import Stop, StopReason, Work
 
 CHECKPOINT_INTERVAL = 600.0  # seconds after which a long repeat saves a checkpoint, by default
 
-SAVING_SHARE = 20
-"""A checkpoint is saved not before this many times as long as it took to save the last one."""
+SAVING_SHARE = 20  # times as long as saving one took, until the next checkpoint
 
 _log = logging.getLogger(__name__)
 
@@ -54,7 +53,6 @@ class Batch(NamedTuple):
 class RepeatResult:
     """How a repeat ended: its stop, or the error that prevented it.
 
-    point, repeat : their numbers
     cached : its file existed and was checked instead
     traceback : of an internal error
     work : what simulating it took

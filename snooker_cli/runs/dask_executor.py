@@ -18,6 +18,7 @@ from typing import Any
 from snooker_cli import __version__, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import RunError, error_text
+from snooker_cli.files import discard
 from snooker_cli.formatting import listed
 from snooker_cli.runs.batch import (
     Batch,
@@ -136,26 +137,6 @@ def _opened(remote: RemoteRun) -> Run:
 # On the machine of the user.
 
 
-def check_address(address: str) -> None:
-    """Raise ``RunError`` for text that cannot be a scheduler's address."""
-    match = _ADDRESS.fullmatch(address)
-    if match is None or not 0 < int(match[1]) < 65536:
-        raise RunError(
-            f"--executor dask={address}: no address of a scheduler",
-            "it looks like dask=tcp://HOST:8786, as `dask scheduler` says when it starts",
-        )
-
-
-def _check_certificates(address: str, security: Any) -> None:
-    """Raise ``RunError`` for TLS without certificates, after which a client cannot be closed."""
-    found = security.get_connection_args("client")
-    if address.startswith("tls:") and not found.get("ssl_context"):
-        raise RunError(
-            f"--executor dask={address}: dask's configuration names no certificates for TLS",
-            "set distributed.comm.tls as docs/cluster.md shows",
-        )
-
-
 class DaskExecutor(Executor):
     """The workers of a dask scheduler, which gives the repeats of one that dies to others.
 
@@ -166,7 +147,12 @@ class DaskExecutor(Executor):
     """
 
     def __init__(self, address: str, at_once: int | None, cancelled: threading.Event) -> None:
-        check_address(address)
+        match = _ADDRESS.fullmatch(address)
+        if match is None or not 0 < int(match[1]) < 65536:
+            raise RunError(
+                f"--executor dask={address}: no address of a scheduler",
+                "it looks like dask=tcp://HOST:8786, as `dask scheduler` says when it starts",
+            )
         try:
             import distributed
             from distributed.utils import silence_logging_cmgr
@@ -183,7 +169,14 @@ class DaskExecutor(Executor):
         with ExitStack() as exits:
             exits.enter_context(silence_logging_cmgr("critical"))
             try:
-                _check_certificates(address, distributed.Security())
+                found = distributed.Security().get_connection_args("client")
+                if address.startswith("tls:") and not found.get("ssl_context"):
+                    # A client that begins without certificates cannot be closed.
+                    raise RunError(
+                        f"--executor dask={address}: dask's configuration names no certificates "
+                        "for TLS",
+                        "set distributed.comm.tls as docs/cluster.md shows",
+                    )
                 self._client = distributed.Client(
                     address, timeout=ANSWER_TIMEOUT, set_as_default=False
                 )
@@ -220,7 +213,11 @@ class DaskExecutor(Executor):
             watcher.events(sum(result.collisions for result in results or ()))
             yield results
         if not self._cancelled.is_set():
-            _delete_unfinished(run, missing)
+            # Workers that died may have left parts of batches that others have stored.
+            stored = {path for batch in missing if (path := run.path(*batch)).exists()}
+            for part in run.directory.glob("point-*/*.part"):
+                if target_of(part) in stored:
+                    discard(part)
 
     def _check_software(self) -> None:
         """Raise ``RunError`` for a worker with other software than this process has."""
@@ -263,12 +260,3 @@ class DaskExecutor(Executor):
                 f"the last at {unknown.last_worker.address}; their logs may say why"
             )
         return [RepeatResult(item.point, repeat, error=error) for repeat in item.repeats]
-
-
-def _delete_unfinished(run: Run, batches: Sequence[Batch]) -> None:
-    """Delete what workers that died left of batches that others have stored."""
-    stored = {path for batch in batches if (path := run.path(*batch)).exists()}
-    for part in run.directory.glob("point-*/*.part"):
-        if target_of(part) in stored:
-            with suppress(OSError):
-                part.unlink(missing_ok=True)

@@ -253,7 +253,6 @@ def execute(
     results: list[RepeatResult] = []
     missing: list[tuple[int, int]] = []
     found: dict[int, list[RepeatStatus]] = {point.index: [] for point in run.points}
-    needless: set[Path] = set()
     damaged: dict[Path, store.FileInfo | None] = {}
     manifest = manifest_number(run.directory)
     own = None if part is None else _share(run, *part)
@@ -281,7 +280,6 @@ def execute(
                     finish(result)
                 else:
                     missing.append((point, status.repeat))
-            needless |= {each.path for each in statuses} - {each.path for each in best}
             bad = {each.path for each in statuses if each.state is State.UNUSABLE}
             damaged |= {path: store.file_info(path) for path in bad}
             unusable = {each.path: each for each in best if each.state is State.UNUSABLE}
@@ -306,7 +304,7 @@ def execute(
                 "run the same command again",
                 code="lost",
             )
-        if own is None and all_checked and (missing or needless):
+        if own is None and all_checked:
             left = {path for path, info in damaged.items() if store.file_info(path) == info}
             run.delete_superseded(left)
     # Again, because temporary files that filled the disk are gone.

@@ -26,12 +26,7 @@ RUNS = Path("runs")
 FAILURES = "failures.jsonl"  # the repeats that failed in the last attempt, a line of JSON each
 MOST_NAMED = 5  # runs that a message about their parent folder names
 VERSIONS = ("schema_version", "engine_version")  # the versions in a manifest
-
-LOCK_WAITS = (0.0, 0.02, 0.05, 0.1)
-"""Seconds before each try to lock a folder: ``is_locked`` holds the lock for a moment."""
-
-
-# Create, open and find.
+LOCK_WAITS = (0.0, 0.02, 0.05, 0.1)  # s, because ``is_locked`` holds the lock for a moment
 
 
 def create(run: Run, *, fresh: bool = False) -> str:
@@ -81,7 +76,7 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
         return ""
     stored = open_run(directory)
     limits = _changed_limits(stored, run)
-    pairs = list(zip(run.points, stored.points, strict=False))
+    pairs = zip(run.points, stored.points, strict=False)
     earlier = not all(extends(new.experiment, old.experiment) for new, old in pairs)
     refusal, code = "", ""
     if stored.engine_version != run.engine_version:
@@ -106,19 +101,14 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
         return f"{directory} ends earlier than before: {limits}; no repeat is longer yet"
     wanted, present = run.experiment.repeats, stored.experiment.repeats
     more = f"repeats from {present} to {wanted}" if wanted > present else ""
+    change = f"this extends {directory}: {', '.join(filter(None, (limits, more)))}"
     if limits:
-        return (
-            f"this extends {directory}: {', '.join(filter(None, (limits, more)))}; shorter repeats "
-            "are simulated again, with the same collisions up to their end"
-        )
-    if more:
-        return f"this extends {directory}: {more}"
+        again = "shorter repeats are simulated again, with the same collisions up to their end"
+        return f"{change}; {again}"
     if wanted < present:
-        return (
-            f"{directory} has {present} repeats, and this config uses {wanted} of them; the other "
-            "files stay"
-        )
-    return ""
+        used = f"this config uses {wanted} of them; the other files stay"
+        return f"{directory} has {present} repeats, and {used}"
+    return change if more else ""
 
 
 def _physics(point: Point) -> tuple[dict[str, Any], str]:
@@ -165,7 +155,7 @@ def open_run(name: str | Path) -> Run:
         others = [path.parent.name for path in folder.glob(f"*/{MANIFEST}")]
         near = difflib.get_close_matches(Path(name).name, others, n=1)
         advice = "make one with `snooker run CONFIG`"
-        if inside := [str(each) for each in runs_in(Path(name))] if Path(name).is_dir() else []:
+        if inside := [str(path.parent) for path in sorted(Path(name).glob(f"*/{MANIFEST}"))]:
             more = [f"{len(inside) - MOST_NAMED:,} more"] if len(inside) > MOST_NAMED else []
             advice = f"give one of the runs in it: {listed(inside[:MOST_NAMED] + more)}"
         elif near:
@@ -275,9 +265,6 @@ def _writing(directory: Path) -> Iterator[None]:
         ) from None
 
 
-# Lock.
-
-
 @contextmanager
 def locked(directory: Path, shared: bool = False) -> Iterator[None]:
     """Lock a folder for one run at a time on this machine; delete temporary files of a killed one.
@@ -337,9 +324,6 @@ def _lock(descriptor: int, how: int) -> bool | None:
     except OSError:
         return None
     return True
-
-
-# Failures.
 
 
 def record_failure(run: Run, point: int, repeat: int, error: str) -> None:

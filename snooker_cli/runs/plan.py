@@ -5,7 +5,6 @@ import shutil
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from snooker_cli.config import BallList, Experiment, Loaded, Point
 from snooker_cli.containers import Circle, Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import SceneError
+from snooker_cli.formatting import point_label
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import Run, State
 from snooker_cli.scene import Scene
@@ -69,7 +69,7 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated, or that
     the chosen engine cannot simulate.
     """
-    described: list[tuple[Point, tuple[int, float | None], Any]] = []
+    described: dict[int, tuple[Any, int, float | None]] = {}
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
@@ -77,8 +77,8 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
             scene = first_scene(experiment, 0)
             models = specialisation(scene, engine=engine)
         except (SceneError, ValueError) as error:
-            setting = ", ".join(f"{key}={value}" for key, value in same[0].parameters)
-            where = f" (at the point {setting})" if setting else ""
+            label = point_label(same[0].as_json())
+            where = f" (at the point {label})" if same[0].parameters else ""
             wrong = error.key if isinstance(error, SceneError) else "container.shape"
             raise SceneError(wrong, f"{error}{where}") from None
         models["events"] = experiment.record == "events"
@@ -86,15 +86,15 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
             needed = models | _loss_models(point.experiment)
             key = type(scene.container), tuple(needed.items())
             ratio = critical_ratio(scene, point.experiment.cor)
-            described.append((point, (scene.number, ratio), key))
-    found: dict[Any, list[tuple[Point, int, float | None]]] = {}
-    for point, numbers, key in sorted(described, key=lambda each: each[0].index):
+            described[point.index] = key, scene.number, ratio
+    found: dict[Any, list[Any]] = {}
+    for point in points:
+        key, *numbers = described[point.index]
         found.setdefault(key, []).append((point, *numbers))
-    classes = []
-    for (shape, modelled), members in found.items():
-        members_points, balls, lengths = zip(*members, strict=True)
-        classes.append(SceneClass(shape, members_points, balls, lengths, dict(modelled)))
-    return classes
+    return [
+        SceneClass(shape, *zip(*members, strict=True), dict(modelled))
+        for (shape, modelled), members in found.items()
+    ]
 
 
 def critical_ratio(scene: Scene, restitution: float) -> float | None:
@@ -125,17 +125,12 @@ def _loss_models(experiment: Experiment) -> dict[str, bool]:
 
 def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
     """Points by scene and record; they differ in losses, limits and random numbers."""
+    common = {"cor": 1.0, "wall_cor": None, "collisions": 1, "time": None, "title": None}
     found: dict[Experiment, list[Point]] = {}
     for point in points:
-        common = {
-            "cor": 1.0,
-            "wall_cor": None,
-            "collisions": 1,
-            "time": None,
-            "title": None,
-            "collapse": "slide" if point.experiment.collapse == "slide" else "stop",
-        }
-        found.setdefault(point.experiment.model_copy(update=common), []).append(point)
+        collapse = "slide" if point.experiment.collapse == "slide" else "stop"
+        same = point.experiment.model_copy(update={**common, "collapse": collapse})
+        found.setdefault(same, []).append(point)
     return found
 
 
@@ -184,9 +179,6 @@ def _check_repeats(experiment: Experiment) -> None:
         )
 
 
-# Estimates.
-
-
 def run_plan(
     run: Run, classes: Sequence[SceneClass], workers: int, fresh: bool = False
 ) -> dict[str, Any]:
@@ -201,9 +193,8 @@ def run_plan(
     to_do = dict.fromkeys((point.index for point in run.points), run.experiment.repeats)
     if not fresh and run.directory.is_dir():
         for point in to_do:
-            checked = (run.file_statuses(path, store.check) for path in run.batches(point))
-            best = run.best(point, chain.from_iterable(checked))
-            to_do[point] -= sum(status.state is State.DONE for status in best)
+            statuses = run.statuses(point, store.check)
+            to_do[point] -= sum(status.state is State.DONE for status in statuses)
     missing = sum(to_do.values())
     threads = max(1, min(workers, missing))
     kinds = [_class_plan(each, to_do, run.engine) for each in classes]

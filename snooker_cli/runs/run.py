@@ -10,26 +10,26 @@ from enum import StrEnum
 from functools import cached_property, lru_cache
 from itertools import chain, groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from snooker_cli import store
 from snooker_cli.config import Experiment, Point, digest, extends, to_json, validated
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import UNREADABLE, AbsentError, RunError, StoreError, UserError
 from snooker_cli.files import discard
-from snooker_cli.formatting import printable
+from snooker_cli.formatting import point_label, printable
 from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason, Trace
 
 MANIFEST = "run.json"
 ANALYSES = ("fit.json", "compare.json")
-REMEMBERED_SIZE = 1_000_000
-"""Bytes of a file up to which its repeats stay in memory: several figures and fits use them."""
-
+REMEMBERED_SIZE = 1_000_000  # bytes of a file up to which its repeats stay in memory
 REPLACES = "run the config again, which replaces it"
 
-FIGURE_KEYS = {"kind", "title", "caption", "numbers", "layers"}
-"""In the JSON that ``plot`` writes beside each figure."""
+FIGURE_KEYS = {"kind", "title", "caption", "numbers", "layers"}  # in the JSON beside a figure
+
+
+ReadsFile: TypeAlias = Callable[[Path], list[RepeatHeader]]
 
 
 class State(StrEnum):
@@ -46,7 +46,6 @@ class State(StrEnum):
 class RepeatStatus:
     """Whether a repeat belongs to a run and is complete.
 
-    point, repeat : their numbers
     path : of the batch's file
     header : None without a readable file
     reason, advice : why the repeat is not done, if there is a file, and what to do
@@ -177,8 +176,7 @@ class Run:
         for path, same in groupby(statuses, key=lambda status: status.path):
             yield from self._read(path, list(same))
         if not statuses:
-            setting = ", ".join(f"{key}={value}" for key, value in point.parameters)
-            which = f"the point {setting}" if setting else "it"
+            which = f"the point {point_label(point.as_json())}" if point.parameters else "it"
             raise RunError(
                 f"{self.directory}: no repeat of {which} is there yet",
                 "wait for a run that is under way, or run the config again to continue",
@@ -190,7 +188,6 @@ class Run:
         return self._read(status.path, [status])[0]
 
     def _read(self, path: Path, statuses: Sequence[RepeatStatus]) -> list[Trace]:
-        """Repeats of a file. Raises ``StoreError``."""
         for status in statuses:
             status.accept()
         numbers = tuple(status.repeat for status in statuses)
@@ -203,10 +200,10 @@ class Run:
         """Whether a repeat is done, by the header of its file."""
         return self.statuses(point)[repeat]
 
-    def statuses(self, point: int) -> list[RepeatStatus]:
-        """Whether each repeat of a point is done, by the headers of their files."""
-        found = chain.from_iterable(map(self.file_statuses, self.batches(point)))
-        return self.best(point, found)
+    def statuses(self, point: int, read: ReadsFile | None = None) -> list[RepeatStatus]:
+        """Whether each repeat of a point is done, as ``file_statuses``."""
+        found = (self.file_statuses(path, read) for path in self.batches(point))
+        return self.best(point, chain.from_iterable(found))
 
     def best(self, point: int, statuses: Iterable[RepeatStatus]) -> list[RepeatStatus]:
         """The best status of each repeat of a point, of all files that may hold it."""
@@ -238,9 +235,7 @@ class Run:
                 if path not in kept and few and usable.issuperset(repeats):
                     discard(path)
 
-    def file_statuses(
-        self, path: Path, read: Callable[[Path], list[RepeatHeader]] | None = None
-    ) -> list[RepeatStatus]:
+    def file_statuses(self, path: Path, read: ReadsFile | None = None) -> list[RepeatStatus]:
         """Whether the repeats of a file belong to this run and are complete.
 
         read : ``store.check``, or ``None`` to trust the content; headers are then read once, as

@@ -13,7 +13,6 @@ from snooker_cli.errors import RunError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import ThreadExecutor
 from snooker_cli.runs.run import RepeatStatus, Run, State
-from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason
 
 
@@ -49,25 +48,14 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
 def _verified(run: Run, path: Path, replay: bool, cancelled: threading.Event) -> list[RepeatStatus]:
     """The statuses of a file's repeats."""
     found = run.file_statuses(path, store.check)
-    if not replay:
-        return found
-    return [
-        status
-        if status.header is None
-        or status.state is State.UNUSABLE
-        or _is_repeatable(run, status.header, cancelled)
-        else replace(
-            status,
-            state=State.UNUSABLE,
-            reason=f"simulating repeat {status.repeat} again gives other bits",
-            advice="delete it and run again",
-        )
-        for status in found
-    ]
+    return [_repeated(run, each, cancelled) for each in found] if replay else found
 
 
-def _is_repeatable(run: Run, header: RepeatHeader, cancelled: threading.Event) -> bool:
-    """Whether simulating a repeat again gives the same bits; also true if it was cancelled."""
+def _repeated(run: Run, status: RepeatStatus, cancelled: threading.Event) -> RepeatStatus:
+    """A repeat's status after it is simulated again: unusable if that gives other bits."""
+    header = status.header
+    if header is None or status.state is State.UNUSABLE:
+        return status
     source = header.provenance
     experiment = run.points[source.point].experiment
     limits = experiment
@@ -89,4 +77,7 @@ def _is_repeatable(run: Run, header: RepeatHeader, cancelled: threading.Event) -
     ends = [(stop.reason, stop.time, stop.balls) for stop in (again.stop, header.stop)]
     if interrupted or ends[0] == ends[1]:
         again = replace(again, stop=header.stop)
-    return fingerprint.content(again) == header.fingerprint or cancelled.is_set()
+    if fingerprint.content(again) == header.fingerprint or cancelled.is_set():
+        return status
+    reason = f"simulating repeat {status.repeat} again gives other bits"
+    return replace(status, state=State.UNUSABLE, reason=reason, advice="delete it and run again")
