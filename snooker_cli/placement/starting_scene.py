@@ -74,24 +74,17 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             masses = np.append(masses, of_gas)
         pairs = zip(positions, velocities, strict=True)
         scenes = [Scene(*one, radii, masses, **same) for one in pairs]
-        _check(scenes, velocities)
+        for k, scene in enumerate(scenes):
+            if k == 0 or scene.positions is not scenes[k - 1].positions:
+                check(scene)
+        if scenes:
+            check_speeds(scenes[0], velocities)
     except SceneError as error:
         if error.ball is not None and error.ball < len(placed):
             home = "balls.list" if isinstance(balls, BallList) else "balls"
             raise SceneError(f"{home}[{error.ball}]", str(error), error.ball) from None
         raise
     return scenes
-
-
-def _check(scenes: list[Scene], velocities: Floats) -> None:
-    """``check`` all scenes, and shared positions once."""
-    places = None
-    for scene in scenes:
-        if scene.positions is not places:
-            check(scene)
-        places = scene.positions
-    if scenes:
-        check_speeds(scenes[0], velocities)
 
 
 def _on_rings(balls: Rings, container_radius: float) -> Floats:

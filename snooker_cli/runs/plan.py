@@ -91,10 +91,11 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     for point in points:
         key, *numbers = described[point.index]
         found.setdefault(key, []).append((point, *numbers))
-    return [
-        SceneClass(shape, *zip(*members, strict=True), dict(modelled))
-        for (shape, modelled), members in found.items()
-    ]
+    classes = []
+    for (shape, modelled), members in found.items():
+        alike_points, balls, lengths = zip(*members, strict=True)
+        classes.append(SceneClass(shape, alike_points, balls, lengths, dict(modelled)))
+    return classes
 
 
 def critical_ratio(scene: Scene, restitution: float) -> float | None:

@@ -166,18 +166,19 @@ def _require(holds: object, what: str) -> None:
         raise ValueError(f"wrong {what}")
 
 
-def _ending(text: str) -> tuple[Any, ...]:
+def _ending(text: str) -> tuple[Stop, int, int]:
     """How a repeat ended, and its collisions with the wall and between balls."""
     fields = {**json.loads(text)}
-    counts = [fields.pop(name) for name in layout.COUNTS]
+    wall_events, pair_events = (fields.pop(name) for name in layout.COUNTS)
     reason, balls = StopReason(fields.pop("reason")), tuple(fields.pop("balls"))
     stop = Stop(reason, balls=balls, **fields)
-    _require(all(type(each) is int and each >= 0 for each in (*counts, *balls)), "ending")
+    counts = (wall_events, pair_events, *balls)
+    _require(all(type(each) is int and each >= 0 for each in counts), "ending")
     known = type(stop.time) in (int, float) and 0 <= stop.time < math.inf
     _require(known and isinstance(stop.message, str), "ending")
     for each in (stop.accumulation_time, stop.impulse_to_come):
         _require(each is None or (type(each) is float and math.isfinite(each)), "ending")
-    return stop, *counts
+    return stop, wall_events, pair_events
 
 
 def _rows(file: h5py.File) -> list[slice]:
