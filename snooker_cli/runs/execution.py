@@ -253,7 +253,7 @@ def execute(
     results: list[RepeatResult] = []
     missing: list[tuple[int, int]] = []
     found: dict[int, list[RepeatStatus]] = {point.index: [] for point in run.points}
-    damaged: dict[Path, store.FileInfo | None] = {}
+    kept: set[Path] = set()
     manifest = manifest_number(run.directory)
     own = None if part is None else _share(run, *part)
 
@@ -277,11 +277,10 @@ def execute(
                 if own is not None and (point, status.repeat) not in own:
                     continue
                 if result := cached(status):
+                    kept.add(status.path)
                     finish(result)
                 else:
                     missing.append((point, status.repeat))
-            bad = {each.path for each in statuses if each.state is State.UNUSABLE}
-            damaged |= {path: store.file_info(path) for path in bad}
             unusable = {each.path: each for each in best if each.state is State.UNUSABLE}
             for status in unusable.values():
                 watcher.unusable(status)
@@ -293,7 +292,9 @@ def execute(
                 path.unlink(missing_ok=True)
             simulating = executor or threads
             job = Job(run, command or _command(), interval)
-            for ended in simulating.simulate(job, _batches(run, missing), watcher):
+            batches = _batches(run, missing)
+            kept |= {run.path(*batch) for batch in batches}
+            for ended in simulating.simulate(job, batches, watcher):
                 for result in ended or ():
                     finish(result)
                 if is_lost():
@@ -304,9 +305,8 @@ def execute(
                 "run the same command again",
                 code="lost",
             )
-        if own is None and all_checked:
-            left = {path for path, info in damaged.items() if store.file_info(path) == info}
-            run.delete_superseded(left)
+        if own is None and not cancelled.is_set() and not any(each.error for each in results):
+            run.delete_all_but(kept)
     # Again, because temporary files that filled the disk are gone.
     recorded = failures(run)
     for each in results:

@@ -216,24 +216,13 @@ class Run:
                 found[status.repeat] = max(found[status.repeat], status, key=RepeatStatus.worth)
         return list(found.values())
 
-    def delete_superseded(self, damaged: Collection[Path] = ()) -> None:
-        """Delete files whose repeats are all better in other files.
-
-        damaged : files whose content has changed, which their headers do not show
-        """
-        for point in self.points:
-            files = {
-                path: [] if path in damaged else self.file_statuses(path)
-                for path in self.batches(point.index)
-            }
-            best = self.best(point.index, chain.from_iterable(files.values()))
-            kept = {each.path for each in best}
-            usable = {each.repeat for each in best if each.collisions >= 0}
-            for path, statuses in files.items():
-                repeats = [each.repeat for each in statuses] or named(path)[1]
-                few = 0 < len(repeats) <= len(usable)
-                if path not in kept and few and usable.issuperset(repeats):
-                    discard(path)
+    def delete_all_but(self, kept: Collection[Path]) -> None:
+        """Delete the files of repeats that are all in these, unless another run deletes them."""
+        if not all(path.exists() for path in kept):
+            return
+        for path in chain.from_iterable(self.batches(point.index) for point in self.points):
+            if path not in kept and named(path)[1].stop <= self.experiment.repeats:
+                discard(path)
 
     def file_statuses(self, path: Path, read: ReadsFile | None = None) -> list[RepeatStatus]:
         """Whether the repeats of a file belong to this run and are complete.
