@@ -16,22 +16,13 @@ from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from snooker_cli.containers import Box, Circle
 from snooker_cli.errors import UserError
+from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events
 from snooker_cli.validation.methods import events_from_rows
-
-try:
-    from mpmath import MPContext
-except ModuleNotFoundError:
-    raise UserError(
-        "mpmath is not installed", "install it with pip install 'snooker-cli[reference]'"
-    ) from None
-
-from numpy.typing import NDArray
-
-from snooker_cli.scene import Scene
 
 Number: TypeAlias = Any  # a number of mpmath with the digits of its context
 SPARE_DIGITS = 30  # the 17 of a double, and 13 for positions that are differences of larger numbers
@@ -85,6 +76,11 @@ class Twin:
         container = scene.container
         if not isinstance(container, Circle | Box):
             raise ValueError(f"the exact twin supports circles and boxes, not a {container.title}")
+        try:  # only here: the report shows saved measurements without this library
+            from mpmath import MPContext
+        except ModuleNotFoundError:
+            advice = "install it with `pip install 'snooker-cli[reference]'`"
+            raise UserError("mpmath is not installed", advice) from None
         self.mathematics = MPContext()
         self.mathematics.dps = digits
         number = self.mathematics.mpf

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -53,8 +54,16 @@ def test_without_mpmath_the_command_names_what_to_install(
     snooker: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "mpmath", None)
-    for name in ("accuracy_study", "exact_twin"):
-        monkeypatch.delitem(sys.modules, f"snooker_cli.validation.{name}", raising=False)
     ended = snooker("bench", "error", "--quick")
     assert ended.code == 2
     assert "pip install 'snooker-cli[reference]'" in ended.err
+
+
+def test_what_make_report_installs_is_enough_for_the_report() -> None:
+    """Without the libraries of other extras, everything that the report imports loads."""
+    code = """
+import sys
+sys.modules |= dict.fromkeys(["mpmath", "pyarrow", "distributed", "pypdf", "MDAnalysis"])
+import snooker_cli.report.build, snooker_cli.report.run_report, snooker_cli.cli.report_commands
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
