@@ -82,7 +82,7 @@ def stated_results(runs: Runs) -> StatedResults:
     elastic = complete_repeats(run.traces(_points(run, {"cor": 1.0})[0]))
     scene = elastic[0].start
     samples: dict[tuple[str, float | None], Sample] = {
-        ("pressure", None): Sample.over(map(mean_pressure, elastic))
+        ("pressure", None): Sample(map(mean_pressure, elastic))
     }
     laws: dict[float, Laws] = {}
     for cor in COEFFICIENTS:
@@ -115,7 +115,7 @@ def _points(run: Run, where: Mapping[str, object]) -> Sequence[Point]:
 def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[str, Sample]:
     """The quantities of the inelastic runs."""
     found = {
-        f"{name} decay": Sample.over(
+        f"{name} decay": Sample(
             one.value for one in laws[quantity, "exponential"].fits if one.converged
         )
         for name, quantity in (
@@ -126,10 +126,10 @@ def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[str, Sampl
     }
     by_theory = [reported_constant(trace) for trace in traces]
     return found | {
-        "pressure decay, doubled": found["pressure decay"].times(2),
-        "mean speed": Sample.over(map(mean_speed, traces)),
-        "theory": Sample.over(by_theory),
-        "tau": Sample.over(-2 * math.log(cor) / constant for constant in by_theory),
+        "pressure decay, doubled": Sample(2 * found["pressure decay"].each),
+        "mean speed": Sample(map(mean_speed, traces)),
+        "theory": Sample(by_theory),
+        "tau": Sample(-2 * math.log(cor) / constant for constant in by_theory),
     }
 
 
@@ -299,7 +299,7 @@ def _local_ratio(laws: Laws) -> Sample:
     pressure, energy = (
         laws[quantity, "exponential"].fits for quantity in ("local_pressure", "local_energy")
     )
-    return Sample.over(
+    return Sample(
         one.value / other.value
         for one, other in zip(pressure, energy, strict=True)
         if one.converged and other.converged
@@ -334,8 +334,8 @@ def _tiny_ball_checks(run: Run) -> Checks:
             means.append(ideal_gas_ratio(trace))
             last = trace.finish.kinetic_energy / trace.finish.number
             at_end.append(means[-1] * temperatures[-1] / last)
-        warm.append(Sample.over(temperatures))
-    ratio, (low, high) = Sample.over(means), warm
+        warm.append(Sample(temperatures))
+    ratio, (low, high) = Sample(means), warm
     return {
         "pressure_excess": (
             ratio.mean - 1 > max(2 * ratio.error, CLOSE),

@@ -71,51 +71,25 @@ SLIPS = (
 )
 
 
-@dataclass(frozen=True, eq=False)
 class Sample:
-    """A quantity over the repeats of a point.
+    """A quantity over the repeats of a point, at least two of which count.
 
     each : (*n*,) by repeat; nan for a repeat that does not count, because it ended early
+    count : number of repeats that count
+    mean : over these
+    deviation, error : standard deviation of one, standard error of the mean
     """
 
-    each: Array
-
-    @classmethod
-    def over(cls, values: Iterable[float]) -> "Sample":
-        """Sample of the values of at least two repeats."""
-        return cls(np.array(list(values)))
-
-    @cached_property
-    def _counted(self) -> Array:
-        return self.each[np.isfinite(self.each)]
-
-    @cached_property
-    def mean(self) -> float:
-        """Mean over the repeats that count."""
-        return float(self._counted.mean())
-
-    @cached_property
-    def deviation(self) -> float:
-        """Standard deviation of one repeat."""
-        return float(self._counted.std(ddof=1))
-
-    @property
-    def count(self) -> int:
-        """Number of repeats that count."""
-        return len(self._counted)
-
-    @property
-    def error(self) -> float:
-        """Standard error of the mean."""
-        return self.deviation / math.sqrt(self.count)
+    def __init__(self, values: Iterable[float]) -> None:
+        self.each = np.array(list(values))
+        counted = self.each[np.isfinite(self.each)]
+        self.count = len(counted)
+        self.mean, self.deviation = float(counted.mean()), float(counted.std(ddof=1))
+        self.error = self.deviation / math.sqrt(self.count)
 
     def our_value(self, number: SourceValue) -> OurValue:
         """The mean, with the standard error for a printed mean and the deviation for one run."""
         return OurValue(self.mean, self.error if number.mean else self.deviation)
-
-    def times(self, factor: float) -> "Sample":
-        """The sample with all values times a factor."""
-        return Sample(self.each * factor)
 
     def resampled_means(self) -> Array:
         """Means over repeats that are drawn with replacement, the same for each sample; (*b*,)."""
@@ -226,17 +200,14 @@ class Search:
 
     def support(self, part: str) -> float:
         """The share of the resamples whose best candidate has the best one's value of a part."""
-        values = [getattr(one, part) for one in self.ranked]
-        return sum(
-            share for share, value in zip(self.wins, values, strict=True) if value == values[0]
-        )
+        best = getattr(self.ranked[0], part)
+        both = zip(self.wins, self.ranked, strict=True)
+        return sum(share for share, one in both if getattr(one, part) == best)
 
     def cost(self, part: str) -> float:
         """How much chi-square another value of a part of the best candidate adds at least."""
-        values = [getattr(one, part) for one in self.ranked]
-        others = [
-            one.score for one, value in zip(self.ranked, values, strict=True) if value != values[0]
-        ]
+        best = getattr(self.ranked[0], part)
+        others = (one.score for one in self.ranked if getattr(one, part) != best)
         return min(others, default=math.inf) - self.ranked[0].score
 
     @cached_property
@@ -252,22 +223,27 @@ class Search:
     def free(self) -> OurValue:
         """The factor of a slip in time that fits the best decay constants best."""
         numerator = denominator = 0.0
-        for number in TARGETS:
-            ours = self.ranked[0].our_value(number)
-            if ours is not None and number.quantity in ("energy decay", "pressure decay"):
-                weight = math.hypot(number.standard_error, ours.error) ** -2
-                numerator += weight * ours.value * number.value
-                denominator += weight * ours.value**2
+        for number in TARGETS[:4]:
+            ours = self.ranked[0].samples[number.quantity, number.cor]
+            weight = math.hypot(number.standard_error, ours.error) ** -2
+            numerator += weight * ours.mean * number.value
+            denominator += weight * ours.mean**2
         ratio, error = numerator / denominator, denominator**-0.5
         return OurValue(self.factor / ratio, self.factor * error / ratio**2)
 
 
 def search(run: Run, elastic: Run) -> Search:
     """All candidates from the audit's run, and from a run of elastic balls of other radii."""
-    measured, early = _measured(run)
     stated: Any = run.experiment
-    windows, factor = _windows(run), slip_factor(run)
-    pressures = _elastic_pressures(elastic, stated.balls.speed)
+    windows = [round(share * stated.collisions) for share in WINDOWS]
+    measured, early = _measured(run, windows)
+    factor = slip_factor(run)
+    balls: list[Any] = [point.experiment.balls for point in elastic.points]
+    pressures = {  # Pa m, by ball radius, m
+        one.radius: np.array([mean_pressure(t) for t in complete_repeats(elastic.traces(point))])
+        for one, point in zip(balls, elastic.points, strict=True)
+        if one.speed == stated.balls.speed
+    }
     scenes = sorted({scene for scene, _ in measured})
     candidates = []
     for scene, window, fixed, slip in itertools.product(scenes, windows, (True, False), SLIPS):
@@ -280,34 +256,28 @@ def search(run: Run, elastic: Run) -> Search:
             slip.text.format(factor=f"{factor:g}"): slip != SLIPS[0],
         }
         made = tuple(text for text, changed in changes.items() if changed)
-        samples: dict[tuple[str, float | None], Sample] = {}
+        given: list[tuple[str, float | None, Array, float]] = []
         if radius in pressures:
-            samples["pressure", None] = pressures[radius].times(factor**slip.pressure)
-        energy, pressure = (("kinetic_energy", window, fixed), ("pressure", window, fixed))
-        sources: tuple[tuple[str, Any, float], ...] = (
-            ("mean speed", "mean speed", factor**slip.speed),
-            ("energy decay", energy, factor**slip.decay),
-            ("temperature decay", energy, factor**slip.decay),  # the same, but for the container
-            ("pressure decay", pressure, factor**slip.decay),
-            ("pressure decay, doubled", pressure, 2 * factor**slip.decay),
-        )
+            given.append(("pressure", None, pressures[radius], factor**slip.pressure))
+        decay = factor**slip.decay
         for (place, cor), values in measured.items():
-            for wanted, key, times in sources:
-                if place == scene and np.count_nonzero(np.isfinite(values[key])) > 1:
-                    samples[wanted, cor] = Sample(values[key]).times(times)
+            if place == scene:
+                energy, pressure = (values[quantity, window, fixed] for quantity in FITTED)
+                given += [
+                    ("mean speed", cor, values["mean speed"], factor**slip.speed),
+                    ("energy decay", cor, energy, decay),
+                    ("temperature decay", cor, energy, decay),  # the same, but for the container
+                    ("pressure decay", cor, pressure, decay),
+                    ("pressure decay, doubled", cor, pressure, 2 * decay),
+                ]
+        samples = {
+            (quantity, cor): Sample(times * each)
+            for quantity, cor, each, times in given
+            if np.count_nonzero(np.isfinite(each)) > 1
+        }
         candidates.append(Candidate(*scene, window, fixed, slip, made, samples))
     candidates.sort(key=lambda one: (one.score, len(one.changes)))
     return Search(tuple(candidates), factor, stated.balls.ring_extent, early)
-
-
-def _elastic_pressures(run: Run, speed: float) -> dict[float, Sample]:
-    """Pressure (Pa m) by ball radius (m) at CoR 1 and a start speed (m/s)."""
-    balls: list[Any] = [point.experiment.balls for point in run.points]
-    return {
-        one.radius: Sample.over(map(mean_pressure, complete_repeats(run.traces(point))))
-        for one, point in zip(balls, run.points, strict=True)
-        if one.speed == speed
-    }
 
 
 def slip_factor(run: Run) -> float:
@@ -322,10 +292,9 @@ def simplest(
     candidates: Iterable[Candidate], number: SourceValue
 ) -> tuple[Candidate, OurValue] | None:
     """The agreeing candidate with the fewest changes (then the likeliest), or else the nearest."""
+    key = number.quantity, number.cor
     offers = [
-        (one, ours)
-        for one in candidates
-        if one.predicts(number) and (ours := one.our_value(number)) is not None
+        (one, one.samples[key].our_value(number)) for one in candidates if one.predicts(number)
     ]
 
     def rank(offer: tuple[Candidate, OurValue]) -> tuple[float, ...]:
@@ -345,29 +314,22 @@ the amplitude is fixed. A repeat that ended before the last collision of a windo
 """
 
 
-def _measured(run: Run) -> tuple[Measured, int]:
+def _measured(run: Run, windows: Sequence[int]) -> tuple[Measured, int]:
     """The values of every repeat, and the number of repeats that ended early."""
     found: Measured = {}
     early = 0
-    windows = _windows(run)
     for point in run.points:
         balls: Any = point.experiment.balls
         scene = balls.radius, point.experiment.effective_wall_cor == 1.0, balls.ring_extent
         traces = list(run.traces(point))
         early += len(traces) - len(complete_repeats(traces))
-        speeds, ends = [], []
-        curves: dict[str, list[Curve]] = {quantity: [] for quantity in FITTED}
-        for trace in traces:
-            speeds.append(mean_speed(trace))
-            times = series(trace).time
-            ends.append([times[n] if n < len(times) else math.nan for n in windows])
-            for quantity in FITTED:
-                curves[quantity].append(curve(trace, quantity))
-        values: dict[Any, Array] = {"mean speed": np.array(speeds)}
-        for quantity, (window, end), fixed in itertools.product(
-            FITTED, zip(windows, np.array(ends).T, strict=True), (True, False)
-        ):
-            values[quantity, window, fixed] = decay_constants(curves[quantity], end, fixed=fixed)
+        values: dict[Any, Array] = {"mean speed": np.array([mean_speed(t) for t in traces])}
+        times = [series(trace).time for trace in traces]
+        for quantity in FITTED:
+            curves = [curve(trace, quantity) for trace in traces]
+            for n, fixed in itertools.product(windows, (True, False)):
+                ends = np.array([time[n] if n < len(time) else math.nan for time in times])
+                values[quantity, n, fixed] = decay_constants(curves, ends, fixed=fixed)
         found[scene, point.experiment.cor] = values
     return found, early
 
@@ -406,8 +368,3 @@ def decay_constants(curves: Sequence[Curve], ends: Array, *, fixed: bool) -> Arr
         result = fit(one.time[:count], one.value[:count], amplitude=1.0 if fixed else None)
         k[row] = result.value
     return np.where(np.isfinite(ends), k, math.nan)
-
-
-def _windows(run: Run) -> Sequence[int]:
-    """Numbers of collisions, from the start, that curves are fitted to."""
-    return [round(share * (run.experiment.collisions or 0)) for share in WINDOWS]

@@ -143,7 +143,7 @@ def candidate(factor: float = 1.0, share: float = 0.1, **changes: Any) -> Candid
 
 
 def test_a_printed_mean_has_the_standard_error_and_one_run_the_deviation() -> None:
-    several = Sample.over([1.0, 2.0, 3.0, 6.0])
+    several = Sample([1.0, 2.0, 3.0, 6.0])
     deviation = math.sqrt(14 / 3)
     assert several.our_value(number("3 ± 1", mean=True)).error == pytest.approx(deviation / 2)
     assert several.our_value(number("3 ± 1")).error == pytest.approx(deviation)
@@ -214,7 +214,7 @@ def test_many_curves_are_fitted_as_one_is(fixed: bool) -> None:
         time = np.sort(rng.uniform(0, 4, count))
         value = rng.uniform(0.8, 1.2) / (1 + 0.7 * time) ** 2 + rng.normal(0, 0.02, count)
         value[-1] = 0.0
-        curves.append(Curve(QUANTITIES["pressure"], time, value, 0.0))
+        curves.append(Curve(QUANTITIES["pressure"], time, value, 0.0, fixed))
     ends = np.array([one.time[-1] for one in curves])
     ends[1:3] = curves[1].time[30], math.nan
     found = decay_constants(curves, ends, fixed=fixed)
