@@ -5,7 +5,13 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from snooker_cli import theory
-from snooker_cli.report.reproduction import Runs, StatedResults, checked_claims, stated_results
+from snooker_cli.report.reproduction import (
+    Runs,
+    StatedResults,
+    arithmetic,
+    checked_claims,
+    stated_results,
+)
 from snooker_cli.report.setting_search import (
     FREEDOM,
     PARTS,
@@ -116,7 +122,9 @@ def audit(runs: Runs, found: Search) -> Audit:
     Raises ``RunError`` or ``StoreError`` for a run that cannot be read.
     """
     stated = stated_results(runs)
-    formulas = {**_path_and_section(stated, found.factor), **arithmetic()}
+    formulas = _path_and_section(stated, found.factor)
+    for name, (text, value) in arithmetic().items():
+        formulas[name] = FOLLOWS, text, OurValue(value)
     return Audit(
         rows=tuple(_row(number, stated, found, formulas) for number in SOURCE_VALUES.values()),
         claims=checked_claims(runs, stated),
@@ -155,26 +163,6 @@ def _row(number: SourceValue, stated: StatedResults, found: Search, formulas: Fo
     else:
         verdict = EXPLAINED if common is not None and common.agrees(number) else ALONE
     return AuditRow(number, ours, common, verdict, setting.description, value)
-
-
-def arithmetic() -> Formulas:
-    """Printed numbers that follow from other printed numbers."""
-    path, mean = SOURCE_VALUES["mean_free_path"], SOURCE_VALUES["energy_mean_0.8"]
-    found = {"energy_abstract_0.8": (f"{mean.digits} of {mean.where}, rounded", mean.value)}
-    for cor in COEFFICIENTS:
-        speed, pressure = SOURCE_VALUES[f"speed_{cor}"], SOURCE_VALUES[f"pressure_mean_{cor}"]
-        tau = path.value / speed.value
-        constant = -2 * math.log(cor) / tau
-        doubled = 2 * pressure.value
-        found |= {
-            f"tau_{cor}": (f"{path.digits}/{speed.digits} = {tau:.3f}", tau),
-            f"theory_{cor}": (
-                f"−2 ln {cor:g} × {speed.digits}/{path.digits} = {constant:.4f}",
-                constant,
-            ),
-            f"doubled_{cor}": (f"2 × {pressure.digits} = {doubled:g}", doubled),
-        }
-    return {name: (FOLLOWS, text, OurValue(value)) for name, (text, value) in found.items()}
 
 
 def _path_and_section(stated: StatedResults, factor: float) -> Formulas:

@@ -14,17 +14,16 @@ from snooker_cli.analysis.fitting import LAWS, LEAST_PROBABILITY
 from snooker_cli.analysis.predictions import scene_rates
 from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.selection import distinct
-from snooker_cli.formatting import listed, ratio, short, with_error
+from snooker_cli.formatting import listed, with_error
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.audit import Audit
-from snooker_cli.report.reproduction import StatedResults
 from snooker_cli.report.setting_search import DECIDED, FREEDOM, LIKELY, PARTS, RESAMPLES, TARGETS
 from snooker_cli.report.source_values import (
     COEFFICIENTS,
     LORD,
     SOURCE_VALUES,
     TITLE,
-    OurValue,
+    value_text,
 )
 from snooker_cli.report.supplements import MEASUREMENTS, measurement, sliding_figure
 from snooker_cli.runs import Run
@@ -79,14 +78,13 @@ def values(
             {"parameters": {"cor": cor}, **laws["kinetic_energy", "haff"].as_json()}
             for cor, laws in audit.stated.laws.items()
         ],
-        "constant": _constant,
+        "range_held": range_held,
         "freedom": FREEDOM,
         "parts": PARTS,
         "resamples": RESAMPLES,
         "decided": DECIDED,
-        "choices": _choices(audit),
         "factors": _source_factors(audit),
-        "enskog_path": _enskog_path(audit.stated),
+        "stated_rates": scene_rates(audit.stated.scene, 1.0),
         "kinetic_theory": {
             name: kinetic_theory(runs[name], pictures[file].numbers["points"])
             for name, file in (
@@ -112,47 +110,14 @@ def values(
         "machine": machine,
         "at_each": _at_each,
         "ours": lambda name: audit.row(name).ours,
-        "value": _text,
+        "value": value_text,
         "zip": zip,
     }
-
-
-def _text(ours: OurValue | None) -> str:
-    return "" if ours is None else with_error(ours.value, ours.error)
-
-
-def _constant(one: Record | None) -> list[str]:
-    """Cells of a fitted constant: with its error, half of the range, χ², until when it holds."""
-    if one is None:
-        return ["–"] * 4
-    return [
-        with_error(one["value"], one["error"]),
-        short(one["max_min_half_range"], 2),
-        ratio(one["chi_squared_per_degree"]),
-        range_held(one),
-    ]
 
 
 def _at_each(texts: Sequence[str]) -> str:
     """``a at CoR 0.8 and b at CoR 0.9``."""
     return listed([f"{text} at CoR {cor:g}" for text, cor in zip(texts, COEFFICIENTS, strict=True)])
-
-
-def _choices(audit: Audit) -> list[dict[str, Any]]:
-    """For each part of the best setting: its value in words, its support and its cost."""
-    found, best = audit.search, audit.best
-    words = {
-        "radius": f"balls of {best.radius:g} m",
-        "slip": best.slip.text.format(factor=f"{found.factor:g}") or "no slip",
-        "window": f"a fit to {best.window} collisions",
-        "elastic_wall": "an elastic wall" if best.elastic_wall else "the stated wall",
-        "fixed_amplitude": "an amplitude of 1" if best.fixed_amplitude else "a free amplitude",
-        "extent": f"rings to {best.extent:g} R",
-    }
-    return [
-        {"words": words[part], "support": found.support(part), "cost": found.cost(part)}
-        for part in PARTS
-    ]
 
 
 def _source_factors(audit: Audit) -> dict[str, Any]:
@@ -168,13 +133,6 @@ def _source_factors(audit: Audit) -> dict[str, Any]:
         texts[name] = values[0] if len(set(values)) == 1 else _at_each(values)
     # Less than half of the least mistake in the logarithm.
     return texts | {"cancel": all(abs(math.log(one)) < math.log(math.pi / 2) / 2 for one in left)}
-
-
-def _enskog_path(stated: StatedResults) -> float:
-    """Kinetic theory's mean free path of the stated scene, m."""
-    rates = scene_rates(stated.scene, 1.0)
-    assert rates is not None
-    return rates.mean_free_path
 
 
 def kinetic_theory(run: Run, points: Sequence[Record]) -> list[dict[str, Any]]:

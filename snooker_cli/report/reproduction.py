@@ -32,7 +32,7 @@ from snooker_cli.config import Point
 from snooker_cli.figures import Selection, selected
 from snooker_cli.figures.distributions import REDUCED_TEMPERATURE
 from snooker_cli.figures.selection import distinct, repeats, value_at
-from snooker_cli.formatting import listed, ratio, short, with_error
+from snooker_cli.formatting import listed, ratio, short
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.setting_search import Sample
 from snooker_cli.report.source_values import (
@@ -42,6 +42,7 @@ from snooker_cli.report.source_values import (
     SOURCE_VALUES,
     OurValue,
     SourceValue,
+    value_text,
 )
 from snooker_cli.runs import Run
 from snooker_cli.scene import Scene
@@ -91,7 +92,14 @@ def stated_results(runs: Runs) -> StatedResults:
         laws[cor] = {(one.quantity, one.law): one for one in decays(traces)}
         for quantity, sample in _cooling(cor, traces, laws[cor]).items():
             samples[quantity, cor] = sample
-    single = _extremes(runs["decay"]) | _source_formulas(scene)
+    density = theory.number_density(scene.number, scene.container.area)
+    radius = float(scene.radii[0])
+    single = {
+        **_extremes(runs["decay"]),
+        "density": OurValue(density),
+        "cross-section": OurValue(2 * math.pi * radius),
+        "mean free path": OurValue(theory.source_mean_free_path(density, radius)),
+    }
 
     def ours(number: SourceValue) -> OurValue:
         if number.quantity in ("temperature ratio", "pressure ratio"):
@@ -135,30 +143,20 @@ def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[str, Sampl
 
 def _extremes(run: Run) -> dict[str, OurValue]:
     """The extreme distances and momentum ratios over all repeats."""
-    largest, smallest, worst = -math.inf, math.inf, np.ones(2)
+    largest, smallest, momenta = -math.inf, math.inf, []
     for trace in (trace for point in run.points for trace in run.traces(point)):
         states = at_collisions(trace)
         largest = max(largest, float(central_distances(states).max()))
         smallest = min(smallest, float(pair_distances(states, trace.start).min()))
         total = momentum(states.velocities, states.container_velocities, trace.start)
-        ratios = np.vstack([worst, total / total[0]])
-        worst = ratios[np.abs(ratios - 1).argmax(axis=0), [0, 1]]
+        momenta.append(total / total[0])
+    ratios = np.vstack(momenta)
+    x, y = ratios[np.abs(ratios - 1).argmax(axis=0), [0, 1]].tolist()
     return {
         "central distance": OurValue(largest),
         "pair distance": OurValue(smallest),
-        "momentum x": OurValue(float(worst[0])),
-        "momentum y": OurValue(float(worst[1])),
-    }
-
-
-def _source_formulas(scene: Scene) -> dict[str, OurValue]:
-    """Quantities of the scene by the formulas of the source report."""
-    density = theory.number_density(scene.number, scene.container.area)
-    radius = float(scene.radii[0])
-    return {
-        "density": OurValue(density),
-        "cross-section": OurValue(2 * math.pi * radius),
-        "mean free path": OurValue(theory.source_mean_free_path(density, radius)),
+        "momentum x": OurValue(x),
+        "momentum y": OurValue(y),
     }
 
 
@@ -217,9 +215,21 @@ def checked_claims(runs: Runs, stated: StatedResults) -> list[dict[str, Any]]:
     return found
 
 
-def _text(ours: OurValue | Sample) -> str:
-    value = ours.mean if isinstance(ours, Sample) else ours.value
-    return with_error(value, ours.error)
+def arithmetic() -> dict[str, tuple[str, float]]:
+    """Printed numbers that follow from other printed numbers: a formula in words, its value."""
+    path, mean = SOURCE_VALUES["mean_free_path"], SOURCE_VALUES["energy_mean_0.8"]
+    found = {"energy_abstract_0.8": (f"{mean.digits} of {mean.where}, rounded", mean.value)}
+    for cor in COEFFICIENTS:
+        speed, pressure = SOURCE_VALUES[f"speed_{cor}"], SOURCE_VALUES[f"pressure_mean_{cor}"]
+        tau = path.value / speed.value
+        constant, doubled = -2 * math.log(cor) / tau, 2 * pressure.value
+        ratio = f"{speed.digits}/{path.digits}"
+        found |= {
+            f"tau_{cor}": (f"{path.digits}/{speed.digits} = {tau:.3f}", tau),
+            f"theory_{cor}": (f"−2 ln {cor:g} × {ratio} = {constant:.4f}", constant),
+            f"doubled_{cor}": (f"2 × {pressure.digits} = {doubled:g}", doubled),
+        }
+    return found
 
 
 def _contradictions(stated: StatedResults) -> Checks:
@@ -229,7 +239,7 @@ def _contradictions(stated: StatedResults) -> Checks:
     density, section = SOURCE_VALUES["density"], SOURCE_VALUES["cross_section"]
     path = SOURCE_VALUES["mean_free_path"]
     own = 1 / (math.sqrt(2) * density.value * section.value)
-    ratios = listed([_text(stated.numbers[each.name]) for each in (text, caption)])
+    ratios = listed([value_text(stated.numbers[each.name]) for each in (text, caption)])
     return {
         "pressure_constant": (one.value == other.value, vars(other)),
         "radius_of_figure_17": (
@@ -247,15 +257,13 @@ def _contradictions(stated: StatedResults) -> Checks:
 def _error_propagation() -> Checks:
     """The uncertainties of τ and k that follow from those of the mean speeds."""
     checks: Checks = {}
-    path = SOURCE_VALUES["mean_free_path"].value
+    own, speeds = arithmetic(), [SOURCE_VALUES[f"speed_{cor}"] for cor in COEFFICIENTS]
     for name in ("tau", "theory"):
         printed = [SOURCE_VALUES[f"{name}_{cor}"] for cor in COEFFICIENTS]
-        ours = []
-        for cor in COEFFICIENTS:
-            speed = SOURCE_VALUES[f"speed_{cor}"]
-            tau = path / speed.value
-            value = tau if name == "tau" else -2 * math.log(cor) / tau
-            ours.append(value * (speed.error or 0.0) / speed.value)
+        ours = [
+            own[one.name][1] * (speed.error or 0.0) / speed.value
+            for one, speed in zip(printed, speeds, strict=True)
+        ]
         errors = np.array([one.error for one in printed])
         same, swapped = (
             abs(ours - each) <= printed[0].half_digit for each in (errors, errors[::-1])
@@ -287,8 +295,8 @@ def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
         "exponential": (exponential, {"judged": listed(judged)}),
         "temperature_follows": (apart < CLOSE, {"apart": short(apart, 1)}),
         "half_rate": (
-            all(abs(ratio.mean - 0.5) < abs(ratio.mean - 1) for ratio in local),
-            {"ratios": listed([_text(ratio) for ratio in local])},
+            all(abs(ratio.value - 0.5) < abs(ratio.value - 1) for ratio in local),
+            {"ratios": listed([value_text(ratio) for ratio in local])},
         ),
         "tau_longer": (low > high, {"low": low, "high": high}),
     }
@@ -338,17 +346,17 @@ def _tiny_ball_checks(run: Run) -> Checks:
     ratio, (low, high) = Sample(means), warm
     return {
         "pressure_excess": (
-            ratio.mean - 1 > max(2 * ratio.error, CLOSE),
+            ratio.value - 1 > max(2 * ratio.error, CLOSE),
             {
-                "ratio": _text(ratio),
+                "ratio": value_text(ratio),
                 "at_end": np.mean(at_end),
                 "complete": len(means),
                 "total": len(points) * run.experiment.repeats,
             },
         ),
         "lower_temperatures": (
-            high.mean - low.mean > 2 * math.hypot(low.error, high.error),
-            {"low": _text(low), "high": _text(high)},
+            high.value - low.value > 2 * math.hypot(low.error, high.error),
+            {"low": value_text(low), "high": value_text(high)},
         ),
     }
 

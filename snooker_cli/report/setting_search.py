@@ -76,7 +76,7 @@ class Sample:
 
     each : (*n*,) by repeat; nan for a repeat that does not count, because it ended early
     count : number of repeats that count
-    mean : over these
+    value : mean over these
     deviation, error : standard deviation of one, standard error of the mean
     """
 
@@ -84,12 +84,12 @@ class Sample:
         self.each = np.array(list(values))
         counted = self.each[np.isfinite(self.each)]
         self.count = len(counted)
-        self.mean, self.deviation = float(counted.mean()), float(counted.std(ddof=1))
+        self.value, self.deviation = float(counted.mean()), float(counted.std(ddof=1))
         self.error = self.deviation / math.sqrt(self.count)
 
     def our_value(self, number: SourceValue) -> OurValue:
         """The mean, with the standard error for a printed mean and the deviation for one run."""
-        return OurValue(self.mean, self.error if number.mean else self.deviation)
+        return OurValue(self.value, self.error if number.mean else self.deviation)
 
     def resampled_means(self) -> Array:
         """Means over repeats that are drawn with replacement, the same for each sample; (*b*,)."""
@@ -144,7 +144,7 @@ class Candidate:
         sample = self.samples.get((number.quantity, number.cor))
         if sample is None or 2 * sample.count < len(sample.each):
             return False
-        return sample.mean > 2 * sample.deviation
+        return sample.value > 2 * sample.deviation
 
     @property
     def score(self) -> float:
@@ -226,8 +226,8 @@ class Search:
         for number in TARGETS[:4]:
             ours = self.ranked[0].samples[number.quantity, number.cor]
             weight = math.hypot(number.standard_error, ours.error) ** -2
-            numerator += weight * ours.mean * number.value
-            denominator += weight * ours.mean**2
+            numerator += weight * ours.value * number.value
+            denominator += weight * ours.value**2
         ratio, error = numerator / denominator, denominator**-0.5
         return OurValue(self.factor / ratio, self.factor * error / ratio**2)
 

@@ -11,6 +11,7 @@ from typing import Any
 import yaml
 
 from snooker_cli.analysis.observables import ROUNDING
+from snooker_cli.formatting import with_error
 
 LORD = 0.507  # 95 % half width of the mean of five normal values, over their range (Lord 1947)
 
@@ -100,6 +101,11 @@ class OurValue:
     def rounds_to(self, number: SourceValue) -> bool:
         """Whether the value rounds to the printed digits; exact halves round either way."""
         return abs(self.value - number.value) <= (1 + ROUNDING) * number.half_digit
+
+
+def value_text(one: Any) -> str:
+    """An object's ``value`` with its ``error``; empty for none."""
+    return "" if one is None else with_error(one.value, one.error)
 
 
 _DATA: dict[str, Any] = yaml.safe_load(

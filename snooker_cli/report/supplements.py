@@ -67,6 +67,7 @@ def _pair(run: Run, stopped: Point, slid: Point) -> dict[str, Any]:
     both = list(zip(run.traces(stopped), run.traces(slid), strict=True))
     trapped = [one for one, _ in both if one.stop.reason is StopReason.WALL_TRAP]
     ended = [other for _, other in both]
+    events = [trace.events for trace in ended if trace.events is not None]
     return {
         "cor": stopped.experiment.cor,
         "radius": float(both[0][0].start.radii[0]),
@@ -75,7 +76,7 @@ def _pair(run: Run, stopped: Point, slid: Point) -> dict[str, Any]:
         "trap_time": _mean(trace.stop.time for trace in trapped),
         "trap_collisions": _mean(trace.collisions for trace in trapped),
         "alike": sum(_alike(one, other) for one, other in both),
-        "sliding_balls": _mean(_number_of_sliding_balls(trace) for trace in ended),
+        "sliding_balls": _mean(len(np.unique(each.i[each.j == SLIDE])) for each in events),
         "complete": sum(trace.stop.reason.complete for trace in ended),
         "end_time": _mean(trace.stop.time for trace in ended),
         "end_collisions": _mean(trace.collisions for trace in ended),
@@ -86,12 +87,6 @@ def _mean(values: Iterable[float]) -> float:
     """The mean; nan of nothing."""
     found = list(values)
     return float(np.mean(found)) if found else math.nan
-
-
-def _number_of_sliding_balls(trace: Trace) -> int:
-    """How many balls slide at some time."""
-    assert trace.events is not None
-    return len(np.unique(trace.events.i[trace.events.j == SLIDE]))
 
 
 def _alike(one: Trace, other: Trace) -> bool:

@@ -250,8 +250,7 @@ def _with_digits(scene: Scene, collisions: int, digits: int) -> ExactTrajectory:
         if row != other or not np.array_equal(states[certain + 1], other_states[certain + 1]):
             break
         certain += 1
-    events = events_from_rows(rows)
-    return ExactTrajectory(events, states, certain, digits, check_digits)
+    return ExactTrajectory(events_from_rows(rows), states, certain, digits, check_digits)
 
 
 def _run(

@@ -144,13 +144,9 @@ def by_engine(scene: Scene, moments: Floats) -> Trajectory:
     seconds = time.process_time() - clock
     assert trace.events is not None
     positions = replay(trace, moments).positions
-    overlap = _overlap(scene, replay(trace, trace.events.time))
+    states = replay(trace, trace.events.time)
+    overlap = max(deepest_overlap(scene, states, 0 * states.time), farthest_escape(scene, states))
     return Trajectory(scene, trace.events, positions, trace.finish, overlap, seconds)
-
-
-def _overlap(scene: Scene, states: States) -> float:
-    """The deepest overlap of any two bodies, m."""
-    return max(deepest_overlap(scene, states, 0 * states.time), farthest_escape(scene, states))
 
 
 def by_source_report(scene: Scene, moments: Floats) -> Trajectory:
@@ -165,15 +161,18 @@ def by_source_report(scene: Scene, moments: Floats) -> Trajectory:
     x, v, radii, masses = bodies[:, 0:2], bodies[:, 2:4].copy(), bodies[:, 4], bodies[:, 5]
     first, second = np.triu_indices(number + 1, 1)
     walls = second == number
-    contact = radii[second] + np.where(walls, -1.0, 1.0) * radii[first]
-    now, recorded = 0.0, 0
+    side = np.where(walls, -1.0, 1.0)  # balls are inside the container
+    contact = radii[second] + side * radii[first]
+    now, recorded, overlap = 0.0, 0, 0.0
     positions = np.empty((len(moments), number, 2))
-    rows, history = [], []
+    rows = []
     while True:
         offset, velocity = x[first] - x[second], v[first] - v[second]
         a = np.sum(velocity * velocity, axis=1)
         b = np.sum(offset * velocity, axis=1)
-        c = np.sum(offset * offset, axis=1) - contact * contact
+        square = np.sum(offset * offset, axis=1)
+        c = square - contact * contact
+        overlap = max(overlap, float(np.max(side * (contact - np.sqrt(square)))))
         with np.errstate(invalid="ignore", divide="ignore"):
             root = np.sqrt(b * b - a * c)
             early, late = (-b - root) / a, (-b + root) / a
@@ -194,15 +193,8 @@ def by_source_report(scene: Scene, moments: Floats) -> Trajectory:
         v[i] += impulse / masses[i] * normal
         v[j] -= impulse / masses[j] * normal
         rows.append((now, i, CONTAINER if walls[k] else j, abs(impulse)))
-        history.append(x)
     x = x + v * (float(moments[-1]) - now)
     seconds = time.process_time() - clock
-    places = np.array(history).reshape(-1, number + 1, 2)
-    still = np.zeros_like(places)
-    at_events = States(
-        np.zeros(len(places)), places[:, :-1], still[:, :-1], places[:, -1], still[:, -1]
-    )
-    overlap = _overlap(scene, at_events)
     finish = _moved(scene, x, v)
     return Trajectory(scene, events_from_rows(rows), positions, finish, overlap, seconds)
 

@@ -20,7 +20,7 @@ from snooker_cli.analysis.observables import ROUNDING, mean_pressure, mean_speed
 from snooker_cli.config import load, parse, points
 from snooker_cli.engine import simulate
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report import audit, content, setting_search
+from snooker_cli.report import content, reproduction, setting_search
 from snooker_cli.report.setting_search import (
     FREEDOM,
     LIKELY,
@@ -95,12 +95,12 @@ def test_interval_of_a_mean_of_five_from_its_range() -> None:
 
 
 def test_what_follows_from_other_printed_numbers_has_the_printed_digits() -> None:
-    own = audit.arithmetic()
+    own = reproduction.arithmetic()
     assert len(own) == 7
-    for name, (_, _, value) in own.items():
-        assert value.rounds_to(SOURCE_VALUES[name]), name
-    assert own["theory_0.8"][2].value == pytest.approx(-2 * math.log(0.8) * 4.23 / 15.01, rel=1e-12)
-    assert own["tau_0.9"][2].value == pytest.approx(15.01 / 5.43, rel=1e-12)
+    for name, (_, value) in own.items():
+        assert OurValue(value).rounds_to(SOURCE_VALUES[name]), name
+    assert own["theory_0.8"][1] == pytest.approx(-2 * math.log(0.8) * 4.23 / 15.01, rel=1e-12)
+    assert own["tau_0.9"][1] == pytest.approx(15.01 / 5.43, rel=1e-12)
 
 
 def test_likely_is_the_95_percent_point_of_chi_square() -> None:
@@ -196,9 +196,9 @@ def test_the_ranking_is_resampled() -> None:
 def test_resampled_means_scatter_by_the_standard_error() -> None:
     each = np.append(np.random.default_rng(3).normal(5.0, 1.0, 200), [math.nan] * 20)
     one = Sample(each)
-    assert (one.count, one.mean) == (200, pytest.approx(np.nanmean(each)))
+    assert (one.count, one.value) == (200, pytest.approx(np.nanmean(each)))
     assert np.std(one.resampled_means()) == pytest.approx(one.error, rel=0.1)
-    assert np.mean(one.resampled_means()) == pytest.approx(one.mean, abs=0.1 * one.error)
+    assert np.mean(one.resampled_means()) == pytest.approx(one.value, abs=0.1 * one.error)
 
 
 def test_the_audit_has_enough_repeats() -> None:
