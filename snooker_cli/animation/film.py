@@ -189,8 +189,9 @@ def _at_collisions(
 
 
 def _energy(trace: Trace, states: States) -> Floats:
-    """Kinetic energy of the balls, J."""
-    return np.asarray(0.5 * np.sum(states.velocities**2, axis=2) @ trace.start.masses)
+    """Kinetic energy of the balls, J; `film` refuses one that is not finite."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.asarray(0.5 * np.sum(states.velocities**2, axis=2) @ trace.start.masses)
 
 
 def _pressure(

@@ -34,7 +34,7 @@ WIDTH, HEIGHT, DPI = 8.4, 4.8, 100
 
 FULL_TITLE = 45  # characters: longer titles are printed smaller
 
-INK, SOFT, AMBER, FLOOR = "#1c2430", "#5b6675", "#e76300", "#f7f9fb"
+INK, SOFT, AMBER = "#1c2430", "#5b6675", "#e76300"
 RIM = (0.08, 0.09, 0.14, 0.75)
 
 _CURVES = (
@@ -57,16 +57,14 @@ MP4_OPTIONS = ["-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart", "
 class Screen:
     """The figure of a film; resting parts are drawn once, and ``image`` adds the moving parts."""
 
-    def __init__(self, film: Film, pace: Pace, magnify: float) -> None:
-        self.film, self.magnify, self.seen = film, magnify, view(film, magnify)
+    def __init__(self, film: Film, pace: Pace) -> None:
+        self.film, self.seen = film, view(film)
         self.figure = figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor="white")
         self.canvas = cast(Any, FigureCanvasAgg(figure))  # its methods have no types
         self.moving: list[Artist] = []
-        enlarged = f"dashed: the container, its motion × {magnify:,.15g}" if magnify > 1 else ""
-        about = "; ".join(each for each in (film.subtitle, enlarged) if each)
         size = 12 * min(1, FULL_TITLE / max(1, len(film.title)))
         self._text(0.02, 0.955, film.title, color=INK, size=size, weight="bold")
-        self._text(0.02, 0.905, about, color=SOFT)
+        self._text(0.02, 0.905, film.subtitle, color=SOFT)
         self.clock = self._moves(self._text(0.585, 0.955, color=INK, size=11, weight="bold"))
         self.count = self._moves(self._text(0.98, 0.955, color=SOFT, ha="right"))
         self.ending = self._moves(self._text(0.02, 0.025, color="#a8380f", size=7))
@@ -78,22 +76,10 @@ class Screen:
 
     def image(self, frame: Frame) -> Pixels:
         """(*height*, *width*, 3) the pixels of a frame: red, green and blue."""
-        self._set(frame)
-        self.canvas.restore_region(self.still)
-        for artist in self.moving:
-            self.figure.draw_artist(artist)
-        return np.array(self.canvas.buffer_rgba(), dtype=np.uint8)[:, :, :3]
-
-    def _set(self, frame: Frame) -> None:
-        """Set the moving parts to a frame."""
         film, scene = self.film, self.film.trace.start
         origin = frame.container if self.seen.follow else np.zeros(2)
         centre = frame.container - origin
-        home = film.opening.container_positions[0]
-        enlarged = home + self.magnify * (frame.container - home)
-        for patch, place in ((self.floor, centre), (self.wall, centre), (self.enlarged, enlarged)):
-            patch.set_xy(scene.container.outline + place)
-        self.path.set_data(*np.transpose([home, enlarged]))
+        self.wall.set_xy(scene.container.outline + centre)
         which, places = _seen(frame.positions - origin, scene.radii, centre, scene.container.period)
         colours = self.colours(self.scale(frame.speeds[which]))
         self._place(self.balls, places, scene.radii[which], facecolors=colours)
@@ -115,13 +101,15 @@ class Screen:
         pressure = float(film.pressure(np.array([frame.time]))[0])
         values = (energy, energy / scene.number, pressure)
         now = float(frame.collisions) if self.by_collision else frame.time
-        for (line, point, text, unit, first, column), value in zip(
-            self.curves, values, strict=True
-        ):
-            rows = slice(first, frame.collisions + 1)
+        rows = slice(frame.collisions + 1)
+        for (line, point, text, unit, column), value in zip(self.curves, values, strict=True):
             line.set_data(np.append(self.steps[rows], now), np.append(column[rows], value))
             point.set_data([now], [min(value, point.axes.get_ylim()[1])])
             text.set_text(f"{short(value)} {unit}")
+        self.canvas.restore_region(self.still)
+        for artist in self.moving:
+            self.figure.draw_artist(artist)
+        return np.array(self.canvas.buffer_rgba(), dtype=np.uint8)[:, :, :3]
 
     def _place(self, discs: Any, centres: Floats, radii: Floats, **colours: Any) -> None:
         """Set places, sizes and colours of circles."""
@@ -138,38 +126,25 @@ class Screen:
         return self.figure.text(x, y, text, va="center", parse_math=False, **look)
 
     def _add_container(self, axes: Axes) -> None:
-        """Add the container, its enlarged motion, the balls and the flashes."""
+        """Add the container, the balls and the flashes."""
         axes.set_axis_off()
         axes.set_aspect("equal")
-        spare = self.magnify * self.seen.farthest if self.magnify > 1 else 0.0
         left, right, bottom, top = self.seen.extent
-        axes.set_xlim(left - spare, right + spare)
-        axes.set_ylim(bottom - spare, top + spare)
+        axes.set_xlim(left, right)
+        axes.set_ylim(bottom, top)
         axes.apply_aspect()
         self.points = axes.get_window_extent().width * 72 / DPI / float(np.diff(axes.get_xlim())[0])
         container = self.film.trace.start.container
-
-        def outline(**look: Any) -> Polygon:
-            patch = Polygon(container.outline, **look)
-            axes.add_patch(patch)
-            return self._moves(patch)
-
-        look: dict[str, Any] = {"facecolor": "none", "edgecolor": INK, "linewidth": 1.4}
+        look: dict[str, Any] = {"edgecolor": INK, "linewidth": 1.4}
         if not container.has_wall:
-            look |= {"edgecolor": SOFT, "linewidth": 0.8, "linestyle": (0, (4, 3))}
-        dashed: dict[str, Any] = {"linestyle": (0, (5, 3)), "linewidth": 1.2}
-        self.floor = outline(facecolor=FLOOR, edgecolor="none")
+            look = {"edgecolor": SOFT, "linewidth": 0.8, "linestyle": (0, (4, 3))}
         self.balls = self._moves(axes.scatter([], [], edgecolors=[RIM], linewidths=0.5))
-        self.wall = outline(**look)
-        self.enlarged = outline(facecolor="none", edgecolor=AMBER, **dashed)
-        self.path = self._moves(axes.plot([], [], color=AMBER, linewidth=1.2)[0])
-        for artist in (self.enlarged, self.path):
-            artist.set_visible(self.magnify > 1)
+        self.wall = self._moves(Polygon(container.outline, facecolor="none", **look))
+        axes.add_patch(self.wall)
         rings: dict[str, Any] = {"facecolors": "none", "linewidths": 1.6, "clip_on": False}
         self.flashes = self._moves(axes.scatter([], [], **rings))
         if not container.has_wall:
-            self.floor.set_xy(container.outline + self.film.opening.container_positions[0])
-            self.balls.set_clip_path(self.floor)
+            self.balls.set_clip_path(self.wall)
 
     def _add_scale(self, axes: Axes) -> None:
         """Add the colour scale."""
@@ -186,7 +161,9 @@ class Screen:
         film, self.by_collision = self.film, by_collision
         self.steps = np.arange(len(film) + 1.0) if by_collision else film.rows
         energy = film.kinetic_energy
-        columns = (energy, energy / film.trace.start.number, film.pressure(film.rows))
+        pressure = film.pressure(film.rows)
+        pressure[pressure == 0] = np.nan  # it begins at the first collision
+        columns = (energy, energy / film.trace.start.number, pressure)
         self.curves: list[Any] = []
         tops = (*(float(np.max(values)) for values in columns[:2]), film.pressure_top)
         panels = zip(_CURVES, columns, tops, strict=True)
@@ -197,7 +174,7 @@ class Screen:
             axes.tick_params(labelbottom=row == len(_CURVES) - 1)
             axes.set_title(name, loc="left", fontweight="normal", color=INK, pad=5)
             line, point = axes.plot([], [], "-", [], [], "o", color=shade, clip_on=False)
-            line.set_clip_on(top < float(np.max(values)))
+            line.set_clip_on(True)
             text = axes.annotate(
                 *("", (1, 1), (0, 5), "axes fraction", "offset points"),
                 color=shade,
@@ -206,9 +183,7 @@ class Screen:
             )
             for artist in (line, point, text):
                 self._moves(artist)
-            # The mean since t = 0 begins at the first collision.
-            first = 1 if values[0] == 0 else 0
-            self.curves.append((line, point, text, unit, first, values))
+            self.curves.append((line, point, text, unit, values))
         axes.set_xlabel("collisions shown" if by_collision else "time (s)")
 
 
@@ -225,14 +200,11 @@ def _seen(
     return which, images[image, which]
 
 
-def save_movie(
-    film: Film, path: Path, *, pace: Pace, seconds: float, rate: int, magnify: float = 1.0
-) -> int:
+def save_movie(film: Film, path: Path, *, pace: Pace, seconds: float, rate: int) -> int:
     """Write a film to ``path``, a ``.gif`` or an ``.mp4``; return the number of frames.
 
     seconds : length of the movie
     rate : frames per second; a GIF rounds their length to hundredths of a second
-    magnify : factor by which the container's motion is enlarged
 
     Raises ``UserError`` for an MP4 if ffmpeg is missing or fails, and for a GIF of more than
     ``MOST_FRAMES``.
@@ -252,16 +224,14 @@ def save_movie(
             code="too-many-frames",
         )
     with styled():
-        screen = Screen(film, pace, magnify)
+        screen = Screen(film, pace)
         images = map(screen.image, frames(film, pace, count, seconds))
         if not gif:
             _write_mp4(path, images, rate)
             return count
         sample = [screen.image(frame) for frame in frames(film, pace, PALETTE_FRAMES, seconds)]
-        palette = Image.fromarray(np.vstack(sample)).quantize(255, Image.Quantize.MAXCOVERAGE)
-        # The nearest of the colours that cover most would tint the container's large floor.
-        floor = list(bytes.fromhex(FLOOR[1:]))
-        palette.putpalette([*cast(list[int], palette.getpalette())[: 3 * 255], *floor])
+        # The colours that cover most: others would tint the white.
+        palette = Image.fromarray(np.vstack(sample)).quantize(method=Image.Quantize.MAXCOVERAGE)
         plain: dict[str, Any] = {"palette": palette, "dither": Image.Dither.NONE}
         first, *others = (Image.fromarray(image).quantize(**plain) for image in images)
     with atomic_write(path) as part:

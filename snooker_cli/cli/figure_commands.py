@@ -230,8 +230,8 @@ def animate(
         raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
     opened = open_run(run)
     trace = opened.read(opened.chosen(point, repeat), repeat)
-    if magnify > 1 and not trace.start.free:
-        raise UserError(f"--magnify {magnify:g}: the container of {opened.name} does not move")
+    if magnify > 1 and not (trace.start.free and ending == ".html"):
+        raise UserError(f"--magnify {magnify:g}: it is for a page, of a container that moves")
     shown = {"cor": f"{trace.start.restitution:g}"} | dict(opened.points[point].parameters)
     try:
         made = film(
@@ -257,7 +257,7 @@ def animate(
         from snooker_cli.animation.movie import save_movie  # loads matplotlib
 
         length, rate = seconds or SECONDS, fps or FRAMES_PER_SECOND
-        frames = save_movie(made, out, pace=pace, seconds=length, rate=rate, magnify=magnify)
+        frames = save_movie(made, out, pace=pace, seconds=length, rate=rate)
     content = {"file": str(out), "bytes": out.stat().st_size, "point": point, "repeat": repeat}
     span = {"from": made.start, "to": made.end, "collisions": len(made), "frames": frames}
     print_result(content | span, as_json, [str(out)])

@@ -8,7 +8,6 @@ from snooker_cli.figures.figure_data import (
     Histogram,
     Layer,
     Line,
-    Note,
     Points,
     Reference,
 )
@@ -25,7 +24,6 @@ __all__ = [
     "Histogram",
     "Layer",
     "Line",
-    "Note",
     "Points",
     "Reference",
     "Selection",

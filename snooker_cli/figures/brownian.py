@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from snooker_cli.analysis import diffusion
-from snooker_cli.analysis.observables import mean_and_error, standard_errors
+from snooker_cli.analysis.observables import mean_and_error
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
@@ -18,7 +18,6 @@ from snooker_cli.figures.figure_data import (
     Line,
     Points,
     Reference,
-    error_bars,
     legend_line,
 )
 from snooker_cli.formatting import short, with_error
@@ -132,20 +131,9 @@ def _add(
     build: FigureBuilder, point: Point, index: int, lags: Array, rows: Array, constants: Array
 ) -> None:
     """Add the means of a point, and what its repeats (*repeats*,) have as D, m²/s."""
-    name, mean = build.label(point), rows.mean(axis=0)
-    errors = error_bars(standard_errors(rows))
-    build.lines.append(Points(lags, mean, None, errors, name or "simulation", index))
-    value, error = mean_and_error(constants)
-    theory = _theory(build, point)
+    build.add_points(index, point, lags, rows)
+    found, theory = mean_and_error(constants), _theory(build, point)
     numbers: dict[str, Any] = {f"theory_{key}": each for key, each in theory._asdict().items()}
-    build.record(
-        point,
-        **numbers,
-        diffusion_coefficient=value,
-        diffusion_coefficient_error=error,
-        lags=lags.tolist(),
-        means=mean.tolist(),
-        repeats=len(rows),
-    )
+    build.record(point, **numbers, diffusion_coefficient=found)
     known = short(theory.coefficient)
-    build.result(name, f"D = {with_error(value, error, 'm²/s')}, by Enskog {known} m²/s")
+    build.result(build.label(point), f"D = {with_error(*found, 'm²/s')}, by Enskog {known} m²/s")

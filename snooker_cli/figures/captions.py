@@ -1,5 +1,6 @@
 """A figure of several points: its layers, its numbers, and its caption with the scene."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,6 +18,7 @@ from snooker_cli.figures.figure_data import (
     Layer,
     Line,
     LineStyle,
+    Points,
     bands,
     legend_band,
     thinned,
@@ -28,13 +30,10 @@ from snooker_cli.figures.selection import (
     distinct,
     label,
     matching,
-    present,
-    repeats,
-    stop_reasons,
+    statuses,
     value_at,
     varying,
 )
-from snooker_cli.formatting import listed
 from snooker_cli.runs import Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -75,8 +74,12 @@ class FigureBuilder:
         return [point for group in self.groups for point in group]
 
     def traces(self, point: Point) -> Iterator[Trace]:
-        """The selected repeats of a point. Raises ``StoreError``."""
-        return repeats(self.run, point, self.selection)
+        """The selected repeats of a point that are there. Raises ``StoreError``."""
+        return self.run.traces(point, self.repeats(point))
+
+    def repeats(self, point: Point) -> list[int]:
+        """The numbers of these repeats."""
+        return [status.repeat for status in statuses(self.run, point, self.selection)]
 
     def start(self, point: Point) -> Scene:
         """The start of a point's first repeat. Raises ``StoreError``."""
@@ -87,8 +90,13 @@ class FigureBuilder:
         return label(point, self.points)
 
     def record(self, point: Point, **numbers: Any) -> None:
-        """Add the numbers of a point."""
-        self.records.append({"parameters": point.as_json(), **numbers})
+        """Add the numbers of a point; a pair is a value and its error."""
+        row = {"parameters": point.as_json(), "repeats": len(self.repeats(point))}
+        for name, value in numbers.items():
+            if isinstance(value, tuple):
+                value, row[f"{name}_error"] = value
+            row[name] = value
+        self.records.append(row)
 
     def result(self, name: str | None, text: str) -> None:
         """Add a phrase of the caption, with the label of its series."""
@@ -136,15 +144,19 @@ class FigureBuilder:
         if len(rows) > 1:
             self.bands.append(Band(x, mean - error, mean + error, None, index))
 
+    def add_points(self, index: int, point: Point, x: Array, rows: Array) -> None:
+        """Add markers at the mean of rows (*n*, *x*) of a point's repeats, with standard errors."""
+        name, errors = self.label(point) or "simulation", standard_errors(rows)
+        self.lines.append(Points(x, rows.mean(axis=0), errors, name, index))
+
     def figure(
         self,
         caption: str,
         *,
-        references: Sequence[Layer] = (),
         numbers: Mapping[str, Any] | None = None,
         **others: Any,
     ) -> FigureData:
-        """The figure: bands, references and lines.
+        """The figure: bands, and lines on them.
 
         others : fields of ``FigureData`` that depend on the run
         """
@@ -160,7 +172,7 @@ class FigureBuilder:
         ]
         legend = [legend_band(spread)] if unnamed else []
         return FigureData(
-            layers=(*self.bands, *references, *self.lines, *legend),
+            layers=(*self.bands, *self.lines, *legend),
             caption=" ".join(filter(None, sentences)),
             numbers={**(numbers or {}), **({"points": self.records} if self.records else {})},
             **{**self.fields, "title": self.title, **others},
@@ -175,7 +187,10 @@ def require_motion(scene: Scene) -> None:
 
 def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
     """The sentences that end a caption: the scene's constants, the repeats and their endings."""
-    early = early_endings(stop_reasons(run, points, selection))
+    ended = [status for point in points for status in statuses(run, point, selection)]
+    for status in ended:
+        status.accept()
+    early = early_endings(Counter(each.header.stop.reason for each in ended if each.header))
     number = run.experiment.repeats
     single = number == 1 or selection.repeat is not None
     repeats = f"{number} repeats" if number > 1 else "one repeat"
@@ -191,7 +206,7 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
     sentences = [
         f"{scene}: {early or ('complete' if single else 'all complete')}.",
         f"T{missing[1:]}." if (missing := unfinished(run, selection)) else "",
-        _copies(run, points, selection),
+        *(f"A{note[1:]}." for note in run.common_random_notes),
     ]
     return " ".join(filter(None, sentences))
 
@@ -219,27 +234,7 @@ def unfinished(run: Run, selection: Selection) -> str:
     """How many of the requested repeats an unfinished run has; empty for a finished one."""
     points = matching(run, selection)
     wanted = len(points) * (1 if selection.repeat is not None else run.experiment.repeats)
-    there = sum(len(present(run, point, selection)) for point in points)
+    there = sum(len(statuses(run, point, selection)) for point in points)
     if there == wanted:
         return ""
     return f"the run is unfinished: {there} of {wanted} repeats are there"
-
-
-def _copies(run: Run, points: Sequence[Point], selection: Selection) -> str:
-    """Which start speeds give the same motions at another pace, where all repeats do."""
-    if not run.experiment.common_random or "balls.speed" not in varying(points):
-        return ""
-    groups: dict[tuple[bytes, ...], list[str]] = {}
-    for point in points:
-        traces = list(repeats(run, point, selection))
-        # Twice the speed changes no rounding, so such places are the same to the bit.
-        if all(trace.collisions for trace in traces):
-            places = tuple(trace.finish.positions.tobytes() for trace in traces)
-            groups.setdefault(places, []).append(f"{value_at(point, 'balls.speed'):g}")
-    copies = dict.fromkeys(listed(speeds) for speeds in groups.values() if len(speeds) > 1)
-    if not copies:
-        return ""
-    return (
-        f"The repeats at v₀ = {' m/s and at '.join(copies)} m/s are the same motions at another "
-        "pace; they count once."
-    )

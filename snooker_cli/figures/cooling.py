@@ -1,7 +1,7 @@
 """Fits of a decay, decay constants against the CoR, the decay rate over time, energy by events."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -29,16 +29,14 @@ from snooker_cli.figures.figure_data import (
     Layer,
     Line,
     LineStyle,
-    Note,
     Points,
     Reference,
     bands,
-    error_bars,
     legend_line,
     more_than_a_decade,
     thinned,
 )
-from snooker_cli.figures.selection import Selection, described, present
+from snooker_cli.figures.selection import Selection, described
 from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Series, Trace
@@ -77,9 +75,9 @@ _HAFF: dict[str, tuple[str, LineStyle]] = {
 def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     """The decay of a quantity in one repeat, with its fits and the band of all repeats."""
     (point,), known = build.points, QUANTITIES[quantity]
-    number = present(build.run, point, build.selection)[0]
+    number = build.repeats(point)[0]
     build.selection = Selection(build.selection.where)  # the means are over all repeats
-    row = present(build.run, point, build.selection).index(number)
+    row = build.repeats(point).index(number)
     traces = list(build.traces(point))
     require_motion(traces[row].start)
     found = decays(traces, (quantity,))
@@ -119,10 +117,9 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
             f"{model.key}_chi_squared_per_degree": good.chi_squared_per_degree,
             f"{model.key}_holds_until": good.holds_to,
         }
-    if known.is_mean:
-        build.lines.append(Note("κ is what the source report calls k/2"))
+    kappa = " κ is what the source report calls k/2." if known.is_mean else ""
     return build.figure(
-        f"Fits of each repeat, their mean: {build.results_text}.",
+        f"Fits of each repeat, their mean: {build.results_text}.{kappa}",
         numbers=numbers,
         **(LOGARITHMIC if log else {}),
     )
@@ -136,34 +133,36 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
     points = build.points
     require_motion(build.start(points[0]))
     for point in points:
-        build.record(point, **_decay_constants(build.traces(point)))
+        traces = list(build.traces(point))
+        found = decays(traces, ("kinetic_energy",))
+        means = {LAWS[each.law].key: each.over_repeats for each in found}
+        reported = mean_and_error(np.array([reported_constant(trace) for trace in traces]))
+        build.record(
+            point,
+            **{key: (mean.value, mean.error) for key, mean in means.items()},
+            repeats=found[-1].over_repeats.repeats,
+            ended_early=found[-1].short,
+            report_k=reported,
+        )
     cors = np.array([point.experiment.cor for point in points])
     column = {name: np.array([each[name] for each in build.records]) for name in build.records[0]}
-    reported = column["report_k"]
-    known = np.isfinite(reported)
-    if np.count_nonzero(known) > 1:
-        build.lines.append(
-            Line(cors[known], reported[known], "k by the source report", 0, "dashed")
-        )
-    curves = _curves_of_theory(build)
-    build.lines += curves
-    for index, model in enumerate(LAWS.values()):
-        values, errors = column[model.key], column[f"{model.key}_error"]
-        good = np.isfinite(values)
-        name = f"{model.symbol}, {model.label} fitted"
-        bars = error_bars(errors[good])
-        build.lines.append(Points(cors[good], values[good], None, bars, name, index))
     caption = "Means over the repeats."
-    if known.any():
+    if np.isfinite(column["report_k"]).any():
+        name = "k by the source report"
+        build.lines.append(Line(cors, column["report_k"], name, 0, "dashed"))
         caption += (
             " Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
             "λ = 1/(√2 n 2πr)."
         )
-    if curves:
+    if curves := _curves_of_theory(build):
+        build.lines += curves
         caption += (
             " Dotted: the same with ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ), χ for the size "
             "of the balls."
         )
+    for index, model in enumerate(LAWS.values()):
+        name, errors = f"{model.symbol}, {model.label} fitted", column[f"{model.key}_error"]
+        build.lines.append(Points(cors, column[model.key], errors, name, index))
     title = build.title
     if points[0].experiment.container.shape_class.has_wall:
         title = f"{title}: {described(points[0], 'wall_cor')}"
@@ -172,24 +171,6 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
         numbers={"ended_early": sum(each["ended_early"] for each in build.records)},
         title=title,
     )
-
-
-def _decay_constants(traces: Iterable[Trace]) -> dict[str, Any]:
-    """The decay constants of a point's energy over its repeats, as JSON."""
-    constants: list[float] = []
-
-    def seen() -> Iterator[Trace]:  # one pass, because each needs the same series
-        for trace in traces:
-            constants.append(reported_constant(trace))
-            yield trace
-
-    record: dict[str, Any] = {}
-    for found in decays(seen(), ("kinetic_energy",)):
-        key, over = LAWS[found.law].key, found.over_repeats
-        record |= {key: over.value, f"{key}_error": over.error, "repeats": over.repeats}
-        record["ended_early"] = found.short
-    reported, error = mean_and_error(np.array(constants))
-    return record | {"report_k": reported, "report_k_error": error}
 
 
 def _curves_of_theory(build: FigureBuilder) -> list[Layer]:
@@ -218,24 +199,23 @@ def _curves_of_theory(build: FigureBuilder) -> list[Layer]:
 
 def haff_time(build: FigureBuilder) -> FigureData:
     """The local decay rate −d ln E/dt against time, with Haff's law and one constant."""
-    drawn: dict[str, None] = {}
     for index, point in enumerate(build.points):
-        drawn |= dict.fromkeys(_add_rates(build, index, point))
-    kept = _kept(build.points)
+        _add_rates(build, index, point)
+    kept, drawn = _kept(build.points), {name for record in build.records for name in record}
     build.lines += [
         legend_line(text.format(_KEPT[kept]), style)
         for law, (text, style) in _HAFF.items()
-        if law in drawn
+        if f"{law}_last_rate" in drawn
     ]
     build.lines.append(legend_line("one constant k, fitted", "dotted"))
     caption = f"Rates in the first and the last window: {build.results_text}. "
     caption += f"Markers: mean energy of the repeats in {WINDOWS} windows of time."
     if any(record["windows"] < WINDOWS for record in build.records):
         caption += f" Windows with fewer than {LEAST_COLLISIONS} collisions are left out."
-    return build.figure(caption + (_FLOORS[kept] if "floor" in drawn else ""))
+    return build.figure(caption + (_FLOORS[kept] if "floor_last_rate" in drawn else ""))
 
 
-def _add_rates(build: FigureBuilder, index: int, point: Point) -> list[str]:
+def _add_rates(build: FigureBuilder, index: int, point: Point) -> None:
     """Add a point's local rates and the forms of Haff's law that it has."""
     traces = list(build.traces(point))
     scene = traces[0].start
@@ -248,8 +228,7 @@ def _add_rates(build: FigureBuilder, index: int, point: Point) -> list[str]:
     floor = float(np.mean([predictions.floor(trace.start) for trace in traces]))
     start = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
     laws: dict[str, tuple[float, float]] = {"fitted": (alpha, 0.0)}
-    record: dict[str, Any] = {"k": k, "alpha": alpha, "floor": floor, "repeats": len(traces)}
-    record["windows"] = len(rates)
+    record: dict[str, Any] = {"k": k, "alpha": alpha, "floor": floor, "windows": len(rates)}
     if start is not None:
         losses = scene.restitution, start.ball_ball, scene.wall_restitution, start.wall
         expected = record["theory_alpha"] = theory.haff_rate(theory.cooling_rate(*losses))
@@ -262,18 +241,13 @@ def _add_rates(build: FigureBuilder, index: int, point: Point) -> list[str]:
         build.lines.append(Line(fine, curve_of_law, None, index, _HAFF[law][1]))
         before, after = np.log(_haff_energy(edges[-1], *parameters))
         record[f"{law}_last_rate"] = float(before - after) / float(np.ptp(edges[-1]))
-    bars, name = errors if len(traces) > 1 else None, build.label(point)
+    name, (first, *_, last) = build.label(point), zip(rates, errors, strict=True)
     build.lines += [
         Line(fine[[0, -1]], np.array([k, k]), None, index, "dotted"),
-        Points(edges.mean(axis=1), rates, None, bars, name or "simulation", index),
+        Points(edges.mean(axis=1), rates, errors, name or "simulation", index),
     ]
-    texts = []
-    for end, row in (("first", 0), ("last", -1)):
-        record |= {f"{end}_rate": rates[row], f"{end}_rate_error": errors[row]}
-        texts.append(with_error(rates[row], errors[row]))
-    build.record(point, **record)
-    build.result(name, f"{texts[0]} to {texts[1]} s⁻¹")
-    return list(laws)
+    build.record(point, **record, first_rate=first, last_rate=last)
+    build.result(name, f"{with_error(*first)} to {with_error(*last)} s⁻¹")
 
 
 def _haff_energy(time: Array, alpha: float, floor: float) -> Array:
@@ -357,27 +331,17 @@ def _add_energies(build: FigureBuilder, index: int, point: Point) -> None:
     rows = np.array([_against_counts(series(trace), scene, counts) for trace in calm])
     energies, expected = rows[:, 0], rows[:, 1]
     floors = np.array([predictions.floor(trace.start) for trace in traces])[:, None]
-    final, error = mean_and_error(energies[:, -1])
-    x = counts / scene.number
+    x, final = counts / scene.number, mean_and_error(energies[:, -1])
     floor, alone = float(floors.mean()), expected.mean(axis=0)
-    record: dict[str, Any] = {
-        "collisions_per_ball": float(x[-1]),
-        "final_ratio": final,
-        "final_ratio_error": error,
-        "theory": float(alone[-1]),
-        "floor": floor,
-        "repeats": len(traces),
-    }
+    record = {"collisions_per_ball": x[-1], "theory": alone[-1], "floor": floor}
     build.lines.append(Line(x, alone, None, index, "solid"))
-    if floor >= FLOOR_MATTERS * final:
+    if floor >= FLOOR_MATTERS * final[0]:
         above = (floors + (1 - floors) * expected).mean(axis=0)
         build.lines.append(Line(x, above, None, index, "dashed"))
-        record["theory_above_floor"] = float(above[-1])
-    bars, name = error_bars(standard_errors(energies)), build.label(point)
-    means = energies.mean(axis=0)
-    build.lines.append(Points(x, means, None, bars, name or "simulation", index))
-    build.record(point, **record)
-    build.result(name, f"{with_error(final, error)}, expected {short(record['theory'])}")
+        record["theory_above_floor"] = above[-1]
+    build.add_points(index, point, x, energies)
+    build.record(point, **record, final_ratio=final)
+    build.result(build.label(point), f"{with_error(*final)}, expected {short(alone[-1])}")
 
 
 def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, Array]:

@@ -1,8 +1,7 @@
 """Distributions of distances from the centre, distances between balls, and speeds."""
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,11 +16,10 @@ from snooker_cli.analysis.observables import (
 )
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
-from snooker_cli.engine import States
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import NEUTRAL, Array, FigureData, Histogram, Line, Reference
-from snooker_cli.figures.selection import elastic, present
+from snooker_cli.figures.selection import elastic
 from snooker_cli.formatting import exact, listed, short
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
@@ -31,54 +29,26 @@ MOST_DISTANCES = 5_000_000
 """Of a point; of more states an even choice, so that a figure takes seconds."""
 
 
-@dataclass(frozen=True)
-class Distance:
-    """A distance from the container's centre or, if not ``central``, between two balls.
+class Distance(NamedTuple):
+    """Words for a distance.
 
     limit, limit_of_unequal : the limit that no ball may pass, for equal and unequal balls
-    extreme, excess : words for the value nearest to the limit, and for the distance beyond it
+    extreme, excess : the value nearest to the limit, and the distance beyond it
     """
 
-    central: bool
     limit: str
     limit_of_unequal: str
     extreme: str
     excess: str
 
-    def outermost(self, values: Array) -> float:
-        """The value nearest to the limit or farthest beyond it."""
-        return float(np.max(values) if self.central else np.min(values))
 
-    def of_states(self, states: States, scene: Scene) -> Array:
-        """All distances in the states, m."""
-        return central_distances(states) if self.central else pair_distances(states, scene)
-
-    def limits(self, scene: Scene) -> tuple[Array, float, float]:
-        """The limit of each distance, and the range of the distances; m."""
-        if self.central:
-            inside = scene.container.wall_gaps(np.zeros(2), scene.radii)
-            return inside, 0.0, float(inside.max())
-        first, second = np.triu_indices(scene.number, k=1)
-        contact = scene.radii[first] + scene.radii[second]
-        longest = scene.container.longest_distance(float(scene.radii.min()))
-        return contact, float(contact.min()), longest
-
-    def uniform(self, distances: Array, scene: Scene) -> Array:
-        """Their density for balls at random places, 1/m."""
-        if self.central:
-            return np.asarray(2 * distances / distances[-1] ** 2)
-        return scene.container.distance_density(distances, float(scene.radii.min()))
+CENTRAL = Distance("R − r", "R − smallest r", "largest", "largest_excess")
+PAIRS = Distance("2r", "smallest r₁ + r₂", "smallest", "largest_overlap")
 
 
-CENTRAL = Distance(True, "R − r", "R − smallest r", "largest", "largest_excess")
-PAIRS = Distance(False, "2r", "smallest r₁ + r₂", "smallest", "largest_overlap")
+class _Sample(NamedTuple):
+    """The distances of a point: the start of its last repeat, and a histogram.
 
-
-@dataclass(frozen=True, eq=False)
-class _Sample:
-    """The histogram of the distances of a point.
-
-    scene : the start of its last repeat
     limit, extreme, excess : the limit, the outermost distance, and how far one is beyond; m
     """
 
@@ -93,22 +63,24 @@ class _Sample:
 def distances(distance: Distance, build: FigureBuilder) -> FigureData:
     """The distribution of a distance, with its limit and random places."""
     found = [_sample(distance, build, point) for point in build.points]
+    outermost = max if distance is CENTRAL else min
     extremes: dict[float, float] = {}
+    key = f"{distance.extreme}_distance"
     for index, (point, each) in enumerate(zip(build.points, found, strict=True)):
         build.lines.append(Histogram(each.edges, each.density, build.label(point), index))
         before = extremes.get(each.limit, each.extreme)
-        extremes[each.limit] = distance.outermost(np.array([before, each.extreme]))
-        key = f"{distance.extreme}_distance"
+        extremes[each.limit] = outermost(before, each.extreme)
         build.record(point, **{key: each.extreme, "beyond_limit": each.excess})
-    limit = distance.outermost(np.array(list(extremes)))
-    excess = max(each.excess for each in found)
-    widest = max(found, key=lambda each: float(each.edges[-1]))
-    x = np.linspace(0.0, float(widest.edges[-1]), 200)
-    where = f"uniform in the {widest.scene.container.title}"
+    limit, excess = outermost(extremes), max(each.excess for each in found)
+    widest = max(found, key=lambda each: each.edges[-1]).scene
+    x = np.linspace(0.0, max(each.edges[-1] for each in found), 200)
+    uniform = 2 * x / x[-1] ** 2
+    if distance is PAIRS:
+        uniform = widest.container.distance_density(x, float(widest.radii.min()))
     equal = all(each.scene.equal_balls for each in found)
     name = distance.limit if equal else distance.limit_of_unequal
     build.lines += [
-        Line(x, distance.uniform(x, widest.scene), where, NEUTRAL, "dashed"),
+        Line(x, uniform, f"uniform in the {widest.container.title}", NEUTRAL, "dashed"),
         *(Reference("x", each, f"{name} = {each:g} m") for each in extremes),
     ]
     texts = [f"{exact(at)} m where {name} = {exact(edge)} m" for edge, at in extremes.items()]
@@ -119,47 +91,43 @@ def distances(distance: Distance, build: FigureBuilder) -> FigureData:
     return build.figure(
         f"The {distance.extreme} distance is {listed(texts)}: {verdict}. Positions at the start "
         "and after collisions, one per instant.",
-        numbers={
-            f"{distance.extreme}_distance": distance.outermost(
-                np.array([each.extreme for each in found])
-            ),
-            "limit": limit,
-            distance.excess: excess,
-        },
-        x_limits=(0.0, 1.04 * limit if distance.central else None),
+        numbers={key: outermost(extremes.values()), "limit": limit, distance.excess: excess},
+        x_limits=(0.0, 1.04 * limit if distance is CENTRAL else None),
     )
 
 
 def _sample(distance: Distance, build: FigureBuilder, point: Point) -> _Sample:
     """The distances of a point, repeat by repeat. Raises ``FigureError``."""
-    number = len(present(build.run, point, build.selection))
-    counts, excess, extremes = np.zeros(BINS), -math.inf, []
+    central, number = distance is CENTRAL, len(build.repeats(point))
+    counts, beyond, extremes = np.zeros(BINS), [], []
     for trace in build.traces(point):
         scene = trace.start
-        if distance.central and not isinstance(scene.container, Circle):
-            raise FigureError("only the wall of a circle is at one distance from the centre")
-        if not distance.central and scene.number < 2:
-            raise FigureError("one ball has no distance to another; it needs two or more")
-        limits, low, high = distance.limits(scene)
+        if central:
+            if not isinstance(scene.container, Circle):
+                raise FigureError("only the wall of a circle is at one distance from the centre")
+            limits = scene.container.wall_gaps(np.zeros(2), scene.radii)
+            low, high = 0.0, float(limits.max())
+        else:
+            if scene.number < 2:
+                raise FigureError("one ball has no distance to another; it needs two or more")
+            first, second = np.triu_indices(scene.number, k=1)
+            limits = scene.radii[first] + scene.radii[second]
+            smallest = float(scene.radii.min())
+            low, high = float(limits.min()), scene.container.longest_distance(smallest)
         most = MOST_DISTANCES // (len(limits) * number)
         if most < 2:  # the start and the finish at least
             raise FigureError(f"{scene.number:,} balls have too many distances to show")
         states = at_collisions(trace, most)
-        table = distance.of_states(states, scene).reshape(-1, len(limits))
-        beyond = table - limits if distance.central else limits - table
-        excess = max(excess, float(beyond.max()))
-        extremes.append(distance.outermost(table))
+        values = central_distances(states) if central else pair_distances(states, scene)
+        table = values.reshape(-1, len(limits))
+        beyond.append(float((table - limits).max() if central else (limits - table).max()))
+        extremes.append(float(table.max() if central else table.min()))
         # A distance that is beyond by rounding belongs to the bin at the limit.
         edges = np.linspace(low, high, BINS + 1)
         counts += np.histogram(np.clip(table[instants(states.time)], low, high), edges)[0]
-    return _Sample(
-        scene=scene,
-        edges=edges,
-        density=counts / (counts.sum() * np.diff(edges)),
-        limit=high if distance.central else low,
-        extreme=distance.outermost(np.array(extremes)),
-        excess=excess,
-    )
+    density = counts / (counts.sum() * np.diff(edges))
+    limit, extreme = (high, max(extremes)) if central else (low, min(extremes))
+    return _Sample(scene, edges, density, limit, extreme, max(beyond))
 
 
 # The distribution of speeds beside Maxwell and Boltzmann's and the one at fixed energy.

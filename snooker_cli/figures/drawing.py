@@ -4,7 +4,6 @@ import json
 import textwrap
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from dataclasses import fields
 from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
@@ -27,7 +26,6 @@ from snooker_cli.figures.figure_data import (
     Histogram,
     Layer,
     Line,
-    Note,
     Points,
     Reference,
 )
@@ -38,8 +36,8 @@ WIDTH = 3.4  # width of a figure, inches: a column of a two-column page
 HEIGHT = 2.4  # height of a figure with a title of one line and nothing else around the axes, inches
 LINE_HEIGHT = 0.14  # height of a further line of text, inches
 
-# How many characters fit: of the bold title, of a note, of the y label, of the legend.
-TITLE_WIDTH, NOTE_WIDTH, LABEL_WIDTH, LEGEND_WIDTH = 42, 54, 31, 65
+# How many characters fit: of the bold title, of the y label, of the legend.
+TITLE_WIDTH, LABEL_WIDTH, LEGEND_WIDTH = 42, 31, 65
 
 SAMPLE_WIDTH = 9  # width of a column of the legend without its text, in characters
 
@@ -61,12 +59,6 @@ _DASHES: tuple[Any, ...] = (
     (0, (6, 1.5, 1.2, 1.5, 1.2, 1.5)),
     (0, (2.5, 1.2)),
 )
-_SHARED_DASHES: dict[str, Any] = {
-    "solid": "solid",
-    "dashed": (0, (4, 1.6)),
-    "dashdot": (0, (4, 1.4, 1, 1.4)),
-    "dotted": (0, (1, 1.2)),
-}
 
 
 def styled() -> AbstractContextManager[None]:
@@ -86,8 +78,8 @@ def marker(series: int) -> str:
 
 
 def dashes(style: str, series: int) -> Any:
-    """The dash pattern of a line: its series' own, or one that all series share."""
-    return _DASHES[series % len(_DASHES)] if style == "series" else _SHARED_DASHES[style]
+    """The dash pattern of a line: its series' own, or one of the style's that all series share."""
+    return _DASHES[series % len(_DASHES)] if style == "series" else style
 
 
 class SnookerFigure(Figure):
@@ -105,17 +97,10 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
 
     size : width and height in inches; None is a column of a page, as high as its texts need
     """
-    title_width = int(TITLE_WIDTH * (size[0] / WIDTH if size else 1))
-    title = textwrap.wrap(data.title, title_width)
-    if len(title) > 1 and ": " in data.title:
-        parts = data.title.replace(": ", ":\n").split("\n")
-        title = [line for part in parts for line in textwrap.wrap(part, title_width)]
-    notes = [
-        line
-        for layer in data.layers
-        if isinstance(layer, Note)
-        for line in textwrap.wrap(layer.text, NOTE_WIDTH)
-    ]
+    width = int(TITLE_WIDTH * (size[0] / WIDTH if size else 1))
+    wide = len(data.title) > width
+    parts = data.title.replace(": ", ":\n").split("\n") if wide else [data.title]
+    title = [line for part in parts for line in textwrap.wrap(part, width)]
     with styled():
         layout = ConstrainedLayoutEngine()
         figure = SnookerFigure(layout=layout)
@@ -124,8 +109,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         entries = [
             (getattr(layer, "series", NEUTRAL) == NEUTRAL, artist, label)
             for depth, layer in enumerate(data.layers)
-            if (artist := _added(axes, layer, 2 + depth / 10))
-            and (label := getattr(layer, "label", None))
+            if (artist := _added(axes, layer, 2 + depth / 10)) and (label := layer.label)
         ]
         entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
         _scale(axes, data)
@@ -133,16 +117,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             _add_inset(axes, data)
         axes.set_xlabel(data.x_label)
         axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH))
-        axes.set_title("\n".join(title), loc="left", pad=4 + 10 * len(notes))
-        axes.annotate(
-            "\n".join(notes),
-            (0, 1),
-            (0, 3),
-            xycoords="axes fraction",
-            textcoords="offset points",
-            va="bottom",
-            fontsize=7,
-        )
+        axes.set_title("\n".join(title), loc="left", pad=4)
         columns = _columns([label for _, _, label in entries])
         figure.legend(
             [artist for _, artist, _ in entries],
@@ -150,7 +125,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             loc="outside lower center",
             ncols=columns,
         )
-        lines = len(title) - 1 + len(notes) - (-len(entries) // columns)
+        lines = len(title) - 1 - (-len(entries) // columns)
         figure.set_size_inches(size or (WIDTH, HEIGHT + LINE_HEIGHT * lines))
         # Once for all formats: laying out takes as long as drawing.
         layout.execute(figure)
@@ -159,7 +134,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
 
 
 def _added(axes: Axes, layer: Layer, order: float) -> Any:
-    """Draw a layer at a depth: its artist for the legend, ``None`` for a note."""
+    """Draw a layer at a depth; its artist for the legend."""
     common: dict[str, Any] = {"color": colour(getattr(layer, "series", NEUTRAL)), "zorder": order}
     match layer:
         case Line(x, y):
@@ -179,7 +154,6 @@ def _added(axes: Axes, layer: Layer, order: float) -> Any:
                 x,
                 y,
                 yerr=layer.y_error,
-                xerr=layer.x_error,
                 linestyle="none",
                 elinewidth=0.8,
                 marker=marker(layer.series),
@@ -196,8 +170,6 @@ def _added(axes: Axes, layer: Layer, order: float) -> Any:
         case Reference(axis, value):
             across = axes.axvline if axis == "x" else axes.axhline
             return across(value, linewidth=0.8, **common)
-        case Note():
-            return None  # above the axes, see `draw`
 
 
 def _scale(axes: Axes, data: FigureData) -> None:
@@ -286,11 +258,7 @@ def to_json(data: FigureData) -> str:
 
     Numbers have the shortest decimals that mean the same doubles; what is not finite is null.
     """
-    content = {each.name: plain(getattr(data, each.name)) for each in fields(data)}
+    content = dict(vars(data))
     for name in ("layers", "inset"):
-        content[name] = [
-            {"type": type(layer).__name__.lower()}
-            | {each.name: plain(getattr(layer, each.name)) for each in fields(layer)}
-            for layer in getattr(data, name)
-        ]
-    return json.dumps(content, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+        content[name] = [{"type": type(one).__name__.lower()} | vars(one) for one in content[name]]
+    return json.dumps(plain(content), ensure_ascii=False, allow_nan=False, indent=1) + "\n"

@@ -52,11 +52,10 @@ class Band:
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Markers at (x, y), with error bars where errors are given."""
+    """Markers at (x, y), with error bars of y where the error is not nan."""
 
     x: Array
     y: Array
-    x_error: Array | None = None
     y_error: Array | None = None
     label: str | None = None
     series: int = 0
@@ -82,14 +81,7 @@ class Reference:
     label: str | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Note:
-    """A line of text above the axes."""
-
-    text: str
-
-
-Layer: TypeAlias = Line | Band | Points | Histogram | Reference | Note
+Layer: TypeAlias = Line | Band | Points | Histogram | Reference
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,11 +134,6 @@ def legend_line(text: str, style: LineStyle) -> Line:
 def legend_band(text: str) -> Band:
     """A legend's entry for the bands of all series."""
     return Band(np.empty(0), np.empty(0), np.empty(0), text, NEUTRAL)
-
-
-def error_bars(errors: Array) -> Array | None:
-    """Error bars; ``None`` if one is not known, as for single repeats."""
-    return errors if np.all(np.isfinite(errors)) else None
 
 
 # The curves of several repeats -> those curves at common times, and a band around their mean.

@@ -1,7 +1,6 @@
 """Pressure against temperature, area and number of balls, beside the ideal gas and theory."""
 
 import math
-from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -27,7 +26,6 @@ from snooker_cli.figures.figure_data import (
     LineStyle,
     Points,
     Reference,
-    error_bars,
     legend_line,
 )
 from snooker_cli.figures.selection import label
@@ -66,26 +64,14 @@ class Gas(NamedTuple):
         return math.nan if state is None else state.pressure
 
 
-@dataclass(frozen=True)
-class _State:
-    """The scene of a point, and pressures (Pa·m) and temperatures (J) of its repeats."""
+class _State(NamedTuple):
+    """A point's scene and gas, and its repeats' pressures (Pa·m), also over the ideal gas's."""
 
     point: Point
     scene: Scene
+    gas: Gas
     pressures: Array
-    temperatures: Array
-
-    @property
-    def gas(self) -> Gas:
-        """At the mean temperature of the repeats."""
-        mean = float(self.temperatures.mean())
-        return Gas(self.scene.number, mean, self.scene.container.area)
-
-    @property
-    def over_ideal(self) -> Array:
-        """Pressures over the ideal gas's at each repeat's temperature."""
-        ideal = self.gas.ideal_pressure / self.gas.temperature * self.temperatures
-        return np.asarray(self.pressures / ideal)
+    over_ideal: Array
 
     @property
     def radius(self) -> float:
@@ -97,26 +83,15 @@ def pressures(axis: Axis, build: FigureBuilder) -> FigureData:
     """Pressures along an axis, a series for each ball radius, with the ideal gas and theory."""
     for index, group in enumerate(build.groups):
         states = [_state(build, point) for point in group]
-        found = np.array([mean_and_error(state.pressures) for state in states])
         x = np.array([getattr(state.gas, axis) for state in states])
         _add_curves(build, states, x, axis, index)
-        x_error = None
-        if axis == "temperature":
-            errors = [mean_and_error(state.temperatures)[1] for state in states]
-            x_error = error_bars(np.array(errors))
         name = label(group[0], [each[0] for each in build.groups])
-        y, y_error = found[:, 0], error_bars(found[:, 1])
-        build.lines.append(Points(x, y, x_error, y_error, name or "simulation", index))
+        found = [mean_and_error(state.pressures) for state in states]
+        build.lines.append(Points(x, *np.array(found).T, name or "simulation", index))
         ratios = [float(state.over_ideal.mean()) for state in states]
-        for state, ratio, (mean, deviation) in zip(states, ratios, found, strict=True):
-            build.record(
-                state.point,
-                **state.gas._asdict(),
-                pressure=mean,
-                pressure_error=deviation,
-                over_ideal=ratio,
-                repeats=len(state.pressures),
-            )
+        for state, pressure, ratio in zip(states, found, ratios, strict=True):
+            gas = state.gas._asdict()
+            build.record(state.point, **gas, pressure=pressure, over_ideal=ratio)
         build.result(name, f"{min(ratios):.3f} to {max(ratios):.3f}")
     build.lines.append(legend_line(THEORY, "dotted"))
     return build.figure(f"Simulated over ideal pressure: {build.results_text}. {BARS}")
@@ -150,26 +125,20 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
     def expected(radius: float) -> float:
         return gas.ideal_pressure / gas.pressure(scene, radius)
 
-    found = np.array([mean_and_error(1 / state.over_ideal) for state in states])
-    for state, (ratio, error) in zip(states, found, strict=True):
-        build.record(
-            state.point,
-            ratio=ratio,
-            ratio_error=error,
-            theory=expected(state.radius),
-            repeats=len(state.pressures),
-        )
+    found = [mean_and_error(1 / state.over_ideal) for state in states]
+    for state, ratio in zip(states, found, strict=True):
+        build.record(state.point, ratio=ratio, theory=expected(state.radius))
     radii = np.array([state.radius for state in states])
     fine = np.linspace(0.0, radii.max(), CURVE)[1:]
     curve = np.array([expected(float(radius)) for radius in fine])
     build.lines += [
         Line(np.array([0.0, radii.max()]), np.ones(2), IDEAL, NEUTRAL, "dashed"),
         Line(fine, curve, THEORY, NEUTRAL, "dotted"),
-        Points(radii, found[:, 0], None, error_bars(found[:, 1]), "simulation", 0),
+        Points(radii, *np.array(found).T, "simulation"),
     ]
     return build.figure(
-        f"The ratio is {short(found[0, 0], 4)} at r = {short(radii[0])} m and "
-        f"{short(found[-1, 0], 4)} at r = {short(radii[-1])} m, where theory has "
+        f"The ratio is {short(found[0][0], 4)} at r = {short(radii[0])} m and "
+        f"{short(found[-1][0], 4)} at r = {short(radii[-1])} m, where theory has "
         f"{short(curve[-1], 4)}. {BARS}"
     )
 
@@ -206,16 +175,14 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     for each, text, style in fits:
         below = each * grid < 1 - 1 / (1.2 * ratios.max())  # towards its pole it leaves the figure
         build.lines.append(Line(grid[below], 1 / (1 - each * grid[below]), text, 1, style))
-    build.lines.append(Points(packing, ratios, None, error_bars(errors), "simulation", 0))
+    build.lines.append(Points(packing, ratios, errors, "simulation"))
     for k, state in enumerate(states):
         build.record(
             state.point,
             **gases[k]._asdict(),
             packing=packing[k],
-            over_ideal=ratios[k],
-            over_ideal_error=errors[k],
-            excluded_disks=single[k],
-            excluded_disks_error=errors[k] / ratios[k] ** 2 / packing[k],
+            over_ideal=(ratios[k], errors[k]),
+            excluded_disks=(single[k], errors[k] / ratios[k] ** 2 / packing[k]),
             van_der_waals=1 / (1 - b * packing[k]),
             theory=gases[k].pressure(state.scene, radius) / gases[k].ideal_pressure,
         )
@@ -255,23 +222,20 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
         seen = table[:MOST_MARKERS]
         highest = max(highest, float(seen[:, [1, 3]].max()))
         build.lines += [
-            Points(seen[:, 2], seen[:, 3], None, None, None, index, filled=False),
-            Points(seen[:, 0], seen[:, 1], None, None, build.label(point), index),
+            Points(seen[:, 2], seen[:, 3], series=index, filled=False),
+            Points(seen[:, 0], seen[:, 1], None, build.label(point), index),
         ]
         mean, end = mean_and_error(table[:, 1]), mean_and_error(table[:, 3])
         build.record(
             point,
-            over_ideal_at_mean=mean[0],
-            over_ideal_at_mean_error=mean[1],
-            over_ideal_at_end=end[0],
-            over_ideal_at_end_error=end[1],
+            over_ideal_at_mean=mean,
+            over_ideal_at_end=end,
             mean_temperature=float(table[:, 0].mean()),
             final_temperature=float(table[:, 2].mean()),
-            repeats=len(table),
         )
         build.result(build.label(point), f"{mean[0]:.3f} and {end[0]:.3f}")
     build.lines += [
-        Points(np.empty(0), np.empty(0), None, None, f"at the {name} temperature", NEUTRAL, filled)
+        Points(np.empty(0), np.empty(0), None, f"at the {name} temperature", NEUTRAL, filled)
         for name, filled in (("mean", True), ("final", False))
     ]
     return build.figure(
@@ -284,11 +248,16 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
 
 def _state(build: FigureBuilder, point: Point) -> _State:
     """A point's repeats. Raises ``FigureError`` if one has no collisions with the wall."""
-    rows = [(mean_pressure(trace), mean_temperature(trace)) for trace in build.traces(point)]
-    found = np.array(rows).T
-    if np.any(found[0] == 0):
+    rows = [
+        (mean_temperature(trace), mean_pressure(trace), ideal_gas_ratio(trace))
+        for trace in build.traces(point)
+    ]
+    warm, pressures, over_ideal = np.array(rows).T
+    if np.any(pressures == 0):
         raise FigureError("a repeat has no collisions with the wall, so no pressure; run longer")
-    return _State(point, build.start(point), *found)
+    scene = build.start(point)
+    gas = Gas(scene.number, float(warm.mean()), scene.container.area)
+    return _State(point, scene, gas, pressures, over_ideal)
 
 
 def _ratios(trace: Trace) -> tuple[float, float, float, float]:

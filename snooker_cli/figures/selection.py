@@ -1,8 +1,7 @@
 """A run and a selection -> points, their repeats, and words for them."""
 
 import math
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -12,8 +11,7 @@ from snooker_cli.config import Point
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import listed, short
-from snooker_cli.runs import Run, State
-from snooker_cli.trace import StopReason, Trace
+from snooker_cli.runs import RepeatStatus, Run, State
 
 Item = TypeVar("Item")
 
@@ -37,7 +35,7 @@ class Selection:
 
 def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
     """The selected points of which a repeat is there, at least one. Raises ``FigureError``."""
-    points = tuple(point for point in matching(run, selection) if present(run, point, selection))
+    points = tuple(point for point in matching(run, selection) if statuses(run, point, selection))
     if not points:
         what = "no repeat is" if selection.repeat is None else f"repeat {selection.repeat} is not"
         raise FigureError(f"{what} there yet; run the config again")
@@ -138,34 +136,16 @@ def elastic(point: Point) -> bool:
     return experiment.cor == 1.0 and walls
 
 
-# Their repeats.
-
-
-def present(run: Run, point: Point, selection: Selection) -> list[int]:
+def statuses(run: Run, point: Point, selection: Selection) -> list[RepeatStatus]:
     """The selected repeats of a point that have a file; all of them if none is chosen."""
-    return [n for n in run.present(point) if selection.repeat in (None, n)]
-
-
-def repeats(run: Run, point: Point, selection: Selection) -> Iterator[Trace]:
-    """The selected repeats of a point that are there. Raises ``StoreError``."""
-    chosen = None if selection.repeat is None else [selection.repeat]
-    yield from run.traces(point, chosen)
-
-
-def stop_reasons(run: Run, points: Sequence[Point], selection: Selection) -> Counter[StopReason]:
-    """How many of the selected repeats ended for each reason. Raises ``StoreError``."""
-    statuses = [
+    return [
         status
-        for point in points
         for status in run.statuses(point.index)
         if selection.repeat in (None, status.repeat) and status.state is not State.MISSING
     ]
-    for status in statuses:
-        status.accept()
-    return Counter(status.header.stop.reason for status in statuses if status.header)
 
 
-# Their words.
+# Words for points.
 
 _SCENE_WORDS = {
     "balls.rings": "N = {}",

@@ -23,7 +23,7 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import MOST_SERIES, elastic, present
+from snooker_cli.figures.selection import MOST_SERIES, elastic
 from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
@@ -139,12 +139,13 @@ def local_energy(build: FigureBuilder) -> FigureData:
 
 def pair_correlation(build: FigureBuilder) -> FigureData:
     """g(r): mean over the second half of repeats that lose no energy, else at the end."""
+    build.lines.append(Reference("y", 1.0))
     for index, point in enumerate(build.points):
         scene, diameter = build.start(point), 2 * float(np.mean(build.start(point).radii))
         if scene.number < 2:
             raise FigureError("one ball has no pair; it needs two or more")
         edges = structure.distance_edges(scene)
-        share = BALLS_OF_POINT // scene.number // len(present(build.run, point, build.selection))
+        share = BALLS_OF_POINT // scene.number // len(build.repeats(point))
         count = max(1, min(MOST_STATES, share)) if elastic(point) else 1
         parts = np.linspace(0.5, LAST, count) if count > 1 else np.array([LAST])
         function = partial(structure.pair_correlation, edges=edges)
@@ -167,14 +168,13 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         if expected is not None:
             text += f", theory {short(expected, 4)}"
             name = None if any(isinstance(each, Points) for each in build.lines) else "theory, χ"
-            marker = Points(np.ones(1), np.array([expected]), None, None, name, index, filled=False)
+            marker = Points(np.ones(1), np.array([expected]), None, name, index, filled=False)
             build.lines.append(marker)
         build.result(build.label(point), text)
     contact_text = f" At contact, from the first two bins: {build.results_text}."
     return build.figure(
         "Elastic points: mean over the second half of each repeat; others: the last state. Rings "
         f"count with the share that centres can reach.{contact_text if build.results else ''}",
-        references=[Reference("y", 1.0)],
     )
 
 

@@ -54,7 +54,6 @@ def energy(build: FigureBuilder) -> FigureData:
             final_ratio=float(curves[0][1][-1]),
             largest_rise=max(float(np.max(np.diff(each), initial=0.0)) for _, each in curves),
             largest_deviation=max(float(np.max(np.abs(each - 1))) for _, each in curves),
-            repeats=len(curves),
         )
     sentences = []
     if kept := [each["largest_deviation"] for each in build.records if each["elastic"]]:
@@ -81,7 +80,6 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
             momentum_at_start=float(totals[0][1][0]),
             largest_deviation=max(float(np.max(np.abs(each))) for _, each in deviations),
             states=max(len(time) for time, _ in totals),
-            repeats=len(totals),
         )
     worst = max(each["largest_deviation"] for each in build.records)
     return build.figure(
@@ -95,45 +93,33 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
 
 def pressure(build: FigureBuilder) -> FigureData:
     """The mean pressure since the start."""
-    expected: dict[float, None] = {}
-    top = 0.0
+    starts = [build.start(point) for point in build.points if elastic(point)]
+    expected = list(dict.fromkeys(value for scene in starts for value in _equilibrium(scene)))
+    for k, value in enumerate(expected):
+        build.lines.append(Reference("y", value, None if k else "hard-disk theory, CoR 1"))
+    top = max(expected, default=0.0)
     for index, point in enumerate(build.points):
         curves = [_pressure(trace) for trace in build.traces(point)]
         build.add_course(index, point, curves, steps=False)
         top = max([top, *(settled_top(*curve) for curve in curves)])
         times, rows = at_common_times(curves)
-        final, error = mean_and_error(rows[:, -1])
-        build.record(
-            point,
-            time=float(times[-1]),
-            pressure=final,
-            pressure_error=error,
-            repeats=len(rows),
-        )
-        build.result(build.label(point), with_error(final, error, "Pa·m"))
-        if elastic(point):
-            expected |= dict.fromkeys(_equilibrium(build.start(point)))
+        final = mean_and_error(rows[:, -1])
+        build.record(point, time=float(times[-1]), pressure=final)
+        build.result(build.label(point), with_error(*final, "Pa·m"))
     if not any(record["pressure"] for record in build.records):
         raise FigureError("nothing hits the wall, so there is no pressure; run longer")
     return build.figure(
         f"Mean at the end of the shortest repeat: {build.results_text}.",
-        references=[
-            Reference("y", value, None if k else "hard-disk theory, CoR 1")
-            for k, value in enumerate(expected)
-        ],
-        numbers={"theory": list(expected)},
-        y_limits=(0, (1 + MARGIN) * max([top, *expected])),
+        numbers={"theory": expected},
+        y_limits=(0, (1 + MARGIN) * top),
     )
 
 
 def _momentum(trace: Trace, name: str) -> Curve:
     """Times (s) and one component of the total momentum, kg m/s. Raises ``FigureError``."""
     scene, component = trace.start, "xy".index(name)
-    if not scene.container.can_move and scene.container.has_wall:
-        title = scene.container.title
-        raise FigureError(f"the walls of a {title} are fixed and take momentum")
     if scene.container.has_wall and not scene.free:
-        raise FigureError("a fixed container takes momentum; give it a finite container.mass")
+        raise FigureError("fixed walls take momentum; give a circle a finite container.mass")
     states = at_collisions(trace)
     total = momentum(states.velocities, states.container_velocities, scene)[:, component]
     parts = np.abs(scene.masses * scene.velocities[:, component])

@@ -31,7 +31,7 @@ from snooker_cli.analysis.observables import (
 from snooker_cli.config import Point
 from snooker_cli.figures import Selection, selected
 from snooker_cli.figures.distributions import REDUCED_TEMPERATURE
-from snooker_cli.figures.selection import distinct, repeats, value_at
+from snooker_cli.figures.selection import distinct, value_at
 from snooker_cli.formatting import listed, ratio, short
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.setting_search import Sample
@@ -88,7 +88,7 @@ def stated_results(runs: Runs) -> StatedResults:
     laws: dict[float, Laws] = {}
     for cor in COEFFICIENTS:
         # The figures have read and fitted these repeats.
-        traces = complete_repeats(repeats(run, _points(run, {"cor": cor})[0], Selection()))
+        traces = complete_repeats(run.traces(_points(run, {"cor": cor})[0]))
         laws[cor] = {(one.quantity, one.law): one for one in decays(traces)}
         for quantity, sample in _cooling(cor, traces, laws[cor]).items():
             samples[quantity, cor] = sample

@@ -13,7 +13,7 @@ from snooker_cli import theory
 from snooker_cli.analysis.decay import curve, decays, fit_curve, reported_constant
 from snooker_cli.analysis.fitting import LAWS, fitted_curve, mean_over_repeats
 from snooker_cli.engine import series
-from snooker_cli.figures import Band, Line, Note, Points, Reference
+from snooker_cli.figures import Band, Line, Points, Reference
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
 from snooker_cli.figures.figure_data import at_common_times
 from snooker_cli.formatting import short, with_error
@@ -67,7 +67,7 @@ def test_fits_are_those_of_the_repeat_and_of_all(
     curves = [curve(trace, quantity) for trace in traces(decaying, 0)]
     data, *lines = layers(found, Line)
     assert data.y.tolist() == curves[1].value.tolist()
-    assert [note.text[0] for note in layers(found, Note)] == ["κ"] * (quantity == "pressure")
+    assert ("κ is what the source report calls k/2." in found.caption) == (quantity == "pressure")
     judged = decays(traces(decaying, 0), [quantity])
     for (law, model), line in zip(LAWS.items(), lines, strict=True):
         results = [fit_curve(each, law) for each in curves]
