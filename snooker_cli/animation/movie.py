@@ -69,8 +69,15 @@ class Screen:
         self.count = self._moves(self._text(0.98, 0.955, color=SOFT, ha="right"))
         self.ending = self._moves(self._text(0.02, 0.025, color="#a8380f", size=7))
         self._add_container(figure.add_axes((0.01, 0.11, 0.53, 0.76)))
-        self._add_scale(figure.add_axes((0.175, 0.063, 0.2, 0.018)))
         self._add_curves(by_collision=pace == "events")
+        self.colours = LinearSegmentedColormap.from_list("speed", SPEED_COLOURS)
+        self.scale = Normalize(0.0, film.top_speed, clip=True)
+        axes = figure.add_axes((0.175, 0.063, 0.2, 0.018))
+        axes.imshow(np.linspace(0, 1, 256)[None], cmap=self.colours, aspect="auto")
+        axes.set_axis_off()
+        self._text(0.165, 0.071, "at rest", color=SOFT, size=7, ha="right")
+        fast = f"{short(film.top_speed, 2)} m/s and faster"
+        self._text(0.385, 0.071, fast, color=SOFT, size=7)
         self.canvas.draw()
         self.still = self.canvas.copy_from_bbox(figure.bbox)
 
@@ -146,16 +153,6 @@ class Screen:
         if not container.has_wall:
             self.balls.set_clip_path(self.wall)
 
-    def _add_scale(self, axes: Axes) -> None:
-        """Add the colour scale."""
-        self.colours = LinearSegmentedColormap.from_list("speed", SPEED_COLOURS)
-        self.scale = Normalize(0.0, self.film.top_speed, clip=True)
-        axes.imshow(np.linspace(0, 1, 256)[None], cmap=self.colours, aspect="auto")
-        axes.set_axis_off()
-        fast = f"{short(self.film.top_speed, 2)} m/s and faster"
-        for x, text, side in ((0.165, "at rest", "right"), (0.385, fast, "left")):
-            self._text(x, 0.071, text, color=SOFT, size=7, ha=side)
-
     def _add_curves(self, *, by_collision: bool) -> None:
         """Add the panels of the three curves, each with its name and current value above it."""
         film, self.by_collision = self.film, by_collision
@@ -175,12 +172,7 @@ class Screen:
             axes.set_title(name, loc="left", fontweight="normal", color=INK, pad=5)
             line, point = axes.plot([], [], "-", [], [], "o", color=shade, clip_on=False)
             line.set_clip_on(True)
-            text = axes.annotate(
-                *("", (1, 1), (0, 5), "axes fraction", "offset points"),
-                color=shade,
-                weight="bold",
-                ha="right",
-            )
+            text = axes.set_title("", loc="right", color=shade, pad=5)
             for artist in (line, point, text):
                 self._moves(artist)
             self.curves.append((line, point, text, unit, values))
@@ -232,8 +224,10 @@ def save_movie(film: Film, path: Path, *, pace: Pace, seconds: float, rate: int)
         sample = [screen.image(frame) for frame in frames(film, pace, PALETTE_FRAMES, seconds)]
         # The colours that cover most: others would tint the white.
         palette = Image.fromarray(np.vstack(sample)).quantize(method=Image.Quantize.MAXCOVERAGE)
-        plain: dict[str, Any] = {"palette": palette, "dither": Image.Dither.NONE}
-        first, *others = (Image.fromarray(image).quantize(**plain) for image in images)
+        first, *others = (
+            Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE)
+            for image in images
+        )
     with atomic_write(path) as part:
         first.save(part, "GIF", save_all=True, append_images=others, duration=1000 / rate, loop=0)
     return count
