@@ -11,7 +11,6 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
-    MOST_VERTICES,
     NEUTRAL,
     Array,
     FigureData,
@@ -19,6 +18,7 @@ from snooker_cli.figures.figure_data import (
     Points,
     Reference,
     legend_line,
+    thinned,
 )
 from snooker_cli.formatting import short, with_error
 
@@ -42,8 +42,7 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     trace = next(build.traces(point))
     container = trace.start.container
     times = np.unique(np.append([0.0, trace.stop.time], diffusion.contact_times(trace, BALL)))
-    chosen = np.linspace(0, len(times) - 1, min(len(times), MOST_VERTICES)).astype(np.intp)
-    x, y = diffusion.path(trace, BALL, times[chosen])[0].T
+    x, y = diffusion.path(trace, BALL, times[thinned(times)])[0].T
     corners = container.outline[np.arange(-1, len(container.outline))]
     distance = math.hypot(x[-1] - x[0], y[-1] - y[0])
     build.lines += [
@@ -56,7 +55,6 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     return build.figure(
         f"The first repeat: {len(times) - 2:,} collisions of the ball, and "
         f"{short(distance)} m from start to end in {short(trace.stop.time)} s.{around}",
-        equal_axes=True,
     )
 
 

@@ -5,12 +5,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from snooker_cli.analysis.decay import early_endings
 from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.figure_data import (
+    NEUTRAL,
     Array,
     Band,
     Curve,
@@ -20,7 +23,6 @@ from snooker_cli.figures.figure_data import (
     LineStyle,
     Points,
     bands,
-    legend_band,
     thinned,
 )
 from snooker_cli.figures.selection import (
@@ -170,7 +172,7 @@ class FigureBuilder:
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
             setting(self.run, self.points, self.selection),
         ]
-        legend = [legend_band(spread)] if unnamed else []
+        legend = [Band(*np.empty((3, 0)), spread, NEUTRAL)] if unnamed else []
         return FigureData(
             layers=(*self.bands, *self.lines, *legend),
             caption=" ".join(filter(None, sentences)),

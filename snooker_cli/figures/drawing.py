@@ -72,16 +72,6 @@ def colour(series: int) -> str:
     return "0.3" if series == NEUTRAL else to_hex(_COLOURS[series % len(_COLOURS)])
 
 
-def marker(series: int) -> str:
-    """The marker of a series."""
-    return "o" if series == NEUTRAL else _MARKERS[series % len(_MARKERS)]
-
-
-def dashes(style: str, series: int) -> Any:
-    """The dash pattern of a line: its series' own, or one of the style's that all series share."""
-    return _DASHES[series % len(_DASHES)] if style == "series" else style
-
-
 class SnookerFigure(Figure):
     """A figure that a notebook shows, without pyplot."""
 
@@ -114,7 +104,12 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
         _scale(axes, data)
         if data.inset:
-            _add_inset(axes, data)
+            inset = axes.inset_axes(INSET)
+            for depth, layer in enumerate(data.inset):
+                _added(inset, layer, 2 + depth / 10)
+            inset.set_xlim(axes.get_xlim())
+            inset.set_ylabel(data.inset_label, fontsize=7)
+            inset.tick_params(labelsize=6)
         axes.set_xlabel(data.x_label)
         axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH))
         axes.set_title("\n".join(title), loc="left", pad=4)
@@ -135,13 +130,15 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
 
 def _added(axes: Axes, layer: Layer, order: float) -> Any:
     """Draw a layer at a depth; its artist for the legend."""
-    common: dict[str, Any] = {"color": colour(getattr(layer, "series", NEUTRAL)), "zorder": order}
+    series = getattr(layer, "series", NEUTRAL)
+    common: dict[str, Any] = {"color": colour(series), "zorder": order}
+    dashes = _DASHES[series % len(_DASHES)]
     match layer:
         case Line(x, y):
             return axes.plot(
                 x,
                 y,
-                linestyle=dashes(layer.style, layer.series),
+                linestyle=dashes if layer.style == "series" else layer.style,
                 drawstyle="steps-post" if layer.steps else "default",
                 linewidth=2.6 if layer.broad else 0.8 if len(x) > MANY_VERTICES else 1.2,
                 alpha=0.45 if layer.broad else None,
@@ -156,7 +153,7 @@ def _added(axes: Axes, layer: Layer, order: float) -> Any:
                 yerr=layer.y_error,
                 linestyle="none",
                 elinewidth=0.8,
-                marker=marker(layer.series),
+                marker="o" if series == NEUTRAL else _MARKERS[series % len(_MARKERS)],
                 markersize=2.8 if len(x) > MANY_MARKERS else 4.0,
                 markerfacecolor=common["color"] if layer.filled else "none",
                 markeredgewidth=0.7,
@@ -165,8 +162,7 @@ def _added(axes: Axes, layer: Layer, order: float) -> Any:
             drawn.lines[0].set(clip_on=False, in_layout=False)  # a marker on a limit is whole
             return drawn
         case Histogram(edges, heights):
-            style = dashes("series", layer.series)
-            return axes.stairs(heights, edges, linestyle=style, linewidth=1.2, **common)
+            return axes.stairs(heights, edges, linestyle=dashes, linewidth=1.2, **common)
         case Reference(axis, value):
             across = axes.axvline if axis == "x" else axes.axhline
             return across(value, linewidth=0.8, **common)
@@ -193,16 +189,6 @@ def _scale(axes: Axes, data: FigureData) -> None:
             axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             axis.set_major_formatter(StrMethodFormatter("{x:g}"))
             axis.set_minor_formatter(NullFormatter())
-
-
-def _add_inset(axes: Axes, data: FigureData) -> None:
-    """Draw the inset over the lower part of the axes, with the same x axis."""
-    inset = axes.inset_axes(INSET)
-    for depth, layer in enumerate(data.inset):
-        _added(inset, layer, 2 + depth / 10)
-    inset.set_xlim(axes.get_xlim())
-    inset.set_ylabel(data.inset_label, fontsize=7)
-    inset.tick_params(labelsize=6)
 
 
 def _columns(labels: list[str]) -> int:

@@ -131,11 +131,6 @@ def legend_line(text: str, style: LineStyle) -> Line:
     return Line(np.empty(0), np.empty(0), text, NEUTRAL, style)
 
 
-def legend_band(text: str) -> Band:
-    """A legend's entry for the bands of all series."""
-    return Band(np.empty(0), np.empty(0), np.empty(0), text, NEUTRAL)
-
-
 # The curves of several repeats -> those curves at common times, and a band around their mean.
 
 COMMON_TIMES = 300  # times at which repeats are compared

@@ -110,7 +110,16 @@ _FUNCTIONS: dict[str, Callable[[FigureBuilder], FigureData]] = {
 
 _LENGTHS = tuple(dict.fromkeys(f"container.{shape.keys[0]}" for shape in SHAPES.values()))
 
-_AXES = ("x_label", "y_label", "x_log", "y_log", "x_limits", "y_limits", "inset_label")
+_AXES = (
+    "x_label",
+    "y_label",
+    "x_log",
+    "y_log",
+    "x_limits",
+    "y_limits",
+    "equal_axes",
+    "inset_label",
+)
 
 
 def _read() -> dict[str, FigureSpec]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -38,19 +38,12 @@ LAST = 0.99
 """Part of a repeat's time that is its last state: at its last collision, two balls touch."""
 
 
-class Courses(NamedTuple):
-    """Values of a point's repeats over time: (*t*,), s, and (*n*, *t*, *k*)."""
+def _courses(
+    build: FigureBuilder, measure: Callable[[Trace, Array], Array]
+) -> Iterator[tuple[Point, Scene, Array, Array]]:
+    """Each point, its start, times (*t*,), s, and what ``measure`` gives there, (*n*, *t*, *k*).
 
-    point: Point
-    scene: Scene
-    times: Array
-    rows: Array
-
-
-def _courses(build: FigureBuilder, measure: Callable[[Trace, Array], Array]) -> Iterator[Courses]:
-    """What ``measure`` gives for the repeats of each point, at times of even collision numbers.
-
-    The times are those of the first repeat, from 0 until the end of the shortest one.
+    The times have even collision numbers of the first repeat, until the end of the shortest one.
     """
     for point in build.points:
         end, first = min(trace.stop.time for trace in build.traces(point)), build.traces(point)
@@ -64,7 +57,7 @@ def _courses(build: FigureBuilder, measure: Callable[[Trace, Array], Array]) -> 
         rows = np.array([measure(trace, times) for trace in build.traces(point)])
         if not np.any(np.isfinite(rows)):
             raise FigureError("the balls are too few, or do not move; run more balls")
-        yield Courses(point, build.start(point), times, rows.reshape(*rows.shape[:2], -1))
+        yield point, build.start(point), times, rows.reshape(*rows.shape[:2], -1)
 
 
 def hexatic_order(build: FigureBuilder) -> FigureData:
