@@ -127,13 +127,13 @@ def film(
     # Later events are not needed, except the next one: a ball may bounce until it slides there.
     trace = replace(trace, events=events[: last + 1 if scene.slides else last])
     opening = replay(trace, [since])
-    after, contacts, energy = _at_collisions(trace, time, i, j)
-    energy = np.append(_energy(trace, opening), energy)
+    table = _at_collisions(trace, time, i, j)
+    energy = np.append(_energy(trace, opening), table[:, 6])
     if not np.isfinite(energy).all():
         raise FigureError("has an energy that is not finite")
     slides = _slides(trace)
     pressure_sum, pressure_gain = _pressure(trace, slides, first, since, time, energy)
-    speeds = np.hypot(*np.vstack([opening.velocities[0], after[:, :2]]).T)
+    speeds = np.hypot(*np.vstack([opening.velocities[0], table[:, :2]]).T)
     return Film(
         trace=trace,
         title=printable(title),
@@ -151,8 +151,8 @@ def film(
         j=j,
         sliding=tuple(ball for ball, begin, end in slides.tolist() if begin < first <= end),
         settling=next((ball for ball, begin, _ in slides.tolist() if begin == last), None),
-        after=after,
-        contacts=contacts,
+        after=table[:, :4],
+        contacts=table[:, 4:6],
         kinetic_energy=energy,
         pressure_sum=pressure_sum,
         pressure_gain=pressure_gain,
@@ -160,10 +160,8 @@ def film(
     )
 
 
-def _at_collisions(
-    trace: Trace, time: Floats, i: Integers, j: Integers
-) -> tuple[Floats, Floats, Floats]:
-    """Velocities of the two bodies after each collision, contact points, energy of the balls (J).
+def _at_collisions(trace: Trace, time: Floats, i: Integers, j: Integers) -> Floats:
+    """(*n*, 7) velocities of both bodies after collisions, contact points, energy of the balls (J).
 
     Collisions at the same instant all have the state after the last of them.
     """
@@ -185,7 +183,7 @@ def _at_collisions(
         contacts = centre + scene.container.nearest_image(contacts - centre)
         columns = states.velocities[row, ball], moving, contacts, _energy(trace, states)
         table[chunk] = np.column_stack(columns)
-    return table[:, :4], table[:, 4:6], table[:, 6]
+    return table
 
 
 def _energy(trace: Trace, states: States) -> Floats:

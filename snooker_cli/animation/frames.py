@@ -77,18 +77,6 @@ def container_path(film: Film) -> NDArray[np.float64]:
 Pace = Literal["time", "events"]
 """What passes evenly while a film is shown: its time, or its collisions."""
 
-
-def moments(film: Film, pace: Pace) -> NDArray[np.float64]:
-    """(*n* + 2,) when a film shows its start, its collisions and its end: from 0 to 1.
-
-    At the pace "events" each collision takes the same part, and so does the time after the last.
-    """
-    knots = film.knots
-    if pace == "events":
-        return np.linspace(0.0, 1.0, len(knots))
-    return np.asarray((knots - knots[0]) / (knots[-1] - knots[0]))
-
-
 FLASH = 0.3  # how long a contact flashes, s of showing; as in the player's script
 MOST_FLASHES = 60  # the latest ones: more would hide the balls; as in the player's script
 
@@ -115,10 +103,14 @@ class Frame:
 def frames(film: Film, pace: Pace, count: int, seconds: float) -> Iterator[Frame]:
     """Frames of a film, the first at its start and the last at its end.
 
+    pace : with "events" each collision takes the same part, and so does the time after the last
     count : number of frames, at least 2
     seconds : length of the showing; a contact flashes for ``FLASH`` of it
     """
-    shown, knots = np.linspace(0.0, 1.0, count), moments(film, pace)
+    # From 0 to 1: when frames are shown, and the start, the collisions and the end of the film.
+    shown, knots = np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, len(film.knots))
+    if pace == "time":
+        knots = (film.knots - film.start) / (film.end - film.start)
     # Rounding must not move the last frame beyond the end.
     times = np.clip(np.interp(shown, knots, film.knots), film.start, film.end)
     collisions = np.searchsorted(film.time, times, side="right")

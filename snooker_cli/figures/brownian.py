@@ -132,6 +132,5 @@ def _add(
     build.add_points(index, point, lags, rows)
     found, theory = mean_and_error(constants), _theory(build, point)
     numbers: dict[str, Any] = {f"theory_{key}": each for key, each in theory._asdict().items()}
-    build.record(point, **numbers, diffusion_coefficient=found)
-    known = short(theory.coefficient)
-    build.result(build.label(point), f"D = {with_error(*found, 'm²/s')}, by Enskog {known} m²/s")
+    text = f"D = {with_error(*found, 'm²/s')}, by Enskog {short(theory.coefficient)} m²/s"
+    build.record(point, text, **numbers, diffusion_coefficient=found)

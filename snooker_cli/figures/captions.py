@@ -91,8 +91,10 @@ class FigureBuilder:
         """The legend's text for a point; ``None`` if it is alone."""
         return label(point, self.points)
 
-    def record(self, point: Point, **numbers: Any) -> None:
-        """Add the numbers of a point; a pair is a value and its error."""
+    def record(self, point: Point, text: str = "", **numbers: Any) -> None:
+        """Add the numbers of a point, and its phrase; a pair is a value and its error."""
+        if text:
+            self.result(self.label(point), text)
         row = {"parameters": point.as_json(), "repeats": len(self.repeats(point))}
         for name, value in numbers.items():
             if isinstance(value, tuple):
@@ -156,14 +158,18 @@ class FigureBuilder:
         caption: str,
         *,
         numbers: Mapping[str, Any] | None = None,
+        logarithmic: bool = False,
         **others: Any,
     ) -> FigureData:
         """The figure: bands, and lines on them.
 
+        logarithmic : whether its curves cover more than a decade
         others : fields of ``FigureData`` that depend on the run
         """
+        if logarithmic:
+            others |= {"y_log": True, "y_limits": (None, None)}
         unnamed = [band for band in self.bands if band.label is None]
-        spread, shown = LOG_SPREAD if others.get("y_log") else SPREAD, "the first repeat"
+        spread, shown = LOG_SPREAD if logarithmic else SPREAD, "the first repeat"
         if self.means:
             spread, shown = MEAN_SPREAD, "means over the repeats"
         sentences = [

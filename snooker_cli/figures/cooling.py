@@ -23,7 +23,6 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder, require_motion
 from snooker_cli.figures.figure_data import (
-    LOGARITHMIC,
     Array,
     FigureData,
     Layer,
@@ -85,7 +84,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
         raise FigureError(f"this repeat cannot be fitted: {found[0].fits[row].message}")
     curves = [(each.time, each.value) for each in (curve(trace, quantity) for trace in traces)]
     started = [each for each in curves if len(each[0]) > 1]
-    log = more_than_a_decade(started)
+    log = more_than_a_decade(values for _, values in started)
     label = f"all {len(started)} repeats, {LOG_SPREAD if log else SPREAD}"
     build.bands += bands(started, 0, label, steps=not known.is_mean, logarithmic=log)
     (time, value), kept = curves[row], thinned(curves[row][0])
@@ -121,7 +120,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     return build.figure(
         f"Fits of each repeat, their mean: {build.results_text}.{kappa}",
         numbers=numbers,
-        **(LOGARITHMIC if log else {}),
+        logarithmic=log,
     )
 
 
@@ -183,14 +182,15 @@ def _curves_of_theory(build: FigureBuilder) -> list[Layer]:
     cors, wall = [point.experiment.cor for point in points], points[0].experiment.wall_cor
     # The logarithm has no value at CoR 0.
     grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
-    report, alpha = [], []
+    constants = []
     for e in map(float, grid):
-        report.append(theory.source_decay_constant(e, rates.mean_free_path, rates.mean_speed))
         loss = theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
-        alpha.append(theory.haff_rate(loss))
+        report = theory.source_decay_constant(e, rates.mean_free_path, rates.mean_speed)
+        constants.append((report, theory.haff_rate(loss)))
+    report_k, alpha = np.array(constants).T
     return [
-        Line(grid, np.array(report), "k, mean free path after Enskog", 0, "dotted"),
-        Line(grid, np.array(alpha), "α, kinetic theory", 1, "solid"),
+        Line(grid, report_k, "k, mean free path after Enskog", 0, "dotted"),
+        Line(grid, alpha, "α, kinetic theory", 1, "solid"),
     ]
 
 
@@ -241,13 +241,13 @@ def _add_rates(build: FigureBuilder, index: int, point: Point) -> None:
         build.lines.append(Line(fine, curve_of_law, None, index, _HAFF[law][1]))
         before, after = np.log(_haff_energy(edges[-1], *parameters))
         record[f"{law}_last_rate"] = float(before - after) / float(np.ptp(edges[-1]))
-    name, (first, *_, last) = build.label(point), zip(rates, errors, strict=True)
+    first, *_, last = zip(rates, errors, strict=True)
     build.lines += [
         Line(fine[[0, -1]], np.array([k, k]), None, index, "dotted"),
-        Points(edges.mean(axis=1), rates, errors, name or "simulation", index),
+        Points(edges.mean(axis=1), rates, errors, build.label(point) or "simulation", index),
     ]
-    build.record(point, **record, first_rate=first, last_rate=last)
-    build.result(name, f"{with_error(*first)} to {with_error(*last)} s⁻¹")
+    text = f"{with_error(*first)} to {with_error(*last)} s⁻¹"
+    build.record(point, text, **record, first_rate=first, last_rate=last)
 
 
 def _haff_energy(time: Array, alpha: float, floor: float) -> Array:
@@ -340,8 +340,8 @@ def _add_energies(build: FigureBuilder, index: int, point: Point) -> None:
         build.lines.append(Line(x, above, None, index, "dashed"))
         record["theory_above_floor"] = above[-1]
     build.add_points(index, point, x, energies)
-    build.record(point, **record, final_ratio=final)
-    build.result(build.label(point), f"{with_error(*final)}, expected {short(alone[-1])}")
+    text = f"{with_error(*final)}, expected {short(alone[-1])}"
+    build.record(point, text, **record, final_ratio=final)
 
 
 def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, Array]:

@@ -42,8 +42,10 @@ class Distance(NamedTuple):
     excess: str
 
 
-CENTRAL = Distance("R − r", "R − smallest r", "largest", "largest_excess")
-PAIRS = Distance("2r", "smallest r₁ + r₂", "smallest", "largest_overlap")
+DISTANCES = {
+    "central": Distance("R − r", "R − smallest r", "largest", "largest_excess"),
+    "pairs": Distance("2r", "smallest r₁ + r₂", "smallest", "largest_overlap"),
+}
 
 
 class _Sample(NamedTuple):
@@ -60,10 +62,11 @@ class _Sample(NamedTuple):
     excess: float
 
 
-def distances(distance: Distance, build: FigureBuilder) -> FigureData:
-    """The distribution of a distance, with its limit and random places."""
-    found = [_sample(distance, build, point) for point in build.points]
-    outermost = max if distance is CENTRAL else min
+def distances(which: str, build: FigureBuilder) -> FigureData:
+    """The distribution of a distance in ``DISTANCES``, with its limit and random places."""
+    distance, central = DISTANCES[which], which == "central"
+    found = [_sample(central, build, point) for point in build.points]
+    outermost = max if central else min
     extremes: dict[float, float] = {}
     key = f"{distance.extreme}_distance"
     for index, (point, each) in enumerate(zip(build.points, found, strict=True)):
@@ -75,7 +78,7 @@ def distances(distance: Distance, build: FigureBuilder) -> FigureData:
     widest = max(found, key=lambda each: each.edges[-1]).scene
     x = np.linspace(0.0, max(each.edges[-1] for each in found), 200)
     uniform = 2 * x / x[-1] ** 2
-    if distance is PAIRS:
+    if not central:
         uniform = widest.container.distance_density(x, float(widest.radii.min()))
     equal = all(each.scene.equal_balls for each in found)
     name = distance.limit if equal else distance.limit_of_unequal
@@ -92,13 +95,13 @@ def distances(distance: Distance, build: FigureBuilder) -> FigureData:
         f"The {distance.extreme} distance is {listed(texts)}: {verdict}. Positions at the start "
         "and after collisions, one per instant.",
         numbers={key: outermost(extremes.values()), "limit": limit, distance.excess: excess},
-        x_limits=(0.0, 1.04 * limit if distance is CENTRAL else None),
+        x_limits=(0.0, 1.04 * limit if central else None),
     )
 
 
-def _sample(distance: Distance, build: FigureBuilder, point: Point) -> _Sample:
+def _sample(central: bool, build: FigureBuilder, point: Point) -> _Sample:
     """The distances of a point, repeat by repeat. Raises ``FigureError``."""
-    central, number = distance is CENTRAL, len(build.repeats(point))
+    number = len(build.repeats(point))
     counts, beyond, extremes = np.zeros(BINS), [], []
     for trace in build.traces(point):
         scene = trace.start
@@ -175,13 +178,20 @@ def speeds(build: FigureBuilder) -> FigureData:
         difference = float(np.max(np.abs(np.cumsum(counts) / total - law)[:-1]))
         build.record(
             point,
+            f"{difference:.4f}",
             speeds=int(total),
             distance_from_fixed_energy=math.nan if free is None else difference,
             one_over_root=float(total**-0.5),
         )
-        build.result(build.label(point), f"{difference:.4f}")
+    reduced = np.linspace(0.0, 3.0, 120)
     for index, (free, unit) in enumerate(laws):
-        _add_laws(build, free, unit, named=index == 0)
+        density = theory.maxwell_speed_density(reduced, REDUCED_TEMPERATURE) / unit
+        text = None if index else "Maxwell–Boltzmann"
+        build.lines.append(Line(reduced * unit, density, text, NEUTRAL, "dashed"))
+        if free is not None:
+            density = theory.fixed_energy_speed_density(reduced, free, REDUCED_TEMPERATURE) / unit
+            text = None if index else f"fixed energy, {free} free balls"
+            build.lines.append(Line(reduced * unit, density, text, NEUTRAL, "dotted"))
     fixed = all(free is not None for free, _ in laws)
     law_name = "the law at fixed energy" if fixed else "Maxwell and Boltzmann's law"
     roots = [record["one_over_root"] for record in build.records]
@@ -191,15 +201,3 @@ def speeds(build: FigureBuilder) -> FigureData:
         f"by at most {build.results_text}; 1/√n ≤ {short(max(roots), 2)}.",
         **(words if in_metres else {}),
     )
-
-
-def _add_laws(build: FigureBuilder, free: int | None, unit: float, *, named: bool) -> None:
-    """Add Maxwell-Boltzmann and the law of ``free`` balls at fixed energy, speeds in ``unit``."""
-    reduced = np.linspace(0.0, 3.0, 120)
-    density = theory.maxwell_speed_density(reduced, REDUCED_TEMPERATURE) / unit
-    text = "Maxwell–Boltzmann" if named else None
-    build.lines.append(Line(reduced * unit, np.asarray(density), text, NEUTRAL, "dashed"))
-    if free is not None:
-        density = theory.fixed_energy_speed_density(reduced, free, REDUCED_TEMPERATURE) / unit
-        text = f"fixed energy, {free} free balls" if named else None
-        build.lines.append(Line(reduced * unit, np.asarray(density), text, NEUTRAL, "dotted"))

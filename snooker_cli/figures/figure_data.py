@@ -176,15 +176,10 @@ def bands(
     return [Band(times, low, high, label, series)]
 
 
-LOGARITHMIC: dict[str, Any] = {"y_log": True, "y_limits": (None, None)}
-"""Fields of a figure of curves that cover more than a decade."""
-
-
-def more_than_a_decade(curves: Iterable[Curve]) -> bool:
-    """Whether curves above zero cover a factor of more than ten, so that a logarithm shows more."""
-    ends = [(float(np.min(values)), float(np.max(values))) for _, values in curves]
-    low, high = min(end[0] for end in ends), max(end[1] for end in ends)
-    return 0 < 10 * low < high
+def more_than_a_decade(columns: Iterable[Array]) -> bool:
+    """Whether values above zero cover a factor of more than ten, so that a logarithm shows more."""
+    values = np.concatenate(list(columns))
+    return bool(0 < 10 * values.min() < values.max())
 
 
 def thinned(time: Array) -> NDArray[np.intp]:

@@ -31,7 +31,6 @@ from snooker_cli.figures.figure_data import (
 from snooker_cli.figures.selection import label
 from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Trace
 
 IDEAL = "ideal gas"
 THEORY = "hard-disk theory"
@@ -84,37 +83,28 @@ def pressures(axis: Axis, build: FigureBuilder) -> FigureData:
     for index, group in enumerate(build.groups):
         states = [_state(build, point) for point in group]
         x = np.array([getattr(state.gas, axis) for state in states])
-        _add_curves(build, states, x, axis, index)
+        scene, grid = states[0].scene, np.linspace(x.max() / CURVE, x.max(), CURVE)
+        if axis == "area":
+            grid = np.geomspace(x.min(), x.max(), CURVE)
+        heat = float(np.mean([state.gas.temperature for state in states]))
+        gas = states[0].gas._replace(temperature=heat)
+        gases = [gas._replace(**{axis: float(each)}) for each in grid]
+        if index == 0:  # it is the same for every radius
+            ideal = np.array([each.ideal_pressure for each in gases])
+            build.lines.append(Line(grid, ideal, IDEAL, NEUTRAL, "dashed"))
+        if scene.equal_balls:
+            values = np.array([each.pressure(scene, states[0].radius) for each in gases])
+            build.lines.append(Line(grid, values, None, index, "dotted"))
         name = label(group[0], [each[0] for each in build.groups])
         found = [mean_and_error(state.pressures) for state in states]
         build.lines.append(Points(x, *np.array(found).T, name or "simulation", index))
         ratios = [float(state.over_ideal.mean()) for state in states]
         for state, pressure, ratio in zip(states, found, ratios, strict=True):
-            gas = state.gas._asdict()
-            build.record(state.point, **gas, pressure=pressure, over_ideal=ratio)
+            numbers = state.gas._asdict()
+            build.record(state.point, **numbers, pressure=pressure, over_ideal=ratio)
         build.result(name, f"{min(ratios):.3f} to {max(ratios):.3f}")
     build.lines.append(legend_line(THEORY, "dotted"))
     return build.figure(f"Simulated over ideal pressure: {build.results_text}. {BARS}")
-
-
-def _add_curves(
-    build: FigureBuilder, states: list[_State], x: Array, axis: Axis, index: int
-) -> None:
-    """Add hard disks of one radius where the theory has a value; once also the ideal gas."""
-    scene, grid = states[0].scene, np.linspace(x.max() / CURVE, x.max(), CURVE)
-    if axis == "area":
-        grid = np.geomspace(x.min(), x.max(), CURVE)
-    heat = float(np.mean([state.gas.temperature for state in states]))
-    gas = states[0].gas._replace(temperature=heat)
-    gases = [gas._replace(**{axis: float(each)}) for each in grid]
-    if index == 0:  # it is the same for every radius
-        ideal = np.array([each.ideal_pressure for each in gases])
-        build.lines.append(Line(grid, ideal, IDEAL, NEUTRAL, "dashed"))
-    if scene.equal_balls:
-        values = np.array([each.pressure(scene, states[0].radius) for each in gases])
-        known = np.isfinite(values)
-        if known.any():
-            build.lines.append(Line(grid[known], values[known], None, index, "dotted"))
 
 
 def temperature_ratio(build: FigureBuilder) -> FigureData:
@@ -216,7 +206,11 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     for index, point in enumerate(build.points):
         rows = []
         for trace in build.traces(point):
-            rows.append(_ratios(trace))
+            ratio, mean = ideal_gas_ratio(trace), mean_temperature(trace)
+            end = float(series(trace).kinetic_energy[-1] / trace.start.number)
+            if not (ratio > 0 and end > 0):
+                raise FigureError("a repeat has no pressure or no energy left, so it has no ratio")
+            rows.append((mean, ratio, end, ratio * mean / end))
             ended_early += not trace.stop.reason.complete
         table = np.array(rows)
         seen = table[:MOST_MARKERS]
@@ -225,15 +219,15 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
             Points(seen[:, 2], seen[:, 3], series=index, filled=False),
             Points(seen[:, 0], seen[:, 1], None, build.label(point), index),
         ]
-        mean, end = mean_and_error(table[:, 1]), mean_and_error(table[:, 3])
+        at_mean, at_end = mean_and_error(table[:, 1]), mean_and_error(table[:, 3])
         build.record(
             point,
-            over_ideal_at_mean=mean,
-            over_ideal_at_end=end,
+            f"{at_mean[0]:.3f} and {at_end[0]:.3f}",
+            over_ideal_at_mean=at_mean,
+            over_ideal_at_end=at_end,
             mean_temperature=float(table[:, 0].mean()),
             final_temperature=float(table[:, 2].mean()),
         )
-        build.result(build.label(point), f"{mean[0]:.3f} and {end[0]:.3f}")
     build.lines += [
         Points(np.empty(0), np.empty(0), None, f"at the {name} temperature", NEUTRAL, filled)
         for name, filled in (("mean", True), ("final", False))
@@ -258,12 +252,3 @@ def _state(build: FigureBuilder, point: Point) -> _State:
     scene = build.start(point)
     gas = Gas(scene.number, float(warm.mean()), scene.container.area)
     return _State(point, scene, gas, pressures, over_ideal)
-
-
-def _ratios(trace: Trace) -> tuple[float, float, float, float]:
-    """Mean temperature, ratio there, final temperature, ratio there. Raises ``FigureError``."""
-    ratio, mean = ideal_gas_ratio(trace), mean_temperature(trace)
-    end = float(series(trace).kinetic_energy[-1] / trace.start.number)
-    if not (ratio > 0 and end > 0):
-        raise FigureError("a repeat has no pressure or no energy left, so it has no ratio")
-    return mean, ratio, end, ratio * mean / end

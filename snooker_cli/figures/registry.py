@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from importlib.resources import files
 from typing import Any
 
@@ -11,7 +12,6 @@ import yaml
 from snooker_cli.config import Point
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import brownian, cooling, distributions, gas_law, states, time_courses
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import FigureData
 from snooker_cli.figures.selection import (
@@ -57,12 +57,7 @@ class FigureSpec:
         """
         if self.states and run.experiment.record == "summary":
             raise FigureError("it needs the balls' states; run the config with `record: events`")
-        groups = self._groups(selected(run, selection))
-        fields = {"kind": self.name, "title": self.title, **self.axes}
-        return self.draw(FigureBuilder(run, selection, groups, fields, self.shows))
-
-    def _groups(self, points: Sequence[Point]) -> list[list[Point]]:
-        """The points to show, see ``FigureBuilder``. Raises ``FigureError``."""
+        points: Sequence[Point] = selected(run, selection)
         if self.lossy is not None:
             points = [point for point in points if elastic(point) is not self.lossy]
         if not points and self.lossy:
@@ -74,39 +69,12 @@ class FigureSpec:
             raise FigureError(
                 f"it shows one point and {len(points)} are there; choose one by {keys} with --where"
             )
-        return along(points, self.along, self.by) if self.along else [evenly(points, self.most)]
+        groups = [evenly(points, self.most)]
+        if self.along:
+            groups = along(points, self.along, self.by)
+        fields = {"kind": self.name, "title": self.title, **self.axes}
+        return self.draw(FigureBuilder(run, selection, groups, fields, self.shows))
 
-
-_FUNCTIONS: dict[str, Callable[[FigureBuilder], FigureData]] = {
-    "central-distances": partial(distributions.distances, distributions.CENTRAL),
-    "pair-distances": partial(distributions.distances, distributions.PAIRS),
-    "energy": time_courses.energy,
-    "momentum-x": partial(time_courses.momentum_component, "x"),
-    "momentum-y": partial(time_courses.momentum_component, "y"),
-    "energy-fit": partial(cooling.fit_figure, "kinetic_energy"),
-    "temperature-fit": partial(cooling.fit_figure, "temperature"),
-    "pressure": time_courses.pressure,
-    "pressure-fit": partial(cooling.fit_figure, "pressure"),
-    "pressure-temperature": partial(gas_law.pressures, "temperature"),
-    "pressure-area": partial(gas_law.pressures, "area"),
-    "pressure-area-linear": partial(gas_law.pressures, "area"),
-    "pressure-number": partial(gas_law.pressures, "number"),
-    "van-der-waals": gas_law.van_der_waals,
-    "temperature-ratio": gas_law.temperature_ratio,
-    "ideal-ratio": gas_law.ideal_ratio,
-    "speeds": distributions.speeds,
-    "decay-against-cor": cooling.decay_against_cor,
-    "haff-time": cooling.haff_time,
-    "event-decay": cooling.event_decay,
-    "tagged-path": brownian.tagged_path,
-    "mean-squared-displacement": brownian.mean_squared_displacement,
-    "velocity-autocorrelation": brownian.velocity_autocorrelation,
-    "pair-correlation": states.pair_correlation,
-    "hexatic-order": states.hexatic_order,
-    "a2": states.a2,
-    "species-temperature": states.species_temperature,
-    "local-energy": states.local_energy,
-}
 
 _LENGTHS = tuple(dict.fromkeys(f"container.{shape.keys[0]}" for shape in SHAPES.values()))
 
@@ -123,14 +91,18 @@ _AXES = (
 
 
 def _read() -> dict[str, FigureSpec]:
-    """The figures of registry.yaml, each with its function."""
+    """The figures of registry.yaml."""
     text = (files("snooker_cli.figures") / "registry.yaml").read_text(encoding="utf-8")
     specs = {}
     for name, entry in yaml.safe_load(text).items():
         axes = {key: entry.pop(key) for key in _AXES if key in entry}
         if entry.get("along") == ["container"]:
             entry["along"] = _LENGTHS
-        specs[name] = FigureSpec(name=name, draw=_FUNCTIONS[name], axes=axes, **entry)
+        module, function = entry.pop("draw").split(".")
+        draw = getattr(import_module(f"snooker_cli.figures.{module}"), function)
+        if "of" in entry:
+            draw = partial(draw, entry.pop("of"))
+        specs[name] = FigureSpec(name=name, draw=draw, axes=axes, **entry)
     return specs
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder, require_motion
 from snooker_cli.figures.figure_data import (
-    LOGARITHMIC,
     Array,
     FigureData,
     Line,
@@ -66,8 +64,7 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
     for index, (point, scene, times, rows) in enumerate(_courses(build, measure)):
         build.add_means(index, build.label(point), times, rows[..., 0])
         final = mean_and_error(rows[:, -1, 0])
-        build.record(point, final=final[0], error=final[1], balls=scene.number)
-        build.result(build.label(point), with_error(*final))
+        build.record(point, with_error(*final), final=final, balls=scene.number)
     return build.figure(f"At the end: {build.results_text}. N balls of a fluid have about 1/√N.")
 
 
@@ -88,7 +85,7 @@ def a2(build: FigureBuilder) -> FigureData:
                 flat = np.array([expected, expected])
                 build.lines.append(Line(times[[0, -1]], flat, None, index, "dotted"))
             final = mean_and_error(column[:, column.shape[1] // 2 :].mean(axis=1))
-            build.record(point, species=name, second_half=final[0], error=final[1], theory=expected)
+            build.record(point, species=name, second_half=final, theory=expected)
             build.result(label, with_error(*final))
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("theory", "dotted"))
@@ -106,9 +103,8 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         for index, name in enumerate(names):
             build.add_means(index, name, times, rows[..., index])
             build.result(name, with_error(*mean_and_error(rows[:, -1, index]), "J"))
-        ratio, error = mean_and_error(rows[:, -1, 0] / rows[:, -1, -1])
-        build.record(point, species=names, ratio=ratio, error=error)
-    return build.figure(f"At the end: {build.results_text}.", **_axes(build))
+        build.record(point, species=names, ratio=mean_and_error(rows[:, -1, 0] / rows[:, -1, -1]))
+    return build.figure(f"At the end: {build.results_text}.", logarithmic=_covers_decades(build))
 
 
 def local_energy(build: FigureBuilder) -> FigureData:
@@ -120,13 +116,12 @@ def local_energy(build: FigureBuilder) -> FigureData:
         build.add_means(index, build.label(point), times, ratios[..., 0], "solid")
         build.add_means(index, None, times, ratios[..., 1], "dotted")
         share = mean_and_error(rows[:, -1, 0] / rows[:, -1, 1])
-        build.record(point, share=share[0], error=share[1])
-        build.result(build.label(point), with_error(*share))
+        build.record(point, with_error(*share), share=share)
     build.lines.append(legend_line("all kinetic energy", "dotted"))
     return build.figure(
         f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average. Local over "
         f"all energy at the end: {build.results_text}; 1 where neighbours move independently.",
-        **_axes(build),
+        logarithmic=_covers_decades(build),
     )
 
 
@@ -151,19 +146,18 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         build.add_means(index, build.label(point), (edges[1:] + edges[:-1]) / 2 / diameter, rows)
         state = predictions.scene_state(scene, 1.0)
         if state is None:
-            build.record(point, contact=None, error=None, theory=None)
+            build.record(point, contact=None, theory=None)
             continue
         first = int(np.argmin(np.abs(edges - diameter)))
         contact = mean_and_error(rows[:, first : first + 2] @ (1.5, -0.5))
         expected = theory.contact_value(state.bulk_packing) if elastic(point) else None
-        build.record(point, contact=contact[0], error=contact[1], theory=expected)
         text = with_error(*contact)
         if expected is not None:
             text += f", theory {short(expected, 4)}"
             name = None if any(isinstance(each, Points) for each in build.lines) else "theory, χ"
             marker = Points(np.ones(1), np.array([expected]), None, name, index, filled=False)
             build.lines.append(marker)
-        build.result(build.label(point), text)
+        build.record(point, text, contact=contact, theory=expected)
     contact_text = f" At contact, from the first two bins: {build.results_text}."
     return build.figure(
         "Elastic points: mean over the second half of each repeat; others: the last state. Rings "
@@ -195,7 +189,6 @@ def _names(scene: Scene) -> list[str]:
     return [f"r = {scene.radii[k]:g} m, m = {scene.masses[k]:g} kg" for k in firsts]
 
 
-def _axes(build: FigureBuilder) -> dict[str, Any]:
-    """A logarithmic axis for lines that cover more than a decade."""
-    lines = [line for line in build.lines if isinstance(line, Line) and len(line.x)]
-    return LOGARITHMIC if more_than_a_decade((line.x, line.y) for line in lines) else {}
+def _covers_decades(build: FigureBuilder) -> bool:
+    """Whether the lines cover more than a decade."""
+    return more_than_a_decade(line.y for line in build.lines if isinstance(line, Line))

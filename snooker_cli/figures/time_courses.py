@@ -18,7 +18,6 @@ from snooker_cli.analysis.observables import (
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder, require_motion
 from snooker_cli.figures.figure_data import (
-    LOGARITHMIC,
     Curve,
     FigureData,
     Reference,
@@ -45,7 +44,7 @@ def energy(build: FigureBuilder) -> FigureData:
             require_motion(trace.start)
             found = series(trace)
             courses[-1].append((found.time, energy_ratio(found)))
-    log = more_than_a_decade(curve for curves in courses for curve in curves)
+    log = more_than_a_decade(ratios for curves in courses for _, ratios in curves)
     for index, (point, curves) in enumerate(zip(build.points, courses, strict=True)):
         build.add_course(index, point, curves, logarithmic=log)
         build.record(
@@ -62,7 +61,7 @@ def energy(build: FigureBuilder) -> FigureData:
         sentences.append(
             f"The largest rise by an inelastic collision is {short(max(rises), 2)} of the start."
         )
-    return build.figure(" ".join(sentences), **(LOGARITHMIC if log else {}))
+    return build.figure(" ".join(sentences), logarithmic=log)
 
 
 def momentum_component(name: str, build: FigureBuilder) -> FigureData:
@@ -104,8 +103,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         top = max([top, *(settled_top(*curve) for curve in curves)])
         times, rows = at_common_times(curves)
         final = mean_and_error(rows[:, -1])
-        build.record(point, time=float(times[-1]), pressure=final)
-        build.result(build.label(point), with_error(*final, "Pa·m"))
+        build.record(point, with_error(*final, "Pa·m"), time=float(times[-1]), pressure=final)
     if not any(record["pressure"] for record in build.records):
         raise FigureError("nothing hits the wall, so there is no pressure; run longer")
     return build.figure(
