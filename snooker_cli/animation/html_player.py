@@ -33,10 +33,12 @@ def page(
     seconds : length at speed 1; without it, the player chooses
     magnify : factor by which the container's motion is enlarged at first
     """
+    data = _content(film, pace, seconds, magnify)
+    content = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     parts = {
         "title": html.escape(film.title),
         "style": _part("player.css"),
-        "film": _as_json(_content(film, pace, seconds, magnify)),
+        "film": content.replace("<", "\\u003c"),  # it cannot end the script element around it
         "script": "\n".join(_part(name) for name in SCRIPTS),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _part("player.html"))
@@ -78,12 +80,6 @@ def _packed(values: NDArray[Any]) -> str:
     """The bytes of an array, row after row and little-endian, as base64."""
     data = values.astype(values.dtype.newbyteorder("<")).tobytes()
     return base64.b64encode(data).decode("ascii")
-
-
-def _as_json(content: dict[str, Any]) -> str:
-    """JSON that cannot end the script element around it."""
-    text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c")
 
 
 def _part(name: str) -> str:

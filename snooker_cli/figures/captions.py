@@ -30,7 +30,6 @@ from snooker_cli.figures.selection import (
     Selection,
     described,
     distinct,
-    label,
     matching,
     statuses,
     value_at,
@@ -87,9 +86,9 @@ class FigureBuilder:
         """The start of a point's first repeat. Raises ``StoreError``."""
         return next(self.traces(point)).start
 
-    def label(self, point: Point) -> str | None:
-        """The legend's text for a point; ``None`` if it is alone."""
-        return label(point, self.points)
+    def label(self, point: Point, points: Sequence[Point] | None = None) -> str | None:
+        """A point's text in the legend: the keys that vary; ``None`` if it is alone."""
+        return ", ".join(described(point, key) for key in varying(points or self.points)) or None
 
     def record(self, point: Point, text: str = "", **numbers: Any) -> None:
         """Add the numbers of a point, and its phrase; a pair is a value and its error."""
@@ -178,7 +177,8 @@ class FigureBuilder:
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
             setting(self.run, self.points, self.selection),
         ]
-        legend = [Band(*np.empty((3, 0)), spread, NEUTRAL)] if unnamed else []
+        nothing = np.empty(0)
+        legend = [Band(nothing, nothing, nothing, spread, NEUTRAL)] if unnamed else []
         return FigureData(
             layers=(*self.bands, *self.lines, *legend),
             caption=" ".join(filter(None, sentences)),

@@ -29,23 +29,12 @@ MOST_DISTANCES = 5_000_000
 """Of a point; of more states an even choice, so that a figure takes seconds."""
 
 
-class Distance(NamedTuple):
-    """Words for a distance.
-
-    limit, limit_of_unequal : the limit that no ball may pass, for equal and unequal balls
-    extreme, excess : the value nearest to the limit, and the distance beyond it
-    """
-
-    limit: str
-    limit_of_unequal: str
-    extreme: str
-    excess: str
-
-
 DISTANCES = {
-    "central": Distance("R − r", "R − smallest r", "largest", "largest_excess"),
-    "pairs": Distance("2r", "smallest r₁ + r₂", "smallest", "largest_overlap"),
+    "central": ("R − r", "R − smallest r", "largest", "largest_excess"),
+    "pairs": ("2r", "smallest r₁ + r₂", "smallest", "largest_overlap"),
 }
+"""Words for the limit that no ball may pass, of equal and of unequal balls; for the value nearest
+to it, and for the distance beyond it."""
 
 
 class _Sample(NamedTuple):
@@ -64,11 +53,12 @@ class _Sample(NamedTuple):
 
 def distances(which: str, build: FigureBuilder) -> FigureData:
     """The distribution of a distance in ``DISTANCES``, with its limit and random places."""
-    distance, central = DISTANCES[which], which == "central"
+    limit_of_equal, limit_of_unequal, nearest, beyond = DISTANCES[which]
+    central = which == "central"
     found = [_sample(central, build, point) for point in build.points]
     outermost = max if central else min
     extremes: dict[float, float] = {}
-    key = f"{distance.extreme}_distance"
+    key = f"{nearest}_distance"
     for index, (point, each) in enumerate(zip(build.points, found, strict=True)):
         build.lines.append(Histogram(each.edges, each.density, build.label(point), index))
         before = extremes.get(each.limit, each.extreme)
@@ -81,7 +71,7 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
     if not central:
         uniform = widest.container.distance_density(x, float(widest.radii.min()))
     equal = all(each.scene.equal_balls for each in found)
-    name = distance.limit if equal else distance.limit_of_unequal
+    name = limit_of_equal if equal else limit_of_unequal
     build.lines += [
         Line(x, uniform, f"uniform in the {widest.container.title}", NEUTRAL, "dashed"),
         *(Reference("x", each, f"{name} = {each:g} m") for each in extremes),
@@ -92,9 +82,9 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
         roundings = short(excess / np.spacing(limit), 2)
         verdict = f"beyond it by {short(excess, 2)} m, {roundings} × the rounding of a double"
     return build.figure(
-        f"The {distance.extreme} distance is {listed(texts)}: {verdict}. Positions at the start "
+        f"The {nearest} distance is {listed(texts)}: {verdict}. Positions at the start "
         "and after collisions, one per instant.",
-        numbers={key: outermost(extremes.values()), "limit": limit, distance.excess: excess},
+        numbers={key: outermost(extremes.values()), "limit": limit, beyond: excess},
         x_limits=(0.0, 1.04 * limit if central else None),
     )
 

@@ -28,7 +28,6 @@ from snooker_cli.figures.figure_data import (
     Reference,
     legend_line,
 )
-from snooker_cli.figures.selection import label
 from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import Scene
 
@@ -95,7 +94,7 @@ def pressures(axis: Axis, build: FigureBuilder) -> FigureData:
         if scene.equal_balls:
             values = np.array([each.pressure(scene, states[0].radius) for each in gases])
             build.lines.append(Line(grid, values, None, index, "dotted"))
-        name = label(group[0], [each[0] for each in build.groups])
+        name = build.label(group[0], [each[0] for each in build.groups])
         found = [mean_and_error(state.pressures) for state in states]
         build.lines.append(Points(x, *np.array(found).T, name or "simulation", index))
         ratios = [float(state.over_ideal.mean()) for state in states]

@@ -173,11 +173,6 @@ _ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
 """The meaning of a key that is null or infinite."""
 
 
-def label(point: Point, points: Sequence[Point]) -> str | None:
-    """A point's text in the legend: the keys that vary; ``None`` if it is alone."""
-    return ", ".join(described(point, key) for key in varying(points)) or None
-
-
 def described(point: Point, key: str) -> str:
     """A key and its value in words: ``CoR 0.8``, ``r = 0.1 m``."""
     value = value_at(point, key)

@@ -26,7 +26,7 @@ from snooker_cli.figures.figure_data import (
 )
 from snooker_cli.figures.selection import elastic
 from snooker_cli.formatting import short, with_error
-from snooker_cli.scene import EPSILON, Scene
+from snooker_cli.scene import EPSILON
 from snooker_cli.trace import Trace
 
 MOMENTUM_UNIT = 1e-15
@@ -92,10 +92,16 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
 
 def pressure(build: FigureBuilder) -> FigureData:
     """The mean pressure since the start."""
-    starts = [build.start(point) for point in build.points if elastic(point)]
-    expected = list(dict.fromkeys(value for scene in starts for value in _equilibrium(scene)))
-    for k, value in enumerate(expected):
-        build.lines.append(Reference("y", value, None if k else "hard-disk theory, CoR 1"))
+    expected: list[float] = []
+    for scene in (build.start(point) for point in build.points if elastic(point)):
+        # Without walls balls meet at a temperature of their own.
+        met = meeting_temperature(scene.kinetic_energy, scene)
+        drift = scene.number * (scene.kinetic_energy / scene.number - met)
+        state = predictions.scene_state(scene, met)
+        if state and (value := state.pressure + drift / scene.container.area) not in expected:
+            name = None if expected else "hard-disk theory, CoR 1"
+            build.lines.append(Reference("y", value, name))
+            expected.append(value)
     top = max(expected, default=0.0)
     for index, point in enumerate(build.points):
         curves = [_pressure(trace) for trace in build.traces(point)]
@@ -137,13 +143,3 @@ def _pressure(trace: Trace) -> Curve:
         raise FigureError("nothing happens after the start of a repeat, so it has no pressure")
     first = 0.0 if scene.container.has_wall else scene.kinetic_energy / scene.container.area
     return np.append(0.0, time), np.append(first, values)
-
-
-def _equilibrium(scene: Scene) -> list[float]:
-    """The pressure of elastic hard disks in equilibrium (Pa·m); none without a theory for it."""
-    warm = scene.kinetic_energy / scene.number
-    met = meeting_temperature(scene.kinetic_energy, scene)
-    state = predictions.scene_state(scene, met)
-    if state is None:
-        return []
-    return [state.pressure + scene.number * (warm - met) / scene.container.area]
