@@ -90,7 +90,7 @@ class FigureBuilder:
         """A point's text in the legend: the keys that vary; ``None`` if it is alone."""
         return ", ".join(described(point, key) for key in varying(points or self.points)) or None
 
-    def record(self, point: Point, text: str = "", **numbers: Any) -> None:
+    def record(self, point: Point, text: str = "", /, **numbers: Any) -> None:
         """Add the numbers of a point, and its phrase; a pair is a value and its error."""
         if text:
             self.result(self.label(point), text)

@@ -96,7 +96,8 @@ def pressures(axis: Axis, build: FigureBuilder) -> FigureData:
             build.lines.append(Line(grid, values, None, index, "dotted"))
         name = build.label(group[0], [each[0] for each in build.groups])
         found = [mean_and_error(state.pressures) for state in states]
-        build.lines.append(Points(x, *np.array(found).T, name or "simulation", index))
+        y, y_error = np.array(found).T
+        build.lines.append(Points(x, y, y_error, name or "simulation", index))
         ratios = [float(state.over_ideal.mean()) for state in states]
         for state, pressure, ratio in zip(states, found, ratios, strict=True):
             numbers = state.gas._asdict()
@@ -117,13 +118,13 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
     found = [mean_and_error(1 / state.over_ideal) for state in states]
     for state, ratio in zip(states, found, strict=True):
         build.record(state.point, ratio=ratio, theory=expected(state.radius))
-    radii = np.array([state.radius for state in states])
+    radii, (y, y_error) = np.array([state.radius for state in states]), np.array(found).T
     fine = np.linspace(0.0, radii.max(), CURVE)[1:]
     curve = np.array([expected(float(radius)) for radius in fine])
     build.lines += [
         Line(np.array([0.0, radii.max()]), np.ones(2), IDEAL, NEUTRAL, "dashed"),
         Line(fine, curve, THEORY, NEUTRAL, "dotted"),
-        Points(radii, *np.array(found).T, "simulation"),
+        Points(radii, y, y_error, "simulation"),
     ]
     return build.figure(
         f"The ratio is {short(found[0][0], 4)} at r = {short(radii[0])} m and "
