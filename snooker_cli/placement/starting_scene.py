@@ -88,16 +88,11 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
 
 
 def _on_rings(balls: Rings, container_radius: float) -> Floats:
-    """Places on rings; (*N*, 2), m. Raises ``SceneError``."""
+    """Places on rings; (*N*, 2), m. Raises ``SceneError`` that says which changes would fit."""
     extent = balls.ring_extent * container_radius
     largest = min(extent / max(balls.rings, 1) / 2, container_radius - extent)
-    if balls.rings and balls.radius > largest * (1 + 1e-12):
-        raise _too_tight(balls, container_radius, largest)
-    return ring_positions(balls.rings, extent)
-
-
-def _too_tight(balls: Rings, container_radius: float, largest: float) -> SceneError:
-    """The error about rings that do not fit; balls of the radius ``largest`` (m) would."""
+    if not balls.rings or balls.radius <= largest * (1 + 1e-12):
+        return ring_positions(balls.rings, extent)
     margin, choices = 1 - balls.ring_extent, []
     if balls.radius > margin * container_radius:
         choices.append("lower ring_extent")
@@ -112,7 +107,7 @@ def _too_tight(balls: Rings, container_radius: float, largest: float) -> SceneEr
         f"rings: {balls.rings} with balls of radius {balls.radius:.6g} m are too large for a "
         f"container of radius {container_radius:.6g} m"
     )
-    return SceneError("balls", f"{problem}; {', or '.join(choices)}")
+    raise SceneError("balls", f"{problem}; {', or '.join(choices)}")
 
 
 # Balls given by count, species after species

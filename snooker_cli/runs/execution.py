@@ -255,7 +255,11 @@ def execute(
     found: dict[int, list[RepeatStatus]] = {point.index: [] for point in run.points}
     kept: set[Path] = set()
     manifest = manifest_number(run.directory)
-    own = None if part is None else _share(run, *part)
+    own = None
+    if part is not None:
+        everything = product((point.index for point in run.points), range(run.experiment.repeats))
+        mine = _batches(run, everything)[part[0] - 1 :: part[1]]
+        own = {(point, repeat) for point, repeats in mine for repeat in repeats}
 
     def is_lost() -> bool:  # another part may write the same manifest
         return manifest_number(run.directory) != manifest and not holds_manifest(run)
@@ -313,13 +317,6 @@ def execute(
         if each.error and (each.point, each.repeat) not in recorded:
             record_failure(run, each.point, each.repeat, each.error)
     return sorted(results, key=lambda result: (result.point, result.repeat))
-
-
-def _share(run: Run, part: int, parts: int) -> set[tuple[int, int]]:
-    """The points and repeats of every `parts`-th batch, from number `part` on; 1 is the first."""
-    everything = product((point.index for point in run.points), range(run.experiment.repeats))
-    batches = _batches(run, everything)[part - 1 :: parts]
-    return {(point, repeat) for point, repeats in batches for repeat in repeats}
 
 
 def _batches(run: Run, missing: Iterable[tuple[int, int]]) -> list[Batch]:

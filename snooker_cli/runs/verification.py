@@ -32,23 +32,20 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
             "verify it without --replay",
         )
     cancelled = threading.Event()
+
+    def verified(path: Path) -> list[RepeatStatus]:
+        found = run.file_statuses(path, store.check)
+        return [_repeated(run, each, cancelled) for each in found] if replay else found
+
     with ThreadExecutor(workers, cancelled) as threads:
         try:
             for point in run.points:
                 found: list[RepeatStatus] = []
-                for statuses in threads.each(
-                    lambda path: _verified(run, path, replay, cancelled), run.batches(point.index)
-                ):
+                for statuses in threads.each(verified, run.batches(point.index)):
                     found += statuses
                 yield from run.best(point.index, found)
         finally:
             cancelled.set()
-
-
-def _verified(run: Run, path: Path, replay: bool, cancelled: threading.Event) -> list[RepeatStatus]:
-    """The statuses of a file's repeats."""
-    found = run.file_statuses(path, store.check)
-    return [_repeated(run, each, cancelled) for each in found] if replay else found
 
 
 def _repeated(run: Run, status: RepeatStatus, cancelled: threading.Event) -> RepeatStatus:
