@@ -167,34 +167,23 @@ def simulate_and_store(
         if len(scenes) == 1:
             ((repeat, scene),) = scenes.items()
             return [*failed, _simulated_long(job, batch, repeat, scene, begun, watch)]
-        return failed + _simulated_short(job, batch, scenes, begun, watch)
+        started, clock, point = datetime.now(UTC), time.perf_counter(), batch.point
+        traces = simulate_batch([*scenes.values()], watch=watch, **job.limits(point))
+        found = list(zip(scenes, traces, strict=True))
+        if found:
+            begun.add(batch, stores=True)
+            provenance = job.provenance(point, started, time.perf_counter() - clock)
+            store.write(job.run.path(*batch), found, provenance)
+        return failed + [
+            RepeatResult(point, repeat, trace.stop, trace.collisions, work=trace.work)
+            for repeat, trace in found
+        ]
     except AbandonedError:
         return None
     except StoreError as error:
         return failed + [RepeatResult(batch.point, each, error=str(error)) for each in scenes]
     except Exception as error:  # the failure of one batch does not stop the others
         return unexpected(batch, error)
-
-
-def _simulated_short(
-    job: Job,
-    batch: Batch,
-    scenes: dict[int, Scene],
-    begun: Begun,
-    watch: Callable[[int], object],
-) -> list[RepeatResult]:
-    """Simulate repeats together and store them at their end."""
-    started, clock, point = datetime.now(UTC), time.perf_counter(), batch.point
-    traces = simulate_batch([*scenes.values()], watch=watch, **job.limits(point))
-    found = list(zip(scenes, traces, strict=True))
-    if found:
-        begun.add(batch, stores=True)
-        provenance = job.provenance(point, started, time.perf_counter() - clock)
-        store.write(job.run.path(*batch), found, provenance)
-    return [
-        RepeatResult(point, repeat, trace.stop, trace.collisions, work=trace.work)
-        for repeat, trace in found
-    ]
 
 
 def _simulated_long(

@@ -73,7 +73,13 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
-            _check_repeats(experiment)
+            if experiment.repeats > 1 and isinstance(experiment.balls, BallList):
+                raise SceneError(
+                    "repeats",
+                    f"{experiment.repeats} repeats of balls.list would be {experiment.repeats} "
+                    "copies of the same bits, since its velocities are given; set repeats: 1, or "
+                    "give balls.rings or balls.count, whose directions are random",
+                )
             scene = first_scene(experiment, 0)
             models = specialisation(scene, engine=engine)
         except (SceneError, ValueError) as error:
@@ -167,17 +173,6 @@ def _seconds(balls: int, in_cells: bool, collisions: float) -> float:
     if in_cells:
         time_of_event = 6e-7 * max(1.0, balls / 1000) ** 0.3
     return 3e-4 + 5e-6 * balls + collisions * time_of_event
-
-
-def _check_repeats(experiment: Experiment) -> None:
-    """Raise ``SceneError`` for repeats that would all have the same bits."""
-    if experiment.repeats > 1 and isinstance(experiment.balls, BallList):
-        raise SceneError(
-            "repeats",
-            f"{experiment.repeats} repeats of balls.list would be {experiment.repeats} copies of "
-            "the same bits, since its velocities are given; set repeats: 1, or give balls.rings or "
-            "balls.count, whose directions are random",
-        )
 
 
 def run_plan(

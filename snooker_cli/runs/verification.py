@@ -4,6 +4,7 @@ import json
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 from snooker_cli import store
@@ -40,10 +41,8 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
     with ThreadExecutor(workers, cancelled) as threads:
         try:
             for point in run.points:
-                found: list[RepeatStatus] = []
-                for statuses in threads.each(verified, run.batches(point.index)):
-                    found += statuses
-                yield from run.best(point.index, found)
+                found = threads.each(verified, run.batches(point.index))
+                yield from run.best(point.index, chain.from_iterable(found))
         finally:
             cancelled.set()
 

@@ -295,7 +295,7 @@ def events_in(
     least = SLIDE if json.loads(_parameter(file, "scene"))["slides"] else CONTAINER
     first, last, _ = rows.indices(number)
     at_a_time = at_a_time or max(last - first, 1)
-    before = 0.0
+    before, begins = 0.0, np.array([each.start for each in repeats], np.int64)
     for start in range(first, max(last, first + 1), at_a_time):
         some = slice(start, min(start + at_a_time, last))
         pairs = hdf5.read_rows(file, f"{layout.COLLISIONS}/value", np.int32, some)
@@ -305,32 +305,18 @@ def events_in(
         residual = None
         if layout.RESIDUAL in names:
             residual = hdf5.read_rows(file, f"{layout.RESIDUAL}/value", rows=some, sparse=True)
-        events = Events(time, i, j, impulse, residual)
-        _check_events(events, balls, least, before, [each.start for each in repeats])
-        before = time[-1] if len(time) else before
-        yield events
-
-
-def _check_events(
-    events: Events, balls: int, least: int, before: float, begins: Sequence[int]
-) -> None:
-    """Raise ``ValueError`` for events that would write outside of arrays, or have no order.
-
-    least : the least number of a partner
-    before : the time of the event before these, s
-    begins : rows with which a repeat begins; its times ascend from 0
-    """
-    if not len(events):
-        return
-    i, j, time = events.i, events.j, events.time
-    in_range = i.min() >= 0 and least <= j.min() and max(i.max(), j.max()) < balls
-    _require(in_range and not np.any(i == j), "ball in an event")
-    steps = np.diff(time, prepend=before)
-    begins = [row for row in begins if row < len(steps)]
-    steps[begins] = time[begins]
-    _require(steps.min() >= 0 and np.isfinite(time).all(), "order of the times of events")
-    _require(np.isfinite(events.impulse).all(), "impulse of an event")
-    _require(events.residual is None or np.isfinite(events.residual).all(), "residual of a time")
+            _require(np.isfinite(residual).all(), "residual of a time")
+        if len(time):
+            # Replaying writes to the arrays of these balls.
+            in_range = i.min() >= 0 and least <= j.min() and max(i.max(), j.max()) < balls
+            _require(in_range and not np.any(i == j), "ball in an event")
+            steps = np.diff(time, prepend=before)
+            begins = begins[begins < len(time)]
+            steps[begins] = time[begins]  # the times of each repeat ascend from 0
+            _require(steps.min() >= 0 and np.isfinite(time).all(), "order of the times of events")
+            _require(np.isfinite(impulse).all(), "impulse of an event")
+            before = time[-1]
+        yield Events(time, i, j, impulse, residual)
 
 
 def _without_zeros(events: Events) -> Events:
