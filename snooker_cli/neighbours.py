@@ -51,8 +51,14 @@ def near(
     if len(points) == 0 or len(others) == 0:
         return
     index = np.arange(len(others))
-    if period is not None:
-        others, index = _with_images(others, reach, period)
+    if period is not None:  # add the images near its edges
+        size, parts, indices = np.array(period), [], []
+        for side in product((0, 1, -1), repeat=2):
+            shift = np.array(side[::-1])
+            at_edge = (shift == 0) | (-shift * others >= size / 2 - reach * WIDER)
+            indices.append(np.flatnonzero(np.all(at_edge, axis=1)))
+            parts.append(others[indices[-1]] + shift * size)
+        others, index = np.concatenate(parts), np.concatenate(indices)
     low = np.minimum(np.min(points, axis=0), np.min(others, axis=0))
     extent = np.maximum(np.max(points, axis=0), np.max(others, axis=0)) - low
     # Each at least the reach wide, in total a few for each point.
@@ -101,17 +107,3 @@ def _ranges(begin: Indices, end: Indices) -> Iterator[tuple[Indices, Indices]]:
         shift = begin[start:stop] - (totals[start:stop] - part - done)
         yield which, np.arange(len(which)) + np.repeat(shift, part)
         start, done = stop, int(totals[stop - 1])
-
-
-def _with_images(
-    points: Floats, reach: float, period: tuple[float, float]
-) -> tuple[Floats, Indices]:
-    """Points of a periodic box with the images near its edges, and the point of each by index."""
-    size = np.array(period)
-    parts, indices = [], []
-    for side in product((0, 1, -1), repeat=2):
-        shift = np.array(side[::-1])
-        at_edge = (shift == 0) | (-shift * points >= size / 2 - reach * WIDER)
-        indices.append(np.flatnonzero(np.all(at_edge, axis=1)))
-        parts.append(points[indices[-1]] + shift * size)
-    return np.concatenate(parts), np.concatenate(indices)

@@ -9,7 +9,7 @@ import math
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain, pairwise
+from itertools import chain
 from typing import Any
 
 import h5py
@@ -114,24 +114,21 @@ class Fingerprint:
 
     def add(self, events: Events) -> None:
         """Add the next events. Residuals are hashed if one is not zero."""
-        room = HASHED_ROWS - self._number % HASHED_ROWS
-        for begin, end in pairwise([0, *range(room, len(events), HASHED_ROWS), len(events)]):
-            if begin < end:
-                self._add(events[begin:end])
-
-    def _add(self, events: Events) -> None:
-        full, rest = divmod(self._number, HASHED_ROWS)
-        rounded = events.residual is not None and events.residual.any()
-        if rounded and "residual" not in self._columns:
-            self._columns["residual"] = hashlib.sha256(bytes(8 * rest))
-            self._hashes["residual"] = [hashlib.sha256(bytes(8 * HASHED_ROWS)).digest()] * full
-        self._number += len(events)
-        for name, column in self._columns.items():
-            values = getattr(events, name)
-            column.update(bytes(8 * len(events)) if values is None else _bytes(values))
-            if self._number % HASHED_ROWS == 0:
-                self._hashes[name].append(column.digest())
-                self._columns[name] = hashlib.sha256()
+        while len(events):
+            full, rest = divmod(self._number, HASHED_ROWS)
+            part, events = events[: HASHED_ROWS - rest], events[HASHED_ROWS - rest :]
+            rounded = part.residual is not None and part.residual.any()
+            if rounded and "residual" not in self._columns:
+                self._columns["residual"] = hashlib.sha256(bytes(8 * rest))
+                zeros = hashlib.sha256(bytes(8 * HASHED_ROWS)).digest()
+                self._hashes["residual"] = [zeros] * full
+            self._number += len(part)
+            for name, column in self._columns.items():
+                values = getattr(part, name)
+                column.update(bytes(8 * len(part)) if values is None else _bytes(values))
+                if self._number % HASHED_ROWS == 0:
+                    self._hashes[name].append(column.digest())
+                    self._columns[name] = hashlib.sha256()
 
     def hashes(self) -> NDArray[np.uint8]:
         """(*columns*, *n*, 32) The hashes of all full ``HASHED_ROWS``."""

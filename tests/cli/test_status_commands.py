@@ -21,7 +21,7 @@ from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.engine.clock import LEAST_EVENTS
 from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs.execution import execute
-from snooker_cli.runs.folder import record_failure
+from snooker_cli.runs.folder import is_locked, record_failure
 from snooker_cli.runs.verification import verify
 from snooker_cli.trace import StopReason
 
@@ -89,7 +89,7 @@ def test_reading_the_lock_does_not_stop_a_run_from_starting(
     """A reader has the lock for a moment; a starting run waits that long."""
     reading = os.open(finished, os.O_RDONLY)
     fcntl.flock(reading, fcntl.LOCK_SH)
-    assert not runs.is_locked(finished)
+    assert not is_locked(finished)
     waited: list[float] = []
 
     def wait(seconds: float) -> None:
@@ -99,7 +99,7 @@ def test_reading_the_lock_does_not_stop_a_run_from_starting(
 
     monkeypatch.setattr("snooker_cli.runs.folder.time.sleep", wait)
     with runs.locked(finished):
-        assert runs.is_locked(finished)
+        assert is_locked(finished)
     assert len(waited) == 3
 
 

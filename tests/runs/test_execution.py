@@ -22,6 +22,7 @@ from snooker_cli.runs import RepeatStatus, Run
 from snooker_cli.runs.batch import AbandonedError, Batch, Begun, RepeatResult
 from snooker_cli.runs.execution import ThreadExecutor, Watcher, execute
 from snooker_cli.runs.folder import FAILURES, failures, record_failure
+from snooker_cli.runs.run import ANALYSES
 from snooker_cli.runs.status import run_status
 from snooker_cli.trace import StopReason
 
@@ -130,7 +131,7 @@ def test_one_bad_file_is_done_again_and_only_that(
 
 
 def test_new_repeats_delete_what_was_made_of_fewer(copied: Run, small_config: str) -> None:
-    for name in runs.ANALYSES:
+    for name in ANALYSES:
         (copied.directory / name).write_text("[]")
     done(copied)
     assert len(copied.analyses()) == 2

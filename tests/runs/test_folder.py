@@ -15,6 +15,7 @@ from snooker_cli import runs, store
 from snooker_cli.errors import DamagedError, RunError
 from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs import MANIFEST, Run
+from snooker_cli.runs.run import FIGURE_KEYS
 
 
 @pytest.fixture
@@ -245,7 +246,7 @@ def test_a_file_in_the_folders_place_is_refused(tmp_path: Path, small_config: st
 
 def test_fresh_deletes_what_was_made_of_the_old_results(copied: Path, small_config: str) -> None:
     """Beside it are a user's own files, which stay."""
-    figure = dict.fromkeys(runs.FIGURE_KEYS) | {"series": []}
+    figure = dict.fromkeys(FIGURE_KEYS) | {"series": []}
     (copied / "figures").mkdir()
     (copied / "figures" / "energy-cor-0.8.json").write_text(json.dumps(figure))
     for name in ("fit.json", "compare.json", "figures/energy-cor-0.8.svg"):

@@ -22,7 +22,7 @@ from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
 from snooker_cli.engine.clock import LEAST_EVENTS
 from snooker_cli.export import frames
-from snooker_cli.runs.folder import record_failure
+from snooker_cli.runs.folder import FAILURES, record_failure
 from snooker_cli.scene import Scene
 from snooker_cli.store import SCHEMA_VERSION, Provenance, RepeatHeader
 from snooker_cli.trace import StopReason, Trace
@@ -280,7 +280,7 @@ def test_a_runs_folder_has_what_the_page_says(finished: Path, snooker: Snooker) 
     there = {re.sub(r"\d{4}", "0000", str(path.relative_to(finished))) for path in walk(finished)}
     there |= {f"{run.figures_folder.relative_to(finished)}/"}
     assert there == names - {"*.part"}
-    (failure,) = (finished / runs.FAILURES).read_text().splitlines()
+    (failure,) = (finished / FAILURES).read_text().splitlines()
     assert [f"`{key}`" in PAGE for key in json.loads(failure)] == [True] * 3
     content = json.loads((finished / runs.MANIFEST).read_text())
     compare_keys(content, [row for row in manifest if row["default"] == "–"])
