@@ -123,7 +123,6 @@ class Executor(ABC):
         """Stop a cancelled run. Returns the items that may still be stored."""
 
     def _result(self, future: Future[Result], _item: Any) -> Result:
-        """The result of an item that has ended."""
         return future.result()
 
 

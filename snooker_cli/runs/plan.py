@@ -224,7 +224,6 @@ def is_excessive(plan: dict[str, Any]) -> bool:
 
 
 def _class_plan(each: SceneClass, to_do: dict[int, int], engine: str | None) -> dict[str, Any]:
-    """A class of scenes and estimates for its repeats that are to do."""
     estimates = [
         _estimates(each, point.experiment, balls, to_do[point.index])
         for point, balls in zip(each.points, each.balls, strict=True)
@@ -243,7 +242,6 @@ def _class_plan(each: SceneClass, to_do: dict[int, int], engine: str | None) -> 
 
 
 def _because(each: SceneClass, engine: str | None) -> str:
-    """Why a class has its engine."""
     if engine is not None:
         return f"as --engine {engine} says"
     if not issubclass(each.shape, Circle):

@@ -249,19 +249,13 @@ def packed(values: NDArray[Any], rows: int) -> bytes:
     padded = np.zeros((rows, *values.shape[1:]), values.dtype)
     padded[: len(values)] = values
     shuffled = np.ascontiguousarray(padded.view(np.uint8).reshape(-1, values.itemsize).T)
-    pieces = map(_deflated, shuffled)
+    pieces = []
+    for row in shuffled:  # in blocks that end on a whole byte and refer to none before them
+        level = 0 if _is_noise(row) else 1
+        deflate = zlib.compressobj(level, wbits=-zlib.MAX_WBITS, strategy=zlib.Z_RLE)
+        pieces += [deflate.compress(row.data), deflate.flush(zlib.Z_FULL_FLUSH)]
     checksum = zlib.adler32(shuffled.data).to_bytes(4, "big")
     return b"".join([ZLIB_HEADER, *pieces, LAST_BLOCK, checksum])
-
-
-def _deflated(data: NDArray[np.uint8]) -> bytes:
-    """Bytes in deflate's blocks that end on a whole byte and refer to none before them.
-
-    Runs of one byte are the only patterns that it looks for.
-    """
-    level = 0 if _is_noise(data) else 1
-    deflate = zlib.compressobj(level, wbits=-zlib.MAX_WBITS, strategy=zlib.Z_RLE)
-    return deflate.compress(data.data) + deflate.flush(zlib.Z_FULL_FLUSH)
 
 
 def _is_noise(data: NDArray[np.uint8]) -> bool:

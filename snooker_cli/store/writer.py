@@ -233,7 +233,6 @@ def _write_element(
 
 
 def _write_summaries(file: h5py.File, traces: Sequence[Trace]) -> None:
-    """Write the columns of the summaries, one repeat after the other."""
     summaries = [trace.summary for trace in traces if trace.summary is not None]
     for name, unit in SERIES_UNITS.items():
         values = np.concatenate([getattr(each.series, name) for each in summaries])
