@@ -216,7 +216,7 @@ def _plan_lines(plan: dict[str, Any], verbose: bool) -> Iterator[str]:
             points = f"{counted(len(one['points']), 'point')}, {points} to {last}"
         yield f"{points}: {numbers} {noun}, {one['to_do']:,} to do"
         models = dict(one["models"])
-        yield f"  engine    {one['engine']}: {one['because']}"
+        yield f"  engine    {one['engine']}"
         if ratios := [each for each in one["critical_ratios"] if each is not None]:
             values = " to ".join(dict.fromkeys(f"{f(ratios):.2g}" for f in (min, max)))
             yield f"  L/L_c     {values}: vortices and clusters grow above 1"

@@ -56,8 +56,8 @@ def points_in_disc(streams: Sequence[np.random.PCG64], number: int, least: float
     found[enough] = points[inside & (numbers <= number) & enough[:, None]].reshape(-1, number, 2)
     for k in np.flatnonzero(~enough).tolist():
         first = points[k, inside[k]]
-        found[k, : len(first)] = first
-        found[k, len(first) :] = points_in_disc([streams[k]], number - len(first), least)[0]
+        rest = points_in_disc([streams[k]], number - len(first), least)[0]
+        found[k] = np.concatenate([first, rest])
     return found
 
 

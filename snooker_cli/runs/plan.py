@@ -193,7 +193,7 @@ def run_plan(
             to_do[point] -= sum(status.state is State.DONE for status in statuses)
     missing = sum(to_do.values())
     threads = max(1, min(workers, missing))
-    kinds = [_class_plan(each, to_do, run.engine) for each in classes]
+    kinds = [_class_plan(each, to_do) for each in classes]
     seconds = _total(kinds, "processor_seconds")
     return {
         "run": str(run.directory),
@@ -223,7 +223,7 @@ def is_excessive(plan: dict[str, Any]) -> bool:
     return too_large or (plan["seconds"] or 0.0) > MOST_SECONDS
 
 
-def _class_plan(each: SceneClass, to_do: dict[int, int], engine: str | None) -> dict[str, Any]:
+def _class_plan(each: SceneClass, to_do: dict[int, int]) -> dict[str, Any]:
     estimates = [
         _estimates(each, point.experiment, balls, to_do[point.index])
         for point, balls in zip(each.points, each.balls, strict=True)
@@ -234,21 +234,10 @@ def _class_plan(each: SceneClass, to_do: dict[int, int], engine: str | None) -> 
         "critical_ratios": each.lengths,
         "shape": each.shape.name,
         "engine": "cells" if each.models["cells"] else "allpairs",
-        "because": _because(each, engine),
         "to_do": sum(to_do[point.index] for point in each.points),
         "models": each.models,
         **{name: _total(estimates, name) for name in estimates[0]},
     }
-
-
-def _because(each: SceneClass, engine: str | None) -> str:
-    if engine is not None:
-        return f"as --engine {engine} says"
-    if not issubclass(each.shape, Circle):
-        return f"a {each.shape.title}"
-    if each.models["sliding along the wall"]:
-        return "balls slide"
-    return f"{'many' if each.models['cells'] else 'few'} balls in a circle"
 
 
 def _estimates(

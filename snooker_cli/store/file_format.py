@@ -132,8 +132,8 @@ class Fingerprint:
 
     def hashes(self) -> NDArray[np.uint8]:
         """(*columns*, *n*, 32) The hashes of all full ``HASHED_ROWS``."""
-        columns = [b"".join(hashes) for hashes in self._hashes.values()]
-        return np.array([[*column] for column in columns], np.uint8).reshape(len(columns), -1, 32)
+        everything = b"".join(chain(*self._hashes.values()))
+        return np.frombuffer(everything, np.uint8).reshape(len(self._hashes), -1, 32)
 
     def restore(self, hashes: NDArray[np.uint8]) -> None:
         """Begin after as many rows as ``hashes`` gave hashes for."""

@@ -87,8 +87,7 @@ def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
     with _opened(path) as file:
         if layout.CHECKPOINT not in file:
             return None
-        for _ in _checked(file, path, None, keep_events=False):
-            pass
+        list(_checked(file, path, None, keep_events=False))
         names = file[layout.CHECKPOINT]
         found = {name: hdf5.read_rows(file, f"{layout.CHECKPOINT}/{name}", None) for name in names}
         written = hdf5.read_attribute(file, layout.CHECKPOINT, "content")

@@ -213,21 +213,21 @@ def test_a_plan_counts_stored_repeats(separate: Path, snooker: Snooker) -> None:
     assert planned(snooker, "small.yaml")["to_do"] == 1
 
 
-def test_a_plan_has_the_engine_and_its_reason(here: Path, snooker: Snooker) -> None:
+def test_a_plan_has_the_engine(here: Path, snooker: Snooker) -> None:
     Path("gas.yaml").write_text(GAS)
     box, periodic = (f"container={{shape: {shape}, width: 20}}" for shape in ("box", "periodic"))
-    for arguments, engine, because in (
-        (["-o", "balls.count=200"], "cells", "many balls in a circle"),
-        (["-o", "balls.count=20"], "allpairs", "few balls in a circle"),
-        (["-o", "container.mass=1", "-o", "balls.count=150"], "allpairs", "few balls in a circle"),
-        (["-o", "collapse=slide"], "allpairs", "balls slide"),
-        (["-o", box], "cells", "a box"),
-        (["-o", periodic], "cells", "a periodic box"),
-        (["--engine", "allpairs"], "allpairs", "as --engine allpairs says"),
-        (["--engine", "cells", "-o", "balls.count=7"], "cells", "as --engine cells says"),
+    for arguments, engine in (
+        (["-o", "balls.count=200"], "cells"),
+        (["-o", "balls.count=20"], "allpairs"),
+        (["-o", "container.mass=1", "-o", "balls.count=150"], "allpairs"),
+        (["-o", "collapse=slide"], "allpairs"),
+        (["-o", box], "cells"),
+        (["-o", periodic], "cells"),
+        (["--engine", "allpairs"], "allpairs"),
+        (["--engine", "cells", "-o", "balls.count=7"], "cells"),
     ):
         (one,) = planned(snooker, "gas.yaml", *arguments)["kinds"]
-        assert (one["engine"], one["because"]) == (engine, because)
+        assert one["engine"] == engine
 
 
 def test_a_plan_warns_of_balls_that_cool_until_they_drift_together(
