@@ -25,7 +25,6 @@ RUNS = Path("runs")
 
 FAILURES = "failures.jsonl"  # the repeats that failed in the last attempt, a line of JSON each
 MOST_NAMED = 5  # runs that a message about their parent folder names
-VERSIONS = ("schema_version", "engine_version")  # the versions in a manifest
 LOCK_WAITS = (0.0, 0.02, 0.05, 0.1)  # s, because ``is_locked`` holds the lock for a moment
 
 
@@ -38,20 +37,18 @@ def create(run: Run, *, fresh: bool = False) -> str:
     be written.
     """
     change = planned_change(run, fresh=fresh)
-    manifest = run.directory / MANIFEST
     with _writing(run.directory):
         if fresh:
-            for old in (*run.files(), *run.figures()):
+            for old in (*run.directory.glob("point-*/repeat*.h5"), *run.figures()):
                 old.unlink()
             for folder in run.directory.glob("point-*"):
                 with suppress(OSError):  # it is not empty
                     folder.rmdir()
             discard(run.directory / FAILURES)
-        content = plain(run.manifest())
-        if fresh or not manifest.exists() or json.loads(manifest.read_text()) != content:
+        if fresh or not holds_manifest(run):
             for old in run.analyses():
                 old.unlink(missing_ok=True)
-            write_json(manifest, content)
+            write_json(run.directory / MANIFEST, plain(run.manifest()))
     return change
 
 
@@ -165,10 +162,10 @@ def open_run(name: str | Path) -> Run:
     try:
         content = json.loads(manifest.read_text("utf-8", "replace"))
         experiment = validated(content["experiment"])
-        engine, versions = content.get("engine"), [content[name] for name in VERSIONS]
-        if engine not in (None, "allpairs", "cells") or {type(each) for each in versions} != {int}:
+        version, engine_version = content["schema_version"], content["engine_version"]
+        engine, kinds = content.get("engine"), {type(version), type(engine_version)}
+        if engine not in (None, "allpairs", "cells") or kinds != {int}:
             raise ValueError("its engine or a version does not exist")
-        version, engine_version = versions
         run = Run(directory, experiment, points(experiment), engine, engine_version)
         if [point["digest"] for point in content["points"]] != list(run.digests):
             raise ValueError("its points are not those of its experiment")

@@ -132,10 +132,6 @@ class Run:
         name = f"repeats-{repeats[0]:04d}-{repeats[-1]:04d}.h5"
         return self.directory / f"point-{point:04d}" / name
 
-    def files(self) -> list[Path]:
-        """All batches' files in the folder, also those that are not of the config."""
-        return sorted(self.directory.glob("point-*/repeat*.h5"))
-
     def batches(self, point: int) -> list[Path]:
         """The files of a point's batches."""
         files = (self.directory / f"point-{point:04d}").glob("repeats-*-*.h5")

@@ -68,7 +68,7 @@ def test_short_repeats_are_a_run_with_the_default_threads(monkeypatch: pytest.Mo
     def spy(run: Run, *, workers: int, **others: Any) -> list[RepeatResult]:
         assert workers == processors()
         results = execute(run, workers=workers, **others)
-        stored = [store.read_headers(path) for path in run.files()]
+        stored = [store.read_headers(path) for path in run.batches(0)]
         assert sum(map(len, stored)) == len(results) == run.experiment.repeats
         seen.append((run, results))
         return results
