@@ -12,7 +12,8 @@ import repeating
 
 from snooker_cli import containers, theory
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Band, FigureData, Selection
+from snooker_cli.figures import FIGURES, FigureData, Selection
+from snooker_cli.figures.figure_data import Band
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
 

@@ -37,13 +37,6 @@ FULL_TITLE = 45  # characters: longer titles are printed smaller
 INK, SOFT, AMBER = "#1c2430", "#5b6675", "#e76300"
 RIM = (0.08, 0.09, 0.14, 0.75)
 
-_CURVES = (
-    ("kinetic energy", "J", colour(0)),
-    ("temperature", "J", colour(2)),
-    ("mean pressure since t = 0", "Pa m", colour(4)),
-)
-"""Name, unit and colour, from the top."""
-
 PALETTE_FRAMES = 3
 """Frames from which the palette of a GIF is made: one for all frames, so that nothing flickers."""
 
@@ -157,18 +150,20 @@ class Screen:
         """Add the panels of the three curves, each with its name and current value above it."""
         film, self.by_collision = self.film, by_collision
         self.steps = np.arange(len(film) + 1.0) if by_collision else film.rows
-        energy = film.kinetic_energy
-        pressure = film.pressure(film.rows)
+        energy, pressure = film.kinetic_energy, film.pressure(film.rows)
+        temperature = energy / film.trace.start.number
         pressure[pressure == 0] = np.nan  # it begins at the first collision
-        columns = (energy, energy / film.trace.start.number, pressure)
+        panels = (
+            ("kinetic energy", "J", colour(0), energy, energy.max()),
+            ("temperature", "J", colour(2), temperature, temperature.max()),
+            ("mean pressure since t = 0", "Pa m", colour(4), pressure, film.pressure_top),
+        )
         self.curves: list[Any] = []
-        tops = (*(float(np.max(values)) for values in columns[:2]), film.pressure_top)
-        panels = zip(_CURVES, columns, tops, strict=True)
-        for row, ((name, unit, shade), values, top) in enumerate(panels):
+        for row, (name, unit, shade, values, top) in enumerate(panels):
             axes = self.figure.add_axes((0.585, 0.655 - 0.265 * row, 0.395, 0.185))
             axes.set_xlim(float(self.steps[0]), max(len(film), 1.0) if by_collision else film.end)
             axes.set_ylim(0, 1.08 * top or 1.0)
-            axes.tick_params(labelbottom=row == len(_CURVES) - 1)
+            axes.tick_params(labelbottom=row == 2)
             axes.set_title(name, loc="left", fontweight="normal", color=INK, pad=5)
             line, point = axes.plot([], [], "-", [], [], "o", color=shade, clip_on=False)
             line.set_clip_on(True)

@@ -20,7 +20,8 @@ from snooker_cli.cli.options import (
 )
 from snooker_cli.cli.output import print_json, print_line, print_result, table
 from snooker_cli.errors import FigureError, UserError, check_name
-from snooker_cli.figures import FIGURES, FigureSpec, Selection, selected, unfinished
+from snooker_cli.figures import FIGURES, Selection, selected, unfinished
+from snooker_cli.figures.registry import FigureSpec
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label
 from snooker_cli.progress import notice

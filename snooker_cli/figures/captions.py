@@ -152,6 +152,11 @@ class FigureBuilder:
         name, errors = self.label(point) or "simulation", standard_errors(rows)
         self.lines.append(Points(x, rows.mean(axis=0), errors, name, index))
 
+    def add_histogram(self, index: int, point: Point, edges: Array, heights: Array) -> None:
+        """Add the outline of bins between edges (*n* + 1,)."""
+        x, y = np.append(edges[0], edges), np.pad(heights, 1)
+        self.lines.append(Line(x, y, self.label(point), index, steps=True))
+
     def figure(
         self,
         caption: str,

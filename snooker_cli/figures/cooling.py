@@ -25,7 +25,6 @@ from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder, requ
 from snooker_cli.figures.figure_data import (
     Array,
     FigureData,
-    Layer,
     Line,
     LineStyle,
     Points,
@@ -129,8 +128,10 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
 
 def decay_against_cor(build: FigureBuilder) -> FigureData:
     """The decay constants of the energy against the CoR."""
-    points = build.points
-    require_motion(build.start(points[0]))
+    points, scene = build.points, build.start(build.points[0])
+    require_motion(scene)
+    rates = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
+    wall = points[0].experiment.wall_cor
     for point in points:
         traces = list(build.traces(point))
         found = decays(traces, ("kinetic_energy",))
@@ -153,8 +154,19 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
             " Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
             "λ = 1/(√2 n 2πr)."
         )
-    if curves := _curves_of_theory(build):
-        build.lines += curves
+    if rates is not None:
+        # The logarithm has no value at CoR 0.
+        grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
+        constants = []
+        for e in map(float, grid):
+            loss = theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
+            report = theory.source_decay_constant(e, rates.mean_free_path, rates.mean_speed)
+            constants.append((report, theory.haff_rate(loss)))
+        report_k, alpha = np.array(constants).T
+        build.lines += [
+            Line(grid, report_k, "k, mean free path after Enskog", 0, "dotted"),
+            Line(grid, alpha, "α, kinetic theory", 1, "solid"),
+        ]
         caption += (
             " Dotted: the same with ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ), χ for the size "
             "of the balls."
@@ -170,28 +182,6 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
         numbers={"ended_early": sum(each["ended_early"] for each in build.records)},
         title=title,
     )
-
-
-def _curves_of_theory(build: FigureBuilder) -> list[Layer]:
-    """Kinetic theory's α, and the source report's k with its rate; none without a theory."""
-    points = build.points
-    scene = build.start(points[0])
-    rates = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
-    if rates is None:
-        return []
-    cors, wall = [point.experiment.cor for point in points], points[0].experiment.wall_cor
-    # The logarithm has no value at CoR 0.
-    grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
-    constants = []
-    for e in map(float, grid):
-        loss = theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
-        report = theory.source_decay_constant(e, rates.mean_free_path, rates.mean_speed)
-        constants.append((report, theory.haff_rate(loss)))
-    report_k, alpha = np.array(constants).T
-    return [
-        Line(grid, report_k, "k, mean free path after Enskog", 0, "dotted"),
-        Line(grid, alpha, "α, kinetic theory", 1, "solid"),
-    ]
 
 
 # How the rate falls with time.
@@ -299,49 +289,44 @@ def _local_rates(traces: Sequence[Trace]) -> tuple[Array, Array, Array, float]:
 def event_decay(build: FigureBuilder) -> FigureData:
     """The energy against collisions, where kinetic theory has an exponential at any density."""
     for index, point in enumerate(build.points):
-        _add_energies(build, index, point)
+        traces = list(build.traces(point))
+        scene = traces[0].start
+        require_motion(scene)
+        if scene.number < 2:
+            raise FigureError("kinetic theory does not cover one ball; it needs two or more")
+        calm = [before_collapse(trace) for trace in traces]
+        shortest = min(trace.collisions for trace in calm)
+        if shortest == 0:
+            raise FigureError("a repeat has no collisions; run longer")
+        counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())
+        rows = np.array([_against_counts(series(trace), scene, counts) for trace in calm])
+        energies, expected = rows[:, 0], rows[:, 1]
+        floors = np.array([predictions.floor(trace.start) for trace in traces])[:, None]
+        x, final = counts / scene.number, mean_and_error(energies[:, -1])
+        floor, alone = float(floors.mean()), expected.mean(axis=0)
+        record = {"collisions_per_ball": x[-1], "theory": alone[-1], "floor": floor}
+        build.lines.append(Line(x, alone, None, index, "solid"))
+        if floor >= FLOOR_MATTERS * final[0]:
+            above = (floors + (1 - floors) * expected).mean(axis=0)
+            build.lines.append(Line(x, above, None, index, "dashed"))
+            record["theory_above_floor"] = above[-1]
+        build.add_points(index, point, x, energies)
+        text = f"{with_error(*final)}, expected {short(alone[-1])}"
+        build.record(point, text, **record, final_ratio=final)
     kept = _kept(build.points)
     build.lines.append(legend_line("expected from the counted collisions", "solid"))
-    floors = [record["floor"] for record in build.records if "theory_above_floor" in record]
-    if floors:
+    drawn = [record["floor"] for record in build.records if "theory_above_floor" in record]
+    if drawn:
         build.lines.append(legend_line(f"the same above the {_KEPT[kept]}", "dashed"))
-        if max(floors) - min(floors) < SAME_FLOOR * max(floors):
-            mean = float(np.mean(floors))
+        if max(drawn) - min(drawn) < SAME_FLOOR * max(drawn):
+            mean = float(np.mean(drawn))
             text = f"{_KEPT[kept]}, {short(mean, 2)} E(0)"
             build.lines.append(Reference("y", mean, text))
     at_wall = ", one with the wall of CoR e′ (1 − e′²)E/N" if kept == "L" else ""
     return build.figure(
         f"E/E(0) in the end: {build.results_text}. Lines: a collision between balls takes "
-        f"(1 − e²)E/N{at_wall}." + (_FLOORS[kept] if floors else "")
+        f"(1 − e²)E/N{at_wall}." + (_FLOORS[kept] if drawn else "")
     )
-
-
-def _add_energies(build: FigureBuilder, index: int, point: Point) -> None:
-    """Add a point's energies by collision count."""
-    traces = list(build.traces(point))
-    scene = traces[0].start
-    require_motion(scene)
-    if scene.number < 2:
-        raise FigureError("kinetic theory does not cover one ball; it needs two or more")
-    calm = [before_collapse(trace) for trace in traces]
-    shortest = min(trace.collisions for trace in calm)
-    if shortest == 0:
-        raise FigureError("a repeat has no collisions; run longer")
-    counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())
-    rows = np.array([_against_counts(series(trace), scene, counts) for trace in calm])
-    energies, expected = rows[:, 0], rows[:, 1]
-    floors = np.array([predictions.floor(trace.start) for trace in traces])[:, None]
-    x, final = counts / scene.number, mean_and_error(energies[:, -1])
-    floor, alone = float(floors.mean()), expected.mean(axis=0)
-    record = {"collisions_per_ball": x[-1], "theory": alone[-1], "floor": floor}
-    build.lines.append(Line(x, alone, None, index, "solid"))
-    if floor >= FLOOR_MATTERS * final[0]:
-        above = (floors + (1 - floors) * expected).mean(axis=0)
-        build.lines.append(Line(x, above, None, index, "dashed"))
-        record["theory_above_floor"] = above[-1]
-    build.add_points(index, point, x, energies)
-    text = f"{with_error(*final)}, expected {short(alone[-1])}"
-    build.record(point, text, **record, final_ratio=final)
 
 
 def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
-from snooker_cli.figures.figure_data import NEUTRAL, Array, FigureData, Histogram, Line, Reference
+from snooker_cli.figures.figure_data import NEUTRAL, Array, FigureData, Line, Reference
 from snooker_cli.figures.selection import elastic
 from snooker_cli.formatting import exact, listed, short
 from snooker_cli.scene import Scene
@@ -60,7 +60,7 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
     extremes: dict[float, float] = {}
     key = f"{nearest}_distance"
     for index, (point, each) in enumerate(zip(build.points, found, strict=True)):
-        build.lines.append(Histogram(each.edges, each.density, build.label(point), index))
+        build.add_histogram(index, point, each.edges, each.density)
         before = extremes.get(each.limit, each.extreme)
         extremes[each.limit] = outermost(before, each.extreme)
         build.record(point, **{key: each.extreme, "beyond_limit": each.excess})
@@ -158,7 +158,7 @@ def speeds(build: FigureBuilder) -> FigureData:
             unit = float(np.sqrt(2 * scene.kinetic_energy / scene.number / scene.masses[0]))
         used = int(np.max(np.flatnonzero(counts))) + 1
         heights = counts[:used] / (total * SPEED_BIN * unit)
-        build.lines.append(Histogram(edges[: used + 1] * unit, heights, build.label(point), index))
+        build.add_histogram(index, point, edges[: used + 1] * unit, heights)
         free = predictions.independent_velocities(scene)
         laws[free, unit] = None
         # The largest difference of cumulative shares, at the bins' edges.

@@ -23,7 +23,6 @@ from snooker_cli.figures.figure_data import (
     NEUTRAL,
     Band,
     FigureData,
-    Histogram,
     Layer,
     Line,
     Points,
@@ -161,8 +160,6 @@ def _added(axes: Axes, layer: Layer, order: float) -> Any:
             )
             drawn.lines[0].set(clip_on=False, in_layout=False)  # a marker on a limit is whole
             return drawn
-        case Histogram(edges, heights):
-            return axes.stairs(heights, edges, linestyle=dashes, linewidth=1.2, **common)
         case Reference(axis, value):
             across = axes.axvline if axis == "x" else axes.axhline
             return across(value, linewidth=0.8, **common)
@@ -183,7 +180,6 @@ def _scale(axes: Axes, data: FigureData) -> None:
             # Matplotlib's margin is a share of the data's span, which may be nothing.
             high = highest + MARGIN * (highest - limits[0])
             axis.set_view_interval(limits[0], high, ignore=True)
-    for axis in (axes.xaxis, axes.yaxis):
         low, high = axis.get_view_interval()
         if axis.get_scale() == "log" and high < FEW_DECADES * low:
             axis.set_major_locator(LogLocator(subs=(1, 2, 5)))

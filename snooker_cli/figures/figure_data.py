@@ -63,16 +63,6 @@ class Points:
 
 
 @dataclass(frozen=True, eq=False)
-class Histogram:
-    """An outline of bins: ``edges`` has one element more than ``heights``."""
-
-    edges: Array
-    heights: Array
-    label: str | None = None
-    series: int = 0
-
-
-@dataclass(frozen=True, eq=False)
 class Reference:
     """A straight line across the axes at one value of x or y."""
 
@@ -81,7 +71,7 @@ class Reference:
     label: str | None = None
 
 
-Layer: TypeAlias = Line | Band | Points | Histogram | Reference
+Layer: TypeAlias = Line | Band | Points | Reference
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """Pressure against temperature, area and number of balls, beside the ideal gas and theory."""
 
 import math
-from typing import Literal, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,11 +36,6 @@ THEORY = "hard-disk theory"
 CURVE = 120  # vertices of a curve of theory
 
 BARS = "Error bars: standard errors over the repeats."
-
-MOST_MARKERS = 60
-"""Repeats of a point that are shown; more hide each other. Means are over all repeats."""
-
-Axis: TypeAlias = Literal["number", "temperature", "area"]
 
 
 class Gas(NamedTuple):
@@ -77,8 +72,8 @@ class _State(NamedTuple):
         return float(self.scene.radii[0])
 
 
-def pressures(axis: Axis, build: FigureBuilder) -> FigureData:
-    """Pressures along an axis, a series for each ball radius, with the ideal gas and theory."""
+def pressures(axis: str, build: FigureBuilder) -> FigureData:
+    """Pressures along a field of ``Gas``, a series for each ball radius, with theory."""
     for index, group in enumerate(build.groups):
         states = [_state(build, point) for point in group]
         x = np.array([getattr(state.gas, axis) for state in states])
@@ -213,11 +208,10 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
             rows.append((mean, ratio, end, ratio * mean / end))
             ended_early += not trace.stop.reason.complete
         table = np.array(rows)
-        seen = table[:MOST_MARKERS]
-        highest = max(highest, float(seen[:, [1, 3]].max()))
+        highest = max(highest, float(table[:, [1, 3]].max()))
         build.lines += [
-            Points(seen[:, 2], seen[:, 3], series=index, filled=False),
-            Points(seen[:, 0], seen[:, 1], None, build.label(point), index),
+            Points(table[:, 2], table[:, 3], series=index, filled=False),
+            Points(table[:, 0], table[:, 1], None, build.label(point), index),
         ]
         at_mean, at_end = mean_and_error(table[:, 1]), mean_and_error(table[:, 3])
         build.record(

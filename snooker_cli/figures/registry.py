@@ -10,7 +10,6 @@ from typing import Any
 import yaml
 
 from snooker_cli.config import Point
-from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import FigureData
@@ -76,8 +75,6 @@ class FigureSpec:
         return self.draw(FigureBuilder(run, selection, groups, fields, self.shows))
 
 
-_LENGTHS = tuple(dict.fromkeys(f"container.{shape.keys[0]}" for shape in SHAPES.values()))
-
 _AXES = (
     "x_label",
     "y_label",
@@ -96,8 +93,6 @@ def _read() -> dict[str, FigureSpec]:
     specs = {}
     for name, entry in yaml.safe_load(text).items():
         axes = {key: entry.pop(key) for key in _AXES if key in entry}
-        if entry.get("along") == ["container"]:
-            entry["along"] = _LENGTHS
         module, function = entry.pop("draw").split(".")
         draw = getattr(import_module(f"snooker_cli.figures.{module}"), function)
         if "of" in entry:

@@ -70,14 +70,13 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
     for index, point in enumerate(build.points):
         totals = [_momentum(trace, name) for trace in build.traces(point)]
         ratios = [(time, total / total[0]) for time, total in totals]
-        deviations = [(time, ratio - 1) for time, ratio in ratios]
-        curves = [(time, each / MOMENTUM_UNIT) for time, each in deviations]
+        curves = [(time, (ratio - 1) / MOMENTUM_UNIT) for time, ratio in ratios]
         build.add_course(index, point, ratios)
         deviation.add_course(index, point, curves, style="solid")  # dashes are lost in the noise
         build.record(
             point,
             momentum_at_start=float(totals[0][1][0]),
-            largest_deviation=max(float(np.max(np.abs(each))) for _, each in deviations),
+            largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in ratios),
             states=max(len(time) for time, _ in totals),
         )
     worst = max(each["largest_deviation"] for each in build.records)

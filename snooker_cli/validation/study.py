@@ -15,9 +15,9 @@ import yaml
 
 from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.figures import FigureData, plain
+from snooker_cli.figures import FigureData
 from snooker_cli.files import write_text
-from snooker_cli.formatting import counted, text_table
+from snooker_cli.formatting import counted, plain, text_table
 from snooker_cli.runs.execution import processors
 
 Record = dict[str, Any]  # a measurement, or a part of it, as JSON stores it

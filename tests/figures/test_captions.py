@@ -12,9 +12,9 @@ from repeating import batches_of, file_of
 
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Line, Points, Selection, described, selected, unfinished
+from snooker_cli.figures import FIGURES, Line, Points, Selection, selected, unfinished
 from snooker_cli.figures.captions import FigureBuilder
-from snooker_cli.figures.selection import evenly
+from snooker_cli.figures.selection import described, evenly
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
 

@@ -13,9 +13,9 @@ from snooker_cli import theory
 from snooker_cli.analysis.decay import curve, decays, fit_curve, reported_constant
 from snooker_cli.analysis.fitting import LAWS, fitted_curve, mean_over_repeats
 from snooker_cli.engine import series
-from snooker_cli.figures import Band, Line, Points, Reference
+from snooker_cli.figures import Line, Points, Reference
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
-from snooker_cli.figures.figure_data import at_common_times
+from snooker_cli.figures.figure_data import Band, at_common_times
 from snooker_cli.formatting import short, with_error
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason, Trace

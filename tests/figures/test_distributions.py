@@ -11,10 +11,18 @@ from figure_runs import ADRIFT, layers, made, shown, traces
 
 from snooker_cli import theory
 from snooker_cli.engine import replay
-from snooker_cli.figures import NEUTRAL, Histogram, Line, Reference
+from snooker_cli.figures import NEUTRAL, FigureData, Line, Reference
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import SPEED_BIN
+
+
+def histograms(found: FigureData) -> list[Line]:
+    return [line for line in layers(found, Line) if line.steps]
+
+
+def laws(found: FigureData) -> list[Line]:
+    return [line for line in layers(found, Line) if not line.steps]
 
 
 def test_distances_from_the_centre(decaying: Run) -> None:
@@ -27,9 +35,10 @@ def test_distances_from_the_centre(decaying: Run) -> None:
         largest = max(largest, float(np.hypot(offsets[..., 0], offsets[..., 1]).max()))
     assert found.numbers["largest_distance"] == largest
     assert found.numbers["largest_excess"] == largest - 9.0
-    (histogram,) = layers(found, Histogram)
-    assert np.sum(histogram.heights * np.diff(histogram.edges)) == pytest.approx(1, abs=1e-12)
-    assert (histogram.edges[0], histogram.edges[-1]) == (0.0, 9.0)
+    (histogram,) = histograms(found)
+    assert np.sum(histogram.y[:-1] * np.diff(histogram.x)) == pytest.approx(1, abs=1e-12)
+    assert (histogram.x[0], histogram.x[-1]) == (0.0, 9.0)
+    assert (histogram.y[0], histogram.y[-1]) == (0.0, 0.0)
     assert [reference.value for reference in layers(found, Reference)] == [9.0]
 
 
@@ -50,7 +59,7 @@ def test_distances_between_balls(decaying: Run) -> None:
 @pytest.mark.parametrize("shape", ["box", "periodic"])
 def test_pair_distances_beside_uniform_ones(shape: str, request: pytest.FixtureRequest) -> None:
     found = shown(request.getfixturevalue(shape), "pair-distances")
-    (line,) = (each for each in layers(found, Line) if each.label)
+    (line,) = laws(found)
     # The rule of trapezoids over 200 points; a periodic box's density jumps in slope only.
     area = float(np.sum((line.y[1:] + line.y[:-1]) / 2 * np.diff(line.x)))
     assert area == pytest.approx(1, abs=2e-3)
@@ -61,32 +70,32 @@ def test_pair_distances_beside_uniform_ones(shape: str, request: pytest.FixtureR
     square = float(np.sum(line.x**2 * line.y) / np.sum(line.y))
     expected = float(np.sum(sides**2)) / (12 if shape == "periodic" else 6)
     assert square == pytest.approx(expected, rel=5e-3)
-    assert all(each.edges[0] == 1.2 for each in layers(found, Histogram))
+    assert all(each.x[0] == 1.2 for each in histograms(found))
 
 
 def test_speeds_in_metres_if_elastic(warm: Run) -> None:
     found = shown(warm, "speeds", balls__radius=1.0)
     assert found.x_label == "speed (m/s)"
-    for histogram, speed in zip(layers(found, Histogram), (5.0, 10.0, 20.0), strict=True):
-        widths = np.diff(histogram.edges)
-        assert widths == pytest.approx(SPEED_BIN * speed, rel=1e-13)
-        assert np.sum(histogram.heights * widths) == pytest.approx(1, abs=1e-12)
-    maxwell, fixed = layers(found, Line)[:2]
+    for histogram, speed in zip(histograms(found), (5.0, 10.0, 20.0), strict=True):
+        widths = np.diff(histogram.x)
+        assert widths[1:] == pytest.approx(SPEED_BIN * speed, rel=1e-13)
+        assert np.sum(histogram.y[:-1] * widths) == pytest.approx(1, abs=1e-12)
+    maxwell, fixed = laws(found)[:2]
     assert maxwell.y == pytest.approx(theory.maxwell_speed_density(maxwell.x, 12.5), rel=1e-12)
     assert fixed.y == pytest.approx(
         theory.fixed_energy_speed_density(fixed.x, 19, 12.5), rel=1e-9, abs=1e-15
     )
-    assert {line.series for line in layers(found, Line)} == {NEUTRAL}
+    assert {line.series for line in laws(found)} == {NEUTRAL}
 
 
 def test_the_law_of_speeds_counts_one_ball_less(periodic: Run, tmp_path: Path) -> None:
     reduced = shown(periodic, "speeds")
     assert reduced.x_label.startswith("reduced speed")
     assert reduced.numbers["points"][0]["speeds"] % 64 == 0
-    labels = [line.label for line in layers(reduced, Line)]
+    labels = [line.label for line in laws(reduced)]
     assert labels == ["Maxwell–Boltzmann", "fixed energy, 63 free balls"]
     adrift = made(tmp_path / "adrift", "cor=1", "collisions=1000", text=ADRIFT)
     found = shown(adrift, "speeds")
-    assert [line.label for line in layers(found, Line)] == ["Maxwell–Boltzmann"]
+    assert [line.label for line in laws(found)] == ["Maxwell–Boltzmann"]
     assert "from Maxwell and Boltzmann's law" in found.caption
     assert found.numbers["points"][0]["distance_from_fixed_energy"] is None

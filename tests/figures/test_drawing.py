@@ -21,8 +21,9 @@ from matplotlib.axis import Axis
 from matplotlib.text import Text
 from pypdf import PdfReader
 
-from snooker_cli.figures import FIGURES, Band, FigureData, Histogram, Line, Points, Reference
+from snooker_cli.figures import FIGURES, FigureData, Line, Points, Reference
 from snooker_cli.figures.drawing import draw, save, styled
+from snooker_cli.figures.figure_data import Band
 from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
 
@@ -41,7 +42,6 @@ EVERYTHING = FigureData(
         Line(X, X**2, "steps", 1, "dotted", steps=True),
         Points(X, X + 1, np.array([0.1, np.nan, 0.3]), "points", 2),
         Points(X, X + 2, label="open points", series=3, filled=False),
-        Histogram(np.array([0.0, 0.2, 0.3]), np.array([1.0, 3.0]), "histogram", 4),
         Reference("x", 0.25, "x = 0.25"),
         Reference("y", 2.5),
     ),
@@ -153,8 +153,8 @@ def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
     assert content["caption"] == EVERYTHING.caption
     assert [layer["type"] for layer in content["inset"]] == ["line", "reference"]
     types = "-".join(layer["type"] for layer in content["layers"])
-    assert types == "band-line-line-points-points-histogram-reference-reference"
-    _, line, steps, points, _, histogram, vertical, horizontal = content["layers"]
+    assert types == "band-line-line-points-points-reference-reference"
+    _, line, steps, points, _, vertical, horizontal = content["layers"]
     (axes,) = draw(EVERYTHING).axes
     drawn = [np.array(each.get_data()).tolist() for each in axes.lines]
     for layer in (line, steps, points):
@@ -162,9 +162,6 @@ def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
     assert points["y_error"] == [0.1, None, 0.3]
     assert [[vertical["value"]] * 2, [0.0, 1.0]] in drawn
     assert [[0.0, 1.0], [horizontal["value"]] * 2] in drawn
-    (stairs,) = axes.patches
-    heights, edges, _ = stairs.get_data()  # type: ignore[attr-defined]
-    assert [heights.tolist(), edges.tolist()] == [histogram["heights"], histogram["edges"]]
 
 
 ELSEWHERE = """

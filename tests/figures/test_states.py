@@ -11,8 +11,9 @@ from figure_runs import MIXTURE, layers, made, shown, traces, why_not
 from snooker_cli import theory
 from snooker_cli.analysis import predictions, structure
 from snooker_cli.analysis.observables import series, standard_errors, time_means
-from snooker_cli.figures import Band, Line, Points
+from snooker_cli.figures import Line, Points
 from snooker_cli.figures.captions import MEAN_SPREAD
+from snooker_cli.figures.figure_data import Band
 from snooker_cli.runs import Run
 
 

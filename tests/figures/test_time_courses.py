@@ -12,9 +12,9 @@ from figure_runs import ADRIFT, around, in_circle, layers, made, shown, traces
 from snooker_cli import theory
 from snooker_cli.analysis import observables
 from snooker_cli.engine import replay, series
-from snooker_cli.figures import Band, Line, Reference
+from snooker_cli.figures import Line, Reference
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
-from snooker_cli.figures.figure_data import bands
+from snooker_cli.figures.figure_data import Band, bands
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON
 
