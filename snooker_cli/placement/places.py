@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from decimal import Decimal, localcontext
 from functools import cache
+from statistics import fmean
 
 import numpy as np
 from numpy.typing import NDArray
@@ -186,18 +187,14 @@ def _kept(number: int, columns: int, rows: int, fewer: int) -> tuple[Indices, In
 
 # Random places: balls are inserted one after the other, and pushed apart if that jams
 
-INSERTED = 0.4
-"""Packing up to which balls are inserted at their size. Insertion jams at 0.547 (Feder 1980,
-doi:10.1016/0022-5193(80)90358-6) and needs many attempts before."""
-
+# Insertion jams at 0.547 (Feder 1980, doi:10.1016/0022-5193(80)90358-6); before, it is slow.
+INSERTED = 0.4  # packing up to which balls are inserted at their size
 ATTEMPTS = 100  # for each ball, then insertion has failed; at a packing of 0.4 it needs about 5
 JAMMED = 0.84  # random close packing of disks (Berryman 1983, doi:10.1103/PhysRevA.27.1053)
 LARGEST = 0.82  # largest packing that is tried; near jamming the time grows without limit
-
 SWEEPS = 2000  # pushes of all balls, then pushing has failed; a packing of 0.82 needs about 800
-PUSH, MEMORY = 0.3, 0.9
-"""The part of an overlap that a push removes, and the part of its last step that a ball repeats."""
-
+PUSH = 0.3  # part of an overlap that a push removes
+MEMORY = 0.9  # part of its last step that a ball repeats
 SKIN = 0.6  # largest gap of the pairs that are listed as neighbours, in mean radii
 
 
@@ -229,7 +226,7 @@ def random_places(
         positions = _inserted(container, radii, counts, generator, scale, placed)
     if scale < 1:
         # Sorted in strips, so that neighbours are near in memory too.
-        strips = np.floor(positions[:, 1] / (4 * _mean(each)))
+        strips = np.floor(positions[:, 1] / (4 * fmean(each)))
         order = np.lexsort((positions[:, 0], strips))
         fixed = order < len(placed[0])
         positions[order] = _pushed_apart(container, positions[order], each[order], packing, fixed)
@@ -304,7 +301,7 @@ def _pushed_apart(
     soon are free. They continue their last step in part, as if they had mass.
     """
     wanted = radii * (1 + max(0.25 * (math.sqrt(JAMMED / packing) - 1), 1e-4))
-    skin = SKIN * _mean(radii)
+    skin = SKIN * fmean(radii)
     steps, moved = np.zeros_like(positions), np.full(len(radii), math.inf)
     for _ in range(SWEEPS):
         if 2 * np.max(moved) > skin:
@@ -331,8 +328,3 @@ def _pushed_apart(
         moved = np.sqrt(np.sum((positions - seen) ** 2, axis=1))
     ratio = float(np.min(apart / (radii[a] + radii[b])))
     raise JammedError(packing * ratio * ratio)
-
-
-def _mean(values: Floats) -> float:
-    """Correctly rounded, so the same on every machine."""
-    return math.fsum(values.tolist()) / len(values)

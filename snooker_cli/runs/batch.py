@@ -25,7 +25,6 @@ from snooker_cli.scene import Scene
 from snooker_cli.trace import Stop, StopReason, Work
 
 CHECKPOINT_INTERVAL = 600.0  # seconds after which a long repeat saves a checkpoint, by default
-
 SAVING_SHARE = 20  # times as long as saving one took, until the next checkpoint
 
 _log = logging.getLogger(__name__)

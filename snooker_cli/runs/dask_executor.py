@@ -52,8 +52,8 @@ def software() -> str:
         f"snooker {__version__} with engine version {ENGINE_VERSION}, files of schema "
         f"{SCHEMA_VERSION}"
     )
-    names = {"numba": "numba", "NumPy": "numpy", "dask": "dask", "distributed": "distributed"}
-    return listed([own, *(f"{name} {version(package)}" for name, package in names.items())])
+    names = ("numba", "NumPy", "dask", "distributed")
+    return listed([own, *(f"{name} {version(name.lower())}" for name in names)])
 
 
 @dataclass(frozen=True)

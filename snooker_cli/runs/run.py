@@ -188,7 +188,7 @@ class Run:
             status.accept()
         numbers = tuple(status.repeat for status in statuses)
         info = store.file_info(path)
-        if info is not None and info.size <= REMEMBERED_SIZE:
+        if info is not None and info[0] <= REMEMBERED_SIZE:
             return _remembered(path, numbers, info)
         return [trace for trace, _ in store.read(path, numbers)]
 
@@ -298,13 +298,13 @@ def named(path: Path) -> tuple[int, range]:
 
 
 @lru_cache(maxsize=128)
-def _remembered(path: Path, repeats: tuple[int, ...], _info: store.FileInfo) -> list[Trace]:
+def _remembered(path: Path, repeats: tuple[int, ...], _info: tuple[int, int]) -> list[Trace]:
     """Repeats of a file of this size and age. Raises ``StoreError``."""
     return [trace for trace, _ in store.read(path, repeats)]
 
 
 @lru_cache(maxsize=1024)
-def _headers(path: Path, _info: store.FileInfo) -> list[RepeatHeader]:
+def _headers(path: Path, _info: tuple[int, int]) -> list[RepeatHeader]:
     """The headers of a file of this size and age. Raises ``StoreError``."""
     return store.read_headers(path)
 

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from itertools import chain
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -32,19 +33,18 @@ def run_status(run: Run) -> dict[str, Any]:
     """
     locked = is_locked(run.directory)
     folders = run.directory.glob("point-*") if locked else ()
-    parts = chain.from_iterable(map(unfinished, folders))
-    writing = [named(target_of(part)) for part in parts]
+    writing = [named(target_of(part)) for folder in folders for part in unfinished(folder)]
     failed = failures(run)
     numbers = dict.fromkeys((*COUNTS, "collisions"), 0)
     ledger: list[dict[str, Any]] = [
         {"parameters": point.as_json(), **numbers, "ended": Counter(), "remarks": []}
         for point in run.points
     ]
-    files: dict[Path, tuple[store.FileInfo, RepeatStatus]] = {}
+    files: dict[Path, tuple[int, int, RepeatStatus]] = {}
     for status in chain.from_iterable(run.statuses(point.index) for point in run.points):
         row, item, remark = ledger[status.point], (status.point, status.repeat), ""
         if status.path not in files and (info := store.file_info(status.path)):
-            files[status.path] = info, status
+            files[status.path] = *info, status
         if status.state is State.DONE and status.header is not None:
             state = "done"
             row["ended"][str(status.header.stop.reason)] += 1
@@ -62,10 +62,11 @@ def run_status(run: Run) -> dict[str, Any]:
             row["remarks"].append({"repeat": status.repeat, "remark": remark})
     totals = {name: sum(row[name] for row in ledger) for name in numbers}
     state = "unfinished" if totals["failed"] + totals["to_do"] else "done"
-    last, newest = max(files.values(), key=lambda file: file[0].modified, default=(None, None))
-    header, written = newest.header if newest else None, None
-    if last:  # an archive may give a file any date
-        written = datetime.fromtimestamp(min(max(last.modified / 1e9, 0.0), LATEST), UTC)
+    header = written = None
+    if files:  # an archive may give a file any date
+        _, modified, newest = max(files.values(), key=itemgetter(1))
+        written = datetime.fromtimestamp(min(max(modified / 1e9, 0.0), LATEST), UTC)
+        header = newest.header
     return {
         "run": str(run.directory),
         "state": "running" if locked else state,
@@ -73,7 +74,7 @@ def run_status(run: Run) -> dict[str, Any]:
         "repeats": run.experiment.repeats,
         **totals,
         "files": len(files),
-        "bytes": sum(info.size for info, _ in files.values()),
+        "bytes": sum(size for size, *_ in files.values()),
         "last_file": written and written.isoformat(timespec="seconds"),
         "engine_version": run.engine_version,
         "engine": run.engine,

@@ -20,11 +20,9 @@ UNWRITABLE = (OSError, RuntimeError)  # what h5py raises for a file that cannot 
 MOST_LINKS = 1000  # names in a file. snooker writes fewer than 100.
 INFLATION = 1032  # the most bytes that deflate makes of one byte, https://zlib.net/zlib_tech.html
 
-ZLIB_HEADER, LAST_BLOCK = b"\x78\x01", b"\x03\x00"
-"""The first bytes of a zlib stream (RFC 1950), and the empty block at the end of deflate's."""
-
-NOISE_SAMPLE = 4096
-
+ZLIB_HEADER = b"\x78\x01"  # of a zlib stream, RFC 1950
+LAST_BLOCK = b"\x03\x00"  # the empty one at the end of deflate's blocks
+NOISE_SAMPLE = 4096  # bytes that are looked at to judge whether a column is noise
 SMALL = 1024  # bytes of a dataset up to which it is stored in its header
 
 

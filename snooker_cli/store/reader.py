@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple, get_type_hints
+from typing import Any, get_type_hints
 
 import h5py
 import numpy as np
@@ -35,22 +35,15 @@ from snooker_cli.trace import (
 EVENTS_AT_A_TIME = 1 << 20  # events that are read at a time where they are not kept
 
 
-class FileInfo(NamedTuple):
-    """Size in bytes and time of the last change, ns since 1970, of a batch's file."""
-
-    size: int
-    modified: int
-
-
-def file_info(path: Path) -> FileInfo | None:
-    """Size and age of a batch's file; None if there is none."""
+def file_info(path: Path) -> tuple[int, int] | None:
+    """Size in bytes and time of the last change, ns since 1970, of a file; None if it is gone."""
     try:
         status = path.stat()
     except (FileNotFoundError, NotADirectoryError):
         return None
     except OSError:  # such as a loop of links: who reads the file will say so
-        return FileInfo(0, 0)
-    return FileInfo(status.st_size, status.st_mtime_ns)
+        return 0, 0
+    return status.st_size, status.st_mtime_ns
 
 
 def read(path: Path, wanted: Collection[int] | None = None) -> list[tuple[Trace, RepeatHeader]]:
