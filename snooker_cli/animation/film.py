@@ -37,6 +37,7 @@ class Film:
     settling : the ball that bounces after the last collision until it slides, or ``None``
     after : (*n*, 4) velocities of i (u, v) and of j or the container after it, m/s
     contacts : (*n*, 2) points of contact, m
+    container_path : (*n* + 2, 2) the container's centre at the start, collisions and end, m
     kinetic_energy : (*n* + 1,) of the balls at the start and after each collision, J
     pressure_sum : (*n* + 1,) what ``pressure`` divides by the time, Pa m s
     pressure_gain : (*n* + 1,) its increase per second from there on, Pa m
@@ -59,6 +60,7 @@ class Film:
     settling: int | None
     after: Floats
     contacts: Floats
+    container_path: Floats
     kinetic_energy: Floats
     pressure_sum: Floats
     pressure_gain: Floats
@@ -126,7 +128,7 @@ def film(
     time, i, j = events.time[first:last], events.i[first:last], events.j[first:last]
     # Later events are not needed, except the next one: a ball may bounce until it slides there.
     trace = replace(trace, events=events[: last + 1 if scene.slides else last])
-    opening = replay(trace, [since])
+    opening, centres = replay(trace, [since]), replay(trace, [since, end]).container_positions
     table = _at_collisions(trace, time, i, j)
     energy = np.append(_energy(trace, opening), table[:, 6])
     if not np.isfinite(energy).all():
@@ -153,6 +155,7 @@ def film(
         settling=next((ball for ball, begin, _ in slides.tolist() if begin == last), None),
         after=table[:, :4],
         contacts=table[:, 4:6],
+        container_path=np.vstack([centres[:1], table[:, 7:], centres[1:]]),
         kinetic_energy=energy,
         pressure_sum=pressure_sum,
         pressure_gain=pressure_gain,
@@ -161,12 +164,12 @@ def film(
 
 
 def _at_collisions(trace: Trace, time: Floats, i: Integers, j: Integers) -> Floats:
-    """(*n*, 7) velocities of both bodies after collisions, contact points, energy of the balls (J).
+    """(*n*, 9) velocities of both bodies after collisions, contact, energy (J), container's place.
 
     Collisions at the same instant all have the state after the last of them.
     """
     scene, step = trace.start, max(1, BATCH // trace.start.number)
-    table = np.empty((len(time), 7))
+    table = np.empty((len(time), 9))
     for first in range(0, len(time), step):
         chunk = slice(first, first + step)
         states, ball, other = replay(trace, time[chunk]), i[chunk], j[chunk]
@@ -182,7 +185,7 @@ def _at_collisions(trace: Trace, time: Floats, i: Integers, j: Integers) -> Floa
         contacts = place + scene.radii[ball][:, None] * unit
         contacts = centre + scene.container.nearest_image(contacts - centre)
         columns = states.velocities[row, ball], moving, contacts, _energy(trace, states)
-        table[chunk] = np.column_stack(columns)
+        table[chunk] = np.column_stack([*columns, centre])
     return table
 
 

@@ -47,7 +47,7 @@ class View:
 def view(film: Film, magnify: float = 1.0) -> View:
     """The view of a film, with ``magnify`` among its magnifications."""
     width, height = film.trace.start.container.size
-    size, path = max(width, height), container_path(film)
+    size, path = max(width, height), film.container_path
     low, high = path.min(axis=0), path.max(axis=0)
     farthest = float(np.max(np.hypot(*(path - path[0]).T)))
     follow = bool(np.any(high - low > STRAY * np.array([width, height])))
@@ -60,18 +60,6 @@ def view(film: Film, magnify: float = 1.0) -> View:
         powers = math.floor(math.log10(VISIBLE * size / farthest))
         found |= {10.0**power for power in range(1, powers + 1)}
     return View((left, right, bottom, top), follow, farthest, tuple(sorted(found)))
-
-
-def container_path(film: Film) -> NDArray[np.float64]:
-    """(*n* + 2, 2) m: the container's centre at the start, at each collision and at the end."""
-    place, motion = film.opening.container_positions[0], film.opening.container_velocities[0]
-    at_wall = np.flatnonzero(film.j < 0)
-    motions = np.vstack([motion, film.after[at_wall, 2:]])
-    turned = np.append(film.start, film.time[at_wall])
-    steps = motions * np.diff(turned, append=film.end)[:, None]
-    places = np.vstack([place, place + np.cumsum(steps, axis=0)])
-    turned = np.append(turned, film.end)
-    return np.column_stack([np.interp(film.knots, turned, places[:, axis]) for axis in (0, 1)])
 
 
 Pace = Literal["time", "events"]

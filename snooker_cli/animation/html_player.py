@@ -50,7 +50,7 @@ def _content(film: Film, pace: Pace, seconds: float | None, magnify: float) -> d
     own = {
         re.sub(r"_(\w)", lambda found: found[1].upper(), name): value
         for name, value in (vars(film) | vars(view(film, magnify))).items()
-        if name not in ("trace", "opening")
+        if name not in ("trace", "opening", "container_path")
     }
     # Rows, ball by ball: position, velocity, radius.
     balls = np.vstack([opening.positions[0].T, opening.velocities[0].T, scene.radii])

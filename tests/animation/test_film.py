@@ -20,7 +20,7 @@ from scenes import gas
 
 from snooker_cli.analysis.observables import cumulative_pressure
 from snooker_cli.animation import Film, film, page
-from snooker_cli.animation.frames import FLASH, MOST_FLASHES, container_path, frames, view
+from snooker_cli.animation.frames import FLASH, MOST_FLASHES, frames, view
 from snooker_cli.animation.movie import SPEED_COLOURS, save_movie
 from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, series, simulate
@@ -34,7 +34,7 @@ def test_what_is_shown_is_in_the_trace(name: str, films: dict[str, Film]) -> Non
     found = series(made.trace)
     np.testing.assert_allclose(made.kinetic_energy, found.kinetic_energy, rtol=1e-13)
     path = replay(made.trace, made.knots).container_positions
-    np.testing.assert_allclose(container_path(made), path, atol=1e-12)
+    np.testing.assert_allclose(made.container_path, path, atol=1e-12)
     time, pressure = cumulative_pressure(made.trace, found)
     np.testing.assert_allclose(made.pressure(time), pressure, rtol=1e-12, atol=1e-12)
     scene = made.trace.start
