@@ -68,9 +68,7 @@ class FigureSpec:
             raise FigureError(
                 f"it shows one point and {len(points)} are there; choose one by {keys} with --where"
             )
-        groups = [evenly(points, self.most)]
-        if self.along:
-            groups = along(points, self.along, self.by)
+        groups = along(points, self.along, self.by) if self.along else [evenly(points, self.most)]
         fields = {"kind": self.name, "title": self.title, **self.axes}
         return self.draw(FigureBuilder(run, selection, groups, fields, self.shows))
 

@@ -46,6 +46,13 @@ def test_pressure_against_temperature(warm: Run) -> None:
     assert point["over_ideal"] == pytest.approx(large.y[2] / (19 * 200 / (100 * math.pi)), rel=1e-9)
 
 
+def test_points_along_the_axis_may_be_more_than_series(tmp_path: Path) -> None:
+    sweep = ("balls.radius=0.2,1.0", "balls.speed=5,10,15,20")
+    run = made(tmp_path / "run", *ELASTIC, *sweep, "repeats=1")
+    found = shown(run, "pressure-temperature")
+    assert [len(points.x) for points in layers(found, Points)] == [4, 4]
+
+
 def test_temperature_ratio_against_the_ball_radius(warm: Run) -> None:
     found = shown(warm, "temperature-ratio", balls__speed=10.0)
     (points,) = layers(found, Points)
