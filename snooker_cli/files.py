@@ -8,7 +8,7 @@ import re
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -96,13 +96,10 @@ def user_key() -> bytes:
         raise OSError(str(error)) from None
     path = folder / "snooker" / "key"
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    with suppress(FileExistsError), open(path, "xb", opener=_for_this_user) as file:
+    mine = partial(os.open, mode=0o600)
+    with suppress(FileExistsError), open(path, "xb", opener=mine) as file:
         file.write(secrets.token_bytes(KEY_BYTES))
     key = path.read_bytes()
     if len(key) != KEY_BYTES:
         raise OSError(f"{path} is not a key; delete it")
     return key
-
-
-def _for_this_user(path: str, flags: int) -> int:
-    return os.open(path, flags, 0o600)

@@ -243,6 +243,7 @@ def _inserted(
 ) -> Floats | None:
     """Places where balls with radii scaled by ``scale`` do not overlap; None if that fails."""
     period = container.period
+    margin = 2.0 if container.has_wall else 0.0  # radii
     there = [(radius, place[None]) for place, radius in zip(*placed, strict=True)]
     found: dict[int, Floats] = {}
     for k in sorted(range(len(radii)), key=lambda k: -radii[k]):
@@ -252,7 +253,11 @@ def _inserted(
             if attempts > ATTEMPTS * counts[k]:
                 return None
             number = int(missing / accepted) + 8
-            tried = _uniform_places(container, generator, number, radii[k])
+            if isinstance(container, Circle):
+                tried = (container.radius - radii[k]) * points_in_disc([generator], number, 0.0)[0]
+            else:
+                sides = np.array(container.size) - margin * radii[k]
+                tried = (uniforms([generator], number)[0] - 0.5) * sides
             attempts += number
             for other, places in [*there, *((radii[one], found[one]) for one in found)]:
                 tried = tried[~_blocked(tried, places, scale * (radii[k] + other), period)]
@@ -260,19 +265,6 @@ def _inserted(
             accepted = max(len(tried) / number, 0.05)
             found[k] = np.concatenate([found[k], tried[:missing]])
     return np.concatenate([placed[0], *(found[k] for k in range(len(radii)))])
-
-
-def _uniform_places(
-    container: Container, generator: np.random.PCG64, number: int, radius: float
-) -> Floats:
-    """Uniform places of centres of balls of a radius (m); (*number*, 2), m."""
-    if isinstance(container, Circle):
-        (inside,) = points_in_disc([generator], number, 0.0)
-        return np.asarray((container.radius - radius) * inside)
-    margin = 2 * radius if container.has_wall else 0.0
-    return np.asarray(
-        (uniforms([generator], number)[0] - 0.5) * (np.array(container.size) - margin)
-    )
 
 
 def _blocked(
