@@ -43,9 +43,6 @@ UNITS |= {"k": "s-1", "alpha": "s-1"}
 """Of the columns of ``Run.table`` that have one."""
 
 
-# A repeat.
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Repeat:
     """A repeat of a run, or a simulation without files.
@@ -146,9 +143,6 @@ def _records(columns: Mapping[str, NDArray[Any]]) -> "np.recarray[Any, Any]":
     return np.rec.fromarrays(list(columns.values()), dtype=types)
 
 
-# A run.
-
-
 class Run(runs.Run):
     """A run's folder: its ``points``, and the repeats that are there.
 
@@ -190,8 +184,13 @@ class Run(runs.Run):
         the name of another column gets the prefix ``config.``. Raises ``StoreError``, and
         ``RunError`` if no repeat is there.
         """
-        chosen = self.points if points is None else points
-        rows = [_row(repeat) for point in chosen for repeat in self.repeats(point.index)]
+        from snooker_cli.analysis.run_analysis import read
+
+        rows: Records = []
+        for point in self.points if points is None else points:
+            if numbers := self.present(point):
+                both = zip(numbers, read(self, point, numbers), strict=True)
+                rows += [_row(Repeat(trace, point, number)) for number, trace in both]
         if not rows:
             raise RunError(f"{self.directory}: no repeat is there yet", "run the config again")
         return {name: _column([row[name] for row in rows]) for name in rows[0]}
@@ -325,9 +324,6 @@ def _override(key: str, value: Any) -> str:
         return f"{key}={value}"
     values = plain(value)
     return f"{key}={','.join(map(json.dumps, values if isinstance(values, list) else [values]))}"
-
-
-# A simulation without files.
 
 
 def new_scene(

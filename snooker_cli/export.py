@@ -51,9 +51,6 @@ def _exported(path: Path) -> Iterator[Path]:
         ) from None
 
 
-# Tables.
-
-
 def frames(trace: Trace, times: NDArray[np.float64], batch: int = BATCH) -> Iterator[States]:
     """The states at ``times`` (s) in batches, each replayed from the start to the same bits.
 
@@ -138,13 +135,8 @@ def write_parquet(
             writer.write_batch(pa.record_batch(columns, schema=schema))
 
 
-# Extended XYZ.
-
 SYMBOLS = ("H", "He", "Li", "Be", "B", "C", "N", "O", "X")
-"""Names of species by radius and mass, from the smallest; the last one is for all others.
-
-Programs for atoms read only names of elements.
-"""
+"""Elements, which programs read, for species by radius and mass; the last one for all others."""
 
 XYZ_HEAD = (
     '{}\nLattice="{!r} 0 0 0 {!r} 0 0 0 {!r}" Origin="{!r} {!r} {!r}" pbc="{}" '
@@ -173,9 +165,6 @@ def write_xyz(path: Path, start: Scene, batches: Iterable[States]) -> None:
                 rows = np.hstack([batch.positions[k], batch.velocities[k], sizes]).tolist()
                 balls = zip(names, rows, strict=True)
                 file.writelines(XYZ_BALL.format(name, *row) for name, row in balls)
-
-
-# H5MD.
 
 
 def write_states(

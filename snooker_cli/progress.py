@@ -4,11 +4,12 @@ import logging
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import Any, Self
 
+import rich.progress
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -17,7 +18,7 @@ from snooker_cli.formatting import counted, printable
 from snooker_cli.runs import RepeatStatus, Run, create, locked, locked_for_part
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
-from snooker_cli.trace import StopReason
+from snooker_cli.trace import StopReason, Trace
 
 MOST_FAILURES = 10  # failures that are printed as they come; a full disk fails every repeat
 
@@ -132,6 +133,14 @@ class RunProgress(Watcher):
             print(result.traceback, file=sys.stderr)
         error = bug_message(result.error or "") if result.traceback else result.error
         notice(f"point {result.point}, repeat {result.repeat} failed: {error}")
+
+
+def counting(traces: Iterable[Trace], label: str, total: int) -> Iterator[Trace]:
+    """The repeats in order; a terminal shows how many have been read."""
+    console, hidden = Console(stderr=True), not sys.stderr.isatty()
+    yield from rich.progress.track(
+        traces, label, total, console=console, transient=True, disable=hidden
+    )
 
 
 @contextmanager

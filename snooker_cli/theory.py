@@ -35,11 +35,6 @@ Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of fl
 # The equation of state of the hard-disk fluid, in bulk and between walls.
 
 
-def number_density(number: float, area: float) -> float:
-    """Balls per area of the whole container (m⁻²): n = N/V."""
-    return number / area
-
-
 def ideal_gas_pressure(number: float, temperature: float, area: float) -> float:
     """Pressure of the ideal gas (N/m): P = N T/V, equation 10 of the source report."""
     return number * temperature / area
@@ -391,7 +386,7 @@ def collision_rates(
 
     Raises ValueError when a fluid of N balls does not fit.
     """
-    density = number_density(number, container.area)
+    density = number / container.area
     contact = contact_value(container.packing_fraction(number * ball_radius**2))
     pressure = fluid_state(number, temperature, ball_radius, container).pressure
     return CollisionRates(

@@ -6,6 +6,7 @@ import csv
 import json
 import shutil
 import signal
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -195,6 +196,21 @@ def test_swept_limits_texts_and_nulls_are_columns(here: Path) -> None:
     assert np.all(table["collisions"] <= table["config.collisions"])
     assert table["balls.speeds"].tolist() == (["equal"] * 2 + ["maxwell"] * 2) * 2
     assert np.isnan(table["wall_cor"]).tolist() == [True, False] * 4
+
+
+def test_a_terminal_shows_how_many_repeats_were_read(
+    run: snooker.Run, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quiet = run.table()
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv("TERM", "xterm")
+    for read in (run.table, run.fit, run.compare):
+        read()
+        shown = capsys.readouterr().err
+        assert "point 1 of 2" in shown
+        assert "point 2 of 2" in shown
+    assert quiet.keys() == run.table().keys()
 
 
 def test_only_repeats_that_are_there_have_rows(separate: Path) -> None:

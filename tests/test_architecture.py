@@ -42,7 +42,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "progress": ("exit_codes", "formatting", "runs", "trace"),
     "export": ("engine", "errors", "files", "scene", "store", "trace"),
     # From repeats to conclusions
-    "analysis": RUNNING,
+    "analysis": (*RUNNING, "progress"),
     "figures": (*RUNNING, "analysis"),
     "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting"),
     "validation": (*RUNNING, "analysis", "figures"),

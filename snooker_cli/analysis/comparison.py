@@ -1,7 +1,7 @@
 """What a point's repeats measured, beside the predictions of theory."""
 
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from snooker_cli.analysis import observables, predictions
 from snooker_cli.analysis.decay import complete, early_note
-from snooker_cli.analysis.predictions import UNITS, Row, SpeedLaw
+from snooker_cli.analysis.predictions import UNITS, SpeedLaw
 from snooker_cli.formatting import plain
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BINS, StopReason, Trace
 
-_Table: TypeAlias = dict[tuple[str, str], list[tuple[float, float]]]
+_Table: TypeAlias = defaultdict[tuple[str, str], list[list[float]]]
 """Measured and predicted values of the repeats, by quantity and model."""
 
 RELAXING = 5
@@ -62,11 +62,8 @@ class Comparison:
 
     def as_json(self) -> dict[str, Any]:
         """A row of ``compare.json``; what is not a number is null."""
-        first = {"quantity": self.quantity, "unit": UNITS.get(self.quantity, "1")}
-        content: dict[str, Any] = plain(
-            first | vars(self) | {"difference_in_errors": self.in_errors}
-        )
-        return content
+        row = {"quantity": self.quantity, "unit": UNITS.get(self.quantity, "1"), **vars(self)}
+        return dict(plain(row | {"difference_in_errors": self.in_errors}))
 
 
 def relaxing(number: int) -> int:
@@ -89,8 +86,8 @@ def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[str]]:
     Pressures, rates and speeds are those of the part of each repeat after its relaxation.
     """
     ended: Counter[StopReason] = Counter()
-    equilibrium: _Table = {}
-    cooling: _Table = {}
+    equilibrium: _Table = defaultdict(list)
+    cooling: _Table = defaultdict(list)
     counts = np.zeros(SPEED_BINS, dtype=np.int64)
     scene: Scene | None = None
     used = relaxed = 0
@@ -101,12 +98,15 @@ def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[str]]:
         scene, calm = trace.start, observables.before_collapse(trace)
         since, used = relaxed_at(calm), used + 1
         with np.errstate(divide="ignore", invalid="ignore"):  # rows without a value are left out
-            _add(cooling, predictions.cooling(trace))
+            parts = [(cooling, predictions.cooling(trace))]
             if since is not None:
                 relaxed += 1
-                for rows in (predictions.pressures, predictions.rates, predictions.speeds):
-                    _add(equilibrium, rows(calm, since))
+                kinds = predictions.pressures, predictions.rates, predictions.speeds
+                parts += [(equilibrium, rows(calm, since)) for rows in kinds]
                 counts += observables.reduced_speed_counts(calm, since)
+            for table, rows in parts:
+                for quantity, model, *values in rows:
+                    table[quantity, model].append(values)
     notes, total = [early_note(ended)], ended.total()
     if used < total:
         which = "the repeat" if total == 1 else f"{total - used} of {total} repeats"
@@ -123,12 +123,6 @@ def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[str]]:
     ]
     counted = [replace(one, complete=complete(ended), simulated=total) for one in found]
     return counted, list(filter(None, notes))
-
-
-def _add(table: _Table, rows: Iterable[Row]) -> None:
-    """Add a repeat's rows."""
-    for quantity, model, measured, predicted in rows:
-        table.setdefault((quantity, model), []).append((measured, predicted))
 
 
 def _compared(table: _Table, notes: list[str]) -> Iterator[Comparison]:

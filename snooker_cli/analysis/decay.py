@@ -143,7 +143,6 @@ JUDGEMENT = (
 """What a reader of the judgement of a law has to know."""
 
 NO_LOSSES = "All collisions are elastic, so nothing decays."
-"""The message of a fit where no collision loses energy."""
 
 WITHOUT_WALLS = f"{observables.NO_WALLS}; Haff's law is for a gas without clusters"
 
@@ -205,21 +204,19 @@ class Decay:
 
     def as_json(self) -> dict[str, Any]:
         """A row of ``fit.json``: ``value`` ± ``error`` are the mean and its standard error."""
-        content: dict[str, Any] = plain(
-            {
-                "quantity": self.quantity,
-                "model": self.law,
-                "amplitude": "fixed at 1" if self.held else "free",
-                **vars(self.over_repeats),
-                "unit": "s-1",
-                "short": self.short,
-                "complete": complete(self.ended),
-                "reason": self.reason,
-                "elastic": self.elastic,
-                **vars(self.goodness),
-            }
-        )
-        return content
+        row = {
+            "quantity": self.quantity,
+            "model": self.law,
+            "amplitude": "fixed at 1" if self.held else "free",
+            **vars(self.over_repeats),
+            "unit": "s-1",
+            "short": self.short,
+            "complete": complete(self.ended),
+            "reason": self.reason,
+            "elastic": self.elastic,
+            **vars(self.goodness),
+        }
+        return dict(plain(row))
 
 
 def range_held(row: Mapping[str, Any]) -> str:
@@ -236,7 +233,7 @@ def reported_constant(trace: Trace) -> float:
     scene, speed = trace.start, observables.mean_speed(trace)
     if scene.restitution == 0 or not scene.equal_balls:
         return math.nan
-    density = theory.number_density(scene.number, scene.container.area)
+    density = scene.number / scene.container.area
     path = theory.source_mean_free_path(density, float(scene.radii[0]))
     return theory.source_decay_constant(scene.restitution, path, speed)
 

@@ -18,7 +18,6 @@ from snooker_cli.analysis.observables import standard_errors
 Array: TypeAlias = NDArray[np.float64]
 
 NOTHING_DECAYS = "The values are equal but for rounding, so nothing decays."
-"""The message of a fit to a curve that stays where it is."""
 
 _MOST_STEPS = 200
 
@@ -391,9 +390,6 @@ def _deviation(
         free = count - degrees
         chi_squared = float(np.sum(residuals(best) ** 2)) * free / ((count - 1) * degrees)
     return degrees, chi_squared, float(special.fdtrc(degrees, free, chi_squared))
-
-
-# Van der Waals' equation of state.
 
 
 def excluded_area(densities: Array, ratios: Array, errors: Array) -> tuple[float, float]:

@@ -2,7 +2,9 @@
 
 import math
 import weakref
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 
 from snooker_cli import engine
 from snooker_cli.engine import States, replay
+from snooker_cli.runs.execution import processors
 from snooker_cli.scene import Scene
 from snooker_cli.theory import Real
 from snooker_cli.trace import (
@@ -33,6 +36,7 @@ INSTANT = 1e-9  # collisions nearer than this share of the time since the start 
 MOST_POINTS, MOST_MEASURED, MOST_ROWS = 2**16, 2**28, 2**22
 
 _remembered: tuple[weakref.ref[Trace], Series] | None = None
+_ahead: weakref.WeakKeyDictionary[Trace, Future[Series]] = weakref.WeakKeyDictionary()
 
 
 def series(trace: Trace) -> Series:
@@ -43,10 +47,33 @@ def series(trace: Trace) -> Series:
     global _remembered
     if _remembered is not None and _remembered[0]() is trace:
         return _remembered[1]
-    most = min(MOST_ROWS, MOST_MEASURED // trace.start.number)
-    found = engine.series(trace, max(2, most))
+    ahead = _ahead.pop(trace, None)
+    found = _measured(trace) if ahead is None else ahead.result()
     _remembered = weakref.ref(trace), found
     return found
+
+
+def _measured(trace: Trace) -> Series:
+    return engine.series(trace, max(2, min(MOST_ROWS, MOST_MEASURED // trace.start.number)))
+
+
+def measured_ahead(traces: Iterable[Trace]) -> Iterator[Trace]:
+    """The repeats in order, while threads compute the series of the next ones.
+
+    The kernel runs without Python's lock. The repeats that wait have ``MOST_ROWS`` collisions
+    together at most, so that they need no more memory than a long one.
+    """
+    waiting: deque[Trace] = deque()
+    most = processors()
+    with ThreadPoolExecutor(most) as pool:
+        for trace in traces:
+            waiting.append(trace)
+            _ahead[trace] = pool.submit(_measured, trace)
+            if len(waiting) == 1:
+                _ahead[trace].exception()  # waits: only one thread compiles the kernel
+            while len(waiting) > most or sum(each.collisions for each in waiting) > MOST_ROWS:
+                yield waiting.popleft()
+        yield from waiting
 
 
 def instants(time: Array) -> NDArray[np.intp]:
@@ -315,16 +342,12 @@ def mean_and_error(values: Array) -> tuple[float, float]:
     return mean, math.nan if spread <= ROUNDING * abs(mean) else error
 
 
-SETTLED = 0.1  # share of the time after which a mean since the start is near its later values
-
-
 def settled_top(time: NDArray[np.float64], values: NDArray[np.float64]) -> float:
     """The largest value after the first tenth of the time: what an axis of a mean needs to show.
 
     Before, a mean since the start is that of a few hits, and may be many times as large.
     """
-    begin = time[0] + SETTLED * (time[-1] - time[0])
-    return float(np.max(values[time >= begin]))
+    return float(np.max(values[time >= time[0] + 0.1 * (time[-1] - time[0])]))
 
 
 def cumulative_pressure(trace: Trace, found: Series) -> tuple[Array, Array]:

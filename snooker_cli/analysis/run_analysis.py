@@ -15,9 +15,11 @@ from typing import Any, TypeAlias
 
 from snooker_cli import store
 from snooker_cli.analysis import comparison, decay
+from snooker_cli.analysis.observables import measured_ahead
 from snooker_cli.config import Point
 from snooker_cli.errors import UNREADABLE, RunError, UserError
 from snooker_cli.files import user_hash, write_json
+from snooker_cli.progress import counting
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
 
@@ -118,11 +120,17 @@ def _made(run: Run, name: str, analyse: Analyse) -> RunAnalysis:
         sentences = _notes_on_repeats(run, point, len(numbers))
         # If no point has a repeat, reading the first one raises the error.
         if numbers or not any(present.values()):
-            found, others = analyse(run.traces(point, numbers))
+            found, others = analyse(read(run, point, numbers))
             rows += [parameters | one.as_json() for one in found]
             sentences += others
         notes += [parameters | {"note": sentence} for sentence in sentences]
     return RunAnalysis(rows, notes, run.directory / name, "", saved=True)
+
+
+def read(run: Run, point: Point, present: Sequence[int]) -> Iterator[Trace]:
+    """These repeats of a point, measured in threads; a terminal shows how many have been read."""
+    label = f"point {point.index + 1} of {len(run.points)}"
+    return measured_ahead(counting(run.traces(point, present), label, len(present)))
 
 
 def _notes_on_repeats(run: Run, point: Point, present: int) -> list[str]:

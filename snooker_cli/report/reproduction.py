@@ -92,7 +92,7 @@ def stated_results(runs: Runs) -> StatedResults:
         laws[cor] = {(one.quantity, one.law): one for one in decays(traces)}
         for quantity, sample in _cooling(cor, traces, laws[cor]).items():
             samples[quantity, cor] = sample
-    density = theory.number_density(scene.number, scene.container.area)
+    density = scene.number / scene.container.area
     radius = float(scene.radii[0])
     single = {
         **_extremes(runs["decay"]),

@@ -283,7 +283,7 @@ def search(run: Run, elastic: Run) -> Search:
 def slip_factor(run: Run) -> float:
     """The printed mean free path over that of the stated scene, rounded."""
     scene = starting_scene(run.experiment, 0)
-    density = theory.number_density(scene.number, scene.container.area)
+    density = scene.number / scene.container.area
     path = theory.mean_free_path(density, float(scene.radii[0]))
     return float(round(SOURCE_VALUES["mean_free_path"].value / path))
 

@@ -80,7 +80,7 @@ class GasSample:
     @property
     def collision_rate(self) -> float:
         """Enskog's rate of collisions of a ball with others, 1/s."""
-        density = theory.number_density(self.balls, self.balls * math.pi / self.packing)
+        density = self.packing / math.pi  # of balls of radius 1
         contact = theory.contact_value(self.packing)
         return theory.ball_ball_rate(density, 1.0, self.temperature, contact)
 

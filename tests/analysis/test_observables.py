@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -297,6 +298,29 @@ def test_virial_and_wall_pressure_obey_the_virial_theorem() -> None:
     walls = 9.0 * observables.mean_pressure(trace) * scene.container.wall_length * end
     # Some thousand terms with their roundings.
     assert virial - walls == pytest.approx(after - before, abs=3000 * 8 * EPSILON * virial)
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("most", [100, 10_000])
+def test_series_that_threads_compute_are_those_of_their_repeats(
+    threads: int, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In order, and of no more repeats at a time than there are threads, or collisions allowed."""
+    monkeypatch.setattr(observables, "processors", lambda: threads)
+    monkeypatch.setattr(observables, "MOST_ROWS", most)
+    traces = [simulate(report_scene(repeat, rings=2), collisions=60) for repeat in range(6)]
+    expected = [vars(series(trace)) for trace in traces]
+    read: list[Trace] = []
+    for number, trace in enumerate(observables.measured_ahead(map(logged(read), traces))):
+        assert trace is traces[number]
+        assert len(read) - number <= (2 if most == 100 else threads + 1)
+        found = vars(series(trace))
+        assert all(np.array_equal(found[name], expected[number][name]) for name in SERIES_UNITS)
+    assert len(read) == 6
+
+
+def logged(read: list[Trace]) -> Callable[[Trace], Trace]:
+    return lambda trace: read.append(trace) or trace
 
 
 # Summaries, thinned series, and instants with many collisions

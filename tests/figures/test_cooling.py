@@ -147,7 +147,7 @@ def test_decay_against_cor(decaying: Run) -> None:
     for index in (0, 1):
         constants = [reported_constant(trace) for trace in traces(decaying, index)]
         assert reported.y[index] == pytest.approx(np.mean(constants), rel=1e-14)
-    density, contact = theory.number_density(19, 100 * math.pi), float(theory.contact_value(0.19))
+    density, contact = 19 / (100 * math.pi), float(theory.contact_value(0.19))
     path = theory.mean_free_path(density, 1.0, contact)
     speed = theory.fixed_energy_mean_speed(19, 50.0)
     assert enskog.y[0] == pytest.approx(-2 * math.log(0.8) * speed / path, rel=1e-12)
@@ -181,7 +181,7 @@ def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
     assert fitted.y[-1] == pytest.approx(2 * alpha / (1 + alpha * fitted.x[-1]))
     assert constant.y.tolist() == [record["k"]] * 2
     contact = float(theory.contact_value(0.19))
-    rate = theory.ball_ball_rate(theory.number_density(19, 100 * math.pi), 1.0, 50.0, contact)
+    rate = theory.ball_ball_rate(19 / (100 * math.pi), 1.0, 50.0, contact)
     alpha = theory.haff_rate(theory.cooling_rate(0.8, rate))
     assert of_theory.y[0] == pytest.approx(2 * alpha, rel=1e-12)
     floor = np.mean([floor_of(trace) for trace in traces(decaying, 0)])
