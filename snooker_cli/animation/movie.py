@@ -3,9 +3,8 @@
 import math
 import shutil
 import subprocess
-from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar, cast
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter
@@ -27,7 +26,6 @@ from snooker_cli.formatting import short
 
 Floats: TypeAlias = NDArray[np.float64]
 Pixels: TypeAlias = NDArray[np.uint8]
-Moving = TypeVar("Moving", bound=Artist)
 
 WIDTH, HEIGHT, DPI = 8.4, 4.8, 100
 """Inches and dots per inch: 840 by 480 pixels; an MP4 needs even numbers."""
@@ -116,7 +114,7 @@ class Screen:
         sizes = np.maximum(2 * radii * self.points, SMALLEST) ** 2
         discs.set(offsets=centres, sizes=sizes, **colours)
 
-    def _moves(self, artist: Moving) -> Moving:
+    def _moves(self, artist: Any) -> Any:
         """Draw an artist anew in each frame, on top of those added before."""
         artist.set_animated(True)
         self.moving.append(artist)
@@ -214,7 +212,20 @@ def save_movie(film: Film, path: Path, *, pace: Pace, seconds: float, rate: int)
         screen = Screen(film, pace)
         images = map(screen.image, frames(film, pace, count, seconds))
         if not gif:
-            _write_mp4(path, images, rate)
+            sheet = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
+            shown = sheet.figimage(np.zeros((round(HEIGHT * DPI), round(WIDTH * DPI), 3), np.uint8))
+            writer = FFMpegWriter(fps=rate, codec="libx264", extra_args=MP4_OPTIONS)
+            try:
+                with atomic_write(path) as part, writer.saving(sheet, str(part), DPI):
+                    for image in images:
+                        shown.set_data(image)
+                        writer.grab_frame()
+            except subprocess.CalledProcessError as error:
+                raise UserError(
+                    f"{path}: ffmpeg could not write it (exit code {error.returncode})",
+                    "give a name that ends in .gif or .html",
+                    code="ffmpeg-failed",
+                ) from None
             return count
         sample = [screen.image(frame) for frame in frames(film, pace, PALETTE_FRAMES, seconds)]
         # The colours that cover most: others would tint the white.
@@ -226,21 +237,3 @@ def save_movie(film: Film, path: Path, *, pace: Pace, seconds: float, rate: int)
     with atomic_write(path) as part:
         first.save(part, "GIF", save_all=True, append_images=others, duration=1000 / rate, loop=0)
     return count
-
-
-def _write_mp4(path: Path, images: Iterable[Pixels], rate: int) -> None:
-    """Write images. Raises ``UserError`` if ffmpeg fails."""
-    sheet = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
-    shown = sheet.figimage(np.zeros((round(HEIGHT * DPI), round(WIDTH * DPI), 3), np.uint8))
-    writer = FFMpegWriter(fps=rate, codec="libx264", extra_args=MP4_OPTIONS)
-    try:
-        with atomic_write(path) as part, writer.saving(sheet, str(part), DPI):
-            for image in images:
-                shown.set_data(image)
-                writer.grab_frame()
-    except subprocess.CalledProcessError as error:
-        raise UserError(
-            f"{path}: ffmpeg could not write it (exit code {error.returncode})",
-            "give a name that ends in .gif or .html",
-            code="ffmpeg-failed",
-        ) from None

@@ -114,10 +114,7 @@ def _theory(build: FigureBuilder, point: Point) -> diffusion.Diffusion:
 
 
 def _repeats(build: FigureBuilder, point: Point, lags: Array) -> Array:
-    """Squares and products of each repeat at lags (s), (2, *repeats*, *l*).
-
-    Raises ``FigureError`` if one is too short.
-    """
+    """Squares and products, (2, *repeats*, *l*); ``FigureError`` if a repeat is too short."""
     try:
         found = [diffusion.correlations(trace, BALL, lags) for trace in build.traces(point)]
     except ValueError as error:

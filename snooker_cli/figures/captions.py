@@ -26,7 +26,7 @@ from snooker_cli.figures.figure_data import (
     thinned,
 )
 from snooker_cli.figures.selection import (
-    SCENE_KEYS,
+    SCENE_WORDS,
     Selection,
     described,
     distinct,
@@ -233,7 +233,7 @@ def _constants(points: Sequence[Point]) -> Iterator[str]:
     elif balls := getattr(experiment.balls, "list", None):
         yield f"N = {len(balls)}"
     wall = any(point.experiment.container.shape_class.has_wall for point in points)
-    for key in SCENE_KEYS:
+    for key in SCENE_WORDS:
         try:
             first, *others = distinct(points, key)
         except FigureError:

@@ -190,7 +190,37 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
 def haff_time(build: FigureBuilder) -> FigureData:
     """The local decay rate −d ln E/dt against time, with Haff's law and one constant."""
     for index, point in enumerate(build.points):
-        _add_rates(build, index, point)
+        traces = list(build.traces(point))
+        scene = traces[0].start
+        require_motion(scene)
+        edges, rates, errors, left = _local_rates(traces)
+        rate = {each.law: each.over_repeats.value for each in decays(traces, ("kinetic_energy",))}
+        k, alpha = rate["exponential"], rate["haff"]
+        if not (math.isfinite(k) and math.isfinite(alpha)):
+            raise FigureError("a point's repeats are too short to be fitted; run longer")
+        floor = float(np.mean([predictions.floor(trace.start) for trace in traces]))
+        start = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
+        laws: dict[str, tuple[float, float]] = {"fitted": (alpha, 0.0)}
+        record: dict[str, Any] = {"k": k, "alpha": alpha, "floor": floor, "windows": len(rates)}
+        if start is not None:
+            losses = scene.restitution, start.ball_ball, scene.wall_restitution, start.wall
+            expected = record["theory_alpha"] = theory.haff_rate(theory.cooling_rate(*losses))
+            laws["theory"] = (expected, 0.0)
+            if floor >= FLOOR_MATTERS * left:
+                laws["floor"] = (expected, floor)
+        fine = np.linspace(0.0, edges[-1, 1], 200)
+        for law, parameters in laws.items():
+            style = _HAFF[law][1]
+            build.lines.append(Line(fine, _haff_rate(fine, *parameters), None, index, style))
+            before, after = np.log(_haff_energy(edges[-1], *parameters))
+            record[f"{law}_last_rate"] = float(before - after) / float(np.ptp(edges[-1]))
+        first, *_, last = zip(rates, errors, strict=True)
+        build.lines += [
+            Line(fine[[0, -1]], np.array([k, k]), None, index, "dotted"),
+            Points(edges.mean(axis=1), rates, errors, build.label(point) or "simulation", index),
+        ]
+        text = f"{with_error(*first)} to {with_error(*last)} s⁻¹"
+        build.record(point, text, **record, first_rate=first, last_rate=last)
     kept, drawn = _kept(build.points), {name for record in build.records for name in record}
     build.lines += [
         legend_line(text.format(_KEPT[kept]), style)
@@ -203,41 +233,6 @@ def haff_time(build: FigureBuilder) -> FigureData:
     if any(record["windows"] < WINDOWS for record in build.records):
         caption += f" Windows with fewer than {LEAST_COLLISIONS} collisions are left out."
     return build.figure(caption + (_FLOORS[kept] if "floor_last_rate" in drawn else ""))
-
-
-def _add_rates(build: FigureBuilder, index: int, point: Point) -> None:
-    """Add a point's local rates and the forms of Haff's law that it has."""
-    traces = list(build.traces(point))
-    scene = traces[0].start
-    require_motion(scene)
-    edges, rates, errors, left = _local_rates(traces)
-    rate = {each.law: each.over_repeats.value for each in decays(traces, ("kinetic_energy",))}
-    k, alpha = rate["exponential"], rate["haff"]
-    if not (math.isfinite(k) and math.isfinite(alpha)):
-        raise FigureError("a point's repeats are too short to be fitted; run longer")
-    floor = float(np.mean([predictions.floor(trace.start) for trace in traces]))
-    start = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
-    laws: dict[str, tuple[float, float]] = {"fitted": (alpha, 0.0)}
-    record: dict[str, Any] = {"k": k, "alpha": alpha, "floor": floor, "windows": len(rates)}
-    if start is not None:
-        losses = scene.restitution, start.ball_ball, scene.wall_restitution, start.wall
-        expected = record["theory_alpha"] = theory.haff_rate(theory.cooling_rate(*losses))
-        laws["theory"] = (expected, 0.0)
-        if floor >= FLOOR_MATTERS * left:
-            laws["floor"] = (expected, floor)
-    fine = np.linspace(0.0, edges[-1, 1], 200)
-    for law, parameters in laws.items():
-        curve_of_law = _haff_rate(fine, *parameters)
-        build.lines.append(Line(fine, curve_of_law, None, index, _HAFF[law][1]))
-        before, after = np.log(_haff_energy(edges[-1], *parameters))
-        record[f"{law}_last_rate"] = float(before - after) / float(np.ptp(edges[-1]))
-    first, *_, last = zip(rates, errors, strict=True)
-    build.lines += [
-        Line(fine[[0, -1]], np.array([k, k]), None, index, "dotted"),
-        Points(edges.mean(axis=1), rates, errors, build.label(point) or "simulation", index),
-    ]
-    text = f"{with_error(*first)} to {with_error(*last)} s⁻¹"
-    build.record(point, text, **record, first_rate=first, last_rate=last)
 
 
 def _haff_energy(time: Array, alpha: float, floor: float) -> Array:

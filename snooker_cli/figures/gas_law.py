@@ -58,18 +58,14 @@ class Gas(NamedTuple):
 
 
 class _State(NamedTuple):
-    """A point's scene and gas, and its repeats' pressures (Pa·m), also over the ideal gas's."""
+    """A point's scene and gas, its repeats' pressures (Pa·m), also over the ideal gas's; r, m."""
 
     point: Point
     scene: Scene
     gas: Gas
     pressures: Array
     over_ideal: Array
-
-    @property
-    def radius(self) -> float:
-        """Radius of the balls, m."""
-        return float(self.scene.radii[0])
+    radius: float
 
 
 def pressures(axis: str, build: FigureBuilder) -> FigureData:
@@ -245,4 +241,4 @@ def _state(build: FigureBuilder, point: Point) -> _State:
         raise FigureError("a repeat has no collisions with the wall, so no pressure; run longer")
     scene = build.start(point)
     gas = Gas(scene.number, float(warm.mean()), scene.container.area)
-    return _State(point, scene, gas, pressures, over_ideal)
+    return _State(point, scene, gas, pressures, over_ideal, float(scene.radii[0]))

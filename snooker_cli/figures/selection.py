@@ -147,7 +147,7 @@ def statuses(run: Run, point: Point, selection: Selection) -> list[RepeatStatus]
 
 # Words for points.
 
-_SCENE_WORDS = {
+SCENE_WORDS = {  # of the keys whose common values a caption prints
     "balls.rings": "N = {}",
     "balls.count": "N = {}",
     "balls.radius": "r = {} m",
@@ -160,14 +160,13 @@ _SCENE_WORDS = {
     "cor": "CoR {}",
     "wall_cor": "wall CoR {}",
 }
-_WORDS = _SCENE_WORDS | {
+_WORDS = SCENE_WORDS | {
     "balls.mass": "m = {} kg",
     "balls.ring_extent": "ring extent {}",
     "container.mass": "M = {} kg",
     "collisions": "{} collisions",
     "time": "{} s",
 }
-SCENE_KEYS = tuple(_SCENE_WORDS)  # the keys whose common values a caption prints
 
 _ABSENT = {"wall_cor": "wall as balls", "container.mass": "fixed wall"}
 """The meaning of a key that is null or infinite."""

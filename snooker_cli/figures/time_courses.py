@@ -132,10 +132,7 @@ def _momentum(trace: Trace, name: str) -> Curve:
 
 
 def _pressure(trace: Trace) -> Curve:
-    """Times (s) and mean pressures since the start, Pa·m.
-
-    At time zero it is 0 on a wall, and the ideal gas's by the virial.
-    """
+    """Times (s) and mean pressures since the start (Pa·m): at first 0, without walls the ideal."""
     scene = trace.start
     time, values = cumulative_pressure(trace, series(trace))
     if not len(time):
