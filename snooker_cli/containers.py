@@ -50,6 +50,7 @@ class Container(ABC):
         store the radius of a circle and else ``size``, which begins with the fields.
     has_wall : whether balls collide with the container
     can_move : whether the container may have a finite mass
+    packing_factor : the packing fraction times width times height over Σ r²
     """
 
     name: ClassVar[ShapeName]
@@ -57,15 +58,17 @@ class Container(ABC):
     keys: ClassVar[tuple[str, ...]]
     has_wall: ClassVar[bool] = True
     can_move: ClassVar[bool] = False
+    packing_factor: ClassVar[float] = math.pi
 
     @abstractmethod
     def __init__(self, *lengths: float) -> None:
         """The container with these lengths, m, in the order of ``keys``."""
 
     @classmethod
-    @abstractmethod
     def for_packing(cls, packing: float, squares: float) -> Self:
         """The container that balls fill to a packing fraction; ``squares`` is Σ r², m²."""
+        unit = cls(*(1.0 for _ in cls.keys))
+        return unit.scaled(math.sqrt(unit.packing_fraction(squares) / packing))
 
     @property
     @abstractmethod
@@ -107,13 +110,15 @@ class Container(ABC):
         """The same shape with all lengths multiplied by a factor."""
         return type(self)(*(factor * length for length in self.lengths.values()))
 
-    @abstractmethod
     def packing_fraction(self, squares: float) -> float:
         """Area of balls over the area of the container; ``squares`` is Σ r², m²."""
+        width, height = self.size
+        return self.packing_factor * squares / (width * height)
 
-    @abstractmethod
     def ball_radius(self, packing: float, number: int) -> float:
         """Radius of equal balls that fill the container to a packing fraction, m."""
+        width, height = self.size
+        return math.sqrt(packing * width * height / (self.packing_factor * number))
 
     @abstractmethod
     def accessible(self, radius: float) -> AccessibleRegion:
@@ -178,12 +183,9 @@ class Circle(Container):
     title: ClassVar[str] = "circle"
     keys: ClassVar[tuple[str, ...]] = ("radius",)
     can_move: ClassVar[bool] = True
+    packing_factor: ClassVar[float] = 4.0
 
     radius: float
-
-    @classmethod
-    def for_packing(cls, packing: float, squares: float) -> Self:
-        return cls(math.sqrt(squares / packing))
 
     @property
     def size(self) -> tuple[float, float]:
@@ -193,12 +195,6 @@ class Circle(Container):
     def outline(self) -> Floats:
         angles = np.arange(CORNERS) * (2 * math.pi / CORNERS)
         return self.radius * np.column_stack([np.cos(angles), np.sin(angles)])
-
-    def packing_fraction(self, squares: float) -> float:
-        return squares / (self.radius * self.radius)
-
-    def ball_radius(self, packing: float, number: int) -> float:
-        return math.sqrt(packing * self.radius * self.radius / number)
 
     def accessible(self, radius: float) -> AccessibleRegion:
         reach = self.radius - radius
@@ -263,11 +259,6 @@ class _Rectangle(Container):
     width: float
     height: float
 
-    @classmethod
-    def for_packing(cls, packing: float, squares: float) -> Self:
-        side = math.sqrt(math.pi * squares / packing)
-        return cls(side, side)
-
     @property
     def size(self) -> tuple[float, float]:
         return (self.width, self.height)
@@ -276,12 +267,6 @@ class _Rectangle(Container):
     def outline(self) -> Floats:
         corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         return np.asarray(corners * self.size / 2)
-
-    def packing_fraction(self, squares: float) -> float:
-        return math.pi * squares / self.area
-
-    def ball_radius(self, packing: float, number: int) -> float:
-        return math.sqrt(packing * self.width * self.height / (math.pi * number))
 
     def wall_gaps(self, places: Floats, radii: Floats) -> Floats:
         return np.asarray(np.min(np.array(self.size) / 2 - abs(places), axis=-1) - radii)
@@ -296,12 +281,12 @@ class _Rectangle(Container):
         angles = (np.arange(DIRECTIONS) + 0.5) * (math.pi / 2 / DIRECTIONS)
         product = np.ones((len(distances), DIRECTIONS))
         for component, side in zip((np.cos(angles), np.sin(angles)), sides, strict=True):
-            product *= self._component_density(distances[:, None] * component, side)
+            along = distances[:, None] * component
+            if self.has_wall:
+                product *= 2 * np.maximum(side - along, 0.0) / side**2
+            else:
+                product *= np.where(along <= side / 2, 2 / side, 0.0)
         return np.asarray(distances * product.mean(axis=1) * (math.pi / 2))
-
-    @abstractmethod
-    def _component_density(self, along: Floats, side: float) -> Floats:
-        """Density of the magnitude of one component of the distance, 1/m."""
 
 
 @dataclass(frozen=True)
@@ -337,9 +322,6 @@ class Box(_Rectangle):
 
     def longest_distance(self, radius: float) -> float:
         return float(np.hypot(self.width - 2 * radius, self.height - 2 * radius))
-
-    def _component_density(self, along: Floats, side: float) -> Floats:
-        return np.asarray(2 * np.maximum(side - along, 0.0) / side**2)
 
 
 @dataclass(frozen=True)
@@ -388,9 +370,6 @@ class PeriodicBox(_Rectangle):
 
     def longest_distance(self, radius: float) -> float:
         return float(np.hypot(self.width, self.height)) / 2
-
-    def _component_density(self, along: Floats, side: float) -> Floats:
-        return np.asarray(np.where(along <= side / 2, 2 / side, 0.0))
 
 
 SHAPES: Mapping[str, type[Container]] = {shape.name: shape for shape in (Circle, Box, PeriodicBox)}

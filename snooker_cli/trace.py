@@ -94,13 +94,15 @@ def joined(parts: Sequence[Events]) -> Events:
     """The parts one after the other; a single part is not copied."""
     if len(parts) == 1:
         return parts[0]
-    columns = zip(*((part.time, part.i, part.j, part.impulse) for part in parts), strict=True)
     residual = None
     if any(part.residual is not None for part in parts):
         residual = np.concatenate(
             [np.zeros_like(part.time) if part.residual is None else part.residual for part in parts]
         )
-    time, i, j, impulse = (np.concatenate(column) for column in columns)
+    time, i, j, impulse = (
+        np.concatenate([getattr(part, name) for part in parts])
+        for name in ("time", "i", "j", "impulse")
+    )
     return Events(time, i, j, impulse, residual)
 
 
@@ -132,17 +134,8 @@ class Series:
     energy_moment: NDArray[np.float64]
 
 
-SERIES_UNITS = {
-    "time": "s",
-    "kinetic_energy": "J",
-    "container_energy": "J",
-    "wall_impulse": "kg m s-1",
-    "pair_virial": "kg m2 s-1",
-    "wall_events": "1",
-    "pair_events": "1",
-    "mean_speed": "m s-1",
-    "energy_moment": "1",
-}
+_UNITS = ("s", "J", "J", "kg m s-1", "kg m2 s-1", "1", "1", "m s-1", "1")
+SERIES_UNITS = dict(zip(Series.__dataclass_fields__, _UNITS, strict=True))
 """The columns of ``Series``, in order, and their units."""
 
 
@@ -162,21 +155,6 @@ class Summary:
 SPEED_BIN, SPEED_BINS = 0.125, 32  # width of a bin of reduced speed, and number of bins
 
 
-@dataclass(frozen=True)
-class Work:
-    """The work of the kernel; a run reports it and does not store it.
-
-    predictions : pairs of balls whose contact was computed
-    crossings : of balls from one cell into another
-    queue_updates : new entries of a ball in the event queue, after its collisions and crossings,
-        and after an outdated contact
-    """
-
-    predictions: int
-    crossings: int
-    queue_updates: int
-
-
 @dataclass(frozen=True, eq=False)
 class Trace:
     """One finished repeat.
@@ -185,7 +163,6 @@ class Trace:
     events : every collision; ``None`` with a summary, or if a sink took the events
     summary : observables on a grid, or ``None`` if events were recorded
     wall_events, pair_events : collisions with the wall and between balls
-    work : of the kernel; ``None`` if the trace was read from a file
     checkpoint : the engine's arrays by name, with which ``simulate`` continues; of a repeat that
         was interrupted
     """
@@ -197,7 +174,6 @@ class Trace:
     pair_events: int
     events: Events | None
     summary: Summary | None
-    work: Work | None = None
     checkpoint: dict[str, NDArray[Any]] | None = None
 
     @property

@@ -7,7 +7,6 @@ import os
 import shutil
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -110,7 +109,7 @@ def traces() -> dict[str, Trace]:
     """Three hundred collisions of nineteen balls, recorded both ways; as files have them."""
     scene = starting_scene(parse(SMALL, overrides=["balls.rings=2", "cor=0.95"]).experiment, 0)
     return {
-        kind: replace(simulate(scene, collisions=300, summary=kind == "summary"), work=None)
+        kind: simulate(scene, collisions=300, summary=kind == "summary")
         for kind in ("events", "summary")
     }
 

@@ -286,18 +286,7 @@ def _point_summary(point: Point, outcomes: Sequence[RepeatResult]) -> dict[str, 
             {"repeat": k, **stop.known()} for k, stop in stops if stop.reason not in complete
         ],
         "errors": [each.error for each in outcomes if each.error],
-        "work": _work_per_collision(outcomes),
     }
-
-
-def _work_per_collision(outcomes: Sequence[RepeatResult]) -> dict[str, float] | None:
-    """What the engine did for each collision of the repeats simulated now; none without any."""
-    done = [(each.work, each.collisions) for each in outcomes if each.work is not None]
-    collisions = sum(number for _, number in done)
-    if collisions == 0:
-        return None
-    names = ("predictions", "crossings", "queue_updates")
-    return {name: sum(getattr(work, name) for work, _ in done) / collisions for name in names}
 
 
 def _summary_lines(

@@ -1,12 +1,6 @@
 """Few balls: each keeps its earliest contact, found against all others in vector form.
 
-The ideas, and where they come from:
-- Each ball has its own clock and moves only in its own events (Lubachevsky, J. Comput. Phys. 94,
-  255 (1991)). So a replay of the recorded events does the same arithmetic and gives the same bits.
-- The agenda has one entry per ball, its earliest contact, with the partner's number of events. If
-  the partner has had another event since, the entry is out of date. It is predicted again when it
-  comes up and not before.
-- A ball's contacts are searched only until it hits the wall, which changes its path.
+The ideas and their sources are in docs/how-it-works.md and docs/engine.md.
 """
 
 from typing import NamedTuple
@@ -16,7 +10,7 @@ import numpy as np
 from snooker_cli.engine import clock, prediction, sliding
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, record
-from snooker_cli.engine.contact import NEVER, wall_delay
+from snooker_cli.engine.contact import NEVER, chord_delay, wall_delay
 from snooker_cli.engine.jit import inlined, kernel, lowest_bit, row_of
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, Setup, State, U, V, X, Y
 from snooker_cli.engine.sampling import Grid, grid_of, next_sample, sample_until
@@ -116,7 +110,6 @@ def find_contact(
     enter_contact(i, now + delay, partner, agenda, state.container)
     if slides is not None and partner == ks.SEARCH_AGAIN and delay < horizon:
         times[PAIR_TIME, i] = times[NEXT_TIME, i] = now + delay
-    state.counts[ks.PREDICTIONS] += number
 
 
 @inlined
@@ -150,7 +143,6 @@ def find_contacts(
         delay_j, partner_j = prediction.earliest(mask_j, start, j, now, delay_j, partner_j, state)
     enter_contact(i, now + delay_i, partner_i, agenda, state.container)
     enter_contact(j, now + delay_j, partner_j, agenda, state.container)
-    state.counts[ks.PREDICTIONS] += 2 * number
 
 
 @inlined
@@ -160,7 +152,8 @@ def predict_wall_after_pair(
     """Time until ball i, which has just hit another, will hit the wall, s; it slides no longer."""
     if slides is not None and slides[i] == sliding.SLIDES:
         slides[i] = sliding.FLIES
-        delay = sliding.time_off_wall(i, state.balls)
+        balls = state.balls
+        delay = chord_delay(balls[X, i], balls[Y, i], balls[U, i], balls[V, i])
     else:
         delay = prediction.time_to_wall(i, now, state, state.container)
     agenda.times[WALL_TIME, i] = now + delay
@@ -234,7 +227,7 @@ def advance(
         if grids is not None:
             sample_time = next_sample(grid_of(grids, repeat), sums)
         recorded = Recorded(records.time[row], records.i[row], records.j[row], records.impulse[row])
-        if counts[ks.PREDICTIONS] == 0:  # the first event is to come
+        if counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS] == 0:
             for k in range(balls.shape[1]):
                 # The sum makes a negative zero positive: soonest compares bits.
                 wall_time[k] = 0.0 + prediction.time_to_wall(k, 0.0, state, state.container)
@@ -251,7 +244,6 @@ def advance(
                 if all_slides is not None and now > sums[ks.TIME_LIMIT]:
                     break
                 find_contact(i, now, wall_time[i] - now, state, slides, agenda)
-                counts[ks.STALE] += 1
             if now == NEVER:
                 answers[row] = clock.NOTHING_LEFT
                 break
@@ -285,7 +277,10 @@ def advance(
                 links[LAST, i] = ks.NO_PARTNER
                 links[BOUNCES, i] += 1
                 predict_walls(now, state, agenda, state.container)
-                delay = prediction.time_to_return(i, now, balls, state.container)
+                x, y, u, v = ks.seen_from_container(
+                    balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, state.container
+                )
+                delay = chord_delay(x, y, u, v)
                 wall_time[i] = now + delay
                 find_contact(i, now, delay, state, slides, agenda)
                 if setup.traps and (links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0):
@@ -296,7 +291,7 @@ def advance(
                     if all_slides is not None and (trapped or sliding.has_settled(i, state, now)):
                         trapped = False
                         slides[i] = sliding.SETTLES
-                        wall_time[i] = next_time[i] = sliding.bounced(i, NEVER, state)[0].clock
+                        wall_time[i] = next_time[i] = sliding.bounced(i, NEVER, state)[0][ks.CLOCK]
                         pair_time[i] = NEVER
             else:
                 links[EVENTS, j] += 1

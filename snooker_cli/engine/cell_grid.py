@@ -6,18 +6,17 @@ round; a periodic box has none, and its columns and rows wrap.
 """
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from snooker_cli.containers import PERIODIC_DIAMETERS
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.contact import NEVER, nearest_image, wall_delay
 from snooker_cli.engine.jit import inlined
-from snooker_cli.engine.kernel_state import Flags, Floats, Indices, State, U, V
+from snooker_cli.engine.kernel_state import Flags, Floats, Indices, Integers, State, U, V
 from snooker_cli.scene import Scene
-
-if TYPE_CHECKING:
-    from snooker_cli.engine.event_queue import Tree
 
 # Further rows of ``State.balls``, for which a ball's column is one line of the processor's cache:
 # when the ball next touches a ball or the wall, and when it leaves its cell, s.
@@ -38,8 +37,8 @@ CENTRE_X, CENTRE_Y, WIDTH, UNTIL = range(4)
 ROUNDING = 1.0 + 1e-9
 """A cell is this much wider than a ball: crossings are timed with a rounding or two."""
 
-LEAST_CELLS = 5
-"""A ball that enters a cell looks as far as two cells: less than half of a periodic box."""
+MARGIN = 0.1
+"""Way of a free container, in cells, until all is predicted again."""
 
 
 class Mesh(NamedTuple):
@@ -67,6 +66,17 @@ class Margin(NamedTuple):
     brinks: Indices
 
 
+class Tree(NamedTuple):
+    """The nodes' times (s), and the same memory as integers; see ``event_queue``.
+
+    followed : (CHILDREN**WATCHED,), s, of those watched nodes whose events are being fetched ahead
+    """
+
+    times: Floats
+    bits: Integers
+    followed: Floats
+
+
 class Cells(NamedTuple):
     """The balls in their cells, and what each does next.
 
@@ -83,24 +93,25 @@ class Cells(NamedTuple):
     members: Indices
     occupancy: Indices
     at_wall: Flags
-    near: Indices
+    near: NDArray[np.uint32]
     links: Indices
     tags: Indices
-    tree: "Tree"
+    tree: Tree
     margin: Margin | None
 
 
-def new_cells(scene: Scene, side: float, balls: Floats, tree: "Tree") -> Cells:
-    """Cells of about a side (m) that have no members and no room for any yet."""
-    none = np.zeros(0, dtype=np.int32)
-    tags = tags_of(balls)
+def new_cells(scene: Scene, side: float, balls: Floats, tree: Tree) -> Cells:
+    """Cells of about a side (m), with room for four balls each and without members."""
+    mesh, tags = new_mesh(scene, side), tags_of(balls)
     tags[FORMER] = ks.NO_PARTNER
+    at_wall = cells_at_wall(scene, mesh, MARGIN * mesh.width if scene.free else 0.0)
+    members, near = room_for(4, len(at_wall))
     return Cells(
-        mesh=new_mesh(scene, side),
-        members=none,
-        occupancy=none,
-        at_wall=none.astype(np.bool_),
-        near=none,
+        mesh=mesh,
+        members=members,
+        occupancy=np.zeros(len(at_wall), dtype=np.int32),
+        at_wall=at_wall,
+        near=near,
         links=np.zeros((LINK_ROWS, scene.number), dtype=np.int32, order="F"),
         tags=tags,
         tree=tree,
@@ -108,15 +119,10 @@ def new_cells(scene: Scene, side: float, balls: Floats, tree: "Tree") -> Cells:
     )
 
 
-def with_capacity(cells: Cells, capacity: int, scene: Scene, margin: float) -> Cells:
-    """New, empty cells for this many balls each; the wall moves by a margin, m."""
-    number = cells.mesh.rows << cells.mesh.shift
-    return cells._replace(
-        members=np.zeros((number, capacity), dtype=np.int32),
-        occupancy=np.zeros(number, dtype=np.int32),
-        at_wall=cells_at_wall(scene, cells.mesh, margin),
-        near=np.zeros(9 * capacity + 4, dtype=np.uint32),
-    )
+def room_for(capacity: int, number: int) -> tuple[Indices, NDArray[np.uint32]]:
+    """Memory for the members of a number of cells, and for those of nine."""
+    members = np.zeros((number, capacity), dtype=np.int32)
+    return members, np.zeros(9 * capacity + 4, dtype=np.uint32)
 
 
 def tags_of(balls: Floats) -> Indices:
@@ -127,19 +133,15 @@ def tags_of(balls: Floats) -> Indices:
 def new_mesh(scene: Scene, side: float) -> Mesh:
     """Cells of about a side (m), at least a ball wide, over the whole container.
 
-    Raises ``ValueError`` if a periodic box is too small for five cells each way.
+    Raises ``SceneError`` if a periodic box is too small: a ball that enters a cell looks as far as
+    two cells, which must be less than half of the box.
     """
-    least = 2.0 * float(np.max(scene.radii)) * ROUNDING
-    side = max(side, least)
+    side = max(side, 2.0 * float(np.max(scene.radii)) * ROUNDING)
     width, height = scene.container.size
     if scene.container.period is not None:
-        columns = max(int(width / side), min(LEAST_CELLS, int(width / least)))
-        rows = max(int(height / side), min(LEAST_CELLS, int(height / least)))
-        if min(columns, rows) < LEAST_CELLS:
-            raise ValueError(
-                "a periodic box has to be five diameters of its largest ball wide, because the "
-                "engine needs five cells each way"
-            )
+        scene.container.check_radii(scene.radii)
+        columns = max(int(width / side), PERIODIC_DIAMETERS)
+        rows = max(int(height / side), PERIODIC_DIAMETERS)
         sides = width / columns, height / rows
         corner = -0.5 * width, -0.5 * height
     else:
@@ -149,13 +151,6 @@ def new_mesh(scene: Scene, side: float) -> Mesh:
         sides = side, side
         corner = -0.5 * columns * side, -0.5 * rows * side
     return Mesh(*sides, *corner, columns, rows, shift=(columns - 1).bit_length())
-
-
-def centred(mesh: Mesh, x: float, y: float) -> Mesh:
-    """The same cells round another point, m."""
-    return mesh._replace(
-        left=x - 0.5 * mesh.columns * mesh.width, bottom=y - 0.5 * mesh.rows * mesh.height
-    )
 
 
 def cells_at_wall(scene: Scene, mesh: Mesh, margin: float) -> Flags:
@@ -172,21 +167,26 @@ def cells_at_wall(scene: Scene, mesh: Mesh, margin: float) -> Flags:
     return np.ravel(at_wall)
 
 
-def new_margin(container: Floats, width: float, now: float, number: int) -> Margin:
-    """A margin round where a free container is at a time (s)."""
+def with_margin(cells: Cells, container: Floats, now: float) -> Cells:
+    """The cells round the place of a free container at a time (s), with a margin."""
+    mesh, width = cells.mesh, MARGIN * cells.mesh.width
     x, y, u, v, clock = container
-    age = now - clock
+    x, y = x + u * (now - clock), y + v * (now - clock)
     until = now + wall_delay(0.0, 0.0, u, v, width * width)
-    return Margin(
-        place=np.array([x + u * age, y + v * age, width, until]),
-        brink=np.zeros(number, dtype=np.int32),
-        brinks=np.zeros(1, dtype=np.int32),
+    return cells._replace(
+        mesh=mesh._replace(
+            left=x - 0.5 * mesh.columns * mesh.width, bottom=y - 0.5 * mesh.rows * mesh.height
+        ),
+        margin=Margin(
+            place=np.array([x, y, width, until]),
+            brink=np.zeros(cells.links.shape[1], dtype=np.int32),
+            brinks=np.zeros(1, dtype=np.int32),
+        ),
     )
 
 
 @inlined
 def column_and_row(cell: int, mesh: Mesh) -> tuple[int, int]:
-    """The column and the row that a cell is in."""
     return cell & ((1 << mesh.shift) - 1), cell >> mesh.shift
 
 
@@ -203,7 +203,6 @@ def cell_at(column: int, row: int, mesh: Mesh, period: Floats | None) -> int:
 
 @inlined
 def put_into(i: int, cell: int, cells: Cells) -> None:
-    """Make ball i a member of a cell."""
     place = ks.nonnegative(cells.occupancy[cell])
     cells.members[cell, place] = i
     cells.occupancy[cell] = place + 1

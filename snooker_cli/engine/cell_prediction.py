@@ -1,9 +1,8 @@
 """What a ball among the cells does next: it leaves its cell, touches a ball or hits the wall.
 
-Predictions use a free container's last place, and a wall that is nearer by a margin. A hit that is
-predicted so comes too early, and is predicted exactly when it comes up. So a push of the container
-costs nothing until it has moved by the margin. Only the few balls within the margin are predicted
-exactly, and again after each push.
+Predictions use a free container's last place, and a wall that is nearer by a margin. Such a hit
+comes too early, and is predicted exactly when it comes up. Only balls within the margin are
+predicted exactly, and again after each push.
 """
 
 import numpy as np
@@ -15,7 +14,7 @@ from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.event_queue import update
 from snooker_cli.engine.jit import inlined, kernel, lowest_bit
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Indices, State, U, V, X, Y
-from snooker_cli.engine.prediction import BLOCK
+from snooker_cli.engine.prediction import BLOCK, time_to_wall
 
 # Partners
 
@@ -54,7 +53,6 @@ def nearest(
     parted = parted_from(i, now, balls, cells.tags, period)
     x, y = ks.position(i, now, balls)
     u, v = balls[U, i], balls[V, i]
-    state.counts[ks.PREDICTIONS] += found
     # As many as fill vectors: ball i, which never meets itself, makes up for what is missing.
     found = ks.nonnegative(found)
     for place in range(3):
@@ -104,24 +102,22 @@ def wall_contact(
     if box is not None:
         r = ks.radius_of(i, state.setup, state.radii)
         return contact.side_delay(x, y, u, v, box[0] - r, box[1] - r), ks.NO_PARTNER
-    reach = ks.wall_reach(i, state.setup, state.radii)
-    if container is None or margin is None:
-        if links[cell_grid.BOUNCES, i] > 0:
-            return contact.chord_delay(balls[X, i], balls[Y, i], u, v) - age, ks.NO_PARTNER
-        return contact.wall_delay(x, y, u, v, reach * reach), ks.NO_PARTNER
-    near = max(reach - margin.place[cell_grid.WIDTH], 0.0)
-    xm, ym = x - margin.place[cell_grid.CENTRE_X], y - margin.place[cell_grid.CENTRE_Y]
-    if not exact and xm * xm + ym * ym < near * near:
-        return contact.wall_delay(xm, ym, u, v, near * near), ks.SEARCH_AGAIN
-    if links[cell_grid.BRINK, i] == 0:
-        links[cell_grid.BRINK, i] = 1
-        margin.brink[margin.brinks[0]] = i
-        margin.brinks[0] += 1
-    if links[cell_grid.BOUNCES, i] > 0 and container[CLOCK] == balls[CLOCK, i]:
-        x, y = balls[X, i] - container[X], balls[Y, i] - container[Y]
-        return contact.chord_delay(x, y, u - container[U], v - container[V]) - age, ks.NO_PARTNER
-    x, y, u, v = ks.seen_from_container(x, y, u, v, now, container)
-    return contact.wall_delay(x, y, u, v, reach * reach), ks.NO_PARTNER
+    at_wall = links[cell_grid.BOUNCES, i] > 0
+    if container is not None and margin is not None:
+        reach = ks.wall_reach(i, state.setup, state.radii)
+        near = max(reach - margin.place[cell_grid.WIDTH], 0.0)
+        xm, ym = x - margin.place[cell_grid.CENTRE_X], y - margin.place[cell_grid.CENTRE_Y]
+        if not exact and xm * xm + ym * ym < near * near:
+            return contact.wall_delay(xm, ym, u, v, near * near), ks.SEARCH_AGAIN
+        if links[cell_grid.BRINK, i] == 0:
+            links[cell_grid.BRINK, i] = 1
+            margin.brink[margin.brinks[0]] = i
+            margin.brinks[0] += 1
+        at_wall = at_wall and container[CLOCK] == balls[CLOCK, i]
+    if not at_wall:
+        return time_to_wall(i, now, state, container), ks.NO_PARTNER
+    x, y, u, v = ks.seen_from_container(balls[X, i], balls[Y, i], u, v, balls[CLOCK, i], container)
+    return contact.chord_delay(x, y, u, v) - age, ks.NO_PARTNER
 
 
 # Entries
@@ -129,7 +125,6 @@ def wall_contact(
 
 @inlined
 def enter_contact(i: int, time: float, partner: int, balls: Floats, cells: Cells) -> None:
-    """Note ball i's earliest contact."""
     balls[cell_grid.CONTACT_TIME, i] = time
     cells.links[cell_grid.PARTNER, i] = partner
     if partner >= 0:

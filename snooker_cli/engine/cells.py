@@ -1,12 +1,8 @@
 """Many balls: cells to find partners in, and a tournament tree for what comes next.
 
-The ideas, and where they come from:
-- Clocks and entries are those of ``all_pairs``, with crossings of cells among the entries
-  (Lubachevsky, J. Comput. Phys. 94, 255 (1991)).
-- A ball looks for partners in its own and the eight cells around. When it crosses into another
-  cell it looks at the three on the far side (Rapaport, J. Comput. Phys. 34, 184 (1980)). A crossing
-  changes neither position nor clock: a replay needs no cells.
-- A ball's state is one line of the processor's cache. Only cells at the wall predict hits of it.
+A ball looks for partners in its own and the eight cells around, and at a crossing in the three on
+the far side (Rapaport, J. Comput. Phys. 34, 184 (1980)). A crossing changes neither position nor
+clock: a replay needs no cells. For the rest see docs/how-it-works.md.
 """
 
 from snooker_cli.engine import cell_grid, cell_prediction, clock
@@ -15,7 +11,7 @@ from snooker_cli.engine.cell_grid import Cells
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.event_queue import LARGE, fetch_ahead, first, no_chains
-from snooker_cli.engine.jit import inlined, kernel
+from snooker_cli.engine.jit import kernel
 from snooker_cli.engine.kernel_state import Recorded, State
 from snooker_cli.engine.prediction import is_trapped
 from snooker_cli.engine.sampling import Grid, next_sample, sample_until
@@ -23,15 +19,6 @@ from snooker_cli.engine.sampling import Grid, next_sample, sample_until
 CROSSINGS_AT_ONCE = 64
 """Crossings, for each event of the limit, after which the kernel returns so that a run without
 events can be stopped too."""
-
-
-@inlined
-def check_trap(i: int, now: float, bounces: int, state: State) -> bool:
-    """Whether ball i is trapped at the wall of a circle, looked at after 2, 4, 8 … bounces."""
-    often = bounces > 1 or state.setup.wall_restitution == 0.0
-    if state.setup.traps and often and bounces & (bounces - 1) == 0:
-        return is_trapped(i, now, state, state.container, None, None, False)
-    return False
 
 
 @kernel
@@ -60,7 +47,6 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid | None, l
             if crossings == CROSSINGS_AT_ONCE * limit:
                 return clock.FULL
             crossings += 1
-            counts[ks.CROSSINGS] += 1
             if not cell_prediction.cross(i, now, state, cells):
                 return clock.CELL_FULL
             cell_prediction.enqueue(i, now, balls, cells)
@@ -83,13 +69,15 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid | None, l
             if j == ks.NO_PARTNER:
                 links[cell_grid.BOUNCES, i] += 1
                 cell_prediction.push(now, state, cells, state.container, cells.margin)
-                trapped = check_trap(i, now, links[cell_grid.BOUNCES, i], state)
+                bounces = links[cell_grid.BOUNCES, i]
+                often = bounces > 1 or state.setup.wall_restitution == 0.0
+                # After 2, 4, 8 … bounces.
+                if state.setup.traps and often and bounces & (bounces - 1) == 0:
+                    trapped = is_trapped(i, now, state, state.container, None, None, False)
             else:
                 tags[cell_grid.EVENTS, j] += 1
                 tags[cell_grid.FORMER, j] = i
                 links[cell_grid.BOUNCES, i] = links[cell_grid.BOUNCES, j] = 0
-        else:
-            counts[ks.STALE] += 1
         for turn in range(2 if happens and j != ks.NO_PARTNER else 1):
             k = ks.nonnegative(i if turn == 0 else j)
             if happens:

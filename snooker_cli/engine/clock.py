@@ -7,7 +7,6 @@ double; the stored residual is what that rounding has cut off. Both give the clo
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
@@ -49,21 +48,12 @@ def times(epoch: float, clocks: Floats) -> tuple[Floats, Floats | None]:
     return rounded, clocks - (rounded - epoch)
 
 
-class Part(NamedTuple):
-    """Rows of the events of an epoch, their clocks (s), and what follows.
+def parts(events: Events, number: int) -> Iterator[tuple[slice, Floats, float, float]]:
+    """The events of this many balls by epoch, at least one: their rows, and their clocks (s).
 
-    following : s, the next epoch; this one if the events do not fill it
-    shift : s, by which clocks are set back after the events
+    And what follows: the next epoch (s), which is this one if the events do not fill it, and by
+    how much clocks are then set back (s).
     """
-
-    events: slice
-    clocks: Floats
-    following: float
-    shift: float
-
-
-def parts(events: Events, number: int) -> Iterator[Part]:
-    """All events of this many balls, by epoch; at least one part."""
     size, epoch = length(number), 0.0
     for start in range(0, max(len(events), 1), size):
         part = slice(start, min(start + size, len(events)))
@@ -75,15 +65,15 @@ def parts(events: Events, number: int) -> Iterator[Part]:
         new, shift = epoch, 0.0
         if len(clocks) == size:
             new, shift = following(epoch, float(clocks[-1]))
-        yield Part(part, clocks, new, shift)
+        yield part, clocks, new, shift
         epoch = new
 
 
 # Endings
 
-# Answers of ``advance``. After FULL the limit of events is reached, and the run continues with the
-# next chunk. The last two are for ``InCells``: make cells larger, or put them round the container's
-# new place.
+# Answers of ``advance``; TIME to COLLAPSE have the places that they have in ``StopReason``. After
+# FULL the run continues with the next chunk. The last two are for ``InCells``: make cells larger,
+# or put them round the container's new place.
 FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, CELL_FULL, OUT_OF_MARGIN = range(7)
 
 STALL_LIMIT = 64

@@ -1,10 +1,9 @@
 """Times until two balls, or a ball and the wall, touch.
 
 Symbols: x, y relative position; u, v relative velocity w; b = x.w (negative when approaching);
-w2 = |w|^2; c = |x|^2 - (contact distance)^2. The roots are written so that nothing cancels. The
-physics decides each case, not a tolerance: balls that part never collide; balls that touch or
-overlap and approach collide now; else the first root counts. Overlaps by rounding then never
-deepen (Bannerman, Strobl, Formella & Poschel, Comput. Part. Mech. 1, 191 (2014)).
+w2 = |w|^2; c = |x|^2 - (contact distance)^2. The roots are written so that nothing cancels, and the
+physics decides each case (docs/how-it-works.md). So overlaps by rounding never deepen (Bannerman,
+Strobl, Formella & Poschel, Comput. Part. Mech. 1, 191 (2014)).
 """
 
 import math
@@ -19,11 +18,7 @@ NEVER = math.inf
 
 @inlined
 def pair_delay(x: float, y: float, u: float, v: float, contact_squared: float) -> float:
-    """Time until two balls at relative (x, y), moving at relative (u, v), touch; s, or inf.
-
-    The discriminant b^2 - w2 c is written as w2 d^2 - (x cross w)^2. That keeps its precision when
-    the balls are far apart.
-    """
+    """Time until two balls at relative (x, y), moving at relative (u, v), touch; s, or inf."""
     b = x * u + y * v
     w2 = u * u + v * v
     c = x * x + y * y - contact_squared
@@ -73,10 +68,7 @@ def wall_delay(x: float, y: float, u: float, v: float, reach_squared: float) -> 
 
 @inlined
 def chord_delay(x: float, y: float, u: float, v: float) -> float:
-    """Time until a ball that has just left the wall at (x, y) is back at it; s, or inf at rest.
-
-    Even a chord shorter than the rounding of the place keeps its relative precision: 2 |b| / w2.
-    """
+    """Time until a ball that has just left the wall at (x, y) is back at it; s, or inf at rest."""
     b = x * u + y * v
     w2 = u * u + v * v
     inward = -b if b < 0.0 else 0.0

@@ -4,16 +4,15 @@ Node k holds the earliest of its children 4k to 4k + 3, which lie in one line of
 cache. Ball i is leaf ``leaves + i``, and node 1 the winner. Nothing is inserted or removed, and an
 update climbs only as far as it changes anything.
 
-Times are not negative. Such doubles sort like their bits read as integers. Integers are compared
-three times as fast, and each event waits for these comparisons.
+Times are not negative, so they sort like their bits read as integers, which compare faster.
 """
 
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.cell_grid import CELL, CONTACT_TIME, PARTNER, Cells, crossing_delays
+from snooker_cli.engine.cell_grid import CELL, CONTACT_TIME, PARTNER, Cells, Tree, crossing_delays
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import fetch, inlined, lowest_bit
 from snooker_cli.engine.kernel_state import Floats, Integers, State, U, V
@@ -23,17 +22,6 @@ STEP = 2  # binary digits of a place that a level decides
 CHILDREN = 1 << STEP
 
 WATCHED = 3  # the level, from the top, whose nodes are watched for coming events
-
-
-class Tree(NamedTuple):
-    """The nodes' times (s), and the same memory as integers.
-
-    followed : (CHILDREN**WATCHED,), s, of those watched nodes whose events are being fetched ahead
-    """
-
-    times: Floats
-    bits: Integers
-    followed: Floats
 
 
 def new_tree(number: int) -> Tree:
@@ -100,31 +88,20 @@ LINK, MEMBERS = 2, 2
 """Levels of the tree that one link of a chain goes down, and balls fetched of each cell."""
 
 
-class Chains(NamedTuple):
-    """How far the fetching of memory for coming events has come.
+Chains: TypeAlias = tuple[int, float, int, int, int, int, int, int]
+"""How far the fetching of memory for coming events has come.
 
-    turns, begun : events since the chain began, and when that was (s)
-    upper, lower : nodes of the tree, four and two levels above its leaves
-    ball : one whose line and cell are fetched
-    around, beside : cells whose members are fetched, round a ball and its partner
-    partner : a ball's partner whose cell is fetched
-    """
-
-    turns: int
-    begun: float
-    upper: int
-    lower: int
-    ball: int
-    around: int
-    partner: int
-    beside: int
+First the events since the chain began, and when that was (s). Then two nodes of the tree, four and
+two levels above its leaves; a ball whose line and cell are fetched; a cell whose members are; the
+ball's partner, whose cell is fetched; and a cell round it whose members are.
+"""
 
 
 @inlined
 def no_chains(bits: Integers) -> Chains:
     """Empty chains: every entry is ball 0."""
     leaves = len(bits) // 2
-    return Chains(0, 0.0, leaves >> 2 * LINK * STEP, leaves >> LINK * STEP, 0, 0, 0, 0)
+    return 0, 0.0, leaves >> 2 * LINK * STEP, leaves >> LINK * STEP, 0, 0, 0, 0
 
 
 @inlined
@@ -151,7 +128,8 @@ def fetch_ahead(now: float, chains: Chains, state: State, cells: Cells) -> Chain
         fetch_cells(around, cells)
         partner = ks.nonnegative(max(links[PARTNER, ball], 0))
         fetch_ball(partner, state, cells)
-        fetch_path(partner, bits)
+        for level in range(2 * LINK):  # the nodes that its new time climbs first
+            fetch(bits, (leaves + partner) >> level * STEP)
         ball = ks.nonnegative(earliest_below(lower, LINK, bits) - leaves)
         fetch_ball(ball, state, cells)
         lower = earliest_below(upper, LINK, bits)
@@ -161,7 +139,7 @@ def fetch_ahead(now: float, chains: Chains, state: State, cells: Cells) -> Chain
         upper = earliest_below(nodes + place, down, bits)
         fetch_below(upper, bits)
         mask &= mask - 1
-    return Chains(turns, begun, upper, lower, ball, around, partner, beside)
+    return turns, begun, upper, lower, ball, around, partner, beside
 
 
 @inlined
@@ -179,17 +157,8 @@ def cell_to_search(i: int, late: float, now: float, state: State, cells: Cells) 
 
 @inlined
 def fetch_ball(i: int, state: State, cells: Cells) -> None:
-    """Fetch a ball's line and its links."""
     fetch(state.balls, i * state.balls.shape[0])
     fetch(cells.links, i * cells.links.shape[0])
-
-
-@inlined
-def fetch_path(i: int, bits: Integers) -> None:
-    """Fetch those nodes that a ball's new time climbs first."""
-    leaf = len(bits) // 2 + i
-    for level in range(2 * LINK):
-        fetch(bits, leaf >> level * STEP)
 
 
 @inlined

@@ -1,8 +1,4 @@
-"""Compilation of the kernels with Numba: the only file that imports it, on the first call.
-
-Numba keeps compiled kernels in a cache folder. Its cache does not notice changes in the functions
-that a kernel calls, so each state of the engine's sources has a folder of its own.
-"""
+"""Compilation of the kernels with Numba: the only file that imports it, on the first call."""
 
 import hashlib
 import logging
@@ -47,12 +43,8 @@ INLINE_OPTIONS: dict[str, Any] = HELPER_OPTIONS | {"forceinline": True}
 NOTICE = "compiling this type of scene (first use on this machine, about 10 to 20 s)"
 NOTICE_AFTER = 1.0  # seconds of compilation before the notice
 
-ELSEWHERE = (
-    "the cache folder for compiled code cannot be used (%s), so %s is used instead; "
-    "set NUMBA_CACHE_DIR to a folder that only you can write to"
-)
-NOT_KEPT = (
-    "no cache folder for compiled code can be used (%s), so every process compiles again; "
+UNUSABLE = (
+    "the cache folder for compiled code cannot be used (%s), so %s; "
     "set NUMBA_CACHE_DIR to a folder that only you can write to"
 )
 
@@ -79,7 +71,6 @@ class Kernel:
         self.function = function
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the compiled function."""
         return self.compiled(*arguments)
 
     @cached_property
@@ -145,8 +136,7 @@ def row_of(stacked: Any, repeat: int) -> tuple[Any]:
 def cache_folder() -> Path | None:
     """The folder for kernels of these sources; Numba runs any code that it finds there.
 
-    If the user's folder cannot be used, it is one in the system's temporary folder, after a
-    warning. If that cannot be used either, it is ``None``.
+    If the user's folder cannot be used, it is a temporary one, or ``None``, after a warning.
     """
     here = Path(__file__).parent
     numba = _numba()
@@ -160,16 +150,14 @@ def cache_folder() -> Path | None:
         return _private_folder(parent, name, shared=bool(chosen))
     except (OSError, RuntimeError) as error:  # RuntimeError: the user has no home folder
         reason = getattr(error, "strerror", None) or str(error).rstrip(".")
+    user_id = "" if sys.platform == "win32" else f"-{os.geteuid()}"
     try:
-        parent = Path(gettempdir(), "snooker")
-        if sys.platform != "win32":
-            parent = parent.with_name(f"snooker-{os.geteuid()}")
-        folder = _private_folder(parent, name, shared=False)
-        _log.warning(ELSEWHERE, reason, folder)
-        return folder
+        folder = _private_folder(Path(gettempdir(), f"snooker{user_id}"), name, shared=False)
     except OSError:
-        _log.warning(NOT_KEPT, reason)
+        _log.warning(UNUSABLE, reason, "every process compiles again")
         return None
+    _log.warning(UNUSABLE, reason, f"{folder} is used instead")
+    return folder
 
 
 def _private_folder(parent: Path, name: str, *, shared: bool) -> Path:
@@ -218,23 +206,21 @@ def _numba() -> Any:
     if on_x86 and not any(name.startswith("NUMBA_CPU_") for name in os.environ):
         numba.config.CPU_FEATURES = binding.get_host_cpu_features().flatten() + NO_GATHERS
 
+    timers: list[threading.Timer] = []
+
     class Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
         """Gives notice of a long compilation, and locks the cache while Numba saves a kernel.
 
         Numba could otherwise save kernels of two processes under one name, and load the wrong one.
         """
 
-        depth = 0
-        timer = threading.Timer(NOTICE_AFTER, give_notice)
         lock: IO[bytes] | None = None
 
         def on_start(self, event: Any) -> None:
             """A compilation begins, perhaps inside another one."""
             if event.kind == "numba:compile":
-                self.depth += 1
-                if self.depth == 1:
-                    self.timer = threading.Timer(NOTICE_AFTER, give_notice)
-                    self.timer.start()
+                timers.append(threading.Timer(NOTICE_AFTER, give_notice))
+                timers[-1].start()
 
         def on_end(self, event: Any) -> None:
             """A compilation ends, and Numba saves the result; or Numba has saved it."""
@@ -243,9 +229,7 @@ def _numba() -> Any:
                     self.lock.close()
                     self.lock = None
                 return
-            self.depth -= 1
-            if self.depth == 0:
-                self.timer.cancel()
+            timers.pop().cancel()
             folder = cache_folder()
             if folder is not None and self.lock is None and sys.platform != "win32":
                 with suppress(OSError):  # some file systems have no locks

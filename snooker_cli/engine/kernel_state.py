@@ -38,10 +38,8 @@ WALL_IMPULSE, PAIR_VIRIAL, WALL_IMPULSE_REST, PAIR_VIRIAL_REST, SUMS = range(4, 
 REST = WALL_IMPULSE_REST - WALL_IMPULSE
 
 # Elements of ``counts``: events at the wall and between balls; the balls of the last event; events
-# in a row that did not move the clock; pairs that were looked at, crossings into another cell, and
-# predictions that were out of date.
-WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED = range(5)
-PREDICTIONS, CROSSINGS, STALE, COUNTS = range(5, 9)
+# in a row that did not move the clock.
+WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED, COUNTS = range(6)
 
 NO_LIMIT = 2**62  # as good as no limit for a number of events
 PATIENCE = 64  # ``Setup.patience`` in a fixed container: two balls may be trapped in step
@@ -71,7 +69,6 @@ class Setup(NamedTuple):
 
     @classmethod
     def of(cls, scene: Scene) -> "Setup":
-        """The constants of a scene."""
         container, lasts = scene.container, scene.contact_duration
         always_loses = scene.wall_restitution < 1.0 and not lasts and scene.elastic_below == 0.0
         return cls(
@@ -121,7 +118,6 @@ class State(NamedTuple):
 
     @property
     def collisions(self) -> int:
-        """Events so far."""
         return int(self.counts[WALL_EVENTS] + self.counts[PAIR_EVENTS])
 
     def next_epoch(self, epoch: float, shift: float) -> None:
@@ -133,16 +129,13 @@ class State(NamedTuple):
         self.sums[EPOCH] = epoch
 
 
-def new_state(scene: Scene, time_limit: float = math.inf, balls: Floats | None = None) -> State:
-    """The state at the scene's instant, in memory for the balls with BALL_ROWS or more rows."""
-    memory = None if balls is None else balls[np.newaxis]
-    return state_of(new_states([scene], time_limit, memory), 0)
-
-
 def new_states(
     scenes: Sequence[Scene], time_limit: float = math.inf, balls: Floats | None = None
 ) -> State:
-    """The stacked states of repeats of one point; see ``new_state``."""
+    """The stacked states of repeats of one point at their start.
+
+    balls : stacked memory for the balls, with BALL_ROWS or more rows
+    """
     scene, repeats = scenes[0], len(scenes)
     number = scene.number
     balls = np.zeros((repeats, BALL_ROWS, number)) if balls is None else balls
@@ -150,14 +143,11 @@ def new_states(
     positions -= np.stack([origin_of(each) for each in scenes])[:, np.newaxis]
     balls[:, [X, Y]] = positions.transpose(0, 2, 1)
     balls[:, [U, V]] = np.stack([each.velocities for each in scenes]).transpose(0, 2, 1)
-    container, box, period = None, None, None
+    container = None
     if scene.free:
         places = [(*each.container_position, *each.container_velocity, 0.0) for each in scenes]
         container = np.array(places)
-    if isinstance(scene.container, Box):
-        box = np.array(scene.container.size) / 2
-    if scene.container.period is not None:
-        period = np.array(scene.container.period)
+    shape = scene.container
     unequal = not scene.equal_balls
     sums, counts = np.zeros((repeats, SUMS)), np.zeros((repeats, COUNTS), dtype=np.int64)
     sums[:, TIME_LIMIT] = time_limit
@@ -167,8 +157,8 @@ def new_states(
         setup=Setup.of(scene),
         balls=balls,
         container=container,
-        box=box,
-        period=period,
+        box=np.array(shape.size) / 2 if isinstance(shape, Box) else None,
+        period=None if shape.period is None else np.array(shape.period),
         radii=np.array(scene.radii) if unequal else None,
         masses=np.array(scene.masses) if unequal else None,
         slides=np.zeros((repeats, number), dtype=np.int64) if scene.slides else None,
@@ -217,10 +207,6 @@ class Recorded(NamedTuple):
     i: Indices
     j: Indices
     impulse: Floats
-
-    def part(self, rows: slice) -> "Recorded":
-        """Some of the rows, in the same memory."""
-        return Recorded(self.time[rows], self.i[rows], self.j[rows], self.impulse[rows])
 
 
 def new_record(*shape: int) -> Recorded:

@@ -1,13 +1,13 @@
 """When each ball will next touch another ball and the wall.
 
-Most pairs cannot meet before the ball hits the wall. A first pass over all partners, in vector
-form, leaves a mask of the few that can, one bit each. Their times of contact are computed then.
+A first pass over all partners, in vector form, leaves a mask of the few that can meet the ball
+before it hits the wall, one bit each. Their times of contact are computed then.
 """
 
 import math
 
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.contact import chord_delay, may_touch, pair_delay, wall_delay
+from snooker_cli.engine.contact import may_touch, pair_delay, wall_delay
 from snooker_cli.engine.jit import helper, inlined, lowest_bit
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V, X, Y
 from snooker_cli.engine.sliding import place
@@ -20,8 +20,7 @@ BLOCK = 48
 def rows(balls: Floats, start: int, stop: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """The rows X, Y, U, V and CLOCK of the balls from ``start`` to ``stop``.
 
-    A loop that counts them from 0 loads neighbours in memory with one instruction. With an index
-    that could count from the end, the compiler would use gathers, which some processors do slowly.
+    Loops that count them from 0 need no gathers, see docs/engine.md.
     """
     return (
         balls[X, start:stop],
@@ -131,27 +130,6 @@ def time_to_wall(i: int, now: float, state: State, container: Floats | None) -> 
     return wall_delay(x, y, u, v, reach * reach)
 
 
-@inlined
-def time_to_return(i: int, now: float, balls: Floats, container: Floats | None) -> float:
-    """Time until ball i, which has just hit the wall of the circle, hits it again, s."""
-    x, y, u, v = ks.seen_from_container(
-        balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, container
-    )
-    return chord_delay(x, y, u, v)
-
-
-@helper
-def top_speed(state: State) -> float:
-    """The speed of the lightest ball if it had all the energy, m/s: none can become faster."""
-    energy, lightest = 0.0, math.inf
-    for k in range(state.balls.shape[1]):
-        m = ks.mass_of(k, state.setup, state.masses)
-        u, v = state.balls[U, k], state.balls[V, k]
-        energy += m * (u * u + v * v)
-        lightest = min(lightest, m)
-    return math.sqrt(energy / lightest)
-
-
 @helper
 def is_trapped(
     i: int,
@@ -164,13 +142,10 @@ def is_trapped(
 ) -> bool:
     """Whether ball i, just off the wall, will hit it infinitely often before anything else.
 
-    Each bounce keeps the tangential speed v_t and multiplies the normal one v_n by the wall's
-    restitution e, so that the chords last 2 a e^k v_n / (e^2k v_n^2 + v_t^2). An upper bound of
-    their sum is 2 a v_n / ((1 - e) v_t^2). The ball is trapped if the run does not end within that
-    time, no other event happens and no ball can come near. Ball i is never faster than now.
-
-    All this is relative to the container. The bounces push a free one, together by no more than
-    its share of (1 + e) v_n / (1 - e), and its wall must not reach the others either.
+    The chords last 2 a e^k v_n / (e^2k v_n^2 + v_t^2), together at most 2 a v_n / ((1 - e) v_t^2).
+    The ball is trapped if the run does not end within that time, no other event happens and no
+    ball can come near. The bounces push a free container, together by no more than its share of
+    (1 + e) v_n / (1 - e), and its wall must not reach the others either.
 
     next_time : of each ball's next event, s, if known
     patient : whether other balls must not have events; if they may, each may get the energy of all
@@ -194,16 +169,21 @@ def is_trapped(
         pushes *= inward / math.sqrt(x * x + y * y) * (m / (m + setup.container_mass))
         wall_speed = pushes + math.sqrt(container[U] * container[U] + container[V] * container[V])
     speed = math.sqrt(u * u + v * v) + wall_speed
-    fastest = 0.0 if patient else top_speed(state)
+    fastest = 0.0
+    if not patient:  # the lightest ball's speed if it had all the energy: none can become faster
+        energy, lightest = 0.0, math.inf
+        for k in range(balls.shape[1]):
+            m, u, v = ks.mass_of(k, setup, state.masses), balls[U, k], balls[V, k]
+            energy += m * (u * u + v * v)
+            lightest = min(lightest, m)
+        fastest = math.sqrt(energy / lightest)
     for k in range(balls.shape[1]):
         if k != i:
             if next_time is not None and patient and next_time[k] <= end:
                 return False
             xk, yk = place(k, now, balls, slides)
-            its_speed = fastest
-            if patient:
-                uk, vk = balls[U, k], balls[V, k]
-                its_speed = math.sqrt(uk * uk + vk * vk)
+            uk, vk = balls[U, k], balls[V, k]
+            its_speed = math.sqrt(uk * uk + vk * vk) if patient else fastest
             x, y = xk - balls[X, i], yk - balls[Y, i]
             gap = math.sqrt(x * x + y * y) - ks.contact_distance(i, k, state.setup, state.radii)
             if gap <= (speed + its_speed) * left:

@@ -1,7 +1,4 @@
-"""A trace's start and its list of collisions -> the state at any time, with the engine's bits.
-
-A replay carries out each collision again with ``collide``, from its balls and time alone.
-"""
+"""A trace's start and its list of collisions -> the state at any time, with the engine's bits."""
 
 from dataclasses import dataclass
 
@@ -105,7 +102,7 @@ class Replay:
         self.events, self.done = trace.events, 0
         self.parts = clock.parts(trace.events, scene.number)
         self.part = next(self.parts)
-        self.state = ks.new_state(scene)
+        self.state = ks.state_of(ks.new_states([scene]), 0)
 
     def advance(self, end: int, kept: Integers | None = None, rows: Floats | None = None) -> None:
         """Carry out the events before ``end``, with a row after each number of them in ``kept``."""

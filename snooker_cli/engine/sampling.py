@@ -1,9 +1,7 @@
 """Observables on a grid of times that doubles its step when it is full.
 
-The end of a run that is limited by its collisions is not known beforehand. So the grid starts fine
-and, when its rows are used up, drops every second one. Its step is a power of two of seconds, so
-every time on it is exact. A gas cools most at the beginning, whose rows are put aside instead of
-dropped: sixteen are left between a time and its double.
+Its step is a power of two of seconds, so every time on it is exact. Early rows are put aside
+instead of dropped: sixteen are left between a time and its double. See docs/how-it-works.md.
 """
 
 import math
@@ -61,26 +59,22 @@ class Grid(NamedTuple):
 
 def new_grids(scenes: Sequence[Scene]) -> Grid:
     """Empty grids; a step is at first a 1024th of the time to cross half the container, or less."""
-    grids = _grids(len(scenes), ROWS + 1, EARLY_ROWS)
+    repeats = len(scenes)
+    grids = Grid(  # what is not used is not touched
+        rows=np.zeros((repeats, ROWS + 1, COLUMNS)),
+        histogram=np.zeros((repeats, ROWS + 1, SPEED_BINS), dtype=np.int32),
+        step=np.empty((repeats, 1)),
+        used=np.zeros((repeats, 1), dtype=np.int64),
+        early=np.zeros((repeats, 1), dtype=np.int64),
+        early_times=np.zeros((EARLY_ROWS, repeats)),
+        early_rows=np.zeros((EARLY_ROWS, repeats, COLUMNS)),
+        early_histogram=np.zeros((EARLY_ROWS, repeats, SPEED_BINS), dtype=np.int32),
+    )
     for k, scene in enumerate(scenes):
         speed = max(math.hypot(*velocity) for velocity in scene.velocities.tolist())
         crossing = min(scene.container.size) / 2 / speed if speed > 0.0 else 1.0
         grids.step[k] = math.ldexp(1.0, math.frexp(crossing)[1] - 11)
     return grids
-
-
-def _grids(repeats: int, rows: int, early_rows: int) -> Grid:
-    """Memory for grids; what is not used is not touched."""
-    return Grid(
-        rows=np.zeros((repeats, rows, COLUMNS)),
-        histogram=np.zeros((repeats, rows, SPEED_BINS), dtype=np.int32),
-        step=np.empty((repeats, 1)),
-        used=np.zeros((repeats, 1), dtype=np.int64),
-        early=np.zeros((repeats, 1), dtype=np.int64),
-        early_times=np.zeros((early_rows, repeats)),
-        early_rows=np.zeros((early_rows, repeats, COLUMNS)),
-        early_histogram=np.zeros((early_rows, repeats, SPEED_BINS), dtype=np.int32),
-    )
 
 
 @inlined
@@ -100,7 +94,6 @@ def grid_of(grids: Grid, repeat: int) -> Grid:
 
 @inlined
 def copy_row(row: Floats, histogram: Indices, to_row: Floats, to_histogram: Indices) -> None:
-    """Write one row into another."""
     # Number by number: whole rows take seconds to compile.
     for column in range(COLUMNS):
         to_row[column] = row[column]
@@ -257,18 +250,11 @@ def sample_to_end(
 
 def summary(grid: Grid, time: float, row: Floats, histogram: Indices) -> Summary:
     """The rows of a grid, in order of time, and one more at a time (s)."""
-    used, early, step = int(grid.used[0]), int(grid.early[0]), float(grid.step[0])
-    # Rows put aside are at most at 31 steps before the last doubling: they end before row 16.
-    mixed = min(used, EARLY // 2)
-    found = np.concatenate([grid.early_times[:early], np.arange(mixed) * step])
-    order = np.argsort(found)
-    first, last = len(order), early + used
-    columns = np.empty((COLUMNS + 1, last + 1))
-    columns[0, :first], columns[0, first:last] = found[order], np.arange(mixed, used) * step
-    columns[1:, :first] = np.concatenate([grid.early_rows[:early], grid.rows[:mixed]])[order].T
-    columns[1:, first:last] = grid.rows[mixed:used].T
-    columns[0, last], columns[1:, last] = time, row
-    speeds = np.empty((last + 1, SPEED_BINS), dtype=np.int64)
-    speeds[:first] = np.concatenate([grid.early_histogram[:early], grid.histogram[:mixed]])[order]
-    speeds[first:last], speeds[last] = grid.histogram[mixed:used], histogram
-    return Summary(series=Series(*columns), speed_histogram=speeds)
+    used, early = int(grid.used[0]), int(grid.early[0])
+    grid_times = np.arange(used) * float(grid.step[0])
+    times = np.concatenate([grid.early_times[:early], grid_times, [time]])
+    rows = np.concatenate([grid.early_rows[:early], grid.rows[:used], [row]])
+    balls = np.concatenate([grid.early_histogram[:early], grid.histogram[:used], [histogram]])
+    order = np.argsort(times, kind="stable")
+    series = Series(times[order], *np.ascontiguousarray(rows[order].T))
+    return Summary(series, speed_histogram=balls[order].astype(np.int64))

@@ -1,13 +1,11 @@
 """Balls that slide along a fixed circular wall after infinitely many bounces.
 
-A ball that bounces at a wall of restitution e keeps its tangential speed v_t, and its normal speed
-falls as e^k. After a finite time it slides with constant speed on a circle of radius a, and presses
-against the wall with m v_t^2/a. Its place follows from a rotation, whose cosine and sine are made
-of + - * and /, because those of libraries round differently on each machine.
+docs/how-it-works.md explains it. Below, a is the distance of the ball's centre from that of the
+circle, v_n and v_t are the normal and the tangential part of its velocity, e the wall's CoR.
 """
 
 import math
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numpy as np
 
@@ -21,6 +19,9 @@ from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V
 FLIES, SETTLES, SLIDES = range(3)
 
 FLAT = 2.0**-27  # normal over tangential speed from which on its square does not count beside 1
+
+NEARLY_ELASTIC, HALVINGS = 1e-3, 7
+"""Of ``chord_sum``: 1 - e up to which terms are too many, and halvings of the arc tangent."""
 
 # pi/2 as a sum of three doubles, the first two with zeros at the end (fdlibm, e_rem_pio2.c).
 HALF_PI = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
@@ -47,39 +48,26 @@ def cosine_and_sine(angle: float) -> tuple[float, float]:
     cosine = cosine * w + 4.16666666666666019037e-02
     cosine = 1.0 - (0.5 * w - w * w * cosine)
     turns = quarters - 4.0 * np.floor(0.25 * quarters)
-    if turns == 0.0:
-        return cosine, sine
-    if turns == 1.0:
-        return -sine, cosine
-    if turns == 2.0:
-        return -cosine, -sine
-    return sine, -cosine
+    if turns == 1.0 or turns == 3.0:
+        cosine, sine = -sine, cosine
+    return (cosine, sine) if turns < 2.0 else (-cosine, -sine)
 
 
 # States of a ball
 
 
-class Ball(NamedTuple):
-    """A ball's rows: place (m), velocity (m/s), clock (s)."""
-
-    x: float
-    y: float
-    u: float
-    v: float
-    clock: float
+Ball: TypeAlias = tuple[float, float, float, float, float]
+"""A ball's rows: place (m), velocity (m/s), clock (s)."""
 
 
 @inlined
 def ball_of(i: int, balls: Floats) -> Ball:
-    """Ball i's rows."""
-    return Ball(balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i])
+    return balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i]
 
 
 @inlined
 def set_ball(i: int, ball: Ball, balls: Floats) -> None:
-    """Give ball i these rows."""
-    balls[X, i], balls[Y, i], balls[U, i], balls[V, i] = ball.x, ball.y, ball.u, ball.v
-    balls[CLOCK, i] = ball.clock
+    balls[X, i], balls[Y, i], balls[U, i], balls[V, i], balls[CLOCK, i] = ball
 
 
 @inlined
@@ -94,15 +82,14 @@ def turned(i: int, now: float, balls: Floats) -> Ball:
     """Ball i, which slides, at a time (s)."""
     c, s = cosine_and_sine(angular_velocity(i, balls) * (now - balls[CLOCK, i]))
     x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
-    return Ball(c * x - s * y, s * x + c * y, c * u - s * v, s * u + c * v, now)
+    return c * x - s * y, s * x + c * y, c * u - s * v, s * u + c * v, now
 
 
 @inlined
 def place(i: int, now: float, balls: Floats, slides: Integers | None) -> tuple[float, float]:
     """Where ball i is, which flies or slides, m."""
     if slides is not None and slides[i] == SLIDES:
-        ball = turned(i, now, balls)
-        return ball.x, ball.y
+        return turned(i, now, balls)[:2]
     return ks.position(i, now, balls)
 
 
@@ -110,10 +97,8 @@ def place(i: int, now: float, balls: Floats, slides: Integers | None) -> tuple[f
 def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     """Ball i, just off the wall and trapped, at a time (s), and its impulse on the wall, kg m/s.
 
-    If it bounces infinitely often until then, this is where and when it begins to slide. With
-    q = v_n/v_t a chord lasts 2 a v_n/(v_n^2 + v_t^2) and turns it by 2 atan(q), whose cosine and
-    sine are (1 - q^2)/(1 + q^2) and 2q/(1 + q^2). Once q^2 does not count beside 1, both are
-    geometric series.
+    If it bounces infinitely often until then, this is where and when it begins to slide. A chord
+    lasts 2 a v_n/(v_n^2 + v_t^2) and turns it by 2 atan(v_n/v_t): at last two geometric series.
     """
     x, y, u, v, now = ball_of(i, state.balls)
     e = state.setup.wall_restitution
@@ -147,9 +132,33 @@ def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     c, s = c / length, s / length
     x, y = c * x - s * y, s * x + c * y
     u, v = (-inward * x - cross * y) / square, (-inward * y + cross * x) / square
-    return Ball(x, y, u, v, now), float(
+    return (x, y, u, v, now), float(
         ks.mass_of(i, state.setup, state.masses) * given / math.sqrt(square)
     )
+
+
+def chord_sum(q: float, restitution: float) -> float:
+    """Sum of q e^k/(1 + (q e^k)^2) over all k from 0, with only + - * / and roots, for equal bits.
+
+    q : normal over tangential speed after a hit; 2 a/v_t times the sum is how long all chords last
+    restitution : e of the wall, below 1
+
+    Near e = 1 this is the formula of Euler and Maclaurin, with the arc tangent as the integral.
+    """
+    d, total = 1.0 - restitution, 0.0
+    if d > NEARLY_ELASTIC:
+        while FLAT < q < math.inf:
+            total += q / (1.0 + q * q)
+            q *= restitution
+        return total + q / d
+    h = d * (1.0 + d * (1 / 2 + d * (1 / 3 + d * (1 / 4 + d * (1 / 5 + d / 6)))))  # -ln e
+    q = min(q, 1e150)  # whose square is finite; its arc tangent is already pi/2
+    total = q / (1.0 + q * q) * (0.5 + h / 12.0 * (2.0 / (1.0 + q * q) - 1.0))
+    for _ in range(HALVINGS):
+        q = q / (1.0 + math.sqrt(1.0 + q * q))
+    z = q * q
+    arc = q * (1.0 - z * (1 / 3 - z * (1 / 5 - z * (1 / 7 - z / 9))))
+    return total + 2.0**HALVINGS * arc / h
 
 
 @inlined
@@ -189,33 +198,21 @@ def write_states(time: float, next_ball: int, state: State, slides: Integers, ou
     """Write the rows of balls that slide, and of one that then begins to, at a time (s)."""
     for k in range(state.balls.shape[1]):
         if slides[k] == SLIDES:
-            ball = turned(k, time, state.balls)
+            x, y, u, v, clock = turned(k, time, state.balls)
         elif k == next_ball:
-            ball = bounced(k, time, state)[0]
+            x, y, u, v, clock = bounced(k, time, state)[0]
         else:
             continue
-        age = time - ball.clock
-        out[0, k], out[1, k] = ball.x + ball.u * age, ball.y + ball.v * age
-        out[2, k], out[3, k] = ball.u, ball.v
+        age = time - clock
+        out[0, k], out[1, k], out[2, k], out[3, k] = x + u * age, y + v * age, u, v
 
 
 # Events
 
 
 @inlined
-def time_off_wall(i: int, balls: Floats) -> float:
-    """Time until ball i, just hit while it slid, hits the wall, s; 0 unless hit away from it."""
-    b = balls[X, i] * balls[U, i] + balls[Y, i] * balls[V, i]
-    w2 = balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i]
-    return -2.0 * b / w2 if b < 0.0 else 0.0
-
-
-@inlined
 def has_settled(i: int, state: State, now: float) -> bool:
-    """Whether the bounces of ball i, just off the wall, last no longer than the clock's rounding.
-
-    They last at most 2 a v_n/((1 - e) v_t^2).
-    """
+    """Whether the bounces of ball i, just off the wall, are shorter than the clock's rounding."""
     x, y, u, v, _ = ball_of(i, state.balls)
     inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
     square = (1.0 - state.setup.wall_restitution) * cross * cross
@@ -262,30 +259,21 @@ SHORT = 2.0**-46
 """A part of the container's radius that is no more than the rounding of a few places."""
 
 
-class Approach(NamedTuple):
-    """A ball that turns at w (rad/s) from (x, y), one that flies from (px, py), their speed."""
-
-    x: float
-    y: float
-    w: float
-    px: float
-    py: float
-    pu: float
-    pv: float
-    speed: float
-
-
 @inlined
-def arc_delay(way: Approach, distance: float, largest: float, horizon: float) -> tuple[float, bool]:
+def arc_delay(
+    way: tuple[float, ...], distance: float, largest: float, horizon: float
+) -> tuple[float, bool]:
     """Time until a ball on an arc touches one that flies, at a distance (m), and whether it does.
 
     If not, it is a time up to which they do not touch: inf if not before the horizon.
 
+    way : of a ball that turns at w (rad/s) from (x, y), one that flies from (px, py); their speed
+
     g = |distance of the centres|^2 - d^2 has a second derivative of at least -2 D w^2 a, with D the
-    largest possible distance. So from g and g' follows a parabola below g, and a step to its root
-    does not step over one of g; near a root it is Newton's. While the ball that flies is nearer to
-    the centre than a - d, it can touch no ball that slides, and that time is skipped. Balls that do
-    not approach by more than rounding may overlap by as much, or the search would not end.
+    largest possible distance. So a parabola below g follows from g and g', and a step to its root
+    misses none of g. While the ball that flies is nearer to the centre than a - d, it can touch no
+    ball that slides, and that time is skipped. Balls that do not approach by more than rounding may
+    overlap by as much, or the search would not end.
     """
     x, y, w, px, py, pu, pv, speed = way
     a = math.sqrt(x * x + y * y)
@@ -348,15 +336,15 @@ def earliest_on_arc(
             speed = (abs(wi) + abs(wk)) * rim
             if abs(wi - wk) * rim <= 8.0 * SHORT * speed:
                 continue  # side by side
-            way = Approach(xi, yi, wi - wk, xk, yk, 0.0, 0.0, speed)
+            way = xi, yi, wi - wk, xk, yk, 0.0, 0.0, speed
         elif slides[i] == SLIDES:
             u, v = balls[U, k], balls[V, k]
             until = min(delay, wall_times[k] - now)
-            way = Approach(xi, yi, wi, xk, yk, u, v, abs(wi) * rim + math.sqrt(u * u + v * v))
+            way = xi, yi, wi, xk, yk, u, v, abs(wi) * rim + math.sqrt(u * u + v * v)
         else:
             u, v = balls[U, i], balls[V, i]
             wk = angular_velocity(k, balls)
-            way = Approach(xk, yk, wk, xi, yi, u, v, abs(wk) * rim + math.sqrt(u * u + v * v))
+            way = xk, yk, wk, xi, yi, u, v, abs(wk) * rim + math.sqrt(u * u + v * v)
         its_delay, touches = arc_delay(way, d, 2.0 * rim, until)
         if its_delay < delay:
             delay, partner = its_delay, k if touches else ks.SEARCH_AGAIN

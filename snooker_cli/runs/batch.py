@@ -22,7 +22,7 @@ from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.runs.plan import first_scene
 from snooker_cli.runs.run import RepeatStatus, Run, State
 from snooker_cli.scene import Scene
-from snooker_cli.trace import Stop, StopReason, Work
+from snooker_cli.trace import Stop, StopReason
 
 CHECKPOINT_INTERVAL = 600.0  # seconds after which a long repeat saves a checkpoint, by default
 SAVING_SHARE = 20  # times as long as saving one took, until the next checkpoint
@@ -54,7 +54,6 @@ class RepeatResult:
 
     cached : its file existed and was checked instead
     traceback : of an internal error
-    work : what simulating it took
     unstored : it was interrupted, and its older file, which is as long or longer, was kept
     """
 
@@ -65,7 +64,6 @@ class RepeatResult:
     cached: bool = False
     error: str | None = None
     traceback: str = ""
-    work: Work | None = None
     unstored: bool = False
 
 
@@ -174,8 +172,7 @@ def simulate_and_store(
             provenance = job.provenance(point, started, time.perf_counter() - clock)
             store.write(job.run.path(*batch), found, provenance)
         return failed + [
-            RepeatResult(point, repeat, trace.stop, trace.collisions, work=trace.work)
-            for repeat, trace in found
+            RepeatResult(point, repeat, trace.stop, trace.collisions) for repeat, trace in found
         ]
     except AbandonedError:
         return None
@@ -234,9 +231,7 @@ def _simulated_long(
                 # Saving takes a small part of the time, however long the file is.
                 interval = max(interval, SAVING_SHARE * (time.monotonic() - clock))
         if not interrupted or begun.stopped.is_set():
-            return RepeatResult(
-                point, repeat, trace.stop, trace.collisions, work=trace.work, unstored=unstored
-            )
+            return RepeatResult(point, repeat, trace.stop, trace.collisions, unstored=unstored)
         checkpoint, due = trace.checkpoint, time.monotonic() + interval
 
 

@@ -7,7 +7,6 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from command_line import Snooker
 
@@ -106,14 +105,13 @@ def test_json_holds_what_the_files_hold(here: Path, snooker: Snooker) -> None:
                 if trace.stop.reason is StopReason.WALL_TRAP
             ],
             "errors": [],
-            "work": one["work"],
         }
         assert all(stop["accumulation_time"] > stop["time"] for stop in one["stops"])
     assert [bool(point["stops"]) for point in printed["points"]] == [True, False]
     again = ran(snooker, "small.yaml", "--out", "elsewhere")
     assert (again["events"], again["seconds"], again["events_per_second"]) == (0, 0, 0)
     for before, after in zip(printed["points"], again["points"], strict=True):
-        assert after == before | {"cached": 3, "work": None}
+        assert after == before | {"cached": 3}
 
 
 def test_overrides_sweep_and_many_points_do_not_fill_the_terminal(
@@ -135,27 +133,6 @@ def test_a_forced_engine_is_stored_and_used_again(here: Path, snooker: Snooker) 
     assert run.engine == run.status(0, 0).header.provenance.engine == "cells"
     assert ran(snooker, *arguments)["points"][0]["cached"] == 3
     assert snooker("run", *arguments[:-2]).code == 2
-
-
-@pytest.mark.parametrize("engine", ["allpairs", "cells"])
-def test_json_has_the_work_of_the_engine(engine: str, here: Path, snooker: Snooker) -> None:
-    Path("gas.yaml").write_text(GAS.replace("cor: 0.9", "cor: 1"))
-    (point,) = ran(snooker, "gas.yaml", "--engine", engine)["points"]
-    work = point["work"]
-    run = runs.open_run("gas")
-    traces = list(run.traces(run.points[0]))
-    collided = sum(trace.wall_events + 2 * trace.pair_events for trace in traces)
-    assert point["collisions"] == sum(trace.collisions for trace in traces) == 10_000
-    # Each ball that collides or crosses gets a new entry; the other entries were outdated.
-    outdated = work["queue_updates"] - collided / 10_000 - work["crossings"]
-    assert 0 < outdated < 1
-    if engine == "allpairs":
-        assert work["crossings"] == 0
-        assert work["predictions"] == pytest.approx(100 * work["queue_updates"])
-    else:
-        assert work["crossings"] > 0
-        assert work["predictions"] < 100
-    assert np.isfinite(list(work.values())).all()
 
 
 # Hints after a collapse

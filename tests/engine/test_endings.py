@@ -20,7 +20,8 @@ from test_statistics import assert_nothing_comes_between
 from test_twin import compared
 
 from snooker_cli.containers import Box, PeriodicBox
-from snooker_cli.engine import clock, simulate, simulation
+from snooker_cli.engine import clock, simulate, simulation, sliding
+from snooker_cli.errors import SceneError
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, StopReason, Trace
 
@@ -276,16 +277,16 @@ def test_the_sum_of_chords(q, monkeypatch):
     """By terms, and by the formula for an almost elastic wall, which has no number of terms."""
     for e in (1e-9, 0.5, 0.9):
         expected = trap_sums(q, 1.0, e, 0.5).duration
-        assert simulation.chord_sum(q, e) == pytest.approx(expected, rel=1e-14)
-    by_formula = simulation.chord_sum(q, 0.9995)
-    monkeypatch.setattr(simulation, "NEARLY_ELASTIC", 0.0)
-    assert by_formula == pytest.approx(simulation.chord_sum(q, 0.9995), rel=1e-13)
+        assert sliding.chord_sum(q, e) == pytest.approx(expected, rel=1e-14)
+    by_formula = sliding.chord_sum(q, 0.9995)
+    monkeypatch.setattr(sliding, "NEARLY_ELASTIC", 0.0)
+    assert by_formula == pytest.approx(sliding.chord_sum(q, 0.9995), rel=1e-13)
 
 
 def test_an_almost_elastic_wall_is_no_endless_sum():
-    assert simulation.chord_sum(1e9, 1 - 2.0**-52) == pytest.approx(math.pi / 2 * 2.0**52, rel=1e-8)
-    assert math.isfinite(simulation.chord_sum(1e200, 1 - 2.0**-52))
-    assert simulation.chord_sum(math.inf, 0.5) == math.inf
+    assert sliding.chord_sum(1e9, 1 - 2.0**-52) == pytest.approx(math.pi / 2 * 2.0**52, rel=1e-8)
+    assert math.isfinite(sliding.chord_sum(1e200, 1 - 2.0**-52))
+    assert sliding.chord_sum(math.inf, 0.5) == math.inf
 
 
 def test_a_wall_that_takes_the_rebound_traps_at_once():
@@ -449,5 +450,5 @@ def test_the_faster_engine_is_chosen():
     with pytest.raises(ValueError, match="allpairs"):
         simulate(gas("periodic", 20, 0.1), collisions=1, engine="allpairs")
     small = scene_of([(0.0, 0.0, 1.0, 0.0, 1.0, 1.0)], container=PeriodicBox(20.0, 9.9))
-    with pytest.raises(ValueError, match="the engine needs five cells each way"):
+    with pytest.raises(SceneError, match="engine needs 5 cells each way"):
         simulate(small, collisions=1)
