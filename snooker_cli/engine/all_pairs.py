@@ -11,7 +11,7 @@ from snooker_cli.engine import clock, prediction, sliding
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER, chord_delay, wall_delay
-from snooker_cli.engine.jit import inlined, kernel, lowest_bit, row_of
+from snooker_cli.engine.jit import inlined, kernel, lowest_bit
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, Setup, State, U, V, X, Y
 from snooker_cli.engine.sampling import Grid, grid_of, next_sample, sample_until
 from snooker_cli.trace import SLIDE
@@ -41,10 +41,7 @@ class Agenda(NamedTuple):
 
 
 def new_agendas(repeats: int, number: int) -> Agenda:
-    """The stacked agendas of repeats at time zero, at which all balls first search their contacts.
-
-    ``advance`` enters the times at the wall.
-    """
+    """The stacked agendas of repeats at time zero, without the times at the wall."""
     times = np.full((repeats, TIME_ROWS, -(-number // LANES) * LANES), NEVER)
     times[:, :, :number] = 0.0
     links = np.full((repeats, LINK_ROWS, number), ks.NO_PARTNER, dtype=np.int64)
@@ -99,8 +96,10 @@ def find_contact(
         mask = prediction.candidates(i, now, delay, state, start, stop)
         if last >= 0 and links[LAST, last] == i:
             mask = prediction.without(mask, start, last)  # they parted in the last event of both
-        if slides is not None:
-            mask = sliding.only_straight(mask, start, stop, i, slides)
+        if slides is not None:  # not those on curved ways
+            for k in range(start, stop):
+                if slides[i] != sliding.FLIES or slides[k] != sliding.FLIES:
+                    mask = prediction.without(mask, start, k)
         delay, partner = prediction.earliest(mask, start, i, now, delay, partner, state)
     horizon = delay
     if slides is not None:
@@ -178,11 +177,7 @@ def predict_walls(now: float, state: State, agenda: Agenda, container: Floats | 
 
 @inlined
 def soonest(times: Floats) -> int:
-    """The ball whose time is the earliest, of equal ones the first.
-
-    Nonnegative numbers have the order of their bits read as integers, and a minimum of integers
-    runs in vector registers.
-    """
+    """The ball whose time is earliest, of equal ones the first: a minimum of integers is fast."""
     bits = times.view(np.int64)
     least = bits[0]
     for k in range(len(bits)):
@@ -217,7 +212,7 @@ def advance(
     """
     for row in range(len(active)):
         repeat = active[row]
-        state, slides = ks.state_of(states, repeat), row_of(all_slides, repeat)[0]
+        state, slides = ks.state_of(states, repeat), ks.part_of(all_slides, repeat)
         balls, setup, counts, sums = state.balls, state.setup, state.counts, state.sums
         agenda = Agenda(agendas.times[repeat], agendas.links[repeat])
         links = agenda.links

@@ -102,7 +102,7 @@ class Cells(NamedTuple):
 
 def new_cells(scene: Scene, side: float, balls: Floats, tree: Tree) -> Cells:
     """Cells of about a side (m), with room for four balls each and without members."""
-    mesh, tags = new_mesh(scene, side), tags_of(balls)
+    mesh, tags = new_mesh(scene, side), balls.T.view(np.int32).T
     tags[FORMER] = ks.NO_PARTNER
     at_wall = cells_at_wall(scene, mesh, MARGIN * mesh.width if scene.free else 0.0)
     members, near = room_for(4, len(at_wall))
@@ -123,11 +123,6 @@ def room_for(capacity: int, number: int) -> tuple[Indices, NDArray[np.uint32]]:
     """Memory for the members of a number of cells, and for those of nine."""
     members = np.zeros((number, capacity), dtype=np.int32)
     return members, np.zeros(9 * capacity + 4, dtype=np.uint32)
-
-
-def tags_of(balls: Floats) -> Indices:
-    """The balls' memory as 32-bit integers."""
-    return balls.T.view(np.int32).T
 
 
 def new_mesh(scene: Scene, side: float) -> Mesh:

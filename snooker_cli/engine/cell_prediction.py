@@ -36,15 +36,6 @@ def parted_from(i: int, now: float, balls: Floats, tags: Indices, period: Floats
 
 
 @inlined
-def offset(
-    k: int, now: float, x: float, y: float, balls: Floats, period: Floats | None
-) -> tuple[float, float]:
-    """From (x, y) to ball k at a time (s), or to its nearest image, m."""
-    xk, yk = ks.position(k, now, balls)
-    return contact.nearest_image(xk - x, yk - y, period)
-
-
-@inlined
 def nearest(
     i: int, now: float, found: int, delay: float, partner: int, state: State, cells: Cells
 ) -> tuple[float, int]:
@@ -64,7 +55,8 @@ def nearest(
         for place in range(start, min(start + BLOCK, found)):
             k = near[place]
             d = ks.contact_distance(i, k, state.setup, state.radii)
-            xk, yk = offset(k, now, x, y, balls, period)
+            xk, yk = ks.position(k, now, balls)
+            xk, yk = contact.nearest_image(xk - x, yk - y, period)
             uk, vk = balls[U, k], balls[V, k]
             may = contact.may_touch(xk, yk, uk - u, vk - v, d * d, twice) & (k != parted)
             mask |= int(may) << (place - start)
@@ -72,7 +64,8 @@ def nearest(
             k = near[start + lowest_bit(mask)]
             mask &= mask - 1
             d = ks.contact_distance(i, k, state.setup, state.radii)
-            xk, yk = offset(k, now, x, y, balls, period)
+            xk, yk = ks.position(k, now, balls)
+            xk, yk = contact.nearest_image(xk - x, yk - y, period)
             uk, vk = balls[U, k], balls[V, k]
             its_delay = contact.pair_delay(xk, yk, uk - u, vk - v, d * d)
             if its_delay < delay:

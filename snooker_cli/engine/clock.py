@@ -6,7 +6,6 @@ double; the stored residual is what that rounding has cut off. Both give the clo
 """
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -48,25 +47,11 @@ def times(epoch: float, clocks: Floats) -> tuple[Floats, Floats | None]:
     return rounded, clocks - (rounded - epoch)
 
 
-def parts(events: Events, number: int) -> Iterator[tuple[slice, Floats, float, float]]:
-    """The events of this many balls by epoch, at least one: their rows, and their clocks (s).
-
-    And what follows: the next epoch (s), which is this one if the events do not fill it, and by
-    how much clocks are then set back (s).
-    """
-    size, epoch = length(number), 0.0
-    for start in range(0, max(len(events), 1), size):
-        part = slice(start, min(start + size, len(events)))
-        clocks = np.ascontiguousarray(events.time[part])
-        if epoch > 0.0:
-            clocks = clocks - epoch
-            if events.residual is not None:
-                clocks = clocks + events.residual[part]
-        new, shift = epoch, 0.0
-        if len(clocks) == size:
-            new, shift = following(epoch, float(clocks[-1]))
-        yield part, clocks, new, shift
-        epoch = new
+def clocks(epoch: float, events: Events) -> Floats:
+    """What clocks showed at events of an epoch, s: the reverse of ``times``."""
+    if epoch == 0.0:
+        return np.ascontiguousarray(events.time)
+    return events.time - epoch + (0.0 if events.residual is None else events.residual)
 
 
 # Endings

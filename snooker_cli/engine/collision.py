@@ -28,17 +28,6 @@ def normal_part(x: float, y: float, u: float, v: float) -> float:
 
 
 @inlined
-def rebound(x: float, y: float, u: float, v: float, restitution: float) -> float:
-    """Change of velocity of a ball that hits the wall at (x, y), as a multiple of (x, y), 1/s.
-
-    The ball moves outwards. At the end of a chord shorter than the rounding of its place it may
-    seem to move inwards. Then it also leaves inwards, at e times its normal speed.
-    """
-    normal = normal_part(x, y, u, v)
-    return (1.0 + restitution if normal > 0.0 else 1.0 - restitution) * normal
-
-
-@inlined
 def is_slow(x: float, y: float, u: float, v: float, speed: float) -> bool:
     """Whether the part of (u, v) along (x, y) is below a speed; never if that is zero."""
     normal = u * x + v * y
@@ -109,7 +98,11 @@ def hit_wall(
         balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, container
     )
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
-    first = rebound(x, y, u, v, 1.0 if elastic else setup.wall_restitution)
+    restitution = 1.0 if elastic else setup.wall_restitution
+    normal = normal_part(x, y, u, v)
+    # At the end of a chord shorter than the rounding of its place, a ball may seem to move inwards.
+    # Then it also leaves inwards, at e times its normal speed.
+    first = (1.0 + restitution if normal > 0.0 else 1.0 - restitution) * normal  # over (x, y)
     m = ks.mass_of(i, state.setup, state.masses)
     if container is not None:
         first, second = shares(first, m, setup.container_mass)

@@ -1,10 +1,8 @@
 """The order of events for many balls: a tournament tree over one time per ball.
 
 Node k holds the earliest of its children 4k to 4k + 3, which lie in one line of the processor's
-cache. Ball i is leaf ``leaves + i``, and node 1 the winner. Nothing is inserted or removed, and an
-update climbs only as far as it changes anything.
-
-Times are not negative, so they sort like their bits read as integers, which compare faster.
+cache. Ball i is leaf ``leaves + i``, and node 1 the winner. An update climbs only as far as it
+changes anything. Nonnegative times sort like their bits read as integers, which compare faster.
 """
 
 from typing import TypeAlias

@@ -61,10 +61,7 @@ _unknown: list[tuple[Callable[..., Any], dict[str, Any]]] = []
 
 
 class Kernel:
-    """A function that Python calls. Numba compiles it once for each combination of types.
-
-    With NUMBA_DISABLE_JIT=1 it runs as plain Python, without warnings of 0 * inf and the like.
-    """
+    """A function that Python calls. Numba compiles it once for each combination of types."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         update_wrapper(self, function)
@@ -81,7 +78,7 @@ class Kernel:
             function, options = _unknown.pop()
             numba.extending.register_jitable(**options)(function)
         if numba.config.DISABLE_JIT:
-            return np.errstate(all="ignore")(self.function)
+            return np.errstate(all="ignore")(self.function)  # without warnings of 0 * inf
         folder, users = cache_folder(), numba.config.CACHE_DIR
         try:
             numba.config.CACHE_DIR = str(folder or users)
@@ -121,15 +118,6 @@ def lowest_bit(mask: int) -> int:
 
 def fetch(array: Any, place: int) -> None:
     """Ask the processor to load an element into its cache; plain Python does nothing."""
-
-
-def row_of(stacked: Any, repeat: int) -> tuple[Any]:
-    """What a repeat has of a stacked array, or ``None``, as the only element of a tuple.
-
-    Compiled, it has the type of an array or of ``None``; one for both would be slower. Compiled
-    functions return new arrays in tuples only.
-    """
-    return (None if stacked is None else stacked[repeat],)
 
 
 @cache
@@ -251,10 +239,8 @@ def _numba() -> Any:
 
     @intrinsic
     def lowest_bit_instruction(_typing: Any, mask: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.cttz(arguments[0], context.get_constant(types.boolean, 1))
-
-        return types.int64(types.int64), generate
+        number, no_matter_at_0 = types.int64, ir.Constant(ir.IntType(1), 1)
+        return number(number), lambda _, builder, __, masks: builder.cttz(*masks, no_matter_at_0)
 
     @intrinsic
     def fetch_instruction(_typing: Any, array: Any, place: Any) -> Any:
@@ -271,16 +257,9 @@ def _numba() -> Any:
 
         return types.void(array, types.int64), generate
 
-    def no_row(stacked, repeat):  # type: ignore[no-untyped-def]
-        return (None,)
-
-    def one_row(stacked, repeat):  # type: ignore[no-untyped-def]
-        return (stacked[repeat],)
-
     for function, compiled in (
         (fused, lambda a, b, c: lambda a, b, c: fused_instruction(a, b, c)),
         (lowest_bit, lambda mask: lambda mask: lowest_bit_instruction(mask)),
-        (row_of, lambda stacked, repeat: no_row if stacked is types.none else one_row),
         (fetch, lambda array, place: lambda array, place: fetch_instruction(array, place)),
     ):
         overload(function, jit_options=INLINE_OPTIONS)(compiled)

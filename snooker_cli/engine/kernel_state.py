@@ -7,13 +7,13 @@ the function, so functions take such a value beside the state.
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Box, Circle
-from snooker_cli.engine.jit import inlined, row_of
+from snooker_cli.engine.jit import inlined
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER
 
@@ -88,9 +88,8 @@ class Setup(NamedTuple):
 class State(NamedTuple):
     """The state of a run, as both engines and a replay have it.
 
-    The states of many repeats of one point are one state too. Its arrays of what differs between
-    repeats, from balls, container and slides to sums, counts and scratch, are stacked: they have
-    one axis more, the first.
+    The states of many repeats of one point are one state too, with stacked arrays: balls,
+    container, slides, sums, counts and scratch have one axis more, the first.
 
     balls : (BALL_ROWS or more, *N*), seen from ``origin_of``
     container : (BALL_ROWS,), or ``None`` if it is fixed
@@ -170,17 +169,25 @@ def new_states(
 
 
 @inlined
+def part_of(array: Any, rows: int | slice) -> Any:
+    """Some rows of an array, in the same memory, or ``None`` of ``None``."""
+    if array is None:
+        return None
+    return array[rows]
+
+
+@inlined
 def state_of(states: State, repeat: int) -> State:
     """The state of a repeat, in the memory of the stacked states."""
     return State(
         states.setup,
         states.balls[repeat],
-        row_of(states.container, repeat)[0],
+        part_of(states.container, repeat),
         states.box,
         states.period,
         states.radii,
         states.masses,
-        row_of(states.slides, repeat)[0],
+        part_of(states.slides, repeat),
         states.labels,
         states.sums[repeat],
         states.counts[repeat],
@@ -207,12 +214,6 @@ class Recorded(NamedTuple):
     i: Indices
     j: Indices
     impulse: Floats
-
-
-def new_record(*shape: int) -> Recorded:
-    """Memory for events, (*events*,) or (*repeats*, *events*); with none, nothing is recorded."""
-    i, j = np.empty((2, *shape), dtype=np.int32)
-    return Recorded(np.empty(shape), i, j, np.empty(shape))
 
 
 @inlined

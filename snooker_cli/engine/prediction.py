@@ -18,10 +18,7 @@ BLOCK = 48
 
 @inlined
 def rows(balls: Floats, start: int, stop: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """The rows X, Y, U, V and CLOCK of the balls from ``start`` to ``stop``.
-
-    Loops that count them from 0 need no gathers, see docs/engine.md.
-    """
+    """The rows X, Y, U, V and CLOCK of some balls; loops that count from 0 need no gathers."""
     return (
         balls[X, start:stop],
         balls[Y, start:stop],
@@ -32,21 +29,13 @@ def rows(balls: Floats, start: int, stop: int) -> tuple[Floats, Floats, Floats, 
 
 
 @inlined
-def radii_of(radii: Floats | None, start: int, stop: int) -> Floats | None:
-    """The radii of the balls from ``start`` to ``stop``, m, if balls differ."""
-    if radii is None:
-        return None
-    return radii[start:stop]
-
-
-@inlined
 def candidates(i: int, now: float, horizon: float, state: State, start: int, stop: int) -> int:
     """The balls from ``start`` to ``stop`` that may touch ball i within ``horizon``, a bit each."""
     x, y = ks.position(i, now, state.balls)
     u, v = state.balls[U, i], state.balls[V, i]
     r = ks.radius_of(i, state.setup, state.radii)
     xs, ys, us, vs, clocks = rows(state.balls, start, stop)
-    radii = radii_of(state.radii, start, stop)
+    radii = ks.part_of(state.radii, slice(start, stop))
     twice = 2.0 * horizon
     mask = 0
     for k in range(len(xs)):
@@ -76,7 +65,7 @@ def candidates_of_two(
     ri = ks.radius_of(i, state.setup, state.radii)
     rj = ks.radius_of(j, state.setup, state.radii)
     xs, ys, us, vs, clocks = rows(balls, start, stop)
-    radii = radii_of(state.radii, start, stop)
+    radii = ks.part_of(state.radii, slice(start, stop))
     twice_i, twice_j = 2.0 * horizon_i, 2.0 * horizon_j
     mask_i, mask_j = 0, 0
     for k in range(len(xs)):

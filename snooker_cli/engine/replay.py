@@ -98,31 +98,27 @@ class Replay:
 
     def __init__(self, trace: Trace) -> None:
         assert trace.events is not None
-        scene = trace.start
         self.events, self.done = trace.events, 0
-        self.parts = clock.parts(trace.events, scene.number)
-        self.part = next(self.parts)
-        self.state = ks.state_of(ks.new_states([scene]), 0)
+        self.state = ks.state_of(ks.new_states([trace.start]), 0)
+        self.epoch_length = clock.length(trace.start.number)
 
     def advance(self, end: int, kept: Integers | None = None, rows: Floats | None = None) -> None:
         """Carry out the events before ``end``, with a row after each number of them in ``kept``."""
         kept = np.zeros(0, dtype=np.int64) if kept is None else kept
         rows = np.zeros((0, sampling.COLUMNS)) if rows is None else rows
+        state = self.state
         while self.done < end:
-            events, clocks, following, shift = self.part
-            stop = min(end, events.stop)
-            here = slice(self.done, stop)
-            columns = self.events.i[here], self.events.j[here], self.events.impulse[here]
-            record = Recorded(clocks[self.done - events.start : stop - events.start], *columns)
+            stop = min(end, self.done - self.done % self.epoch_length + self.epoch_length)
+            events, epoch = self.events[self.done : stop], float(state.sums[ks.EPOCH])
+            clocks = clock.clocks(epoch, events)
+            record = Recorded(clocks, events.i, events.j, events.impulse)
             first, last = np.searchsorted(kept, [self.done, stop], side="right")
-            state = self.state
             repeat_events(
                 state, state.slides, record, self.done, kept[first:last], rows[first:last]
             )
             self.done = stop
-            if stop == events.stop:
-                self.state.next_epoch(following, shift)
-                self.part = next(self.parts, self.part)
+            if stop % self.epoch_length == 0:
+                state.next_epoch(*clock.following(epoch, float(clocks[-1])))
 
     def measure(self, row: Floats, time: float) -> None:
         """Write the observables at a time (s) into a row."""

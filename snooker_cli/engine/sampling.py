@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.jit import helper, inlined, kernel, row_of
+from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Setup, State, U, V, mass_of
 from snooker_cli.engine.sliding import SETTLES, ball_of, bounced, pressing, set_ball
 from snooker_cli.scene import Scene
@@ -243,7 +243,7 @@ def sample_to_end(
     """``sample_until`` the end of each repeat (s, on its clocks), and a row more at that time."""
     for repeat in range(len(ends)):
         end, state = ends[repeat], ks.state_of(states, repeat)
-        slides = row_of(all_slides, repeat)[0]
+        slides = ks.part_of(all_slides, repeat)
         sample_until(end, grid_of(grids, repeat), state, slides)
         sample(rows[repeat], histograms[repeat], end, state, state.container, slides)
 

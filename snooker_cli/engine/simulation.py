@@ -164,7 +164,9 @@ class Engine(ABC):
         size = CHUNK if number < REORDERED else SMALL_CHUNK
         size = min(size, max(MOST_EVENTS // len(active), 1))
         limit = min(self.wanted - before, size, epoch_length - before % epoch_length)
-        records = ks.new_record(len(active), limit if self.grids is None else 0)
+        shape = len(active), limit if self.grids is None else 0
+        first, second = np.empty((2, *shape), dtype=np.int32)
+        records = Recorded(np.empty(shape), first, second, np.empty(shape))
         answers = np.zeros(len(active), dtype=np.int64)
         self.advance(records, answers, limit)
         epochs, clocks = self.states.sums[active][:, [ks.EPOCH, ks.NOW]].T
@@ -432,7 +434,7 @@ class InCells(Engine):
             masses=None if state.masses is None else state.masses[order],
         )
         links = np.asfortranarray(old.links[:, order])
-        self.cells = old._replace(links=links, tags=cell_grid.tags_of(balls))
+        self.cells = old._replace(links=links, tags=balls.T.view(np.int32).T)
         former = self.cells.tags[cell_grid.FORMER]
         former[former >= 0] = place[former[former >= 0]]
         self.ordered_at = state.collisions
@@ -494,10 +496,10 @@ def simulate(
     run = engine_for(scene, engine)([scene], collisions, time, summary)
     if checkpoint is not None:
         run.restore(checkpoint)
-    stop_wanted: object = False
-    while len(run.active) and not stop_wanted:
+    while len(run.active):
         number = run.chunk(sink)
-        stop_wanted = watch is not None and watch(number)
+        if watch is not None and watch(number):
+            break
     saved = run.saved() if len(run.active) else None  # before the last row of a summary
     (trace,) = run.traces()
     return replace(trace, checkpoint=saved)

@@ -349,14 +349,3 @@ def earliest_on_arc(
         if its_delay < delay:
             delay, partner = its_delay, k if touches else ks.SEARCH_AGAIN
     return delay, partner
-
-
-@inlined
-def only_straight(mask: int, start: int, stop: int, i: int, slides: Integers) -> int:
-    """The mask of balls from ``start`` to ``stop``, without those on curved ways."""
-    if slides[i] != FLIES:
-        return 0
-    for k in range(start, stop):
-        if slides[k] != FLIES:
-            mask &= ~(1 << (k - start))
-    return mask

@@ -21,11 +21,12 @@ ROOM = 8192
 
 def advance(engine: InCells, events: int) -> None:
     """Simulate this many events."""
-    records, answers = ks.new_record(1, ROOM), np.zeros(1, dtype=np.int64)
+    i, j, answers = np.zeros((3, 1, ROOM), dtype=np.int32)
+    records = ks.Recorded(np.empty((1, ROOM)), i, j, np.empty((1, ROOM)))
     done = engine.state.collisions + events
     while engine.state.collisions < done:
-        engine.advance(records, answers, done - engine.state.collisions)
-        assert answers[0] == clock.FULL
+        engine.advance(records, answers[0], done - engine.state.collisions)
+        assert answers[0, 0] == clock.FULL
 
 
 def places(engine: InCells, now: float) -> np.ndarray:
