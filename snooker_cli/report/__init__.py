@@ -1,4 +1,1 @@
-"""Reproduction of the source report: its printed values, their audit, and our own report.
-
-Source report: "Effect of Coefficient of Restitution on Thermodynamic Properties - a 2D Simulation".
-"""
+"""Reports on a user's runs and on the source report, whose numbers an audit compares with ours."""

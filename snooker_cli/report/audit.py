@@ -103,7 +103,10 @@ class Audit:
                     "score": one.score,
                     "wins": found.wins[found.ranked.index(one)],
                     "complete": one.complete,
-                    "values": {each.name: _json(one.our_value(each)) for each in TARGETS},
+                    "values": {
+                        each.name: asdict(one.samples[each.quantity, each.cor].our_value(each))
+                        for each in TARGETS
+                    },
                 }
                 for one in found.profile
             ],
@@ -112,21 +115,14 @@ class Audit:
         }
 
 
-def _json(ours: OurValue | None) -> dict[str, float] | None:
-    return None if ours is None else asdict(ours)
-
-
 def audit(runs: Runs, found: Search) -> Audit:
     """The audit from the runs of this report and the search in two of them.
 
     Raises ``RunError`` or ``StoreError`` for a run that cannot be read.
     """
     stated = stated_results(runs)
-    formulas = _path_and_section(stated, found.factor)
-    for name, (text, value) in arithmetic().items():
-        formulas[name] = FOLLOWS, text, OurValue(value)
     return Audit(
-        rows=tuple(_row(number, stated, found, formulas) for number in SOURCE_VALUES.values()),
+        rows=tuple(_row(number, stated, found) for number in SOURCE_VALUES.values()),
         claims=checked_claims(runs, stated),
         search=found,
         stated=stated,
@@ -137,19 +133,19 @@ def audit(runs: Runs, found: Search) -> Audit:
     )
 
 
-Formulas = dict[str, tuple[str, str, OurValue]]
-"""By the name of a printed number: the verdict, a formula for it in words, and its value."""
-
-
-def _row(number: SourceValue, stated: StatedResults, found: Search, formulas: Formulas) -> AuditRow:
+def _row(number: SourceValue, stated: StatedResults, found: Search) -> AuditRow:
     """The verdict: from the stated scene if that agrees, else from a formula, else a setting."""
     ours, common = stated.numbers[number.name], found.ranked[0].our_value(number)
     if ours.agrees(number):
         return AuditRow(number, ours, common, REPRODUCED)
-    if number.name in formulas:
-        verdict, text, value = formulas[number.name]
-        verdict = verdict if value.rounds_to(number) else UNEXPLAINED
-        return AuditRow(number, ours, common, verdict, text, value)
+    for formulas, verdict in (
+        (arithmetic(), FOLLOWS),
+        (_path_and_section(stated, found.factor), EXPLAINED),
+    ):
+        if number.name in formulas:
+            text, value = formulas[number.name]
+            verdict = verdict if value.rounds_to(number) else UNEXPLAINED
+            return AuditRow(number, ours, common, verdict, text, value)
     # The stated scene with our own rings has been compared already, with more repeats.
     others = [one for one in found.candidates if one.changes or one.extent != found.extent]
     offer = simplest(others, number)
@@ -165,19 +161,17 @@ def _row(number: SourceValue, stated: StatedResults, found: Search, formulas: Fo
     return AuditRow(number, ours, common, verdict, setting.description, value)
 
 
-def _path_and_section(stated: StatedResults, factor: float) -> Formulas:
-    """Explanations of the mean free path and the cross-section."""
+def _path_and_section(stated: StatedResults, factor: float) -> dict[str, tuple[str, OurValue]]:
+    """Formulas for the mean free path and the cross-section, in words, and their values."""
     density, radius = stated.numbers["density"].value, float(stated.scene.radii[0])
     path = theory.mean_free_path(density, radius)
     implied = 1 / (math.sqrt(2) * density * SOURCE_VALUES["mean_free_path"].value)
     return {
         "mean_free_path": (
-            EXPLAINED,
             f"{factor:g} × 1/(√2 n 4r) at r = {radius:g} m, or that of r = {radius / factor:g} m",
             OurValue(factor * path),
         ),
         "cross_section": (
-            EXPLAINED,
             f"what its λ needs, which is 4r at r = {implied / 4:.4f} m",
             OurValue(implied),
         ),

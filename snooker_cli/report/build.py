@@ -1,8 +1,8 @@
 """Finished runs -> the reproduction: figures, numbers.json, report.html, report.pdf."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from snooker_cli.analysis.run_analysis import fits
 from snooker_cli.files import write_json
@@ -38,19 +38,9 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
             "audit": judged.as_json(),
             "fits": decays,
         }
-        write_json(out / "numbers.json", rounded(numbers))
+        # exp, log and pow differ in their last bits between processors, fits in the seventh digit.
+        six_digits = json.loads(json.dumps(numbers), parse_float=lambda x: float(f"{float(x):.6g}"))
+        write_json(out / "numbers.json", six_digits)
         report_progress("pages")
         content = values(opened, pictures, judged, decays)
         return [*pages.write("report.md.j2", content), out / "numbers.json"]
-
-
-def rounded(content: Any) -> Any:
-    """JSON content with six significant digits.
-
-    exp, log and pow differ in their last bits between processors, fits in their seventh digit.
-    """
-    if isinstance(content, dict):
-        return {key: rounded(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [rounded(value) for value in content]
-    return float(f"{content:.6g}") if isinstance(content, float) else content

@@ -86,11 +86,9 @@ def values(
         "factors": _source_factors(audit),
         "stated_rates": scene_rates(audit.stated.scene, 1.0),
         "kinetic_theory": {
-            name: kinetic_theory(runs[name], pictures[file].numbers["points"])
-            for name, file in (
-                ("restitution", "decay-against-cor"),
-                ("elastic-wall", "decay-elastic-wall"),
-            )
+            entry["run"]: kinetic_theory(runs[entry["run"]], pictures[file].numbers["points"])
+            for file, entry in REPORT_FIGURES.items()
+            if entry["figure"] == "decay-against-cor"
         },
         "last_rates": last_rates(pictures["haff-time"].numbers["points"]),
         "lord": 2 * LORD,
@@ -122,7 +120,14 @@ def _at_each(texts: Sequence[str]) -> str:
 
 def _source_factors(audit: Audit) -> dict[str, Any]:
     """The mistakes of the source report's formula for k, in words, and what is left of them."""
-    each = [audit.stated.source_factors(cor) for cor in COEFFICIENTS]
+    scene = audit.stated.scene
+    rates = scene_rates(scene, scene.kinetic_energy / scene.number)
+    assert rates is not None
+    contact = theory.contact_value(scene.packing_fraction)
+    each = [
+        theory.source_factors(cor, contact, rates.ball_ball, cor, rates.wall)
+        for cor in COEFFICIENTS
+    ]
     left = [
         audit.row(f"theory_{cor}").ours.value / audit.row(f"energy_mean_{cor}").ours.value
         for cor in COEFFICIENTS
@@ -149,9 +154,7 @@ def kinetic_theory(run: Run, points: Sequence[Record]) -> list[dict[str, Any]]:
         assert rates is not None
         e, wall_e = scene.restitution, scene.wall_restitution
         alpha = theory.haff_rate(theory.cooling_rate(e, rates.ball_ball, wall_e, rates.wall))
-        excess = alpha - one["alpha"]
-        in_errors = excess / one["alpha_error"]
-        share = excess / one["alpha"]
+        share, in_errors = ((alpha - one["alpha"]) / one[key] for key in ("alpha", "alpha_error"))
         row = {"cor": e, "theory": alpha, "excess": share, "in_errors": in_errors}
         rows.append(row | {"size": abs(share)})
     return rows

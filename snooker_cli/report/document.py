@@ -9,6 +9,7 @@ import re
 import tempfile
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -32,14 +33,12 @@ have ``text``; barrier has nothing; figure has ``label``, ``file``, ``caption``,
 def require_libraries() -> None:
     """Raise ``UserError`` if jinja2 or typst is not installed."""
     for library in ("jinja2", "typst"):
-        try:
-            __import__(library)
-        except ImportError:
+        if find_spec(library) is None:
             raise UserError(
                 f"{library} is not installed",
                 "install it with `pip install 'snooker-cli[report]'`",
                 code="missing library",
-            ) from None
+            )
 
 
 def document(

@@ -68,14 +68,6 @@ class StatedResults:
     mean_free_path: OurValue
     relaxed_path: OurValue
 
-    def source_factors(self, cor: float) -> theory.SourceFactors:
-        """The mistakes of the source report's formula for k at a CoR."""
-        scene = self.scene
-        radius, heat = float(scene.radii[0]), scene.kinetic_energy / scene.number
-        rates = theory.collision_rates(scene.number, heat, radius, scene.container)
-        contact = theory.contact_value(scene.packing_fraction)
-        return theory.source_factors(cor, contact, rates.ball_ball, cor, rates.wall)
-
 
 def stated_results(runs: Runs) -> StatedResults:
     """Our value of every printed number, and what the claims are checked with."""
@@ -122,15 +114,10 @@ def _points(run: Run, where: Mapping[str, object]) -> Sequence[Point]:
 
 def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[str, Sample]:
     """The quantities of the inelastic runs."""
+    fitted = {"energy": "kinetic_energy", "temperature": "temperature", "pressure": "pressure"}
     found = {
-        f"{name} decay": Sample(
-            one.value for one in laws[quantity, "exponential"].fits if one.converged
-        )
-        for name, quantity in (
-            ("energy", "kinetic_energy"),
-            ("temperature", "temperature"),
-            ("pressure", "pressure"),
-        )
+        f"{name} decay": Sample(x.value for x in laws[key, "exponential"].fits if x.converged)
+        for name, key in fitted.items()
     }
     by_theory = [reported_constant(trace) for trace in traces]
     return found | {
@@ -208,14 +195,15 @@ def checked_claims(runs: Runs, stated: StatedResults) -> list[dict[str, Any]]:
             check = f"{first.digits} against {second.digits}: {100 * off:.1f} % apart"
             holds = off <= CLOSE
         else:
-            holds, values = checks[name]
+            # A sentence without a check is contradicted by another one.
+            holds, values = checks.get(name, (False, {}))
             check = claim["check"].format(*values.get("each", ()), **values)
         where, text = claim["where"], claim["text"]
         found.append({"name": name, "where": where, "claim": text, "check": check, "holds": holds})
     return found
 
 
-def arithmetic() -> dict[str, tuple[str, float]]:
+def arithmetic() -> dict[str, tuple[str, OurValue]]:
     """Printed numbers that follow from other printed numbers: a formula in words, its value."""
     path, mean = SOURCE_VALUES["mean_free_path"], SOURCE_VALUES["energy_mean_0.8"]
     found = {"energy_abstract_0.8": (f"{mean.digits} of {mean.where}, rounded", mean.value)}
@@ -229,7 +217,7 @@ def arithmetic() -> dict[str, tuple[str, float]]:
             f"theory_{cor}": (f"−2 ln {cor:g} × {ratio} = {constant:.4f}", constant),
             f"doubled_{cor}": (f"2 × {pressure.digits} = {doubled:g}", doubled),
         }
-    return found
+    return {name: (text, OurValue(value)) for name, (text, value) in found.items()}
 
 
 def _contradictions(stated: StatedResults) -> Checks:
@@ -246,7 +234,6 @@ def _contradictions(stated: StatedResults) -> Checks:
             text.radius == caption.radius,
             {"radius": caption.radius, "ratios": ratios},
         ),
-        "divergence": (False, {}),
         "mean_free_path": (
             OurValue(own).agrees(path),
             {"density": density.digits, "section": section.digits, "own": own, "path": path.digits},
@@ -261,7 +248,7 @@ def _error_propagation() -> Checks:
     for name in ("tau", "theory"):
         printed = [SOURCE_VALUES[f"{name}_{cor}"] for cor in COEFFICIENTS]
         ours = [
-            own[one.name][1] * (speed.error or 0.0) / speed.value
+            own[one.name][1].value * (speed.error or 0.0) / speed.value
             for one, speed in zip(printed, speeds, strict=True)
         ]
         errors = np.array([one.error for one in printed])
@@ -281,9 +268,11 @@ def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
     for cor, laws in stated.laws.items():
         one, other = (laws["kinetic_energy", law].goodness for law in ("exponential", "haff"))
         exponential = exponential and one.probability >= LEAST_PROBABILITY
-        both = [ratio(each.chi_squared_per_degree) for each in (one, other)]
-        judged.append(f"{both[0]} against {both[1]} at CoR {cor:g}")
-        local.append(_local_ratio(laws))
+        chi, of_haff = (ratio(each.chi_squared_per_degree) for each in (one, other))
+        judged.append(f"{chi} against {of_haff} at CoR {cor:g}")
+        windows = (laws[name, "exponential"].fits for name in ("local_pressure", "local_energy"))
+        both = [each for each in zip(*windows, strict=True) if all(one.converged for one in each)]
+        local.append(Sample(pressure.value / energy.value for pressure, energy in both))
     numbers = stated.numbers
     apart = max(
         abs(numbers[f"temperature_one_{cor}"].value / numbers[f"energy_one_{cor}"].value - 1)
@@ -300,18 +289,6 @@ def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
         ),
         "tau_longer": (low > high, {"low": low, "high": high}),
     }
-
-
-def _local_ratio(laws: Laws) -> Sample:
-    """Decay constant of the pressure over that of the energy, both in time windows."""
-    pressure, energy = (
-        laws[quantity, "exponential"].fits for quantity in ("local_pressure", "local_energy")
-    )
-    return Sample(
-        one.value / other.value
-        for one, other in zip(pressure, energy, strict=True)
-        if one.converged and other.converged
-    )
 
 
 def _ideal_gas_checks(run: Run) -> Checks:

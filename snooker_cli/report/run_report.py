@@ -60,7 +60,7 @@ def _chapter(run: Run, number: int, pages: Pages) -> dict[str, Any]:
     except FigureError as error:
         raise UserError(f"{run.name}: {error}") from None
     figures = {f"{number}-{name}": picture for name, picture in _figures(run, points)}
-    alone = [picture for picture in figures.values() if FIGURES[picture.kind].each_point]
+    alone = any(FIGURES[picture.kind].each_point for picture in figures.values())
     for file, picture in figures.items():
         pages.add_figure(file, picture)
     status, found, compared = run_status(run), fits(run), comparisons(run)
@@ -78,21 +78,21 @@ def _chapter(run: Run, number: int, pages: Pages) -> dict[str, Any]:
         "points": [_point_cells(run, row) for row in rows],
         "fewer_points": fewer,
         "figures": list(figures),
-        "few_points": len(points) > MOST_POINTS and len(alone) > 0,
+        "few_points": len(points) > MOST_POINTS and alone,
         "analyses": [
             {
                 "title": "Decay constants",
                 "command": "fit",
                 "columns": FIT_COLUMNS,
-                "notes": [SAMPLING, JUDGEMENT, *_notes(found, run)],
-                **_cells([row for row in found.rows if not row["elastic"]], fit_cells),
+                "notes": f"{SAMPLING} {JUDGEMENT}",
+                **_cells(run, found, [row for row in found.rows if not row["elastic"]], fit_cells),
             },
             {
                 "title": "Comparison with theory",
                 "command": "compare",
                 "columns": COMPARE_COLUMNS,
-                "notes": [PAIRED, *_notes(compared, run)],
-                **_cells(usual(compared.rows), compare_cells),
+                "notes": PAIRED,
+                **_cells(run, compared, usual(compared.rows), compare_cells),
             },
         ],
         "no_players": filter(None, [pages.add_player(run, p) for p in spread(points, MOST_POINTS)]),
@@ -127,21 +127,17 @@ def _few(rows: Records) -> tuple[Records, str]:
     return [row for label in chosen for row in groups[label]], fewer
 
 
-def _cells(rows: Records, cells: Callable[[dict[str, Any]], list[str]]) -> dict[str, Any]:
-    """Rows of an analysis with their points and how many repeats of these are complete."""
+def _cells(
+    run: Run, found: RunAnalysis, rows: Records, cells: Callable[[dict[str, Any]], list[str]]
+) -> dict[str, Any]:
+    """Rows of an analysis with their points and numbers of complete repeats, and its notes."""
     few, fewer = _few(rows)
     whole = [[point_label(row["parameters"]), *cells(row), complete(row)] for row in few]
-    return {"rows": whole, "fewer": fewer}
-
-
-def _notes(found: RunAnalysis, run: Run) -> list[str]:
-    """The notes of an analysis as one sentence; none without notes."""
-    notes = "; ".join(note_lines(found.notes, len(run.points)))
-    return [f"Notes: {notes.rstrip('.')}."] if notes else []
+    found_notes = "; ".join(note_lines(found.notes, len(run.points))).rstrip(".")
+    return {"rows": whole, "fewer": fewer, "found_notes": found_notes}
 
 
 def _point_cells(run: Run, row: dict[str, Any]) -> list[str]:
-    """A row of the table of points."""
     balls = ["–"] * 3
     for repeat in run.present(row["point"])[:1]:
         scene = run.read(row["point"], repeat).start

@@ -33,15 +33,8 @@ TARGETS = [
 ]
 """The measured numbers that one setting has to explain together."""
 
-PARTS = {
-    "radius": "ball radius",
-    "slip": "slip",
-    "window": "fitted collisions",
-    "elastic_wall": "wall",
-    "fixed_amplitude": "amplitude",
-    "extent": "rings",
-}
-"""The parts of a setting, in words. Each is a choice that the search makes."""
+PARTS = ("radius", "slip", "window", "elastic_wall", "fixed_amplitude", "extent")
+"""The parts of a setting: fields of `Candidate`. Each is a choice that the search makes."""
 
 FREEDOM = len(TARGETS) - len(PARTS)
 """Degrees of freedom of chi-square: a number for each target, less the choices."""

@@ -85,8 +85,7 @@ def _pair(run: Run, stopped: Point, slid: Point) -> dict[str, Any]:
 
 def _mean(values: Iterable[float]) -> float:
     """The mean; nan of nothing."""
-    found = list(values)
-    return float(np.mean(found)) if found else math.nan
+    return float(np.mean(list(values) or [math.nan]))
 
 
 def _alike(one: Trace, other: Trace) -> bool:

@@ -32,14 +32,8 @@ FOLDER = EXAMPLES / "hard"  # the configs of the cases
 LONGEST, SLOWEST = 60.0, 1e5
 """A run hangs if it takes longer than this time, s, plus its collisions at this rate, 1/s."""
 
-INVARIANTS = {
-    "energy": "energy",
-    "momentum": "momentum",
-    "angular momentum": "angular",
-    "overlap": "overlap, m",
-    "escape": "escape, m",
-}
-"""The checks that most cases have, and their headings."""
+INVARIANTS = ("energy", "momentum", "angular momentum", "overlap", "escape")
+"""The checks that most cases have."""
 
 
 @dataclass(frozen=True)
@@ -188,8 +182,8 @@ def judged(
 LEGEND = """\
 events: of all runs of a case: each point with each engine that supports its container
 ended: why runs ended, and how many
-energy, momentum, angular: the worst violation of the conservation law, relative
-overlap, escape: the deepest of two balls, and of a ball in the wall
+energy, momentum, angular momentum: the worst violation of the conservation law, relative
+overlap, escape: the deepest of two balls, and of a ball in the wall, m
 facts: the first collisions beside the exact twin, and what else is known of a case"""
 
 
@@ -202,12 +196,10 @@ def _facts(case: Record) -> Record:
 
 def _error(case: Record, name: str) -> str:
     """The worst error in an invariant; a dash for none."""
-    return _text(case["worst"][name]["error"]) if name in case["worst"] else "–"
-
-
-def _text(value: float | None) -> str:
-    """An error to two digits."""
-    return "infinite" if value is None else small(value) if value else "0"
+    if name not in case["worst"]:
+        return "–"
+    error = case["worst"][name]["error"]
+    return "infinite" if error is None else small(error) if error else "0"
 
 
 VERDICT_CELLS: Cells = {
@@ -216,7 +208,7 @@ VERDICT_CELLS: Cells = {
     "ended": lambda case: ", ".join(
         f"{each['runs']} {each['reason'].replace('_', ' ')}" for each in case["endings"]
     ),
-    **{heading: partial(_error, name=name) for name, heading in INVARIANTS.items()},
+    **{name: partial(_error, name=name) for name in INVARIANTS},
     "facts": lambda case: (
         f"{sum(each['holds'] for each in _facts(case).values())} of {len(_facts(case))}"
     ),

@@ -289,8 +289,6 @@ SPEEDS = "speeds at fixed energy"
 
 BETA = "Beta law, exact"
 
-APART = 5.0  # collisions of a ball between two readings; ⟨v⁴⟩ has forgotten nine tenths by then
-
 
 def speed_rows(gas: GasSample) -> Iterator[Record]:
     """Mean speed and kurtosis of the speeds of a gas."""
@@ -302,17 +300,9 @@ def speed_rows(gas: GasSample) -> Iterator[Record]:
 
 
 def speeds(gas: GasSample, series: Series) -> tuple[float, float]:
-    """Mean speed and kurtosis over the readings of a repeat.
-
-    Readings are rows of the even grid after settling; by the mean rate, balls collide ``APART``
-    times between them. The last row, which is off the grid, is not a reading.
-    """
-    first = int(np.searchsorted(series.pair_events, gas.settling_events))
-    last = len(series.time) - 2
-    collisions = 2 * (series.pair_events[last] - series.pair_events[first]) / gas.balls
-    readings = slice(first, last + 1, max(1, math.ceil(APART * (last - first) / collisions)))
-    mean_speed, moment = series.mean_speed[readings], series.energy_moment[readings]
-    return float(np.mean(mean_speed)), float(np.mean(moment))
+    """Mean speed and kurtosis over the rows of the even grid after settling."""
+    rows = slice(int(np.searchsorted(series.pair_events, gas.settling_events)), -1)
+    return float(np.mean(series.mean_speed[rows])), float(np.mean(series.energy_moment[rows]))
 
 
 # The study

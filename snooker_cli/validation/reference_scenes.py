@@ -42,7 +42,6 @@ def rings(
     *,
     radius: float = 1.0,
     restitution: float = 1.0,
-    wall_restitution: float | None = None,
     container_mass: float = 1e7,
     number: int = 3,
 ) -> Scene:
@@ -55,7 +54,6 @@ def rings(
         container: {{radius: 10.0, mass: {str(container_mass).replace("inf", ".inf")}}}
         balls: {{rings: {number}, radius: {radius}, speed: 10.0, ring_extent: 0.8}}
         cor: {restitution}
-        wall_cor: {"null" if wall_restitution is None else wall_restitution}
         collisions: 500
         seed: 1
         common_random: true

@@ -239,7 +239,6 @@ def earlier_record(path: Path) -> Record:
 
 
 def _spread(rates: Sequence[float]) -> dict[str, float]:
-    """Median, lowest and highest."""
     return {"median": statistics.median(rates), "lowest": min(rates), "highest": max(rates)}
 
 

@@ -2,6 +2,7 @@
 
 import json
 import platform
+import re
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
@@ -133,9 +134,7 @@ def small(value: float | None) -> str:
 
 def _processor() -> str:
     """The name of the processor, or at least its type."""
-    found = Path("/proc/cpuinfo")
-    if found.exists():
-        for line in found.read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
+    listed = Path("/proc/cpuinfo")
+    text = listed.read_text(encoding="utf-8") if listed.exists() else ""
+    model = re.search(r"^model name\s*: (.+)$", text, re.MULTILINE)
+    return model[1] if model else platform.processor() or platform.machine()

@@ -98,9 +98,9 @@ def test_what_follows_from_other_printed_numbers_has_the_printed_digits() -> Non
     own = reproduction.arithmetic()
     assert len(own) == 7
     for name, (_, value) in own.items():
-        assert OurValue(value).rounds_to(SOURCE_VALUES[name]), name
-    assert own["theory_0.8"][1] == pytest.approx(-2 * math.log(0.8) * 4.23 / 15.01, rel=1e-12)
-    assert own["tau_0.9"][1] == pytest.approx(15.01 / 5.43, rel=1e-12)
+        assert value.rounds_to(SOURCE_VALUES[name]), name
+    assert own["theory_0.8"][1].value == pytest.approx(-2 * math.log(0.8) * 4.23 / 15.01, rel=1e-12)
+    assert own["tau_0.9"][1].value == pytest.approx(15.01 / 5.43, rel=1e-12)
 
 
 def test_likely_is_the_95_percent_point_of_chi_square() -> None:

@@ -185,9 +185,9 @@ def test_a_wrong_ending_is_found(trace: Trace) -> None:
     assert len(judged(replace(SEVEN, endings=(StopReason.COLLAPSE,)), trace)[1]) == 1
 
 
-@pytest.mark.parametrize("name", ["collapse-two", "galperin", "at-rest"])
+@pytest.mark.parametrize("name", ["collapse-two", "galperin"])
 def test_facts_can_fail(name: str) -> None:
-    """Of a run with a collision more, with another ending, or with balls elsewhere."""
+    """Of a run with a collision more, or with another ending."""
     case = CASES[name]
     experiment = load(FOLDER / f"{name}.yaml").points()[-1].experiment
     made = simulate(
@@ -212,7 +212,7 @@ def test_events_that_are_not_the_exact_ones_are_found(
     trace: Trace, change: Callable[[Events], Events], fails: str
 ) -> None:
     truth = exact_start(trace.start)
-    assert len(truth.events) == FOLLOWED // 7
+    assert len(truth[0]) == FOLLOWED // 7
     assert all(check.holds for check in follows(trace, truth))
     wrong = replace(trace, events=change(events_of(trace)))
     assert [check.name for check in follows(wrong, truth) if not check.holds] == [fails]
