@@ -51,10 +51,11 @@ def speed(
     All threads run and store many short repeats. Then one thread simulates several gases. It takes
     a minute or two. Run nothing else meanwhile.
     """
-    from snooker_cli.validation.speed_study import FULL_STUDY, QUICK_STUDY, earlier_record
+    from snooker_cli.validation.speed_study import SpeedStudy, earlier_record
 
+    study = SpeedStudy.planned("quick" if quick else "full")
     earlier = None if compare is None else earlier_record(compare)
-    _carry_out(replace(QUICK_STUDY if quick else FULL_STUDY, earlier=earlier), out, as_json)
+    _carry_out(replace(study, earlier=earlier), out, as_json)
 
 
 @bench.command()

@@ -10,11 +10,8 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from importlib.resources import files
 from pathlib import Path
 from typing import Self
-
-import yaml
 
 from snooker_cli.config import EXAMPLES, load
 from snooker_cli.containers import Circle
@@ -25,7 +22,7 @@ from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.trace import Trace
 from snooker_cli.validation import hard_case_checks as facts
 from snooker_cli.validation.hard_case_checks import Check, ExactStart, checks
-from snooker_cli.validation.study import Cells, Record, Study, small, table
+from snooker_cli.validation.study import PLANS, Cells, Record, Study, small, table
 
 FOLDER = EXAMPLES / "hard"  # the configs of the cases
 
@@ -38,7 +35,7 @@ INVARIANTS = ("energy", "momentum", "angular momentum", "overlap", "escape")
 
 @dataclass(frozen=True)
 class HardCase:
-    """A scene of ``configs/hard`` and what is known of it; hard_cases.yaml explains the fields."""
+    """A scene of ``configs/hard`` and what is known of it; plans.yaml explains the fields."""
 
     name: str
     endings: Sequence[str]
@@ -46,19 +43,17 @@ class HardCase:
     by_name_only: bool = False
 
 
-_KNOWN = files("snooker_cli.validation").joinpath("hard_cases.yaml").read_text("utf-8")
-CASES = {name: HardCase(name, **known) for name, known in yaml.safe_load(_KNOWN).items()}
+CASES = {name: HardCase(name, **known) for name, known in PLANS["hard"].items()}
 
 
 @dataclass(frozen=True)
 class HardCaseStudy(Study):
-    """Cases, and the folder of their configs."""
+    """The cases to simulate."""
 
     name = "hard"
     libraries = ("numpy", "numba", "mpmath")
 
     cases: tuple[HardCase, ...]
-    folder: Path = FOLDER
 
     @classmethod
     def of(cls, names: Sequence[str]) -> Self:
@@ -78,7 +73,7 @@ class HardCaseStudy(Study):
         found = []
         for case in self.cases:
             report(f"{case.name} ...")
-            found.append(verdict(case, self.folder))
+            found.append(verdict(case))
         return {"cases": found}
 
     @staticmethod
@@ -102,7 +97,7 @@ class HardCaseStudy(Study):
         yield f"{counted(len(cases), 'case')}, {runs}: {verdict}"
 
 
-def verdict(case: HardCase, folder: Path) -> Record:
+def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
     """Each point of a case's config with each engine that supports its container.
 
     The record has the worst of each check, the ``endings`` and the ``faults``.

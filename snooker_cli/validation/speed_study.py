@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from snooker_cli.runs.batch import Job
 from snooker_cli.runs.execution import Watcher, execute, processors
 from snooker_cli.runs.plan import batch_size
 from snooker_cli.scene import Scene
-from snooker_cli.validation.study import Cells, Record, Study, header_lines, table
+from snooker_cli.validation.study import PLANS, Cells, Record, Study, header_lines, table
 
 MASS = 1e7  # mass of a free container, kg; balls have 1 kg
 
@@ -62,20 +62,9 @@ class SpeedCase(NamedTuple):
         return starting_scene(parse(text).experiment, 0)
 
 
-LIKE_THE_SOURCE_REPORT = tuple(
-    SpeedCase(37, packing, free) for packing in (0.37, 0.0037) for free in (True, False)
-)
-MANY = (
-    *(SpeedCase(1000, packing) for packing in (0.004, 0.04, 0.2, 0.4, 0.55, 0.7)),
-    *(SpeedCase(37, packing) for packing in (0.04, 0.2)),
-    SpeedCase(1000, 0.4, free=True),
-    SpeedCase(100_000, 0.4),
-)
-
-
 @dataclass(frozen=True)
 class SpeedStudy(Study):
-    """What to time, and how long.
+    """What to time, and how long; see plans.yaml.
 
     short : short repeats in a run; ``rounds`` runs are timed
     earlier : a record to compare with, see ``earlier_record``
@@ -86,14 +75,21 @@ class SpeedStudy(Study):
     name = "speed"
     libraries = ("numpy", "numba", "h5py")
 
-    cases: tuple[SpeedCase, ...] = (*LIKE_THE_SOURCE_REPORT, *MANY)
-    events: int = 200_000
-    repeats: int = 5
-    stirring: int = 10
-    short: int = 6000
-    rounds: int = 3
+    cases: Sequence[SpeedCase]
+    events: int
+    repeats: int
+    stirring: int
+    short: int
+    rounds: int
     quick: bool = False
     earlier: Record | None = None
+
+    @classmethod
+    def planned(cls, name: str) -> Self:
+        """The plan "full" or "quick"."""
+        plan = dict(PLANS["speed"][name])
+        cases = [SpeedCase(*each) for each in plan.pop("cases")]
+        return cls(cases, quick=name == "quick", **plan)
 
     def results(self, report: Callable[[str], None]) -> Record:
         """The rates: each has a name, its median, lowest and highest value, 1/s."""
@@ -151,18 +147,6 @@ class SpeedStudy(Study):
         yield ""
         yield from table(record["rates"], cells, left=("rate",))
         yield SHARE
-
-
-FULL_STUDY = SpeedStudy()
-QUICK_STUDY = SpeedStudy(
-    cases=(*LIKE_THE_SOURCE_REPORT[1:], SpeedCase(100, 0.4)),
-    events=20_000,
-    repeats=2,
-    stirring=2,
-    short=100,
-    rounds=2,
-    quick=True,
-)
 
 
 def short_repeats(kept: str, repeats: int, rounds: int) -> Record:

@@ -47,7 +47,7 @@ def test_every_config_is_a_case_and_every_case_has_one() -> None:
 @pytest.mark.parametrize("case", [case for case in CASES.values() if not case.by_name_only])
 def test_a_case_says_why_it_is_hard_and_holds(case: HardCase) -> None:
     """By both engines where both know the container."""
-    found = verdict(case, FOLDER)
+    found = verdict(case)
     loaded = load(FOLDER / f"{case.name}.yaml")
     engines = 2 if loaded.experiment.container.shape == "circle" else 1
     assert found["faults"] == []
@@ -265,7 +265,7 @@ def test_a_record_has_the_faults() -> None:
         CASES["touching"],
         replace(CASES["newton-row"], endings=(StopReason.COLLAPSE,)),
     )
-    found = HardCaseStudy(cases, FOLDER).measure()
+    found = HardCaseStudy(cases).measure()
     first, second = found["cases"]
     assert [case["holds"] for case in found["cases"]] == [True, False]
     assert not HardCaseStudy.passed(found)

@@ -24,17 +24,15 @@ from snooker_cli.runs.execution import processors
 from snooker_cli.scene import Scene
 from snooker_cli.validation import speed_study
 from snooker_cli.validation.speed_study import (
-    FULL_STUDY,
     MASS,
-    QUICK_STUDY,
     SpeedCase,
     SpeedStudy,
     earlier_record,
     short_repeats,
 )
 
+FULL_STUDY, QUICK_STUDY = (SpeedStudy.planned(name) for name in ("full", "quick"))
 TINY_STUDY = replace(
-    QUICK_STUDY,
     cases=(SpeedCase(7, 0.1),),
     events=20,
     short=2,
@@ -155,7 +153,7 @@ def test_the_command_compares_with_an_earlier_record(
     bench: Any, snooker: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Also with a record that has a comparison itself."""
-    monkeypatch.setattr(speed_study, "QUICK_STUDY", TINY_STUDY)
+    monkeypatch.setattr(SpeedStudy, "planned", lambda _: TINY_STUDY)
     earlier = bench("speed")[0] / "speed.json"
     out = tmp_path / "out"
     ended = snooker("bench", "speed", "--quick", "--compare", earlier, "--out", out)
