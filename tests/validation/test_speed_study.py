@@ -33,6 +33,7 @@ from snooker_cli.validation.speed_study import (
 
 FULL_STUDY, QUICK_STUDY = (SpeedStudy.planned(name) for name in ("full", "quick"))
 TINY_STUDY = replace(
+    QUICK_STUDY,
     cases=(SpeedCase(7, 0.1),),
     events=20,
     short=2,
