@@ -1,6 +1,7 @@
 """``snooker plot`` and ``animate``: figures and films of runs."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -30,6 +31,7 @@ from snooker_cli.runs import open_run
 ENDINGS = (".html", ".gif", ".mp4")
 SECONDS = 12.0
 FRAMES_PER_SECOND = 20
+MOST_TO_LIST = 1_000_000  # collisions that --list may read; of more it reads each first repeat
 
 
 def complete_figures(context: typer.Context) -> list[tuple[str, str]]:
@@ -50,7 +52,10 @@ def plot(
     ] = None,
     list_figures: Annotated[
         bool,
-        typer.Option("--list", help="List the figures and what each needs; with RUN, which fit."),
+        typer.Option(
+            "--list",
+            help="List the figures and what each needs; with RUN, which fit.",
+        ),
     ] = False,
     where: Where = None,
     repeat: Annotated[
@@ -100,6 +105,13 @@ def plot(
         notice(f"{missing_repeats}; run the config again for the rest")
     if note := shorter_note(shorter, present):
         notice(note)
+    if list_figures and repeat is None:
+        statuses = [each for point in points for each in opened.statuses(point.index)]
+        if sum(each.collisions for each in statuses) > MOST_TO_LIST and all(
+            each.collisions > 0 for each in statuses if each.repeat == 0
+        ):
+            first = opened.experiment.model_copy(update={"repeats": 1})
+            opened = replace(opened, experiment=first)
     folder = out or opened.figures_folder
     drawn: list[dict[str, Any]] = []
     impossible: dict[tuple[str, str], int] = {}
@@ -119,7 +131,7 @@ def plot(
 
             stem = folder / _stem(spec, one)
             files = [str(path) for path in save(figure, stem, wanted, inches, dpi)]
-        fields = ("kind", "title", "caption", "numbers")
+        fields = ("kind", "title") if list_figures else ("kind", "title", "caption", "numbers")
         drawn.append({name: getattr(figure, name) for name in fields} | {"files": files})
         if files and not as_json:
             print_line("\n".join(files))

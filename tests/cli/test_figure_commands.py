@@ -1,4 +1,4 @@
-"""``snooker animate`` writes films; ``snooker plot`` is tested with the figures."""
+"""``snooker animate`` writes films; the rest of ``snooker plot`` is tested with the figures."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ import pytest
 from command_line import Snooker
 from moving_pictures import content
 from PIL import Image
+
+from snooker_cli.cli import figure_commands
+from snooker_cli.runs import RepeatStatus, Run
+from snooker_cli.trace import Trace
 
 
 def test_animate_writes_a_page(finished: Path, snooker: Snooker) -> None:
@@ -54,3 +58,23 @@ def test_animate_prints_that_it_leaves_out_collisions(
     assert ended.code == 0
     assert "after 100 collisions" in ended.err
     assert snooker("animate", "small", "--out", "film.html", "--collisions", "100").err == ""
+
+
+def test_the_list_of_a_large_run_reads_one_repeat_of_each_point(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """For hundreds of long repeats, all figures take many minutes."""
+    read: set[tuple[int, ...]] = set()
+    one_file = Run._read
+
+    def noted(self: Run, path: Path, statuses: list[RepeatStatus]) -> list[Trace]:
+        read.add(tuple(status.repeat for status in statuses))
+        return one_file(self, path, statuses)
+
+    monkeypatch.setattr(Run, "_read", noted)
+    monkeypatch.setattr(figure_commands, "MOST_TO_LIST", 300)
+    listed = snooker("plot", "small", "--list")
+    assert (listed.code, read) == (0, {(0,)})
+    assert "energy: Kinetic energy over time" in listed.out
+    found = json.loads(snooker("plot", "small", "--list", "--json").out)
+    assert {"kind": "energy", "title": "Kinetic energy over time", "files": []} in found["figures"]
