@@ -219,7 +219,6 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
     sentences = [
         f"{scene}: {early or ('complete' if single else 'all complete')}.",
         f"T{missing[1:]}." if (missing := unfinished(run, selection)) else "",
-        *(f"A{note[1:]}." for note in run.common_random_notes),
     ]
     return " ".join(filter(None, sentences))
 

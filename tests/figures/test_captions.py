@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from figure_runs import BASE, BOX, DECAYING, ELASTIC, layers, made, shown, traces, why_not
+from figure_runs import BASE, BOX, DECAYING, layers, made, shown, traces, why_not
 from repeating import batches_of, file_of
 
 from snooker_cli.config import parse
@@ -98,13 +98,6 @@ def test_figures_of_an_unfinished_run(broken: Run, decaying: Run) -> None:
     assert fit.numbers["k"] == shown(decaying, "energy-fit", repeat=2, cor=0.9).numbers["k"]
     assert "no repeat is there yet" in why_not(broken, "energy", cor=1.0)
     assert "repeat 0 is not there yet" in why_not(broken, "energy", repeat=0, cor=0.9)
-
-
-def test_captions_report_common_random_numbers(warm: Run, tmp_path: Path) -> None:
-    run = made(tmp_path / "run", *ELASTIC, "balls.speed=10,15", "common_random=true")
-    note = "All points have the same random starts (common_random); compare repeat by repeat."
-    assert note in shown(run, "pressure-temperature").caption
-    assert note not in shown(warm, "pressure-temperature").caption
 
 
 @pytest.mark.parametrize(
