@@ -26,7 +26,7 @@ from snooker_cli.engine import States
 from snooker_cli.errors import RunError, UserError, check_name
 from snooker_cli.formatting import counted, plain, point_label
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.progress import complete, execute_watched, showing_notices, stopping_on_signals
+from snooker_cli.progress import complete, execute_watched, showing_notices
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.plan import checked
 from snooker_cli.scene import Scene
@@ -300,7 +300,7 @@ def run(
     made = replace(made, directory=runs.RUNS / name if out is None else Path(out))
     cancelled = threading.Event()
     source = "{…}" if isinstance(config, Mapping) else repr(str(config))
-    with showing_notices(), stopping_on_signals(cancelled):
+    with showing_notices():
         outcomes, _ = execute_watched(
             made,
             fresh=fresh,

@@ -11,18 +11,21 @@ from typing import Any, NoReturn
 from snooker_cli.errors import ExitCode, SnookerError
 from snooker_cli.formatting import printable
 
-STOPPING = (signal.SIGINT, signal.SIGTERM)
-"""Signals that ask a command to end: Ctrl-C, and what `kill` and batch systems send."""
+STOPPING = (signal.SIGINT, signal.SIGTERM)  # Ctrl-C, and what `kill` and batch systems send
 
-RAISE_AGAIN_AFTER = 0.02  # seconds until an interrupt that Python dropped is raised again
-
-TRACEBACK = "SNOOKER_TRACEBACK"
-"""The environment variable that shows the traceback of an unexpected error."""
+TRACEBACK = "SNOOKER_TRACEBACK"  # in the environment: show tracebacks of unexpected errors
 
 
 @contextmanager
-def handling(handler: Callable[[int, object], None], numbers: Iterable[int]) -> Iterator[None]:
-    """Inside, a function handles these signals."""
+def handling(
+    handler: Callable[[int, object], None], numbers: Iterable[int] | None = None
+) -> Iterator[None]:
+    """Inside, a function handles these signals.
+
+    numbers : by default ``STOPPING``, without those that the parent process ignores
+    """
+    if numbers is None:
+        numbers = [each for each in STOPPING if signal.getsignal(each) is not signal.SIG_IGN]
     previous = {number: signal.signal(number, handler) for number in numbers}
     try:
         yield
@@ -31,26 +34,14 @@ def handling(handler: Callable[[int, object], None], numbers: Iterable[int]) -> 
             signal.signal(number, before)
 
 
-def not_ignored(*more: int) -> list[int]:
-    """Ctrl-C, SIGTERM and more signals, without those that the parent process ignores."""
-    return [
-        number for number in (*STOPPING, *more) if signal.getsignal(number) is not signal.SIG_IGN
-    ]
+def end_interrupted(*_signal: object) -> NoReturn:
+    """End the process now, after an interrupt.
 
-
-@contextmanager
-def ending_on_interrupt() -> Iterator[None]:
-    """Inside, an interrupt ends the process at once; for the time when modules load.
-
-    An exception would not do: modules in C print it and continue, or raise another one.
+    While modules load, an exception would not do: those in C print it and continue, or raise
+    another one.
     """
-
-    def end(_number: int, _frame: object) -> None:
-        os.write(2, b"snooker: interrupted\n")
-        os._exit(ExitCode.INTERRUPTED)
-
-    with handling(end, not_ignored()):
-        yield
+    os.write(2, b"snooker: interrupted\n")
+    os._exit(ExitCode.INTERRUPTED)
 
 
 @contextmanager
@@ -58,7 +49,7 @@ def raising() -> Iterator[list[int]]:
     """Inside, an interrupt raises ``KeyboardInterrupt``; gives the signals that came.
 
     Python drops an exception that is raised in a callback, for example when HDF5 deletes objects.
-    The interrupt is then raised again.
+    The process then ends there.
     """
     came: list[int] = []
     before = sys.unraisablehook
@@ -68,42 +59,28 @@ def raising() -> Iterator[list[int]]:
         raise KeyboardInterrupt
 
     def dropped(unraisable: Any) -> None:
-        if sys.platform != "win32" and unraisable.exc_type is KeyboardInterrupt:
-            signal.setitimer(signal.ITIMER_REAL, RAISE_AGAIN_AFTER)
-        else:
-            before(unraisable)
+        if unraisable.exc_type is KeyboardInterrupt:
+            end_interrupted()
+        before(unraisable)
 
-    alarm = () if sys.platform == "win32" else (signal.SIGALRM,)
     sys.unraisablehook = dropped
     try:
-        with handling(interrupt, not_ignored(*alarm)):
+        with handling(interrupt):
             yield came
     finally:
         sys.unraisablehook = before
 
 
-def wants_traceback() -> bool:
-    """Whether the environment asks for the tracebacks of unexpected errors."""
-    return os.environ.get(TRACEBACK, "") not in ("", "0")
-
-
-def bug_message(error: str) -> str:
-    """The sentence for an internal error."""
-    where = "" if wants_traceback() else f"; set {TRACEBACK}=1 to see where it happened"
+def bug_message(error: str, trace: str) -> str:
+    """The sentence for an internal error; its traceback is printed if the environment asks."""
+    where = f"; set {TRACEBACK}=1 to see where it happened"
+    if os.environ.get(TRACEBACK, "") not in ("", "0"):
+        print(trace, file=sys.stderr)
+        where = ""
     return (
         f"unexpected {error}; this is a bug in snooker, please report it with the command and the "
         f"config{where}"
     )
-
-
-def leave(code: int) -> NoReturn:
-    """End the process now: Python would wait for threads that have nothing to save."""
-    for stream in (sys.stdout, sys.stderr):
-        try:
-            stream.flush()
-        except OSError:  # the reader has gone
-            continue
-    os._exit(code)
 
 
 def guarded(app: Callable[..., Any]) -> None:
@@ -115,23 +92,18 @@ def guarded(app: Callable[..., Any]) -> None:
         # Typer makes a SystemExit of a KeyboardInterrupt, and libraries make other errors of it.
         failed = not isinstance(end, SystemExit) or end.code
         if isinstance(end, KeyboardInterrupt) or (interrupts and failed):
-            print("snooker: interrupted", file=sys.stderr)
-            leave(ExitCode.INTERRUPTED)
+            end_interrupted()
         if isinstance(end, SystemExit):
             raise
-        message, code = _explained(end)
+        code = ExitCode.UNEXPECTED
+        if isinstance(end, SnookerError):
+            code, message = end.exit_code, str(end)
+        elif isinstance(end, OSError):
+            file, reason = f"{end.filename}: " if end.filename else "", end.strerror or end
+            message = f"{file}{reason}; check the path, the disk and its permissions"
+            code = ExitCode.USAGE
+        else:
+            trace = "".join(traceback.format_exception(end))
+            message = bug_message(f"{type(end).__name__}: {end}", trace)
         print(printable(f"snooker: {message}", "\n"), file=sys.stderr)
         raise SystemExit(int(code)) from None
-
-
-def _explained(error: Exception) -> tuple[str, ExitCode]:
-    """The sentence and exit code of an error."""
-    if isinstance(error, SnookerError):
-        return str(error), error.exit_code
-    if isinstance(error, OSError):
-        file = f"{error.filename}: " if error.filename else ""
-        reason = error.strerror or error
-        return f"{file}{reason}; check the path, the disk and its permissions", ExitCode.USAGE
-    if wants_traceback():
-        traceback.print_exception(error)
-    return bug_message(f"{type(error).__name__}: {error}"), ExitCode.UNEXPECTED

@@ -110,12 +110,7 @@ def text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[s
     A heading that begins with ``>``, which is not shown, aligns its column on the right.
     """
     table = [[heading.removeprefix(">") for heading in headings], *rows]
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    lines = []
-    for row in table:
-        both = zip(headings, row, widths, strict=True)
-        cells = (
-            cell.rjust(width) if to[:1] == ">" else cell.ljust(width) for to, cell, width in both
-        )
-        lines.append("  ".join(cells).rstrip())
-    return lines
+    columns = zip(headings, zip(*table, strict=True), strict=True)
+    forms = [f"{'>' if to[:1] == '>' else '<'}{max(map(len, cells))}" for to, cells in columns]
+    lines = ([f"{cell:{form}}" for cell, form in zip(row, forms, strict=True)] for row in table)
+    return ["  ".join(cells).rstrip() for cells in lines]

@@ -16,7 +16,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from snooker_cli.config import schema
+from snooker_cli.config import SCHEMA_FILE
 from snooker_cli.containers import SHAPES
 
 Snooker = Callable[..., Any]
@@ -165,7 +165,7 @@ VALUES = (
     | st.lists(SNIPPETS, max_size=5).map("".join)
     | DATA.map(json.dumps)
 )
-SCHEMA = json.loads(schema())
+SCHEMA = json.loads(SCHEMA_FILE.read_text(encoding="utf-8"))
 SWEPT = [*SCHEMA["properties"], *SCHEMA["properties"]["sweep"]["properties"]]
 OVERRIDES = st.lists(
     st.builds("{}={}".format, st.sampled_from(SWEPT + KEYS.split()) | st.text(max_size=5), VALUES),

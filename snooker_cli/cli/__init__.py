@@ -5,7 +5,7 @@ import os
 import sys
 from functools import partial
 
-from snooker_cli.exit_codes import ending_on_interrupt
+from snooker_cli.exit_codes import end_interrupted, guarded, handling
 
 COLLECT_AFTER = 100_000
 """New objects between two garbage collections: modules make many, and all of them stay."""
@@ -21,8 +21,7 @@ def main() -> None:
     # number of threads would decide how sums are rounded.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(COLLECT_AFTER)
-    with ending_on_interrupt():
+    with handling(end_interrupted):
         from snooker_cli.cli.app import app
-        from snooker_cli.exit_codes import guarded
 
         guarded(partial(app, prog_name="snooker"))

@@ -1,10 +1,12 @@
-"""``snooker fit`` and ``compare``: numbers from runs."""
+"""``snooker fit``, ``compare``, ``report`` and ``reproduce``: numbers and pages from runs."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -12,27 +14,26 @@ import typer
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
 from snooker_cli.analysis.tables import PAIRED, comparison_lines, fit_lines, note_lines
-from snooker_cli.cli.options import AsJson, RunName, Where, points_where
-from snooker_cli.cli.output import print_result
-from snooker_cli.errors import UserError
+from snooker_cli.cli.options import RUN, AsJson, RunName, Where, conditions
+from snooker_cli.cli.output import print_line, print_result
+from snooker_cli.cli.run_command import run as simulate
+from snooker_cli.config import EXAMPLES
+from snooker_cli.errors import RunError, UserError
+from snooker_cli.figures.selection import Selection, matching
 from snooker_cli.formatting import listed
+from snooker_cli.progress import notice
 from snooker_cli.runs import Run, open_run
+from snooker_cli.runs.status import run_status
 
 All = Annotated[bool, typer.Option("--all", help="Print more columns and rows.")]
 
 Quantities = Annotated[
     list[str] | None,
-    typer.Option(
-        "--quantity",
-        metavar="NAME",
-        help="Only quantities with this in their name. Can be repeated.",
-    ),
+    typer.Option(metavar="NAME", help="Only quantities with this in their name. Can be repeated."),
 ]
 Models = Annotated[
     list[str] | None,
-    typer.Option(
-        "--model", metavar="NAME", help="Only models with this in their name. Can be repeated."
-    ),
+    typer.Option(metavar="NAME", help="Only models with this in their name. Can be repeated."),
 ]
 
 
@@ -101,24 +102,63 @@ def _print_analysis(
     where, wanted : which points to print, and parts of the names that a field of a row may have
     """
     run = open_run(name)
-    points = [point.as_json() for point in points_where(run, where)]
+    points = [point.as_json() for point in matching(run, Selection(conditions(where)))]
     found = analyse(run)
     rows, notes = (
         [one for one in records if one["parameters"] in points]
         for records in (found.rows, found.notes)
     )
     for field, parts in wanted.items():
-        rows = _with_names(rows, field, parts or [""])
+        names = {one[field]: one[field].replace("_", " ").lower() for one in rows}
+        given = parts or [""]
+        rows = [one for one in rows if any(part.lower() in names[one[field]] for part in given)]
+        if names and not rows:
+            present = listed([f"'{name}'" for name in names])  # some names have commas
+            raise UserError(f"--{field} {' '.join(given)}: not found; there is {present}")
     if where or any(wanted.values()):
         footer = []
     print_result(rows, as_json, [*lines(rows), *footer, *note_lines(notes, len(points))])
     found.save()
 
 
-def _with_names(rows: Records, field: str, parts: Sequence[str]) -> Records:
-    """The rows whose name in a field contains one of some texts. Raises ``UserError`` for none."""
-    names = {one[field]: one[field].replace("_", " ").lower() for one in rows}
-    chosen = {name for name, text in names.items() if any(part.lower() in text for part in parts)}
-    if names and not chosen:
-        raise UserError(f"--{field} {' '.join(parts)}: not found; there is {listed(list(names))}")
-    return [one for one in rows if one[field] in chosen]
+def report(
+    runs: Annotated[list[str], RUN],
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="The report's folder [RUN/report].")
+    ] = None,
+) -> None:
+    """Write a report on runs as HTML and PDF.
+
+    Each RUN gets a chapter: its config, how its repeats ended, the figures that fit it, the fits,
+    the comparison with theory, and how to reproduce it. The HTML page plays a repeat. The same
+    runs give the same bytes. The names of the written files are printed.
+    """
+    opened = [open_run(name) for name in dict.fromkeys(runs)]
+    from snooker_cli.report.run_report import run_report  # takes a second to load
+
+    for path in run_report(opened, out or opened[0].directory / "report", notice):
+        print_line(str(path))
+
+
+def reproduce(
+    runs: Annotated[
+        Path, typer.Option(metavar="DIR", help="The folder with the runs of configs/.")
+    ] = Path("runs"),
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Its folder.")] = Path("runs/report"),
+) -> None:
+    """Write the reproduction of the source report.
+
+    Runs of configs/ that are missing or unfinished are simulated first, which takes minutes. The
+    report consists of figures, numbers.json, report.html and report.pdf.
+    """
+    from snooker_cli.report.build import build  # takes a second to load
+    from snooker_cli.report.content import RUNS
+
+    for name in RUNS:
+        state = ""
+        with suppress(RunError):
+            state = run_status(open_run(runs / name))["state"]
+        if state != "done":
+            simulate(EXAMPLES / f"{name}.yaml", out=runs / name)
+    for path in build(runs, out, notice):
+        print_line(str(path))

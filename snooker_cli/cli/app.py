@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from snooker_cli.exit_codes import ending_on_interrupt
+from snooker_cli.exit_codes import end_interrupted, handling
 
 COMMANDS = {
     "init": ("config_commands", "Write a commented config; without TEMPLATE, list all templates."),
@@ -18,8 +18,8 @@ COMMANDS = {
     "compare": ("analysis_commands", "Compare the results of RUN with theory."),
     "plot": ("figure_commands", "Draw figures of RUN as SVG, PNG and JSON."),
     "animate": ("figure_commands", "Make a film of a repeat: HTML page, GIF or MP4."),
-    "report": ("report_commands", "Write a report on runs as HTML and PDF."),
-    "reproduce": ("report_commands", "Write the reproduction of the source report."),
+    "report": ("analysis_commands", "Write a report on runs as HTML and PDF."),
+    "reproduce": ("analysis_commands", "Write the reproduction of the source report."),
     "export": ("export_command", "Export collisions or states of a repeat, or the table of a run."),
     "validate": ("config_commands", "Check CONFIG without running it."),
     "schema": ("config_commands", "Print the JSON schema of configs, for editors."),
@@ -32,7 +32,7 @@ HIDDEN = ("reproduce", "schema")  # commands that ``snooker --help`` does not li
 
 def loaded(name: str) -> Any:
     """A command with its parameters; loads its module."""
-    with ending_on_interrupt():
+    with handling(end_interrupted):
         module = import_module(f"snooker_cli.cli.{COMMANDS[name][0]}")
     command = getattr(module, name)
     if isinstance(command, typer.Typer):

@@ -39,9 +39,7 @@ def speed(
     quick: Quick = False,
     compare: Annotated[
         Path | None,
-        typer.Option(
-            "--compare", metavar="FILE", help="Compare with the speed.json of an earlier --out."
-        ),
+        typer.Option(metavar="FILE", help="Compare with the speed.json of an earlier --out."),
     ] = None,
     out: Out = None,
     as_json: AsJson = False,
@@ -59,16 +57,12 @@ def speed(
 
 
 @bench.command()
-def error(
-    quick: Quick = False,
-    out: Out = None,
-    as_json: AsJson = False,
-) -> None:
+def error(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> None:
     """Compare errors and costs of several methods with an exact result.
 
     The methods are snooker, the source report's algorithm and time stepping. The exact result is
-    computed with as many digits as chaos needs. It takes a minute or two. Run
-    nothing else meanwhile.
+    computed with as many digits as chaos needs. It takes a minute or two. Run nothing else
+    meanwhile. It needs the extra `reference`.
     """
     from snooker_cli.validation.accuracy_study import AccuracyStudy
 
@@ -76,11 +70,7 @@ def error(
 
 
 @bench.command()
-def physics(
-    quick: Quick = False,
-    out: Out = None,
-    as_json: AsJson = False,
-) -> None:
+def physics(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> None:
     """Compare pressure, cooling and speeds with known values.
 
     Each difference is given in standard errors. It takes two to four minutes, and ends with exit
@@ -103,7 +93,8 @@ def hard(
     """Simulate and check scenes that could break an engine.
 
     Both engines simulate them. Everything that must be true is measured beside what rounding alone
-    can do. It takes two minutes, and ends with exit code 4 if a case fails.
+    can do. It takes two minutes, and ends with exit code 4 if a case fails. It needs the extra
+    `reference`.
     """
     from snooker_cli.validation.hard_cases import HardCaseStudy
 

@@ -2,44 +2,37 @@
 
 import os
 import re
-from importlib.resources import files
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from snooker_cli.cli.options import AsJson, ConfigPath, Overrides, explanation
-from snooker_cli.cli.output import print_line, print_result, table
-from snooker_cli.config import EXAMPLES, load
-from snooker_cli.config import schema as config_schema
+from snooker_cli.cli.options import ConfigPath, Overrides
+from snooker_cli.cli.output import print_line
+from snooker_cli.config import EXAMPLES, SCHEMA_FILE, load
 from snooker_cli.errors import UserError, check_name
 from snooker_cli.files import write_text
+from snooker_cli.formatting import text_table
 from snooker_cli.progress import notice
 from snooker_cli.runs.plan import checked
 
-SCHEMA = "snooker-schema.json"
-"""The schema beside a config; the config's first line names it for editors."""
-
-STDOUT = Path("-")
+SCHEMA = "snooker-schema.json"  # beside a config, whose first line names it for editors
 
 
-def templates() -> dict[str, Traversable]:
+def templates() -> dict[str, Path]:
     """The commented configs by name, the simplest first."""
     names = ("report", "decay", "sweep", "exact", "dense", "brownian")
-    return {name: files("snooker_cli.cli") / "templates" / f"{name}.yaml" for name in names}
+    return {name: Path(__file__).with_name("templates") / f"{name}.yaml" for name in names}
 
 
-def examples() -> dict[str, Traversable]:
+def examples() -> dict[str, Path]:
     """The configs of configs/ by name, such as ``configs/box`` and ``configs/hard/ring``."""
-    paths = [*sorted(EXAMPLES.glob("*.yaml")), *sorted(EXAMPLES.glob("*/*.yaml"))]
-    return {
-        Path("configs", path.relative_to(EXAMPLES)).with_suffix("").as_posix(): path
-        for path in paths
-    }
+    paths = sorted(EXAMPLES.glob("*.yaml")) + sorted(EXAMPLES.glob("*/*.yaml"))
+    names = (path.relative_to(EXAMPLES).with_suffix("").as_posix() for path in paths)
+    return {f"configs/{name}": path for name, path in zip(names, paths, strict=True)}
 
 
-def purpose(config: Traversable) -> str:
+def purpose(config: Path) -> str:
     """What a template is for: its second line; the title of an example."""
     lines = config.read_text(encoding="utf-8").splitlines()
     if lines[2] == "#":
@@ -47,23 +40,13 @@ def purpose(config: Traversable) -> str:
     return next(line.removeprefix("title: ") for line in lines if line.startswith("title: "))
 
 
-def complete_templates() -> list[tuple[str, str]]:
-    """Names of templates."""
-    return [(name, explanation(purpose(each))) for name, each in templates().items()]
-
-
 def init(
     template: Annotated[
         str | None,
-        typer.Argument(
-            metavar="TEMPLATE",
-            help="A name of the list [list the templates].",
-            autocompletion=complete_templates,
-        ),
+        typer.Argument(metavar="TEMPLATE", help="A name of the list [list the templates]."),
     ] = None,
     out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="FILE", help="The config; - prints it [TEMPLATE.yaml]."),
+        Path | None, typer.Option(metavar="FILE", help="The config; - prints it [TEMPLATE.yaml].")
     ] = None,
     list_all: Annotated[
         bool, typer.Option("--list", help="List the templates and all example configs.")
@@ -80,44 +63,38 @@ def init(
     if template is None or list_all:
         shown = found if list_all else templates()
         rows = [[name, purpose(each)] for name, each in shown.items()]
-        print_result(rows, False, table("template | what it is", rows))
+        print_line("\n".join(text_table(["template", "what it is"], rows)))
         return
     check_name(template, found, "template", "snooker init --list")
     text = found[template].read_text(encoding="utf-8")
     text = re.sub(r"\$schema=\S+", f"$schema={SCHEMA}", text, count=1)
-    if out == STDOUT:
+    if out == Path("-"):
         typer.echo(text, nl=False)
         notice(f"tip: `snooker schema > {SCHEMA}` in this folder lets your editor check the file")
         return
     path = out or Path(f"{template}.yaml")
     if os.path.lexists(path):
         raise UserError(f"{path}: exists already", "give --out for another name")
-    write_text(path, text)
-    beside = path.with_name(SCHEMA)
-    write_text(beside, config_schema())
-    for written in (path, beside):
+    schema_text = SCHEMA_FILE.read_text("utf-8")
+    for written, content in ((path, text), (path.with_name(SCHEMA), schema_text)):
+        write_text(written, content)
         print_line(str(written))
     notice(f"next: snooker run {path} --dry-run")
 
 
-def validate(config: ConfigPath, override: Overrides = None, as_json: AsJson = False) -> None:
+def validate(config: ConfigPath, override: Overrides = None) -> None:
     """Check CONFIG without running it.
 
     The check includes the starting scene of every point.
     """
     loaded = load(config, override or ())
     points, scene_classes = checked(loaded)
-    repeats = loaded.experiment.repeats
     balls = sorted({number for each in scene_classes for number in each.balls})
-    numbers = str(balls[0]) if len(balls) == 1 else f"{balls[0]} to {balls[-1]}"
-    found = {"config": str(config), "valid": True, "points": len(points)}
-    print_result(
-        found | {"repeats": repeats, "balls": balls},
-        as_json,
-        [f"{config}: valid; points: {len(points):,}, repeats of each: {repeats}, balls: {numbers}"],
-    )
+    fewest = f"{balls[0]} to " if balls[1:] else ""
+    counts = f"points: {len(points):,}, repeats of each: {loaded.experiment.repeats}"
+    print_line(f"{config}: valid; {counts}, balls: {fewest}{balls[-1]}")
 
 
 def schema() -> None:
     """Print the JSON schema of configs, for editors."""
-    print_line(config_schema().rstrip())
+    print_line(SCHEMA_FILE.read_text("utf-8").rstrip())

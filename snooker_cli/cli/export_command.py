@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 
 from snooker_cli import __version__, api, store
 from snooker_cli import export as exporting
-from snooker_cli.cli.options import PointNumber, RepeatNumber, RunName, Where, points_where
+from snooker_cli.cli.options import PointNumber, RepeatNumber, RunName, Where, conditions
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
 from snooker_cli.config import to_json
 from snooker_cli.errors import UserError
+from snooker_cli.figures.selection import Selection, matching
 from snooker_cli.runs import holds_results
 
 FORMATS = {".csv": "CSV", ".parquet": "Parquet", ".h5md": "H5MD", ".h5": "H5MD", ".xyz": "XYZ"}
-"""The format by the ending of a file's name."""
 
 MOST_FRAMES = 10_000_000
 
@@ -36,26 +36,21 @@ def export(
     times: Annotated[
         str | None,
         typer.Option(
-            "--times",
-            metavar="T,T,…",
-            help="States: times in s, or start:stop:count [0 and the end].",
+            metavar="T,T,…", help="States: times in s, or start:stop:count [0 and the end]."
         ),
     ] = None,
     every: Annotated[
-        float | None, typer.Option("--every", metavar="T", help="States: one every T s from 0.")
+        float | None, typer.Option(metavar="T", help="States: one every T s from 0.")
     ] = None,
     frames: Annotated[
-        int | None,
-        typer.Option("--frames", min=2, max=MOST_FRAMES, help="States: number of even times."),
+        int | None, typer.Option(min=2, max=MOST_FRAMES, help="States: number of even times.")
     ] = None,
     table: Annotated[
         bool, typer.Option("--table", help="Export a row for each repeat of all points.")
     ] = False,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out", metavar="FILE", help="A .csv, .parquet, .h5md or .xyz [CSV, stdout]."
-        ),
+        typer.Option(metavar="FILE", help="A .csv, .parquet, .h5md or .xyz [CSV, stdout]."),
     ] = None,
 ) -> None:
     """Export collisions or states of a repeat, or the table of a run.
@@ -89,12 +84,12 @@ def export(
     if table and (states or given):
         raise UserError("--table is for all repeats, not for states, H5MD or XYZ")
     opened = api.open(run)
-    points = points_where(opened, where)
+    points = matching(opened, Selection(conditions(where)))
     if table:
         rows = opened.table(points)
         units = {name: api.UNITS.get(name, "") for name in rows}
         about = {"rows": len(rows["point"]), "config": json.loads(to_json(opened.experiment))}
-        _write_tables(units, iter([rows]), out, about)
+        _write_tables(units, [rows], out, about)
         return
     if where:
         if point:
@@ -109,43 +104,36 @@ def export(
     status = opened.status(point, repeat)
     status.accept()
     path = status.path
-    if not states:
-        # Checked first, and then read in parts: memory stays bounded.
-        (header,) = (header for header in store.check(path) if header.repeat == repeat)
-        tables = (exporting.events_table(events) for events in store.read_events(path, repeat))
-        about = {"events": header.collisions} | _origin(header)
-        _write_tables(exporting.EVENTS, tables, out, about)
-    else:
+    if states:
         ((trace, header),) = store.read(path, [repeat])
         wanted = _times(times, every, frames, trace.stop.time)
         try:
             batches = exporting.frames(trace, wanted)
         except ValueError as error:
             raise UserError(f"--times {times}: {error}") from None
-        if out is not None and form in ("H5MD", "XYZ"):
-            if form == "XYZ":
-                exporting.write_xyz(out, trace.start, batches)
-            else:
-                exporting.write_states(out, trace.start, header, wanted, batches)
-            print_line(str(out))
-        else:
-            tables = (exporting.states_table(batch) for batch in batches)
-            about = {"frames": len(wanted)} | _origin(header)
-            _write_tables(exporting.STATES, tables, out, about)
-
-
-def _origin(header: store.RepeatHeader) -> dict[str, Any]:
-    """Where the tables of a repeat come from."""
-    return {
-        "bits": header.fingerprint,
-        "ending": header.stop.known(),
-        "provenance": asdict(header.provenance) | {"repeat": header.repeat},
-    }
+        units, tables = exporting.STATES, map(exporting.states_table, batches)
+        about = {"frames": len(wanted)}
+    else:
+        # Checked first, and then read in parts: memory stays bounded.
+        (header,) = (header for header in store.check(path) if header.repeat == repeat)
+        units = exporting.EVENTS
+        tables = map(exporting.events_table, store.read_events(path, repeat))
+        about = {"events": header.collisions}
+    if out is not None and form == "XYZ":
+        exporting.write_xyz(out, trace.start, batches)
+        print_line(str(out))
+    elif out is not None and form == "H5MD":
+        exporting.write_states(out, trace.start, header, wanted, batches)
+        print_line(str(out))
+    else:
+        about |= {"bits": header.fingerprint, "ending": header.stop.known()}
+        about["provenance"] = asdict(header.provenance) | {"repeat": header.repeat}
+        _write_tables(units, tables, out, about)
 
 
 def _write_tables(
     units: dict[str, str],
-    tables: Iterator[exporting.Table],
+    tables: Iterable[exporting.Table],
     out: Path | None,
     about: dict[str, Any],
 ) -> None:
@@ -156,12 +144,12 @@ def _write_tables(
     if out is None:
         with until_the_reader_leaves():
             sys.stdout.writelines(exporting.csv_lines(units, tables))
-        return
-    if out.suffix.lower() == ".csv":
+    elif out.suffix.lower() == ".csv":
         exporting.write_csv(out, units, tables)
     else:
         exporting.write_parquet(out, units, tables, {"snooker": __version__} | about)
-    print_line(str(out))
+    if out is not None:
+        print_line(str(out))
 
 
 def _times(
@@ -169,14 +157,9 @@ def _times(
 ) -> NDArray[np.float64]:
     """The times of the states, s, with at most one of three options. Raises ``UserError``."""
     if every is not None:
-        if not every > 0:
-            raise UserError(f"--every {every:g}: give a number of seconds above 0")
-        if end / every + 1 > MOST_FRAMES:
-            raise UserError(
-                f"--every {every:g}: this gives {end / every:.2g} frames until {end:g} s, more "
-                f"than the {MOST_FRAMES:,} allowed",
-                "give a longer time",
-            )
+        if not every > end / MOST_FRAMES:
+            least = f"{end / MOST_FRAMES:.2g} s, so that there are at most {MOST_FRAMES:,} frames"
+            raise UserError(f"--every {every:g}: give a time above {least}")
         found = np.arange(int(end / every) + 2) * every
         return np.asarray(found[found <= end], dtype=np.float64)
     if number is not None:

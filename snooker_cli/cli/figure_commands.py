@@ -1,43 +1,26 @@
 """``snooker plot`` and ``animate``: figures and films of runs."""
 
 import re
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.animation import film, page
-from snooker_cli.cli.options import (
-    RUN,
-    AsJson,
-    PointNumber,
-    RepeatNumber,
-    RunName,
-    Where,
-    conditions,
-    explanation,
-)
-from snooker_cli.cli.output import print_json, print_line, print_result, table
+from snooker_cli.cli.options import RUN, PointNumber, RepeatNumber, RunName, Where, conditions
+from snooker_cli.cli.output import print_line
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, Selection, selected, unfinished
 from snooker_cli.figures.registry import FigureSpec
 from snooker_cli.files import write_text
-from snooker_cli.formatting import counted, point_label
+from snooker_cli.formatting import counted, point_label, text_table
 from snooker_cli.progress import notice
 from snooker_cli.runs import open_run
 
-ENDINGS = (".html", ".gif", ".mp4")
-SECONDS = 12.0
-FRAMES_PER_SECOND = 20
 MOST_TO_LIST = 1_000_000  # collisions that --list may read; of more it reads each first repeat
-
-
-def complete_figures(context: typer.Context) -> list[tuple[str, str]]:
-    """Figures that are not on the command line yet."""
-    given = context.params.get("figures") or ()
-    return [(name, explanation(one.title)) for name, one in FIGURES.items() if name not in given]
 
 
 def plot(
@@ -45,9 +28,7 @@ def plot(
     figures: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[FIGURE]...",
-            help="Names of figures [all that are possible for RUN].",
-            autocompletion=complete_figures,
+            metavar="[FIGURE]...", help="Names of figures [all that are possible for RUN]."
         ),
     ] = None,
     list_figures: Annotated[
@@ -59,24 +40,18 @@ def plot(
     ] = False,
     where: Where = None,
     repeat: Annotated[
-        int | None,
-        typer.Option("--repeat", metavar="K", min=0, help="Only this repeat [the first, or all]."),
+        int | None, typer.Option(metavar="K", min=0, help="Only this repeat [the first, or all].")
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Folder [RUN/figures]."),
-    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder [RUN/figures].")] = None,
     formats: Annotated[
         str, typer.Option("--format", metavar="F,F,…", help="Formats: svg, png, pdf.")
     ] = "svg,png",
     size: Annotated[
-        str | None,
-        typer.Option("--size", metavar="WxH", help="Inches, as 6x4 [a column of a page]."),
+        str | None, typer.Option(metavar="WxH", help="Inches, as 6x4 [a column of a page].")
     ] = None,
     dpi: Annotated[
-        int | None, typer.Option("--dpi", min=20, max=2000, help="PNG: pixels per inch [200].")
+        int | None, typer.Option(min=20, max=2000, help="PNG: pixels per inch [200].")
     ] = None,
-    as_json: AsJson = False,
 ) -> None:
     """Draw figures of RUN as SVG, PNG and JSON.
 
@@ -84,26 +59,29 @@ def plot(
     drawn; RUN --list prints why others are not. Figures of single points are drawn for each point.
     The names of the written files are printed.
     """
-    wanted, inches = _formats(formats), _inches(size)
-    if list_figures and run is None:
-        _print_figures(as_json)
-        return
+    wanted, inches = list(dict.fromkeys(formats.lower().split(","))), _inches(size)
+    if not set(wanted) <= {"svg", "png", "pdf"}:
+        raise UserError(f"--format {formats}: give svg, png or pdf, or several with commas")
     if run is None:
-        raise UserError("give the RUN to plot, or --list for the names of the figures")
+        if not list_figures:
+            raise UserError("give the RUN to plot, or --list for the names of the figures")
+        rows = [
+            [one.name, ", ".join(map(str, one.report_figures)) or "–", one.title, one.needs]
+            for one in FIGURES.values()
+        ]
+        headings = ["figure", "source report's", "shows", "needs"]
+        print_line("\n".join(text_table(headings, rows)))
+        return
     for name in figures or ():
         check_name(name, FIGURES, "figure", "snooker plot --list")
     specs = [FIGURES[name] for name in dict.fromkeys(figures or FIGURES)]
     opened = open_run(run)
     selection = Selection(conditions(where), repeat)
-    try:
-        points = selected(opened, selection)
-    except FigureError as error:
-        raise UserError(f"{opened.name}: {error}") from None
-    present = sum(len(opened.present(point)) for point in points)
-    shorter = sum(map(opened.shorter, points))
+    points = selected(opened, selection)
     if missing_repeats := unfinished(opened, selection):
         notice(f"{missing_repeats}; run the config again for the rest")
-    if note := shorter_note(shorter, present):
+    present = sum(len(opened.present(point)) for point in points)
+    if note := shorter_note(sum(map(opened.shorter, points)), present):
         notice(note)
     if list_figures and repeat is None:
         statuses = [each for point in points for each in opened.statuses(point.index)]
@@ -112,65 +90,37 @@ def plot(
         ):
             first = opened.experiment.model_copy(update={"repeats": 1})
             opened = replace(opened, experiment=first)
-    folder = out or opened.figures_folder
-    drawn: list[dict[str, Any]] = []
-    impossible: dict[tuple[str, str], int] = {}
+    drawn: set[str] = set()
+    impossible: Counter[tuple[str, str]] = Counter()
     each_point = [Selection(dict(point.parameters), repeat) for point in points]
-    for spec, one in (
-        (each, one) for each in specs for one in (each_point if each.each_point else [selection])
-    ):
+    shown = [
+        (spec, one) for spec in specs for one in (each_point if spec.each_point else [selection])
+    ]
+    for spec, one in shown:
         try:
             figure = spec.make(opened, one)
         except FigureError as error:
-            reason = spec.name, str(error)
-            impossible[reason] = impossible.get(reason, 0) + 1
+            impossible[spec.name, str(error)] += 1
             continue
-        files: list[str] = []
+        drawn.add(spec.name)
         if not list_figures:
             from snooker_cli.figures.drawing import save  # loads matplotlib
 
-            stem = folder / _stem(spec, one)
-            files = [str(path) for path in save(figure, stem, wanted, inches, dpi)]
-        fields = ("kind", "title") if list_figures else ("kind", "title", "caption", "numbers")
-        drawn.append({name: getattr(figure, name) for name in fields} | {"files": files})
-        if files and not as_json:
-            print_line("\n".join(files))
-    names = {each["kind"] for each in drawn}
+            stem = (out or opened.figures_folder) / _stem(spec, one)
+            print_line("\n".join(map(str, save(figure, stem, wanted, inches, dpi))))
     left_out = []
     for (name, why), times in impossible.items():
-        where_not = f" at {times} of {len(opened.points)} points" if name in names else ""
+        where_not = f" at {times} of {len(opened.points)} points" if name in drawn else ""
         left_out.append(f"{name} left out{where_not}: {why}")
-    if list_figures and not as_json:
-        fitting = [f"{spec.name}: {spec.title}" for spec in specs if spec.name in names]
+    if list_figures:
+        fitting = [f"{spec.name}: {spec.title}" for spec in specs if spec.name in drawn]
         print_line("\n".join(fitting + left_out))
     elif figures or not drawn:
         for line in left_out:
             notice(line)
-    if as_json:
-        skipped = [{"kind": name, "why": why, "times": n} for (name, why), n in impossible.items()]
-        print_json({"figures": drawn, "skipped": skipped})
-    missing = [spec.name for spec in specs if spec.name not in names]
+    missing = [spec.name for spec in specs if spec.name not in drawn]
     if missing and (figures or not drawn):
         raise UserError(f"{opened.name} cannot give {', '.join(missing)}; see the reasons above")
-
-
-def _print_figures(as_json: bool) -> None:
-    """Print all figures."""
-    names = ("name", "title", "needs", "report_figures")
-    content = [{name: getattr(one, name) for name in names} for one in FIGURES.values()]
-    rows = [
-        [one.name, ", ".join(map(str, one.report_figures)) or "–", one.title, one.needs]
-        for one in FIGURES.values()
-    ]
-    print_result(content, as_json, table("figure | source report's | shows | needs", rows))
-
-
-def _formats(text: str) -> list[str]:
-    """The formats of ``--format``. Raises ``UserError``."""
-    found = list(dict.fromkeys(text.lower().split(",")))
-    if not set(found) <= {"svg", "png", "pdf"}:
-        raise UserError(f"--format {text}: give svg, png or pdf, or several with commas")
-    return found
 
 
 def _inches(text: str | None) -> tuple[float, float] | None:
@@ -183,7 +133,6 @@ def _inches(text: str | None) -> tuple[float, float] | None:
 
 
 def _stem(spec: FigureSpec, selection: Selection) -> str:
-    """The name of a figure's files."""
     parts = []
     for key, value in selection.where.items():
         values = value if isinstance(value, tuple) else (value,)
@@ -196,39 +145,30 @@ def _stem(spec: FigureSpec, selection: Selection) -> str:
 def animate(
     run: RunName,
     out: Annotated[
-        Path,
-        typer.Option("--out", metavar="FILE", help="The film: a name in .html, .gif or .mp4."),
+        Path, typer.Option(metavar="FILE", help="The film: a name in .html, .gif or .mp4.")
     ],
     point: PointNumber = 0,
     repeat: RepeatNumber = 0,
-    since: Annotated[
-        float | None, typer.Option("--from", metavar="T", help="Start time, s [0].")
-    ] = None,
+    since: Annotated[float, typer.Option("--from", metavar="T", help="Start time, s.")] = 0.0,
     until: Annotated[
         float | None, typer.Option("--to", metavar="T", help="End time, s [the end].")
     ] = None,
     collisions: Annotated[
-        int | None,
-        typer.Option("--collisions", min=1, help="Largest number of collisions [10,000]."),
+        int | None, typer.Option(min=1, help="Largest number of collisions [10,000].")
     ] = None,
     pace: Annotated[
         Literal["time", "events"],
-        typer.Option("--pace", help="Time passes evenly, or each collision takes as long."),
+        typer.Option(help="Time passes evenly, or each collision takes as long."),
     ] = "time",
     seconds: Annotated[
-        float | None,
-        typer.Option("--seconds", min=0.1, max=3600, help="Length [12; a page: by its content]."),
+        float | None, typer.Option(min=0.1, max=3600, help="Length [12; a page: by its content].")
     ] = None,
     fps: Annotated[
-        int | None, typer.Option("--fps", min=1, max=60, help="GIF, MP4: frames per second [20].")
+        int | None, typer.Option(min=1, max=60, help="GIF, MP4: frames per second [20].")
     ] = None,
     magnify: Annotated[
-        float,
-        typer.Option(
-            "--magnify", hidden=True, min=1, max=1e12, help="Enlarge the container's motion."
-        ),
+        float, typer.Option(hidden=True, min=1, max=1e12, help="Enlarge the container's motion.")
     ] = 1.0,
-    as_json: AsJson = False,
 ) -> None:
     """Make a film of a repeat: HTML page, GIF or MP4.
 
@@ -237,7 +177,7 @@ def animate(
     balls are exactly where the stored collisions put them. The name of the written file is printed.
     """
     ending = out.suffix.lower()
-    if ending not in ENDINGS:
+    if ending not in (".html", ".gif", ".mp4"):
         raise UserError(f"--out {out}: give a name that ends in .html, .gif or .mp4")
     if fps is not None and ending == ".html":
         raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
@@ -251,7 +191,7 @@ def animate(
             trace,
             opened.experiment.title or opened.name,
             f"{point_label(shown)}, {counted(trace.start.number, 'ball')}, repeat {repeat}",
-            since=since or 0.0,
+            since=since,
             until=until,
             most=collisions,
         )
@@ -262,15 +202,11 @@ def animate(
             f"the film ends after {len(made):,} collisions, at {made.end:.6g} s; --from, --to and "
             "--collisions choose others"
         )
-    frames = None
     if ending == ".html":
-        text = page(made, pace=pace, seconds=seconds, magnify=magnify)
-        write_text(out, text)
+        write_text(out, page(made, pace=pace, seconds=seconds, magnify=magnify))
     else:
         from snooker_cli.animation.movie import save_movie  # loads matplotlib
 
-        length, rate = seconds or SECONDS, fps or FRAMES_PER_SECOND
-        frames = save_movie(made, out, pace=pace, seconds=length, rate=rate)
-    content = {"file": str(out), "bytes": out.stat().st_size, "point": point, "repeat": repeat}
-    span = {"from": made.start, "to": made.end, "collisions": len(made), "frames": frames}
-    print_result(content | span, as_json, [str(out)])
+        length, rate = seconds or 12.0, fps or 20
+        save_movie(made, out, pace=pace, seconds=length, rate=rate)
+    print_line(str(out))

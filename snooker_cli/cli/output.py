@@ -9,9 +9,7 @@ from typing import Any
 
 import typer
 
-from snooker_cli.formatting import printable, text_table
-
-MOST_ROWS = 200  # points in a table that is printed; a terminal keeps about as many lines
+from snooker_cli.formatting import printable
 
 
 @contextmanager
@@ -30,32 +28,15 @@ def print_line(line: str) -> None:
         typer.echo(printable(line, "\n"))
 
 
-def print_json(data: Any) -> None:
-    """Print data as one line of JSON."""
-    print_line(json.dumps(data, allow_nan=False))
-
-
 def print_result(content: Any, as_json: bool, lines: Iterable[str]) -> None:
-    """Print a command's result: the content as JSON, or lines of text."""
-    if as_json:
-        print_json(content)
-    else:
-        for line in lines:
-            print_line(line)
+    """Print a command's result: the content as one line of JSON, or lines of text."""
+    for line in [json.dumps(content, allow_nan=False)] if as_json else lines:
+        print_line(line)
 
 
-def table(headings: str, rows: Sequence[Sequence[str]]) -> list[str]:
-    """Rows under headings: ``name | >number``, where > aligns a column on the right."""
-    return text_table(headings.split(" | "), rows)
-
-
-def first(lines: Sequence[str], most: int, rest: str) -> list[str]:
-    """The first lines, and how many more there are: ``... and 7 more <rest>``."""
+def first(
+    lines: Sequence[str], most: int = 201, rest: str = " points; --json prints all"
+) -> list[str]:
+    """The first lines, and how many more there are; by default of a table of points."""
     more = len(lines) - most
     return [*lines[:most], *([f"... and {more:,} more{rest}"] if more > 0 else [])]
-
-
-def point_table(headings: str, rows: Sequence[Sequence[str]]) -> list[str]:
-    """A table with a row for each of the first points."""
-    heading, *lines = table(headings, rows)
-    return [heading, *first(lines, MOST_ROWS, " points; --json prints all")]

@@ -3,28 +3,35 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from snooker_cli import runs
 from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Jobs, Overrides
-from snooker_cli.cli.output import first, point_table, print_result
-from snooker_cli.config import Point, load
+from snooker_cli.cli.output import first, print_result
+from snooker_cli.config import load
 from snooker_cli.errors import ExitCode, UserError
-from snooker_cli.exit_codes import leave
-from snooker_cli.formatting import counted, duration, listed, point_label, printable, size
-from snooker_cli.progress import RunProgress, complete, execute_watched, notice, stopping_on_signals
+from snooker_cli.formatting import (
+    counted,
+    duration,
+    listed,
+    point_label,
+    printable,
+    size,
+    text_table,
+)
+from snooker_cli.progress import RunProgress, complete, execute_watched, notice
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
-from snooker_cli.runs.execution import POLL_INTERVAL, processors
+from snooker_cli.runs.execution import processors
 from snooker_cli.runs.plan import checked, is_excessive, run_plan
 from snooker_cli.runs.status import ended
 from snooker_cli.trace import StopReason
@@ -32,38 +39,28 @@ from snooker_cli.trace import StopReason
 if TYPE_CHECKING:
     from snooker_cli.runs.dask_executor import DaskExecutor  # loaded only if it is needed
 
-Result = TypeVar("Result")
-
-MOST_COLLAPSED = 3  # repeats with a wall trap or collapse whose messages are printed
-
 
 def run(
     config: ConfigPath,
     out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="The run's folder [runs/CONFIG's name]."),
+        Path | None, typer.Option(metavar="DIR", help="The run's folder [runs/CONFIG's name].")
     ] = None,
     override: Overrides = None,
     jobs: Jobs = None,
     executor: Annotated[
-        str, typer.Option("--executor", help="threads, or dask=tcp://HOST:PORT of a scheduler.")
+        str, typer.Option(help="threads, or dask=tcp://HOST:PORT of a scheduler.")
     ] = "threads",
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Replace the results in the folder, of any config.")
     ] = False,
     part: Annotated[
-        str | None,
-        typer.Option("--part", metavar="K/N", help="Only every N-th batch from the K-th on."),
+        str | None, typer.Option(metavar="K/N", help="Only every N-th batch from the K-th on.")
     ] = None,
     engine: Annotated[
-        EngineName | None,
-        typer.Option("--engine", hidden=True, help="Of all points [the best for each]."),
+        EngineName | None, typer.Option(hidden=True, help="Of all points [the best for each].")
     ] = None,
     checkpoint: Annotated[
-        float,
-        typer.Option(
-            "--checkpoint", metavar="MINUTES", min=0.0, help="Save unfinished repeats this often."
-        ),
+        float, typer.Option(metavar="MINUTES", min=0.0, help="Save unfinished repeats this often.")
     ] = CHECKPOINT_INTERVAL / 60,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Only show the engine, time and disk.")
@@ -95,36 +92,36 @@ def run(
     repeats at a time [1024]. Without a scheduler, --part 1/4 to --part 4/4 on several machines
     share the work and the folder.
     """
-    share = _part(part)
-    if share and fresh:
-        raise UserError("--part and --fresh: parts delete nothing; delete the folder first")
+    share = None
+    if part is not None:
+        match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", part)
+        share = (int(match[1]), int(match[2])) if match else (0, 0)
+        if not 1 <= share[0] <= share[1]:
+            raise UserError(f"--part {part}: give K/N with 1 ≤ K ≤ N, as in 3/16")
+        if fresh:
+            raise UserError("--part and --fresh: parts delete nothing; delete the folder first")
     cancelled = threading.Event()
-    with stopping_on_signals(cancelled), ExitStack() as exits:
-        loaded = _awaited(lambda: load(config, override or ()), cancelled)
-        points, scene_classes = _awaited(lambda: checked(loaded, engine), cancelled)
-        target = Run(out or runs.RUNS / config.stem, loaded.experiment, points, engine)
-        cluster = _awaited(lambda: _cluster(executor, jobs, cancelled), cancelled)
-        workers = threads = jobs or processors()
-        if cluster is not None:
-            exits.enter_context(cluster)
-            workers = processors()
-            threads = max(1, min(cluster.threads, jobs or cluster.threads))
-
-        def plan(fresh: bool) -> dict[str, Any]:
-            return _awaited(lambda: run_plan(target, scene_classes, threads, fresh), cancelled)
-
+    loaded = load(config, override or ())
+    points, scene_classes = checked(loaded, engine)
+    target = Run(out or runs.RUNS / config.stem, loaded.experiment, points, engine)
+    cluster = _cluster(executor, jobs, cancelled)
+    workers = threads = jobs or processors()
+    if cluster is not None:
+        workers = processors()
+        threads = max(1, min(cluster.threads, jobs or cluster.threads))
+    with cluster or nullcontext():
+        change = runs.planned_change(target, fresh=fresh)
         if dry_run:
-            if change := runs.planned_change(target, fresh=fresh):
+            if change:
                 notice(change)
-            found = plan(fresh)
-            print_result(
-                found, as_json, [*_plan_lines(found, verbose), *target.common_random_notes]
-            )
+            found = run_plan(target, scene_classes, threads, fresh)
+            lines = [*_plan_lines(found, verbose), *target.common_random_notes]
+            print_result(found, as_json, lines)
             return
-        if not yes:
-            runs.planned_change(target, fresh=fresh)
-            # Stored files are checked only if the whole run would be too much.
-            if is_excessive(plan(True)) and is_excessive(found := plan(fresh)):
+        # Stored files are checked only if the whole run would be too much.
+        if not yes and is_excessive(run_plan(target, scene_classes, threads, fresh=True)):
+            found = run_plan(target, scene_classes, threads, fresh)
+            if is_excessive(found):
                 raise UserError(
                     _estimate(found),
                     "set fewer collisions or repeats, set `record: summary` to save disk, or give "
@@ -156,20 +153,11 @@ def run(
         done = complete(outcomes, len(points) * loaded.experiment.repeats)
         command = "the same command without --fresh" if fresh else "the same command again"
         notice(f"interrupted: {done}; run {command} to finish")
-        leave(ExitCode.INTERRUPTED)
+        os._exit(ExitCode.INTERRUPTED)  # Python would wait for threads with nothing to save
     if any(each.error for each in outcomes):
         raise typer.Exit(ExitCode.SOME_FAILED)
     if no_collapse and any(each.stop and each.stop.reason.collapsed for each in outcomes):
         raise typer.Exit(ExitCode.COLLAPSED)
-
-
-def _part(text: str | None) -> tuple[int, int] | None:
-    """K and N of ``--part``. Raises ``UserError``."""
-    match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text or "")
-    found = (int(match[1]), int(match[2])) if match else None
-    if text is not None and not (found and 1 <= found[0] <= found[1]):
-        raise UserError(f"--part {text}: give K/N with 1 ≤ K ≤ N, as in 3/16")
-    return found
 
 
 def _cluster(executor: str, at_once: int | None, cancelled: threading.Event) -> DaskExecutor | None:
@@ -190,15 +178,6 @@ def _cluster(executor: str, at_once: int | None, cancelled: threading.Event) -> 
     return cluster
 
 
-def _awaited(function: Callable[[], Result], cancelled: threading.Event) -> Result:
-    """The result of a function that has nothing to save: once cancelled, the process ends."""
-    future = ThreadPoolExecutor(1).submit(function)
-    while not wait([future], POLL_INTERVAL).done:
-        if cancelled.is_set():
-            leave(ExitCode.INTERRUPTED)
-    return future.result()
-
-
 def _plan_lines(plan: dict[str, Any], verbose: bool) -> Iterator[str]:
     """The plan as text; `verbose` adds what is modelled and what is left out."""
     yield (
@@ -206,15 +185,13 @@ def _plan_lines(plan: dict[str, Any], verbose: bool) -> Iterator[str]:
         f"{plan['cached']:,} stored in {plan['run']}, {plan['to_do']:,} to do"
     )
     for one in plan["kinds"]:
-        balls = one["balls"]
-        numbers = f"{balls[0]:,}" if len(balls) == 1 else f"{balls[0]:,} to {balls[-1]:,}"
-        noun = "ball" if balls == [1] else "balls"
-        yield ""
-        points = point_label(one["points"][0])
+        balls, points = one["balls"], point_label(one["points"][0])
+        fewest = f"{balls[0]:,} to " if balls[1:] else ""
         if one["points"][1:]:
             last = point_label(one["points"][-1])
             points = f"{counted(len(one['points']), 'point')}, {points} to {last}"
-        yield f"{points}: {numbers} {noun}, {one['to_do']:,} to do"
+        yield ""
+        yield f"{points}: {fewest}{counted(balls[-1], 'ball')}, {one['to_do']:,} to do"
         models = dict(one["models"])
         yield f"  engine    {one['engine']}"
         if ratios := [each for each in one["critical_ratios"] if each is not None]:
@@ -234,58 +211,48 @@ def _plan_lines(plan: dict[str, Any], verbose: bool) -> Iterator[str]:
 
 
 def _estimate(plan: dict[str, Any]) -> str:
-    """The sentence about time and disk."""
     if plan["to_do"] == 0:
         return "nothing to do"
-    disk, free = "", plan["free_bytes"]
-    if plan["bytes"] is not None:
-        disk = f", about {size(plan['bytes'])}"
-        if free is not None and plan["bytes"] > free:
-            disk += f", but only {size(free)} are free"
-    if plan["collisions"] is None:
-        return (
-            "no estimate of the time: repeats end at a time, not after a number of collisions"
-            + disk
-        )
-    return (
-        f"at most {plan['collisions']:,} collisions: about {duration(plan['seconds'])} on "
-        f"{counted(plan['threads'], 'thread')}{disk}"
-    )
+    time = "no estimate of the time: repeats end at a time, not after a number of collisions"
+    if plan["collisions"] is not None:
+        threads = counted(plan["threads"], "thread")
+        time = f"at most {plan['collisions']:,} collisions: about {duration(plan['seconds'])}"
+        time += f" on {threads}"
+    disk = "" if plan["bytes"] is None else f", about {size(plan['bytes'])}"
+    if plan["free_bytes"] is not None and (plan["bytes"] or 0) > plan["free_bytes"]:
+        disk += f", but only {size(plan['free_bytes'])} are free"
+    return time + disk
 
 
 def _summary(run: Run, outcomes: Sequence[RepeatResult], watcher: RunProgress) -> dict[str, Any]:
     """What ``--json`` prints."""
-    simulated, seconds = watcher.simulated, watcher.seconds
     by_point: list[list[RepeatResult]] = [[] for _ in run.points]
     for each in outcomes:
         by_point[each.point].append(each)
+    points = [
+        {
+            "parameters": point.as_json(),
+            "repeats": len(mine),
+            "cached": sum(each.cached for each in mine),
+            "collisions": sum(each.collisions for each in mine),
+            "ended": Counter(str(each.stop.reason) if each.stop else "failed" for each in mine),
+            "stops": [
+                {"repeat": each.repeat, **each.stop.known()}
+                for each in mine
+                if each.stop and not each.stop.reason.complete
+            ],
+            "errors": [each.error for each in mine if each.error],
+        }
+        for point, mine in zip(run.points, by_point, strict=True)
+    ]
+    simulated, seconds = watcher.simulated, watcher.seconds
     return {
         "run": str(run.directory),
         "events": simulated,
         "seconds": round(seconds, 3),
         "compiling_seconds": round(watcher.compiling, 3),
         "events_per_second": round(simulated / seconds) if seconds > 0 else 0,
-        "points": [
-            _point_summary(point, mine) for point, mine in zip(run.points, by_point, strict=True)
-        ],
-    }
-
-
-def _point_summary(point: Point, outcomes: Sequence[RepeatResult]) -> dict[str, Any]:
-    """The repeats of a point, those that ended early, and the errors of those that failed."""
-    stops = [(each.repeat, each.stop) for each in outcomes if each.stop]
-    reasons = Counter(str(each.stop.reason) if each.stop else "failed" for each in outcomes)
-    complete = (StopReason.COLLISIONS, StopReason.TIME)
-    return {
-        "parameters": point.as_json(),
-        "repeats": len(outcomes),
-        "cached": sum(each.cached for each in outcomes),
-        "collisions": sum(each.collisions for each in outcomes),
-        "ended": dict(reasons),
-        "stops": [
-            {"repeat": k, **stop.known()} for k, stop in stops if stop.reason not in complete
-        ],
-        "errors": [each.error for each in outcomes if each.error],
+        "points": points,
     }
 
 
@@ -305,8 +272,9 @@ def _summary_lines(
             ended(point),
         ]
         for point in summary["points"]
+        if point["repeats"]  # a part of a run has none of some points
     ]
-    yield from point_table("point | >repeats | >collisions | ended", rows)
+    yield from first(text_table(["point", ">repeats", ">collisions", "ended"], rows))
     if kept := sum(outcome.unstored for outcome in outcomes):
         files = "The older, longer file was" if kept == 1 else f"{kept} older, longer files were"
         yield f"{files} kept."
@@ -315,16 +283,18 @@ def _summary_lines(
         for outcome in outcomes
         if outcome.stop and outcome.stop.reason.collapsed
     ]
-    yield from first(collapsed, MOST_COLLAPSED, " such repeats")
+    yield from first(collapsed, 3, " such repeats")
     yield from _collapse_hints(run, outcomes)
-    cached = sum(outcome.cached for outcome in outcomes)
-    were = "was" if cached == 1 else "were"
-    stored = f", {counted(cached, 'repeat')} {were} already stored" if cached else ""
-    compiling = summary["compiling_seconds"]
-    after = f" after {compiling:.0f} s of compiling" if compiling >= 1 else ""
-    speed = f"{summary['seconds']:.2f} s ({summary['events_per_second']:,} events/s)"
-    events = counted(summary["events"], "event")
-    yield f"{events} in {speed}{after}{stored}; results in {run.directory}"
+    done = []
+    if summary["events"]:
+        compiling = summary["compiling_seconds"]
+        after = f" after {compiling:.0f} s of compiling" if compiling >= 1 else ""
+        speed = f"{summary['seconds']:.2f} s ({summary['events_per_second']:,} events/s)"
+        done.append(f"{counted(summary['events'], 'event')} in {speed}{after}")
+    if cached := sum(outcome.cached for outcome in outcomes):
+        were = "was" if cached == 1 else "were"
+        done.append(f"{counted(cached, 'repeat')} {were} already stored")
+    yield f"{', '.join(done) or 'no events'}; results in {run.directory}"
 
 
 def _collapse_hints(run: Run, outcomes: Sequence[RepeatResult]) -> list[str]:

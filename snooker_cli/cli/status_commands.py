@@ -1,7 +1,7 @@
 """``snooker ls``, ``show`` and ``verify``: the state of runs and of their files."""
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,17 +11,16 @@ from rich.console import Console
 from rich.progress import track
 
 from snooker_cli.cli.options import AsJson, Jobs, RunName
-from snooker_cli.cli.output import first, point_table, print_result, table
+from snooker_cli.cli.output import first, print_result
 from snooker_cli.errors import ExitCode, RunError, StoreError
-from snooker_cli.formatting import counted, listed, point_label, printable, size
+from snooker_cli.formatting import counted, listed, point_label, printable, size, text_table
 from snooker_cli.progress import notice
 from snooker_cli.runs import State, open_run, runs_in
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.status import COUNTS, ended, run_status
 from snooker_cli.runs.verification import verify as verdicts
 
-COUNT_HEADINGS = ">done | >running | >failed | >to do | >collisions"
-MOST_REMARKS = 10
+COUNT_HEADINGS = (">done", ">running", ">failed", ">to do", ">collisions")
 
 
 def ls(
@@ -47,65 +46,59 @@ def ls(
     if not found and not as_json:
         notice(f"{directory}: contains no runs")
         return
-    headings = f"run | >points | >repeats | {COUNT_HEADINGS} | >size | last file | >engine | config"
-    rows = [_row(one) for one in found if "error" not in one]
-    print_result(found, as_json, table(headings, rows))
+    headings = ["run", ">points", ">repeats", *COUNT_HEADINGS]
+    headings += [">size", "last file", ">engine", "config"]
+    rows = [
+        [
+            Path(one["run"]).name,
+            *_counts(one, "points", "repeats"),
+            size(one["bytes"]),
+            _local_time(one["last_file"]),
+            _engine(one),
+            one["config"],
+        ]
+        for one in found
+        if "error" not in one
+    ]
+    print_result(found, as_json, text_table(headings, rows))
 
 
 def show(run: RunName, as_json: AsJson = False) -> None:
     """Show the state of RUN: points, ends of repeats, files."""
     opened = open_run(run)
-    status = run_status(opened)
-    ledger = status.pop("ledger")
-    content = status | {
+    content = run_status(opened) | {
         "title": opened.experiment.title,
         "common_random": opened.experiment.common_random,
         "analyses": [path.name for path in opened.analyses()],
         "figures": [path.name for path in opened.figures()],
-        "ledger": ledger,
     }
-    print_result(content, as_json, [*_status_lines(content), *opened.common_random_notes])
-
-
-def _counts(record: Mapping[str, Any]) -> list[str]:
-    return [f"{record[name]:,}" for name in (*COUNTS, "collisions")]
-
-
-def _row(one: Mapping[str, Any]) -> list[str]:
-    """A run's row in the list."""
-    return [
-        Path(one["run"]).name,
-        f"{one['points']:,}",
-        f"{one['repeats']:,}",
-        *_counts(one),
-        size(one["bytes"]),
-        _local_time(one["last_file"]),
-        _engine(one),
-        one["config"],
-    ]
-
-
-def _status_lines(content: Mapping[str, Any]) -> Iterator[str]:
-    """What ``show`` shows as text."""
     title = f" ({printable(content['title'])})" if content["title"] else ""
     state = f"{content['run']}: {content['state']}{title}"
-    yield f"{state}; engine {_engine(content)}, config {content['config']}"
     points = content["ledger"]
     rows = [[point_label(one["parameters"]), *_counts(one), ended(one)] for one in points]
-    yield from point_table(f"point | {COUNT_HEADINGS} | ended", rows)
     remarks = [
         f"point {k}, repeat {one['repeat']}: {one['remark']}"
         for k, point in enumerate(points)
         for one in point["remarks"]
     ]
-    yield from first(remarks, MOST_REMARKS, "; --json prints all")
     contents = [f"{counted(content['files'], 'file')} of {size(content['bytes'])}"]
     contents += content["analyses"]
     if content["figures"]:
         contents.append(counted(len(content["figures"]), "figure file"))
-    yield listed(contents)
+    lines = [
+        f"{state}; engine {_engine(content)}, config {content['config']}",
+        *first(text_table(["point", *COUNT_HEADINGS, "ended"], rows)),
+        *first(remarks, 10, "; --json prints all"),
+        listed(contents),
+    ]
     if content["command"]:
-        yield f"last file {_local_time(content['last_file'])}, by: {printable(content['command'])}"
+        written = _local_time(content["last_file"])
+        lines.append(f"last file {written}, by: {printable(content['command'])}")
+    print_result(content, as_json, lines + opened.common_random_notes)
+
+
+def _counts(record: Mapping[str, Any], *before: str) -> list[str]:
+    return [f"{record[name]:,}" for name in (*before, *COUNTS, "collisions")]
 
 
 def _engine(one: Mapping[str, Any]) -> str:
@@ -145,35 +138,22 @@ def verify(
     found = sorted(checked, key=lambda each: (each.point, each.repeat))
     counts = {str(state): sum(each.state is state for each in found) for state in State}
     del counts[str(State.UNUSABLE)]
-    bad = [
-        {
-            "point": each.point,
-            "repeat": each.repeat,
-            "path": str(each.path),
-            "error": str(StoreError(each.path, each.reason, each.advice)),
-        }
-        for each in found
-        if each.state is State.UNUSABLE
-    ]
+    bad: list[dict[str, Any]] = []
+    for each in found:
+        if each.state is State.UNUSABLE:
+            error = str(StoreError(each.path, each.reason, each.advice))
+            place = {"point": each.point, "repeat": each.repeat, "path": str(each.path)}
+            bad.append(place | {"error": error})
+    how = "read and simulated again" if replay else "read again"
+    files = len({one["path"] for one in bad})
+    damage = f", {counted(files, 'bad file')}" if files else ""
+    complete = counted(counts["done"], "complete repeat")
+    lines = [*dict.fromkeys(one["error"] for one in bad)]
+    lines.append(f"{opened.directory}: {complete}{damage}, {how}")
+    states = {"missing": "", "interrupted": "", "shorter": " than the extended run"}
+    if rest := [f"{counts[each]:,} {each}{more}" for each, more in states.items() if counts[each]]:
+        lines.append(f"{listed(rest)}; run the config again to complete them")
     content = {"run": str(opened.directory), "replayed": replay, **counts, "bad": bad}
-    print_result(content, as_json, _verification_lines(content))
+    print_result(content, as_json, lines)
     if bad:
         raise typer.Exit(ExitCode.UNSOUND)
-
-
-def _verification_lines(content: Mapping[str, Any]) -> Iterator[str]:
-    """What ``verify`` prints as text."""
-    yield from dict.fromkeys(one["error"] for one in content["bad"])
-    how = "read and simulated again" if content["replayed"] else "read again"
-    files = {one["path"] for one in content["bad"]}
-    bad = f", {counted(len(files), 'bad file')}" if files else ""
-    complete = counted(content["done"], "complete repeat")
-    yield f"{content['run']}: {complete}{bad}, {how}"
-    states = (
-        ("missing", "missing"),
-        ("interrupted", "interrupted"),
-        ("shorter", "shorter than the extended run"),
-    )
-    rest = [f"{content[state]:,} {words}" for state, words in states if content[state]]
-    if rest:
-        yield f"{listed(rest)}; run the config again to complete them"

@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from snooker_cli.config.axes import check_overrides, overridden, unzipped
+from snooker_cli.config.axes import overridden, unzipped
 from snooker_cli.config.models import BallCount, BallList, Experiment, Rings
 from snooker_cli.config.points import (
     LIMITS,
@@ -21,35 +21,20 @@ from snooker_cli.config.points import (
     to_json,
     validated,
 )
-from snooker_cli.config.problems import NOWHERE, ConfigError, Problem, key_path, shown
+from snooker_cli.config.problems import NOWHERE, ConfigError, Problem, given, key_path, shown
 from snooker_cli.config.yaml_document import Mark, YamlDocument, document, text_of
 from snooker_cli.formatting import plain
 
-__all__ = [
-    "EXAMPLES",
-    "LIMITS",
-    "BallCount",
-    "BallList",
-    "ConfigError",
-    "Experiment",
-    "Loaded",
-    "Point",
-    "Rings",
-    "digest",
-    "extends",
-    "load",
-    "parse",
-    "points",
-    "schema",
-    "stream_seed",
-    "to_json",
-    "validated",
-]
+__all__ = ["EXAMPLES", "LIMITS", "SCHEMA_FILE", "BallCount", "BallList", "Rings"]
+__all__ += ["ConfigError", "Experiment", "Loaded", "Point", "load", "parse", "points", "validated"]
+__all__ += ["digest", "extends", "stream_seed", "to_json"]
 
 
 _PACKAGE = Path(__file__).parents[1]
 EXAMPLES = next(filter(Path.is_dir, (_PACKAGE / "configs", _PACKAGE.parent / "configs")), _PACKAGE)
 """The folder of the example configs: inside an installed package, at the top of a checkout."""
+
+SCHEMA_FILE = EXAMPLES / "schema.json"  # draft 2020-12, written by ``tests/make_schema.py``
 
 
 @dataclass(frozen=True)
@@ -74,11 +59,6 @@ class Loaded:
         return ConfigError([Problem(key_path(key), sentence, position=position)])
 
 
-def schema() -> str:
-    """The JSON schema of configs (draft 2020-12), as ``tests/make_schema.py`` writes it."""
-    return (EXAMPLES / "schema.json").read_text("utf-8")
-
-
 def load(config: str | PathLike[str] | Mapping[str, Any], overrides: Iterable[str] = ()) -> Loaded:
     """The experiment in a YAML file or a mapping, after KEY=VALUE overrides. Raises ConfigError."""
     if isinstance(config, Mapping):
@@ -92,16 +72,19 @@ def parse(text: str, name: str = "config", overrides: Iterable[str] = ()) -> Loa
 
     An override replaces what the file or an earlier override of an outer key gives.
     """
-    return _loaded(document(text, name), overrides)
+    source = document(text, name)
+    if not isinstance(source.data, dict):
+        needs = "keys and values are needed; start with a line such as cor: 0.8"
+        sentence = f"{given(source.data)} is given where {needs}"
+        raise ConfigError([Problem((), sentence, position=source.marks[()].value)])
+    return _loaded(source, overrides)
 
 
 def _loaded(source: YamlDocument, overrides: Iterable[str]) -> Loaded:
     """The experiment of a document. Raises ConfigError."""
-    overrides = check_overrides(overrides)
     zipped = {unzipped(path): mark for path, mark in source.marks.items()}
     source = replace(source, marks={**zipped, **source.marks})
-    for override in overrides:
-        source = overridden(source, override)
+    source = overridden(source, overrides)
     try:
         return Loaded(validated(source.data), source)
     except ConfigError as error:

@@ -7,6 +7,7 @@ together, at the place of `zip`; the groups of a list under `zip` are consecutiv
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from itertools import chain, islice
 from typing import Any, TypeAlias
@@ -95,12 +96,8 @@ def axes(sweep: object) -> Axes:
     """
     if isinstance(sweep, tuple):
         return sweep
-    found: list[Axis] = []
     problems: list[Problem] = []
-    for group in _groups(sweep):
-        axis, faults = _axis(group)
-        found.extend(filter(None, [axis]))
-        problems.extend(faults)
+    found = [axis for group in _groups(sweep) if (axis := _axis(group, problems))]
     keys = [key for axis in found for key, _ in axis]
     problems += [
         _fault(key, "the sweep sets this key twice; keep one of the two")
@@ -146,20 +143,19 @@ def _groups(sweep: object) -> list[object]:
     return groups
 
 
-def _axis(group: object) -> tuple[Axis, list[Problem]]:
-    """One axis of a sweep, without the keys that have faults, and these."""
+def _axis(group: object, problems: list[Problem]) -> Axis:
+    """One axis of a sweep, without the keys that have problems, which are added to a list."""
     if not isinstance(group, Mapping):
         example = "{cor: [0.8, 0.9], balls.radius: [0.1, 0.2]}"
         sentence = f"{given(group)} is given where a mapping is needed, such as {example}"
-        return (), [Problem(("sweep",), sentence, about_key=True)]
+        problems.append(Problem(("sweep",), sentence, about_key=True))
+        return ()
     found: dict[str, tuple[Value, ...]] = {}
-    problems: list[Problem] = []
     for key, values in group.items():
         try:
             if (top := key_path(str(key))[0]) in WHOLE_RUN:
-                raise PathError(
-                    f"{top} belongs to the whole run and cannot be swept; give one value"
-                )
+                sentence = "belongs to the whole run and cannot be swept; give one value"
+                raise PathError(f"{top} {sentence}")
             found[key] = _values(str(key), values)
         except PathError as error:
             problems.append(_fault(key, str(error)))
@@ -167,11 +163,10 @@ def _axis(group: object) -> tuple[Axis, list[Problem]]:
         counts = ", ".join(f"{len(values):,} of {key}" for key, values in found.items())
         sentence = f"a zip needs equally many values of each key, but there are {counts}"
         problems.append(_fault(next(iter(found)), sentence))
-    return tuple(found.items()), problems
+    return tuple(found.items())
 
 
 def _fault(key: str, sentence: str) -> Problem:
-    """The problem of a swept key."""
     return Problem(("sweep", key), sentence, about_key=True)
 
 
@@ -203,41 +198,35 @@ def _values(key: str, values: object) -> tuple[Value, ...]:
 # Overrides: KEY=VALUE, or KEY=several values for a sweep over that key.
 
 
-def check_overrides(overrides: Iterable[str]) -> list[str]:
-    """The overrides as a list. Raises ConfigError if two set the same key."""
-    found: dict[str, str] = {}
-    for override in overrides:
-        key = override.partition("=")[0].strip()
-        if key in found:
-            sentence = (
-                f"the key is given twice, here and in -o {shown(found[key])}; keep one of them, or "
-                f"write -o {shown(key)}=VALUE,VALUE to sweep it"
-            )
-            position = Position(source=f"-o {shown(override)}")
-            raise ConfigError([Problem((key,), sentence, position=position)])
-        found[key] = override
-    return list(found.values())
-
-
-def overridden(source: YamlDocument, override: str) -> YamlDocument:
-    """The document with one KEY=VALUE applied. Raises ConfigError.
+def overridden(source: YamlDocument, overrides: Iterable[str]) -> YamlDocument:
+    """The document with KEY=VALUE texts applied in order. Raises ConfigError.
 
     A single value replaces the value and removes every sweep of that key or of keys inside it.
     Several values replace the sweep of that key at its place.
     """
-    label = Position(source=f"-o {shown(override)}")
-    key, _, text = override.partition("=")
-    key = key.strip()
-    try:
-        path = key_path(key)
-        if path[0] == "sweep" and len(path) > 1:
-            raise PathError("sweep is set as a whole, or by its keys: -o KEY=VALUE,VALUE")
-        values = option_values(text, label.source)
-        if not values:
-            raise PathError("an override is written KEY=VALUE; add a value, or null to mean none")
-        return _replaced(source, path, values, Mark(label, label))
-    except PathError as error:
-        raise ConfigError([Problem((key,), str(error), position=label)]) from None
+    earlier: dict[str, str] = {}
+    for override in overrides:
+        label = Position(source=f"-o {shown(override)}")
+        key, _, text = override.partition("=")
+        key = key.strip()
+        try:
+            path = key_path(key)
+            if key in earlier:
+                raise PathError(
+                    f"the key is given twice, here and in -o {earlier[key]}; keep one of them, or "
+                    f"write -o {key}=VALUE,VALUE to sweep it"
+                )
+            if path[0] == "sweep" and len(path) > 1:
+                raise PathError("sweep is set as a whole, or by its keys: -o KEY=VALUE,VALUE")
+            values = option_values(text, label.source)
+            if not values:
+                advice = "add a value, or null to mean none"
+                raise PathError(f"an override is written KEY=VALUE; {advice}")
+            source = _replaced(source, path, values, Mark(label, label))
+        except PathError as error:
+            raise ConfigError([Problem((key,), str(error), position=label)]) from None
+        earlier[key] = shown(override)
+    return source
 
 
 def option_values(text: str, name: str) -> list[Data]:
@@ -245,9 +234,12 @@ def option_values(text: str, name: str) -> list[Data]:
 
     Raises ConfigError and PathError.
     """
-    values = range_values(text)
-    # The line break ends a comment, which would hide the bracket.
-    return values or document(f"[{text}\n]", name, in_file=False).data
+    try:
+        # The line break ends a comment, which would hide the bracket.
+        return range_values(text) or document(f"[{text}\n]", name).data
+    except ConfigError as error:
+        here = Position(source=name)
+        raise ConfigError(replace(each, position=here) for each in error.problems) from None
 
 
 def _replaced(source: YamlDocument, path: KeyPath, values: list[Data], mark: Mark) -> YamlDocument:

@@ -104,13 +104,11 @@ def _no_variant(path: KeyPath, value: Any) -> Problem:
 
 
 def _misfit(path: KeyPath, value: Any, needs: str, is_number: bool = False) -> Problem:
-    """The problem of a value that is not what is needed."""
     advice = _advice_on_number(value, path) if is_number else "give one"
     return Problem(path, f"{given(value)} is given where {needs} is needed; {advice}")
 
 
 def _advice_on_number(value: Any, path: KeyPath) -> str:
-    """What to do about a value that is not the number that is needed."""
     if isinstance(value, tuple | list):
         key = rendered(path)
         return f"to run several values, list them under sweep, or write -o {key}=VALUE,VALUE"

@@ -32,8 +32,7 @@ from snooker_cli.formatting import listed
 
 MAX_BALLS = 10_000_000  # balls of all species; their start takes half a minute and 2 GB
 
-LEAST_LOSS = 1e-6
-"""1 − wall CoR of balls that slide, or 0. Here 18 million bounces come before a slide."""
+LEAST_LOSS = 1e-6  # 1 − wall CoR of balls that slide, or 0; 18 million bounces before a slide
 
 MAX_INTEGER = 2**63 - 1  # the largest 64-bit integer, for files and arrays
 
@@ -61,11 +60,6 @@ _WHOLE = BeforeValidator(
 )
 """Accepts 3.0 and 1e6 as whole numbers."""
 
-_NULL_IS_INFINITE = BeforeValidator(
-    lambda value: math.inf if value is None else value,
-    json_schema_input_type=Annotated[float, Field(gt=0)] | None,
-)
-
 Coordinate = Annotated[float, _ZERO]
 Pair = Annotated[
     tuple[Coordinate, Coordinate], _FROM_LIST, _needs("a pair of finite numbers [x, y]", False)
@@ -89,7 +83,10 @@ Number = Annotated[
 WallMass = Annotated[
     float,
     Field(gt=0, allow_inf_nan=True),
-    _NULL_IS_INFINITE,
+    BeforeValidator(
+        lambda value: math.inf if value is None else value,
+        json_schema_input_type=Annotated[float, Field(gt=0)] | None,
+    ),
     _needs("a number above 0, or .inf for a fixed wall"),
 ]
 Title = Annotated[

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from pydantic import ValidationError
 
-from snooker_cli.config.axes import Axes, Axis, Value
+from snooker_cli.config.axes import Value
 from snooker_cli.config.messages import config_error
 from snooker_cli.config.models import Experiment
 from snooker_cli.config.problems import (
@@ -33,12 +33,7 @@ _NOT_IN_STREAMS = (*LIMITS, "seed", "common_random", "record")
 
 MAX_REPEATS = 1_000_000  # repeats of all points of a run, which are as many files
 
-_NOT_PHYSICS = ("title", "repeats", "sweep")
-
-_LATER = ("collapse", "common_random")  # keys of an experiment that are younger than digests
-
-_Step: TypeAlias = tuple[str, int, Value]
-"""A swept key, the place of one of its values, and this value."""
+_Step: TypeAlias = tuple[str, int, Value]  # a swept key, the place of a value, and this value
 
 
 @dataclass(frozen=True)
@@ -63,53 +58,36 @@ def validated(data: Mapping[str, Any]) -> Experiment:
         experiment = Experiment.model_validate(data)
     except ValidationError as error:
         raise config_error(error) from None
-    grid = points(experiment)
-    if (total := len(grid) * experiment.repeats) > MAX_REPEATS:
-        sentence = (
-            f"all repeats are {total:,} files; a run has at most {MAX_REPEATS:,}, so give fewer"
-        )
-        raise ConfigError([Problem(("repeats",), sentence)])
-    sweep = _as_read(experiment.sweep, grid)
-    return experiment.model_copy(update={"sweep": sweep})
-
-
-def _as_read(sweep: Axes, grid: tuple[Point, ...]) -> Axes:
-    """The axes with values as the models read them: 1.0 for a written 1.
-
-    Raises ConfigError for values that occur twice.
-    """
-    found: list[Axis] = []
-    stride = len(grid)
-    for axis in sweep:
-        number = len(axis[0][1])
-        stride //= number
-        keys = [key for key, _ in axis]
-        steps = [
-            tuple(dict(grid[index * stride].parameters)[key] for key in keys)
-            for index in range(number)
-        ]
-        first = {step: index for index, step in reversed([*enumerate(steps)])}
-        again = [index for index, step in enumerate(steps) if index != first[step]]
-        if again:
-            sentence = f"this value of {keys[0]} is given twice; remove one"
-            raise ConfigError(Problem(("sweep", keys[0], index), sentence) for index in again)
-        found.append(tuple(zip(keys, zip(*steps, strict=True), strict=True)))
-    return tuple(found)
+    total = len(points(experiment)) * experiment.repeats
+    if total > MAX_REPEATS:
+        advice = f"a run has at most {MAX_REPEATS:,}, so give fewer"
+        raise ConfigError([Problem(("repeats",), f"all repeats are {total:,} files; {advice}")])
+    return experiment
 
 
 @functools.lru_cache(maxsize=2)  # several stages of a command ask for the same points
 def points(experiment: Experiment) -> tuple[Point, ...]:
-    """Every point of the grid; one if nothing is swept. Raises ConfigError for a bad value."""
+    """Every point of the grid; one if nothing is swept.
+
+    Raises ConfigError for a bad value, and for one that is given twice.
+    """
     base = dict(experiment) | {"sweep": ()}
     axes = [
         [[(key, index, values[index]) for key, values in axis] for index in range(len(axis[0][1]))]
         for axis in experiment.sweep
     ]
-    found: list[Point] = []
+    found: dict[Any, tuple[Point, list[_Step]]] = {}
     problems: dict[KeyPath, Problem] = {}
-    for index, steps in enumerate(itertools.product(*axes)):
+    for index, combined in enumerate(itertools.product(*axes)):
+        steps = list(itertools.chain(*combined))
         try:
-            found.append(_point(index, base, list(itertools.chain(*steps))))
+            point = _point(index, base, steps)
+            _, same = found.setdefault(point.parameters, (point, steps))
+            if same is not steps:
+                both = zip(steps, same, strict=True)
+                key, place = next(new[:2] for new, old in both if new[1] != old[1])
+                sentence = f"this value of {key} is given twice; remove one"
+                raise ConfigError([Problem(("sweep", key, place), sentence)])
         except ConfigError as error:
             # Points that share a value have its problem.
             problems = {each.path: each for each in error.problems} | problems
@@ -117,7 +95,7 @@ def points(experiment: Experiment) -> tuple[Point, ...]:
                 break
     if problems:
         raise ConfigError(problems.values())
-    return tuple(found)
+    return tuple(point for point, _ in found.values())
 
 
 def _point(index: int, base: Mapping[str, Any], steps: Iterable[_Step]) -> Point:
@@ -163,11 +141,11 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
 
     without : other keys that it does not cover
     """
-    left_out = {*_NOT_PHYSICS, *without}
+    left_out = {"title", "repeats", "sweep", *without}
     data = json.loads(to_json(experiment))
     physics = {key: value for key, value in data.items() if key not in left_out}
     physics["wall_cor"] = experiment.effective_wall_cor
-    for key in _LATER:
+    for key in ("collapse", "common_random"):  # which are younger than digests
         if getattr(experiment, key) == Experiment.model_fields[key].default:
             physics.pop(key, None)
     if experiment.species:

@@ -14,16 +14,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from snooker_cli.config.problems import (
-    MOST_FOUND,
-    ConfigError,
-    Data,
-    KeyPath,
-    Position,
-    Problem,
-    given,
-    shown,
-)
+from snooker_cli.config.problems import ConfigError, Data, KeyPath, Position, Problem, shown
 
 MAX_BYTES = 1 << 18  # of a configuration: reading it takes at most some seconds
 LARGE = 1 << 15  # characters of a text that takes PyYAML over a second
@@ -44,8 +35,7 @@ _SYNTAX = (
     ("'\\t'", "a tab is where YAML allows only spaces; replace it by spaces"),
     ("mapping values", "a second colon or a wrong indentation; give every key its own line"),
     ("could not find expected ':'", "a key without a colon; write key: value"),
-    ("<stream end>", "a bracket, brace or quote is never closed; close it"),
-    ("end of stream", "a bracket, brace or quote is never closed; close it"),
+    ("stream", "a bracket, brace or quote is never closed; close it"),
     ("<block end>", "the indentation does not fit the lines above; align keys of the same level"),
     ("<document start>", "there is something after the end of the configuration; remove it"),
     ("another document", "a second document starts here; keep one in a file"),
@@ -111,28 +101,27 @@ def _no_file(path: Path) -> str:
     return f"there is no file at this path; {advice}"
 
 
-def document(text: str, name: str, in_file: bool = True) -> YamlDocument:
-    """The document written in `text`. Raises ConfigError, with all faults of its YAML.
-
-    in_file : whether it must be a mapping and has lines; otherwise `name` is its only position
-    """
+def document(text: str, name: str) -> YamlDocument:
+    """The document written in `text`. Raises ConfigError, with all faults of its YAML."""
     try:
-        reader = _Reader(text, name, in_file)
+        reader = _Reader(text, name)
         if node := reader.get_single_node():
             data = reader.data(node, ())
             if reader.problems:
                 raise ConfigError(reader.problems)
-            if isinstance(data, dict) or not in_file:
-                return YamlDocument(data, reader.found)
-            needs = "keys and values are needed; start with a line such as cor: 0.8"
-            raise _error(reader.found[()].value, f"{given(data)} is given where {needs}")
+            return YamlDocument(data, reader.found)
         position = reader.position(reader.get_mark())
         sentence = "the file is empty; write at least container, balls and cor"
     except ConfigError:
         raise
     except yaml.MarkedYAMLError as error:
         position = reader.position(error.problem_mark or error.context_mark)
-        sentence = _syntax_sentence(error.problem or "")
+        problem = error.problem or ""
+        unknown = f"this is not valid YAML ({shown(problem)}); correct it"
+        if "cannot start any token" in problem:
+            start = problem.split()[2]
+            unknown = f"a value cannot start with {start}; put it in quotes if it is text"
+        sentence = next((each for part, each in _SYNTAX if part in problem), unknown)
     except yaml.reader.ReaderError as error:
         before = text[: error.position]
         column = len(before) - before.rfind("\n")
@@ -141,7 +130,7 @@ def document(text: str, name: str, in_file: bool = True) -> YamlDocument:
     except (ValueError, OverflowError):  # PyYAML's chr() or int(), of an escape or a directive
         position = reader.position(reader.get_mark())
         sentence = "an escape or a directive has a number out of range; correct or remove it"
-    raise _error(position if in_file else Position(source=name), sentence)
+    raise _error(position, sentence)
 
 
 def is_number(text: str) -> bool:
@@ -157,21 +146,18 @@ class _Reader(yaml.SafeLoader):
     found, problems : what `data` found so far
     """
 
-    def __init__(self, text: str, name: str, in_file: bool) -> None:
+    def __init__(self, text: str, name: str) -> None:
         super().__init__(text)
         if len(text) > LARGE and "\t" not in text and hasattr(yaml, "CSafeLoader"):
             events = yaml.CSafeLoader(text)
             for each in ("check_event", "peek_event", "get_event"):
                 setattr(self, each, getattr(events, each))
         self.yaml_implicit_resolvers = {None: _RESOLVERS}
-        self.source, self.in_file, self.depth = name, in_file, 0
+        self.source, self.depth = name, 0
         self.found: dict[KeyPath, Mark] = {}
         self.problems: list[Problem] = []
 
     def position(self, mark: Any) -> Position:
-        """The position of a mark of PyYAML."""
-        if not self.in_file:
-            return Position(source=self.source)
         return Position(mark.line + 1, mark.column + 1, self.source)
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
@@ -206,14 +192,8 @@ class _Reader(yaml.SafeLoader):
         try:
             return _value(node.tag, node.value)
         except ValueError as error:
-            self._add(Problem(path, str(error), position=here))
+            self.problems.append(Problem(path, str(error), position=here))
             return None
-
-    def _add(self, problem: Problem) -> None:
-        """Note a problem. Raises ConfigError for the last that is looked for."""
-        self.problems.append(problem)
-        if len(self.problems) == MOST_FOUND:
-            raise ConfigError(self.problems)
 
     def _items(self, mapping: yaml.MappingNode, path: KeyPath) -> Iterator[tuple[str, Data]]:
         """The keys and values of a mapping. Its keys must be unique and plain words."""
@@ -227,7 +207,7 @@ class _Reader(yaml.SafeLoader):
                 first = self.found[here].key
                 sentence = f"the key is given twice, here and at {first}; keep one of them"
             if sentence:
-                self._add(Problem(here, sentence, position=position))
+                self.problems.append(Problem(here, sentence, position=position))
             else:
                 yield key.value, self.data(value, here, position)
 
@@ -237,36 +217,21 @@ def _value(tag: str, text: str) -> bool | int | float | str | None:
 
     Raises ValueError, with a sentence, for a number that is too large for a double.
     """
-    match tag:
-        case "null":
-            return None
-        case "bool":
-            return text.lower() == "true"
-        case "special":
-            return float(text.replace(".", ""))
-        case "int" | "float":
-            base = {"0o": 8, "0x": 16}.get(text[:2], 10)
-            with suppress(OverflowError, ValueError):  # no double, or over 4300 digits
-                number = int(text, base) if tag == "int" else float(text)
-                if math.isfinite(number):
-                    return number
-            raise ValueError(
-                f"the number {shown(text)} is too large; give one below 1.8e308, or .inf where "
-                "infinity is allowed"
-            )
-    return text
+    if tag == "null":
+        return None
+    if tag == "bool":
+        return text.lower() == "true"
+    if tag == "special":
+        return float(text.replace(".", ""))
+    if tag not in ("int", "float"):
+        return text
+    with suppress(OverflowError, ValueError):  # no double, or over 4300 digits
+        number = int(text, {"0o": 8, "0x": 16}.get(text[:2], 10)) if tag == "int" else float(text)
+        if math.isfinite(number):
+            return number
+    advice = "give one below 1.8e308, or .inf where infinity is allowed"
+    raise ValueError(f"the number {shown(text)} is too large; {advice}")
 
 
 def _error(position: Position, sentence: str) -> ConfigError:
-    """The error of a single problem that has no key."""
     return ConfigError([Problem((), sentence, position=position)])
-
-
-def _syntax_sentence(problem: str) -> str:
-    """PyYAML's message about a syntax error, in the words of a configuration's author."""
-    for part, sentence in _SYNTAX:
-        if part in problem:
-            return sentence
-    if "cannot start any token" in problem:
-        return f"a value cannot start with {problem.split()[2]}; put it in quotes if it is text"
-    return f"this is not valid YAML ({shown(problem)}); correct it"

@@ -38,7 +38,7 @@ def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
     points = tuple(point for point in matching(run, selection) if statuses(run, point, selection))
     if not points:
         what = "no repeat is" if selection.repeat is None else f"repeat {selection.repeat} is not"
-        raise FigureError(f"{what} there yet; run the config again")
+        raise FigureError(f"{run.name}: {what} there yet; run the config again")
     return points
 
 
@@ -56,7 +56,7 @@ def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
         chosen = tuple(point for point in points if value_at(point, key) in values)
         if not chosen:
             present = listed([str(value) for value in distinct(points, key)])
-            raise FigureError(f"no point has {key} = {wanted}: there it is {present}")
+            raise FigureError(f"{run.name}: no point has {key} = {wanted}: there it is {present}")
         points = chosen
     return points
 

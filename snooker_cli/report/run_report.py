@@ -23,7 +23,7 @@ from snooker_cli.analysis.tables import (
     usual,
 )
 from snooker_cli.config import Point, to_json
-from snooker_cli.errors import FigureError, UserError
+from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
 from snooker_cli.figures.selection import distinct, elastic, spread, varying
@@ -42,7 +42,7 @@ def run_report(
 ) -> list[Path]:
     """Write the report on runs, a chapter each, and return the files that a reader opens.
 
-    The same runs give the same bytes. Raises ``UserError`` for a run without repeats, and
+    The same runs give the same bytes. Raises ``FigureError`` for a run without repeats, and
     ``StoreError`` for one that cannot be read.
     """
     with Pages(out) as pages:
@@ -55,10 +55,7 @@ def run_report(
 
 def _chapter(run: Run, number: int, pages: Pages) -> dict[str, Any]:
     """What templates/run.md.j2 prints of a run."""
-    try:
-        points = selected(run, Selection())
-    except FigureError as error:
-        raise UserError(f"{run.name}: {error}") from None
+    points = selected(run, Selection())
     figures = {f"{number}-{name}": picture for name, picture in _figures(run, points)}
     alone = any(FIGURES[picture.kind].each_point for picture in figures.values())
     for file, picture in figures.items():

@@ -245,10 +245,13 @@ def _estimates(
 ) -> dict[str, float | None]:
     """Collisions, time on one thread (s) and disk for some repeats; None if not known."""
     collisions, events = experiment.collisions or 0, each.models["events"]
-    stored = collisions * BYTES_OF_EVENT if events else BYTES_OF_SUMMARY
+    stored, recording = float(BYTES_OF_SUMMARY), 1.5e-6 * min(collisions, 20_000)
+    if events:
+        stored, recording = collisions * BYTES_OF_EVENT, 8e-7 * collisions
+    seconds = _seconds(balls, each.models["cells"], collisions) + recording
     found: dict[str, float | None] = {
         "collisions": repeats * collisions,
-        "processor_seconds": repeats * _seconds(balls, each.models["cells"], collisions),
+        "processor_seconds": repeats * seconds,
         "bytes": round(repeats * (BYTES_OF_REPEAT + BYTES_OF_BALL * balls + stored)),
     }
     if experiment.collisions is None and repeats:

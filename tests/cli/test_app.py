@@ -5,13 +5,11 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from command_line import Snooker
 
 from snooker_cli.cli.app import COMMANDS, HIDDEN, loaded
-from snooker_cli.figures import FIGURES
 
 HEAVY = {"numba", "numpy", "scipy", "matplotlib", "h5py", "pydantic", "yaml", "jinja2", "typst"}
 
@@ -36,30 +34,11 @@ def test_help_lists_the_commands_without_loading_heavy_libraries() -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "offers"),
-    [
-        ("va", ["validate"]),
-        ("verify --rep", ["--replay"]),
-        ("init d", ["decay", "dense"]),
-        ("show ", ["small"]),
-        ("fit s", ["small"]),
-        ("fit n", []),
-        (
-            "plot small energy energy",
-            [name for name in FIGURES if name.startswith("energy") and name != "energy"],
-        ),
-        ("run small.yaml -o balls.ri", ["balls.rings=", "balls.ring_extent="]),
-        ("validate small.yaml -o rec", ["record="]),
-    ],
+    ("words", "offers"), [("va", ["validate"]), ("verify --rep", ["--replay"])]
 )
 def test_bash_is_offered(
-    words: str,
-    offers: list[str],
-    finished: Path,
-    snooker: Snooker,
-    monkeypatch: pytest.MonkeyPatch,
+    words: str, offers: list[str], snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (finished.parent / "not-a-run").mkdir()
     monkeypatch.setenv("_SNOOKER_COMPLETE", "complete_bash")
     monkeypatch.setenv("COMP_WORDS", "\n".join(["snooker", *words.split(" ")]))
     monkeypatch.setenv("COMP_CWORD", str(len(words.split(" "))))

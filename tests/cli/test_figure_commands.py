@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from importlib import import_module
 from pathlib import Path
 
@@ -23,23 +22,13 @@ def test_animate_writes_a_page(finished: Path, snooker: Snooker) -> None:
     assert data["subtitle"] == "cor=1.0, 7 balls, repeat 2"
     assert data["title"] == "small"
     assert len(data["time"]) == 150
-    printed = snooker(
-        *("animate", "small", "--point", "1", "--out", "film.html", "--json", "--pace", "events"),
+    ended = snooker(
+        *("animate", "small", "--point", "1", "--out", "film.html", "--pace", "events"),
         *("--collisions", "20", "--from", "0.5", "--seconds", "5", "--magnify", "100"),
     )
-    found = json.loads(printed.out)
     data = content(Path("film.html").read_text(encoding="utf-8"))
     assert (data["pace"], data["seconds"], data["magnify"]) == ("events", 5.0, 100.0)
-    assert found == {
-        "file": "film.html",
-        "bytes": Path("film.html").stat().st_size,
-        "point": 1,
-        "repeat": 0,
-        "from": 0.5,
-        "to": data["time"][-1],
-        "collisions": 20,
-        "frames": None,
-    }
+    assert len(data["time"]) == 20
 
 
 def test_animate_writes_a_gif(finished: Path, snooker: Snooker) -> None:
@@ -76,5 +65,3 @@ def test_the_list_of_a_large_run_reads_one_repeat_of_each_point(
     listed = snooker("plot", "small", "--list")
     assert (listed.code, read) == (0, {(0,)})
     assert "energy: Kinetic energy over time" in listed.out
-    found = json.loads(snooker("plot", "small", "--list", "--json").out)
-    assert {"kind": "energy", "title": "Kinetic energy over time", "files": []} in found["figures"]

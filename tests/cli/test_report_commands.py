@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from command_line import Snooker
 
-from snooker_cli.cli import report_commands
+from snooker_cli.cli import analysis_commands
 from snooker_cli.report.content import RUNS
 
 
@@ -16,7 +16,7 @@ def test_missing_runs_are_simulated_and_finished_ones_kept(
 ) -> None:
     """Only the first config is there, so the command ends at the second one."""
     first, second = RUNS[:2]
-    monkeypatch.setattr(report_commands, "EXAMPLES", here)
+    monkeypatch.setattr(analysis_commands, "EXAMPLES", here)
     (here / "small.yaml").rename(here / f"{first}.yaml")
     ended = snooker("reproduce")
     assert ended.code == 3

@@ -23,9 +23,8 @@ HEAD = """\
 This page shows the `--help` of each command; `python tests/docs/test_cli_reference.py` writes it.
 The [tutorial](tutorial.md) shows the commands at work.
 
-`snooker --install-completion` installs completion for the current shell (bash, zsh, fish or
-PowerShell). It completes commands, options, names of runs, figures and templates, and the keys of
-a config after `-o`.
+`snooker --install-completion` installs completion of commands and options for the current shell
+(bash, zsh, fish or PowerShell).
 """
 
 MEANINGS = {

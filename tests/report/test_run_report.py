@@ -18,7 +18,7 @@ from pypdf import PdfReader
 from snooker_cli.analysis.run_analysis import fits
 from snooker_cli.analysis.tables import complete, fit_cells
 from snooker_cli.config import digest, load
-from snooker_cli.errors import UserError
+from snooker_cli.errors import FigureError
 from snooker_cli.formatting import point_label
 from snooker_cli.report import run_report as module
 from snooker_cli.report.run_report import MOST_POINTS, MOST_ROWS, run_report
@@ -198,7 +198,7 @@ def test_an_unfinished_run_says_so(finished_one_each: Run, tmp_path: Path) -> No
 def test_a_run_without_repeats_is_refused(finished_run: Run, tmp_path: Path) -> None:
     (tmp_path / "small").mkdir()
     shutil.copy(finished_run.directory / "run.json", tmp_path / "small")
-    with pytest.raises(UserError, match="no repeat is there yet"):
+    with pytest.raises(FigureError, match="no repeat is there yet"):
         made(tmp_path / "report", open_run(tmp_path / "small"))
 
 

@@ -210,7 +210,7 @@ def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path
         check=False,
     )
     assert (done.returncode, done.stdout) == (130, "")
-    assert done.stderr == "snooker: stopping; saving the current repeats\n"
+    assert done.stderr == "snooker: interrupted\n"
     assert not directory.exists()
 
 
