@@ -8,10 +8,12 @@ from numpy.typing import ArrayLike, NDArray
 from snooker_cli.engine import clock, sampling
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count
-from snooker_cli.engine.jit import kernel
+from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.engine.sliding import FLIES, slide_on, write_states
 from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace
+
+BRANCHES = 50  # balls that can be added in the time that changing the sums of two takes
 
 
 @dataclass(frozen=True)
@@ -112,10 +114,11 @@ class Replay:
             events, epoch = self.events[self.done : stop], float(state.sums[ks.EPOCH])
             clocks = clock.clocks(epoch, events)
             record = Recorded(clocks, events.i, events.j, events.impulse)
-            first, last = np.searchsorted(kept, [self.done, stop], side="right")
-            repeat_events(
-                state, state.slides, record, self.done, kept[first:last], rows[first:last]
-            )
+            part = slice(*np.searchsorted(kept, [self.done, stop], side="right"))
+            number = state.balls.shape[1]
+            dense = len(kept[part]) * number > BRANCHES * len(events)
+            tree = np.empty((2 * number * dense, 3))
+            repeat_events(state, state.slides, record, self.done, kept[part], rows[part], tree)
             self.done = stop
             if stop % self.epoch_length == 0:
                 state.next_epoch(*clock.following(epoch, float(clocks[-1])))
@@ -152,9 +155,19 @@ def repeat_events(
     done: int,
     kept: Integers,
     rows: Floats,
+    tree: Floats,
 ) -> None:
-    """Carry out recorded events again, measuring after those numbers of events that are kept."""
-    row = 0
+    """Carry out recorded events again, measuring after those numbers of events that are kept.
+
+    tree : (2 *N*, 3), or empty. A collision changes what two balls add to the sums over all. Sums
+        of pairs, of pairs of pairs and so on are a tree, of which it changes two branches only.
+        Node k is the sum of nodes 2k and 2k + 1; the first ball is node N.
+    """
+    row, leaves = 0, len(tree) // 2
+    for i in range(leaves):
+        set_terms(tree[leaves + i], sampling.terms_of(i, state))
+    for node in range(leaves - 1, 0, -1):
+        add_pair(node, tree)
     for event in range(len(record.time)):
         now, i, j = record.time[event], record.i[event], record.j[event]
         if slides is not None and j == SLIDE:
@@ -166,6 +179,32 @@ def repeat_events(
                     slides[j] = FLIES
             collide(i, j, now, state)
         count(i, j, record.impulse[event], state)
+        if leaves > 0:
+            climb(i, tree, state)
+            if j >= 0:
+                climb(j, tree, state)
         if row < len(kept) and kept[row] == done + event + 1:
-            sampling.measure(rows[row], now, state, state.container, slides)
+            sums = (tree[1, 0], tree[1, 1], tree[1, 2]) if leaves > 0 else sampling.totals(state)
+            sampling.measure(rows[row], sums, now, state, state.container, slides)
             row += 1
+
+
+@inlined
+def set_terms(node: Floats, terms: tuple[float, float, float]) -> None:
+    node[0], node[1], node[2] = terms
+
+
+@inlined
+def add_pair(node: int, tree: Floats) -> None:
+    for term in range(3):
+        tree[node, term] = tree[2 * node, term] + tree[2 * node + 1, term]
+
+
+@helper
+def climb(i: int, tree: Floats, state: State) -> None:
+    """Renew the terms of ball i and the sums above it."""
+    node = len(tree) // 2 + i
+    set_terms(tree[node], sampling.terms_of(i, state))
+    while node > 1:
+        node //= 2
+        add_pair(node, tree)

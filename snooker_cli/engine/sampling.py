@@ -126,19 +126,42 @@ def energy_of(i: int, balls: Floats, setup: Setup, masses: Floats | None) -> flo
     return float(0.5 * mass_of(i, setup, masses) * (u * u + v * v))
 
 
+@inlined
+def terms_of(i: int, state: State) -> tuple[float, float, float]:
+    """What ball i adds to sums over the balls: its kinetic energy (J), that squared, its speed."""
+    one = energy_of(i, state.balls, state.setup, state.masses)
+    u, v = state.balls[U, i], state.balls[V, i]
+    return one, one * one, math.sqrt(u * u + v * v)
+
+
+@helper
+def totals(state: State) -> tuple[float, float, float]:
+    """The sums over the balls of ``terms_of``."""
+    energy, squares, speeds = 0.0, 0.0, 0.0
+    for i in range(state.balls.shape[1]):
+        one = terms_of(i, state)
+        energy += one[0]
+        squares += one[1]
+        speeds += one[2]
+    return energy, squares, speeds
+
+
 @helper
 def measure(
-    row: Floats, time: float, state: State, container: Floats | None, slides: Integers | None
+    row: Floats,
+    sums_of_balls: tuple[float, float, float],
+    time: float,
+    state: State,
+    container: Floats | None,
+    slides: Integers | None,
 ) -> None:
-    """Write the observables into a row, when clocks are at a time (s) after the last event."""
+    """Write the observables into a row, when clocks are at a time (s) after the last event.
+
+    sums_of_balls : ``totals``
+    """
     balls, setup, masses = state.balls, state.setup, state.masses
     sums, number = state.sums, balls.shape[1]
-    energy, squares, speeds = 0.0, 0.0, 0.0
-    for i in range(number):
-        one = energy_of(i, balls, setup, masses)
-        energy += one
-        squares += one * one
-        speeds += math.sqrt(balls[U, i] * balls[U, i] + balls[V, i] * balls[V, i])
+    energy, squares, speeds = sums_of_balls
     row[KINETIC_ENERGY] = energy
     row[CONTAINER_ENERGY] = 0.0
     if container is not None:
@@ -170,7 +193,7 @@ def sample(
     slides: Integers | None,
 ) -> None:
     """``measure``, and count the balls by reduced speed v sqrt(m / 2T), T their mean energy."""
-    measure(row, time, state, container, slides)
+    measure(row, totals(state), time, state, container, slides)
     energy, number = row[KINETIC_ENERGY], state.balls.shape[1]
     for speed in range(SPEED_BINS):
         histogram[speed] = 0
