@@ -81,7 +81,7 @@ def test_a_fixed_and_a_free_container_can_be_swept(tmp_path: Path, small_config:
     """JSON has no infinity, and a manifest is JSON."""
     run = made(tmp_path, small_config, "container.mass=1e7,.inf")
     json.loads((tmp_path / MANIFEST).read_text(), parse_constant=pytest.fail)
-    assert runs.open_run(tmp_path) == run
+    assert runs.open_run(tmp_path).points == run.points
     assert {point.experiment.container.mass for point in run.points} == {1e7, np.inf}
     runs.create(run)
 
