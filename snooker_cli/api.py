@@ -88,16 +88,20 @@ class Repeat:
     def states(self, times: ArrayLike) -> States:
         """Places and velocities at times (s, ascending), just after a collision at that time.
 
-        They have the bits of the simulation. Raises ``UserError`` for times that do not ascend
-        within 0 and the end, and for a summary.
+        The fields are ``time`` (*t*,), ``positions`` and ``velocities`` (*t*, *N*, 2), and
+        ``container_positions`` and ``container_velocities`` (*t*, 2), in s, m and m/s. They have
+        the bits of the simulation. Raises ``UserError`` for times that do not ascend within 0 and
+        the end, and for a summary.
         """
         return self._replayed(lambda: engine.replay(self.trace, np.atleast_1d(times)))
 
     def series(self) -> "np.recarray[Any, Any]":
         """Observables at time zero and after each collision; a summary's on its grid of times.
 
-        The columns and their units are those of ``snooker_cli.trace.Series``. Very long repeats
-        give an even choice of rows.
+        ``time`` (s), ``kinetic_energy`` and ``container_energy`` (J); since the start
+        ``wall_impulse`` (kg m/s), ``pair_virial`` (impulse times distance, kg m²/s),
+        ``wall_events`` and ``pair_events``; ``mean_speed`` (m/s), and ``energy_moment``,
+        <k²>/<k>² of the balls' kinetic energies. Very long repeats give an even choice of rows.
         """
         from snooker_cli.analysis import observables
 

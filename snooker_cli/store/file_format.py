@@ -9,14 +9,16 @@ import math
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import chain
+from operator import attrgetter
 from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.containers import Box, Circle
+from snooker_cli.containers import Box, Circle, Container
 from snooker_cli.files import user_hash
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
@@ -95,6 +97,8 @@ HASHED_ROWS = 65536  # events that are hashed together
 
 HASHED_IF_SET = ("contact_duration", "elastic_below", "slides")
 """Fields of a scene that are hashed only if not zero or false, so that earlier hashes stay."""
+
+_rules = attrgetter("restitution", "wall_restitution", *HASHED_IF_SET)
 
 HASHED_LENGTHS = (*Circle.keys, *Box.keys)
 """Lengths of containers that are always hashed, as nan if a shape lacks them."""
@@ -186,14 +190,21 @@ def content_hash(trace: Trace) -> str:
 
 def _scene_bytes(scene: Scene) -> bytes:
     """All values of a scene in the order of the fingerprint."""
-    lengths = dict(vars(scene.container))
-    first, *others = (lengths.pop(key, math.nan) for key in HASHED_LENGTHS)
-    if_set = {name: getattr(scene, name) for name in HASHED_IF_SET} | lengths
+    sizes, rules = _shared_bytes(scene.container, scene.container_mass, *_rules(scene))
     balls = (scene.positions, scene.velocities, scene.radii, scene.masses)
-    moving = (scene.container_mass, scene.container_position, scene.container_velocity)
-    rules = (scene.restitution, scene.wall_restitution, scene.container.name)
-    later = chain(*(each for each in if_set.items() if each[1]))
-    return b"".join(map(_bytes, (*balls, first, *moving, *rules, *others, *later)))
+    container = (scene.container_position, scene.container_velocity)
+    return b"".join([*map(_bytes, balls), sizes, *map(_bytes, container), rules])
+
+
+@lru_cache(maxsize=4)
+def _shared_bytes(container: Container, mass: float, *rules: float) -> tuple[bytes, bytes]:
+    """What all scenes of a batch have in common: the container, and how balls collide."""
+    lengths = dict(vars(container))
+    first, *others = (lengths.pop(key, math.nan) for key in HASHED_LENGTHS)
+    always, later = rules[: -len(HASHED_IF_SET)], rules[-len(HASHED_IF_SET) :]
+    named = [*zip(HASHED_IF_SET, later, strict=True), *lengths.items()]
+    values = [*always, container.name, *others, *chain(*(each for each in named if each[1]))]
+    return _bytes(first) + _bytes(mass), b"".join(map(_bytes, values))
 
 
 def smallest(counts: NDArray[np.int64]) -> NDArray[Any]:
