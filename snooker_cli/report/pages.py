@@ -1,6 +1,5 @@
 """The folder of a report: figures that a second process draws, players, and the pages."""
 
-import signal
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager
 from multiprocessing import get_context
@@ -15,6 +14,7 @@ from snooker_cli.figures.drawing import save
 from snooker_cli.formatting import point_label, printable
 from snooker_cli.report.document import document, require_libraries, write_html, write_pdf
 from snooker_cli.runs import Run
+from snooker_cli.runs.execution import follow_parent
 
 
 class Pages(AbstractContextManager["Pages"]):
@@ -31,8 +31,7 @@ class Pages(AbstractContextManager["Pages"]):
         self.other = ProcessPoolExecutor(
             max_workers=1,
             mp_context=get_context("spawn"),
-            initializer=signal.signal,
-            initargs=(signal.SIGINT, signal.SIG_IGN),
+            initializer=follow_parent,
         )
         self._drawing: list[Future[list[Path]]] = []
 

@@ -209,9 +209,7 @@ class DaskExecutor(Executor):
         )
         self._given = set(missing)
         items = takewhile(lambda _: not self._lost, missing)
-        for results in self.each(partial(simulate_remotely, remote), items):
-            watcher.events(sum(result.collisions for result in results or ()))
-            yield results
+        yield from self.counted(partial(simulate_remotely, remote), items, watcher)
         if not self._cancelled.is_set():
             # Workers that died may have left parts of batches that others have stored.
             stored = {path for batch in missing if (path := run.path(*batch)).exists()}

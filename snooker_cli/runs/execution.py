@@ -16,7 +16,7 @@ from multiprocessing import get_context, parent_process
 from operator import itemgetter
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any, Self, TypeVar
+from typing import Any, Self, TypeAlias, TypeVar
 
 from snooker_cli import store
 from snooker_cli.errors import RunError
@@ -46,6 +46,7 @@ LEAST_FOR_PROCESS = 6  # batches of short repeats for each process; its start ta
 MOST_PROCESSES = 61  # that Windows can wait for
 
 Result = TypeVar("Result")
+Results: TypeAlias = list[RepeatResult] | None  # of a batch; None for an abandoned one
 
 
 def processors() -> int:
@@ -118,6 +119,14 @@ class Executor(ABC):
                 continue
             yield self._result(future, pending.pop(future))
 
+    def counted(
+        self, function: Callable[[Batch], Results], batches: Iterable[Batch], watcher: Watcher
+    ) -> Iterator[Results]:
+        """As ``each``; the watcher gets the collisions of a batch when it has ended."""
+        for results in self.each(function, batches):
+            watcher.events(sum(result.collisions for result in results or ()))
+            yield results
+
     @abstractmethod
     def _stored(self) -> Set[Any]:
         """Stop a cancelled run. Returns the items that may still be stored."""
@@ -182,9 +191,7 @@ class ProcessExecutor(Executor):
     ) -> Iterator[list[RepeatResult] | None]:
         self._given = set(missing)
         try:
-            for results in self.each(_simulate_here, missing):
-                watcher.events(sum(result.collisions for result in results or ()))
-                yield results
+            yield from self.counted(_simulate_here, missing, watcher)
         except BrokenProcessPool:
             raise RunError(
                 f"{job.run.directory}: the system ended a process of this run, perhaps for lack of "
@@ -201,9 +208,13 @@ _process: tuple[Job, Begun]  # what a process of ``ProcessExecutor`` simulates
 
 
 def _begin_process(job: Job, stopped: Any) -> None:
-    """Begin a process that leaves Ctrl-C and SIGTERM to its parent, and ends with it."""
     global _process
     _process = job, Begun(stopped)
+    follow_parent()
+
+
+def follow_parent() -> None:
+    """Leave Ctrl-C and SIGTERM to the process that began this one, and end with it."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
