@@ -5,9 +5,10 @@ Every repeat is fitted by itself, and the constants are averaged.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import product
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -19,10 +20,11 @@ from snooker_cli.analysis import observables
 from snooker_cli.analysis.fitting import (
     LAWS,
     LEAST_PROBABILITY,
+    MOST_VALUES,
     FitResult,
     Goodness,
     RepeatMean,
-    fit,
+    fit_all,
     goodness,
     mean_over_repeats,
 )
@@ -251,34 +253,45 @@ def curve(trace: Trace, quantity: str, since: float = 0.0, until: float = math.i
     return Curve(known, time[kept], value[kept], rounding, held, elastic(trace.start))
 
 
-def fit_curve(decay: Curve, law: str) -> FitResult:
-    """Fit one repeat's decay with a law or, for a mean since the start, with its mean model."""
-    model, quantity = LAWS[law], decay.quantity
-    if decay.elastic:
-        return FitResult(law, False, NO_LOSSES, len(decay.time), math.nan)
-    return fit(
-        decay.time,
-        decay.value,
-        (quantity.is_mean and model.mean_model) or law,
-        amplitude=1.0 if decay.held else None,
-        start=0.0 if model.has_pole else None,
-        rounding=decay.rounding,
-    )
+def fit_curves(decays: Sequence[Curve], law: str) -> list[FitResult]:
+    """Fit repeats' decays of a quantity with a law; a mean since the start with its mean model."""
+    model = LAWS[law]
+    found = [FitResult(law, False, NO_LOSSES, len(one.time), math.nan) for one in decays]
+    lossy = [row for row, one in enumerate(decays) if not one.elastic]
+    if lossy:
+        one = decays[lossy[0]]
+        fits = fit_all(
+            [(decays[row].time, decays[row].value, decays[row].rounding) for row in lossy],
+            (one.quantity.is_mean and model.mean_model) or law,
+            amplitude=1.0 if one.held else None,
+            start=0.0 if model.has_pole else None,
+        )
+        for row, result in zip(lossy, fits, strict=True):
+            found[row] = result
+    return found
 
 
 _FITS: WeakKeyDictionary[Trace, dict[Any, dict[str, FitResult]]] = WeakKeyDictionary()
 """Fits of the repeats in memory."""
 
 
-def repeat_fits(
-    trace: Trace, quantity: str, since: float = 0.0, until: float = math.inf
-) -> dict[str, FitResult]:
+def repeat_fits(trace: Trace, quantity: str) -> dict[str, FitResult]:
     """The fits of a repeat's ``curve`` by law, made once."""
-    known, key = _FITS.setdefault(trace, {}), (quantity, since, until)
-    if key not in known:
-        found = curve(trace, quantity, since, until)
-        known[key] = {law: fit_curve(found, law) for law in found.quantity.laws}
-    return known[key]
+    found = curve(trace, quantity)
+    return _fitted([trace], [found], quantity, 0.0, math.inf)[0]
+
+
+def _fitted(
+    traces: Sequence[Trace], curves: Sequence[Curve], *key: Any
+) -> list[dict[str, FitResult]]:
+    """The fits of repeats' curves by law, together and made once; ``key`` says which curves."""
+    new = [row for row, trace in enumerate(traces) if key not in _FITS.setdefault(trace, {})]
+    if new:
+        chosen, laws = [curves[row] for row in new], curves[0].quantity.laws
+        fits = zip(*(fit_curves(chosen, law) for law in laws), strict=True)
+        for row, results in zip(new, fits, strict=True):
+            _FITS[traces[row]][key] = dict(zip(laws, results, strict=True))
+    return [_FITS[trace][key] for trace in traces]
 
 
 def _logarithms(trace: Trace, found: Curve) -> TimeCourse:
@@ -298,6 +311,18 @@ def _logarithms(trace: Trace, found: Curve) -> TimeCourse:
     return time[good], values[good]
 
 
+def _together(traces: Iterable[Trace]) -> Iterator[list[Trace]]:
+    """The repeats in lists: as many as are fitted at once, and fit in memory."""
+    some: list[Trace] = []
+    for trace in traces:
+        some.append(trace)
+        if sum(one.collisions for one in some) >= MOST_VALUES:
+            yield some
+            some = []
+    if some:
+        yield some
+
+
 def decays(
     traces: Iterable[Trace],
     quantities: Sequence[str] = tuple(QUANTITIES),
@@ -314,12 +339,15 @@ def decays(
     walls = lossless = True
     fits: dict[str, list[dict[str, FitResult]]] = {name: [] for name in quantities}
     curves: dict[str, list[TimeCourse]] = {name: [] for name in quantities}
-    for trace in traces:
-        reasons.append(trace.stop.reason)
-        walls, lossless = trace.start.container.has_wall, elastic(trace.start)
+    for some in _together(traces):
+        reasons += [trace.stop.reason for trace in some]
+        walls, lossless = some[0].start.container.has_wall, elastic(some[0].start)
+        found: dict[str, list[Curve]] = {name: [] for name in quantities}
+        for trace, name in product(some, quantities):
+            found[name].append(curve(trace, name, since, until))
+            curves[name].append(_logarithms(trace, found[name][-1]))
         for name in quantities:
-            fits[name].append(repeat_fits(trace, name, since, until))
-            curves[name].append(_logarithms(trace, curve(trace, name, since, until)))
+            fits[name] += _fitted(some, found[name], name, since, until)
     judged = [row for row, reason in enumerate(reasons) if reason.complete]
     judged = judged if len(judged) > 2 else list(range(len(reasons)))
     ended, result = Counter(reasons), []

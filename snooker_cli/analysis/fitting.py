@@ -5,7 +5,7 @@ quote the error over repeats.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -14,12 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special
 
 from snooker_cli.analysis.observables import standard_errors
+from snooker_cli.scene import EPSILON
 
 Array: TypeAlias = NDArray[np.float64]
+_Found: TypeAlias = tuple[float, float, float, bool]
 
 NOTHING_DECAYS = "The values are equal but for rounding, so nothing decays."
 
-_MOST_STEPS = 200
+_MOST_STEPS = 100
+MOST_VALUES = 2**18  # of curves that are fitted together, which limits the memory
+_ROUNDING = 4 * EPSILON  # relative change of a curve that is only rounding
 
 LEAST_PROBABILITY = 0.01
 """A law holds where deviations as large as those found have at least this probability."""
@@ -38,7 +42,7 @@ class FitModel:
 
     label, formula : in legends; of y, with t the time since t0
     key, symbol, mean_symbol : the rate in JSON; its letter; its letter in a mean since the start
-    curve, derivative : g and dg/dx at x = q s
+    curve, derivative : g at x = q s; dg/dx at x, where g is y
     inverse : the x at which g has a positive value
     has_pole : whether g has a pole at x = −1, so that a fit needs q s > −1; the rate then depends
         on t0, which is the start of the run
@@ -52,18 +56,18 @@ class FitModel:
     symbol: str
     mean_symbol: str
     curve: Callable[[Array], Array]
-    derivative: Callable[[Array], Array]
+    derivative: Callable[[Array, Array], Array]
     inverse: Callable[[Array], Array]
     has_pole: bool = False
     mean_model: str = ""
 
-    def rate(self, p: float) -> float:
+    def rate(self, p: Array) -> Array:
         """The rate q at the variable p of a search; e^p − 1 is above −1 for every p."""
-        return float(np.expm1(p)) if self.has_pole else p
+        return np.expm1(p) if self.has_pole else p
 
-    def rate_slope(self, p: float) -> float:
+    def rate_slope(self, p: Array) -> Array:
         """dq/dp."""
-        return float(np.exp(p)) if self.has_pole else 1.0
+        return np.exp(p) if self.has_pole else np.ones_like(p)
 
 
 LAWS = {
@@ -74,7 +78,7 @@ LAWS = {
         symbol="k",
         mean_symbol="κ",
         curve=lambda x: np.asarray(np.exp(-x)),
-        derivative=lambda x: np.asarray(-np.exp(-x)),
+        derivative=lambda x, y: -y,
         inverse=lambda y: np.asarray(-np.log(y)),
     ),
     # The energy by Haff, J. Fluid Mech. 134, 401 (1983).
@@ -85,7 +89,7 @@ LAWS = {
         symbol="α",
         mean_symbol="α",
         curve=lambda x: 1 / (1 + x) ** 2,
-        derivative=lambda x: -2 / (1 + x) ** 3,
+        derivative=lambda x, y: -2 * y / (1 + x),
         inverse=lambda y: y**-0.5 - 1,
         has_pole=True,
         mean_model="haff_root",
@@ -97,7 +101,7 @@ MODELS = LAWS | {
     "haff_root": replace(  # the mean pressure under Haff's law
         LAWS["haff"],
         curve=lambda x: 1 / (1 + x),
-        derivative=lambda x: -1 / (1 + x) ** 2,
+        derivative=lambda x, y: -y / (1 + x),
         inverse=lambda y: 1 / y - 1,
     ),
 }
@@ -145,78 +149,131 @@ def fit(
     Data that cannot be fitted give a result with converged=False and a message with the reason.
     Raises KeyError for an unknown model.
     """
+    curve = np.asarray(t, dtype=np.float64), np.asarray(y, dtype=np.float64), rounding
+    return fit_all([curve], model, amplitude=amplitude, start=start)[0]
+
+
+def fit_all(
+    curves: Sequence[tuple[Array, Array, float]],
+    model: str = "exponential",
+    *,
+    amplitude: float | None = None,
+    start: float | None = None,
+) -> list[FitResult]:
+    """``fit`` of many curves, each (t, y, rounding); together, short ones take less time."""
     form, free = MODELS[model], amplitude is None
-    times, values = np.asarray(t, dtype=np.float64), np.asarray(y, dtype=np.float64)
-    if start is None:
-        start = float(times[0]) if times.size else math.nan
+    found: list[FitResult] = []
+    scaled: dict[int, tuple[float, float, Array, Array]] = {}  # span, scale, s, y/scale
+    with np.errstate(all="ignore"):  # the check of the result finds overflow and nan
+        for t, y, rounding in curves:
+            origin = start if start is not None else float(t[0]) if t.size else math.nan
+            level = amplitude if amplitude is not None else y[0] if y.size else math.nan
+            if t.size < 2 + free:
+                problem = f"Too few points for this fit: {t.size}; it needs {2 + free} or more."
+            elif np.max(np.abs(y - level)) <= rounding * abs(level):
+                problem = NOTHING_DECAYS if level else "All values are zero."
+            else:
+                problem, span = "", float(t.max()) - origin
+                scale = amplitude if amplitude is not None else float(y[np.argmax(np.abs(y))])
+                scaled[len(found)] = span, scale, (t - origin) / span, y / scale
+            found.append(FitResult(model, False, problem, t.size, origin))
+        size = max(1, MOST_VALUES // max((len(s) for *_, s, _ in scaled.values()), default=1))
+        for first in range(0, len(scaled), size):
+            rows = list(scaled)[first : first + size]
+            results = _search(form, [scaled[row][2:] for row in rows], free)
+            for row, result in zip(rows, results, strict=True):
+                found[row] = _outcome(found[row], *scaled[row][:2], result)
+    return found
 
-    def failure(message: str) -> FitResult:
-        return FitResult(model, False, message, times.size, start)
 
-    least = 2 + free
-    if times.size < least:
-        return failure(f"Too few points for this fit: {times.size}; it needs {least} or more.")
+def _outcome(given: FitResult, span: float, scale: float, searched: _Found) -> FitResult:
+    """A result with the numbers of a search, or with the reason why it has none."""
+    rate, error, height, settled = searched
+    numbers = rate / span + 0.0, error / span, height * scale  # never −0.0
+    problem = "" if settled else f"The search did not settle in {_MOST_STEPS} steps: no such decay."
+    if not np.all(np.isfinite(numbers)):
+        problem = "The points do not determine the decay constant."
+    if problem:
+        return replace(given, message=problem)
+    done = "The fit converged."
+    return FitResult(given.model, True, done, given.points, given.start, *map(float, numbers))
 
-    # Overflow, underflow and numbers that are not finite end in the check of the result.
-    with np.errstate(all="ignore"):
-        level = values[0] if amplitude is None else amplitude
-        if np.max(np.abs(values - level)) <= rounding * abs(level):
-            return failure(NOTHING_DECAYS if level else "All values are zero.")
-        scale = float(values[np.argmax(np.abs(values))]) if amplitude is None else amplitude
-        span = times.max() - start
-        s, scaled = (times - start) / span, values / scale
 
-        def residuals(x: Array) -> Array:
-            p, height = x if free else (x[0], 1.0)  # a held amplitude is 1
-            return np.asarray(height * form.curve(s * form.rate(p)) - scaled)
+def _search(form: FitModel, curves: Sequence[tuple[Array, Array]], free: bool) -> Iterator[_Found]:
+    """The rate of each curve (s, y), its standard error, A, and whether the search settled.
 
-        def jacobian(x: Array) -> Array:
-            p, height = x if free else (x[0], 1.0)
-            at = s * form.rate(p)
-            slope = height * s * form.derivative(at) * form.rate_slope(p)
-            return np.array([slope, form.curve(at)])[: len(x)]
+    The best free A follows from the rate (Golub & Pereyra, SIAM J. Numer. Anal. 10, 413 (1973)).
+    So the step of Gauss and Newton has one variable, p, and falls to zero at the minimum. The
+    search moves to the zero of its secant. A move to a larger sum of squares is made shorter.
+    """
+    sizes = np.array([len(s) for s, _ in curves])
+    inside = np.arange(sizes.max()) < sizes[:, None]
+    s, y = np.zeros((2, *inside.shape))
+    s[inside], y[inside] = map(np.concatenate, zip(*curves, strict=True))
 
-        best, _, _, _, code = optimize.leastsq(
-            residuals,
-            _first_guess(form, s, scaled, free),
-            Dfun=jacobian,
-            col_deriv=True,
-            full_output=True,
-            ftol=1e-12,
-            xtol=1e-12,
-            maxfev=_MOST_STEPS,
-        )
-        # Codes 6, 7 and 8 are MINPACK's "no further reduction is possible": rounding is reached.
-        if code not in (1, 2, 3, 4, 6, 7, 8):
-            return failure(f"The search did not settle in {_MOST_STEPS} steps: no such decay.")
+    def at(p: Array, rows: NDArray[np.intp]) -> Array:
+        """Sum of squares, step, squared change of the curve with p, and A; (4, rows)."""
+        x = s[rows] * form.rate(p)[:, None]
+        shape = form.curve(x) * inside[rows]
+        slope = form.derivative(x, shape) * s[rows] * form.rate_slope(p)[:, None]
+        height = np.ones(len(rows))
+        if free:
+            height = _dot(shape, y[rows]) / _dot(shape, shape)
+            slope -= shape * (_dot(slope, shape) / _dot(shape, shape))[:, None]
+        rest, slope = height[:, None] * shape - y[rows], height[:, None] * slope
+        square = _dot(slope, slope)
+        return np.array([_dot(rest, rest), -_dot(slope, rest) / square, square, height])
 
-        # The search ends where the sum of squares hardly falls: the parameters are known to its
-        # root only. One step of Gauss and Newton goes on to the minimum. The sum may rise by its
-        # own rounding, which is large where the curve hardly leaves its start.
-        slopes, rest = jacobian(best), residuals(best)
-        nearer = best - _inverse(slopes @ slopes.T) @ (slopes @ rest)
-        if np.sum(residuals(nearer) ** 2) <= np.sum(rest**2) * (1 + 1e-6):
-            best = nearer
+    p, rows = _first_guess(form, s, y, free), np.arange(len(curves))
+    found = at(p, rows)
+    move, least = found[1].copy(), _ROUNDING * np.sqrt(_dot(y, y))
+    settled = np.zeros(len(curves), dtype=bool)
+    for _ in range(_MOST_STEPS):
+        tried = at(p[rows] + move[rows], rows)
+        better = np.sqrt(tried[0]) <= np.sqrt(found[0, rows]) + least[rows]
+        kept, nearer = rows[better], tried[:, better]
+        secant = np.clip(move[kept] / (found[1, kept] - nearer[1]), 0.25, 4)
+        p[kept], found[:, kept] = p[kept] + move[kept], nearer
+        move[kept] = nearer[1] * np.where(np.isfinite(secant), secant, 1.0)
+        move[rows[~better]] /= 4
+        step, change = np.abs(found[1, rows]), np.sqrt(found[2, rows])
+        settled[rows] = (step * change <= least[rows]) | (step <= _ROUNDING * np.abs(p[rows]))
+        rows = rows[~settled[rows] & np.isfinite(found[1, rows])]
+        if not rows.size:
+            break
+    total, _, square, height = found
+    rate, slope = form.rate(p), form.rate_slope(p)
+    error = slope * np.sqrt(total / (sizes - 1 - free) / square)
+    # Refused: a decay that is over before the second point, and a rate with a tenfold error.
+    over = np.sqrt(square) * np.abs(rate) <= slope * least / EPSILON**0.5
+    error[(np.abs(rate) > 1) & (over | (error > 10 * np.abs(rate)))] = math.nan
+    return zip(rate, error, height, settled, strict=True)
 
-        rest, slopes = residuals(best), jacobian(best)
-        slopes[0] /= form.rate_slope(best[0])
-        covariance = _inverse(slopes @ slopes.T) * (rest @ rest / (times.size - best.size))
-        rate, error = form.rate(best[0]), np.sqrt(covariance[0, 0])
-        found = FitResult(
-            model=model,
-            converged=True,
-            message="The fit converged.",
-            points=times.size,
-            start=start,
-            value=float(rate / span) + 0.0,  # never −0.0
-            error=float(error / span),
-            amplitude=float(best[1] * scale) if free else scale,
-        )
-        known = [found.value, found.error, found.amplitude, *covariance.flat]
-        # The last clause refuses decays that are over before the second point.
-        if not np.all(np.isfinite(known)) or error > 10 * abs(rate) > 10:
-            return failure("The points do not determine the decay constant.")
-        return found
+
+def _dot(one: Array, other: Array) -> Array:
+    """The scalar product of each row."""
+    return np.asarray(np.einsum("ij,ij->i", one, other))
+
+
+def _first_guess(form: FitModel, s: Array, y: Array, free: bool) -> Array:
+    """Start of the search: a straight line b + q s through the positive points' x, weighted.
+
+    Where g(b + q s) is nearly A g(r s), r is the logarithmic slope there over that at zero.
+    """
+    height = np.where(y > 0, y, 1.0)
+    x = form.inverse(height)
+    weight = (y > 0) * form.derivative(x, height) ** 2
+    middle = level = np.zeros((len(s), 1))  # a held amplitude is 1, at x = 0
+    if free:
+        middle, level = ((_dot(weight, each) / weight.sum(axis=1))[:, None] for each in (s, x))
+    away = weight * (s - middle)
+    slope = _dot(away, x - level) / _dot(away, s - middle)
+    base = (level - slope[:, None] * middle)[:, 0]
+    rate = slope * form.derivative(base, np.ones(len(s)))
+    rate /= form.derivative(np.zeros(len(s)), np.ones(len(s)))
+    bad = ~np.isfinite(rate) | (form.has_pole & (base <= -1))
+    rate[bad] = 1.0
+    return np.log1p(np.maximum(rate, -0.99)) if form.has_pole else rate
 
 
 def fitted_curve(result: FitResult, t: ArrayLike) -> Array:
@@ -224,38 +281,6 @@ def fitted_curve(result: FitResult, t: ArrayLike) -> Array:
     elapsed = np.asarray(t, dtype=np.float64) - result.start
     with np.errstate(all="ignore"):
         return np.asarray(result.amplitude * MODELS[result.model].curve(result.value * elapsed))
-
-
-def _first_guess(form: FitModel, s: Array, scaled: Array, free: bool) -> Array:
-    """Start of the search: a straight line b + q s through the positive points' x, weighted.
-
-    Where g(b + q s) is nearly A g(r s), r is the logarithmic slope there over that at zero.
-    """
-    s, height = s[scaled > 0], scaled[scaled > 0]
-    x = form.inverse(height)
-    weight = form.derivative(x) ** 2
-    middle = level = 0.0  # a held amplitude is 1, at x = 0
-    if free:
-        middle, level = weight @ s / weight.sum(), weight @ x / weight.sum()
-    slope = (weight @ ((s - middle) * (x - level))) / (weight @ (s - middle) ** 2)
-    base = np.array([level - slope * middle])
-    rate = slope * form.derivative(base) / form.curve(base) / form.derivative(np.zeros(1))
-    if not math.isfinite(rate[0]) or (form.has_pole and base[0] <= -1):
-        rate = np.ones(1)
-    p = np.log1p(np.maximum(rate, -0.99)) if form.has_pole else rate
-    if not free:
-        return np.asarray(p)
-    shape = form.curve(s * form.rate(p[0]))
-    factor = (shape @ height) / (shape @ shape)
-    return np.array([p[0], factor if np.isfinite(factor) else 1.0])
-
-
-def _inverse(matrix: Array) -> Array:
-    """Inverse of a symmetric matrix of order 1 or 2; inf or nan where it has none."""
-    if matrix.size == 1:
-        return np.asarray(1 / matrix)
-    (a, b), (_, d) = matrix
-    return np.asarray(np.array([[d, -b], [-b, a]]) / (a * d - b * b))
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from snooker_cli import theory
 from snooker_cli.analysis.decay import Curve, curve
-from snooker_cli.analysis.fitting import fit
+from snooker_cli.analysis.fitting import fit_all
 from snooker_cli.analysis.observables import complete_repeats, mean_pressure, mean_speed, series
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.source_values import SOURCE_VALUES, OurValue, SourceValue
@@ -328,36 +328,10 @@ def _measured(run: Run, windows: Sequence[int]) -> tuple[Measured, int]:
 
 
 def decay_constants(curves: Sequence[Curve], ends: Array, *, fixed: bool) -> Array:
-    """Exponential decay constants of curves up to their ends (s), as `fit` finds them; (*n*,), 1/s.
+    """Exponential decay constants of curves up to their ends (s); (*n*,), 1/s.
 
-    All curves are fitted at once, by Gauss and Newton; a free amplitude is the best one for each
-    constant (Kaufman 1975). nan where the end is nan, or where `fit` finds none.
+    nan where the end is nan, or where there is no fit.
     """
-    kept = [int(np.count_nonzero(one.time <= end)) for one, end in zip(curves, ends, strict=True)]
-    s, y, weight = np.zeros((3, len(curves), max(kept, default=0)))
-    for row, (one, count) in enumerate(zip(curves, kept, strict=True)):
-        time = one.time[:count]
-        s[row, :count], y[row, :count], weight[row, :count] = time - time[:1], one.value[:count], 1
-
-    def dot(one: Array, other: Array) -> Array:
-        return np.asarray(np.einsum("ij,ij->i", one, other))
-
-    with np.errstate(all="ignore"):
-        heavy = s * y**2
-        k = -dot(heavy, np.log(np.where(y > 0, y, 1.0))) / dot(heavy, s)
-        for _ in range(50):
-            f = weight * np.exp(-k[:, None] * s)
-            level = np.ones(len(k)) if fixed else dot(f, y) / dot(f, f)
-            slope = s * f
-            if not fixed:
-                slope -= f * (dot(slope, f) / dot(f, f))[:, None]
-            step = -dot(slope, y - level[:, None] * f) / (level * dot(slope, slope))
-            k = k + step
-            settled = np.abs(step) <= 1e-8 * np.abs(k)
-            if np.all(settled | ~np.isfinite(step)):
-                break
-    for row in map(int, np.flatnonzero(~settled & np.isfinite(ends))):
-        one, count = curves[row], kept[row]
-        result = fit(one.time[:count], one.value[:count], amplitude=1.0 if fixed else None)
-        k[row] = result.value
-    return np.where(np.isfinite(ends), k, math.nan)
+    kept = [one.time <= end for one, end in zip(curves, ends, strict=True)]
+    cut = [(one.time[rows], one.value[rows], 0.0) for one, rows in zip(curves, kept, strict=True)]
+    return np.array([found.value for found in fit_all(cut, amplitude=1.0 if fixed else None)])

@@ -7,6 +7,7 @@ golden values anew.
 import dataclasses
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,17 +15,28 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mpmath import mp
 from numpy.random import PCG64
 from scenes import EPSILON, report_scene
 from scipy import optimize, stats
 
-from snooker_cli.analysis.decay import Decay, decays, reported_constant
+from snooker_cli.analysis.decay import (
+    QUANTITIES,
+    Curve,
+    Decay,
+    curve,
+    decays,
+    fit_curves,
+    reported_constant,
+)
 from snooker_cli.analysis.fitting import (
+    MOST_VALUES,
     NOTHING_DECAYS,
     FitResult,
     attraction,
     excluded_area,
     fit,
+    fit_all,
     fitted_curve,
     mean_over_repeats,
 )
@@ -40,6 +52,11 @@ CURVES = {
     "haff_root": lambda u, rate: 1 / (1 + rate * u),
 }
 MODELS = list(CURVES)
+EXACT = {
+    "exponential": lambda x: mp.exp(-x),
+    "haff": lambda x: (1 + x) ** -2,
+    "haff_root": lambda x: 1 / (1 + x),
+}
 
 
 def noisy_curve(model: str, rate: float, noise: np.ndarray, span: float = 6.0):
@@ -218,13 +235,32 @@ def test_no_data_raise_or_warn(model, pairs, amplitude):
     assert math.isfinite(result.error) == result.converged
 
 
-def test_an_error_that_is_no_number_is_no_fit():
-    """Of four late hits in windows of time Haff's law made 4e9 1/s, with a variance below zero."""
-    heights = [0.0] * 11 + [1.0, 1.929, 0.974, 1.728, 0.0, 0.0, 0.716, 0.684, 0.907]
+def assert_best(result: FitResult, t: np.ndarray, y: np.ndarray) -> None:
+    """No rate near the fit's has a smaller sum of squares."""
+    assert result.converged
+    sums = []
+    for rate in result.value + np.linspace(-0.1, 0.1, 201) * result.error:
+        shape = CURVES[result.model](t, rate)
+        sums.append(np.sum((shape @ y / (shape @ shape) * shape - y) ** 2))
+    assert np.argmin(sums) == 100
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_of_late_hits_the_best_rate_is_found(model):
+    """Where a search could end at 4e9 1/s, with a variance below zero."""
+    heights = np.array([0.0] * 11 + [1.0, 1.929, 0.974, 1.728, 0.0, 0.0, 0.716, 0.684, 0.907])
     t = (np.arange(20) + 0.5) * 0.17346361605309066 / 20
-    result = fit(t, heights, "haff", start=0.0)
-    assert not result.converged
-    assert result.message == "The points do not determine the decay constant."
+    result = fit(t, heights, model, start=0.0)
+    assert 0 < result.error < abs(result.value)
+    assert_best(result, t, heights)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("seed", [0, 32])
+def test_steps_that_are_too_long_are_shortened(model, seed):
+    """In noise, where full steps lead to ever larger sums of squares."""
+    t, y = np.linspace(0, 1, 12), np.random.default_rng(seed).normal(size=12)
+    assert_best(fit(t, y, model), t, y)
 
 
 @pytest.mark.parametrize("seed", [2, 3, 4, 5])
@@ -235,6 +271,50 @@ def test_a_fit_of_noise_ends_at_the_minimum(seed):
     model = np.exp(-fit(t, y, amplitude=1.0).value * t)
     slope = t * model
     assert abs(slope @ (model - y)) <= EPSILON * np.sum(slope)
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_a_repeats_fit_is_at_the_minimum(quantity):
+    """Where the slope of the sum of squares, computed with 40 digits, is zero."""
+    decay = curve(simulate(report_scene(0, cor=0.85, container_mass=1e7), collisions=500), quantity)
+    for law in decay.quantity.laws:
+        (found,) = fit_curves([decay], law)
+        exact = best_rate(decay, EXACT[found.model], found.start, found.value)
+        assert found.value == pytest.approx(exact, rel=1e-13)
+
+
+def best_rate(decay: Curve, model: Callable[[Any], Any], start: float, near: float) -> float:
+    """The rate near a given one where the sum of squares has no slope, with 40 digits."""
+    with mp.workdps(40):
+        t, y = [mp.mpf(time) - start for time in decay.time.tolist()], decay.value.tolist()
+
+        def slope(rate):
+            shape = [model(rate * time) for time in t]
+            slopes = [mp.diff(model, rate * time) * time for time in t]
+            held = 1 if decay.held else mp.fdot(shape, y) / mp.fdot(shape, shape)
+            return mp.fdot(
+                slopes, [held * one - other for one, other in zip(shape, y, strict=True)]
+            )
+
+        return float(mp.findroot(slope, (near, near * (1 + 1e-6))))
+
+
+def test_many_curves_are_fitted_as_each_is_alone():
+    """Of any lengths and kinds, more than are searched for at once."""
+    rng = np.random.default_rng(8)
+    lengths = [40, 2, 90_000, 500, 0, 90_000, 300]
+    curves = [
+        (t, np.exp(-t) + 0.01 * rng.normal(size=t.size), 0.0)
+        for t in (np.linspace(0, 1 + row, length) for row, length in enumerate(lengths))
+    ]
+    curves.append((np.linspace(0, 1, 9), np.ones(9), 0.0))
+    assert max(lengths) * 3 > MOST_VALUES
+    for one, together in zip(curves, fit_all(curves), strict=True):
+        alone = fit(*one[:2])
+        assert (together.message, together.points) == (alone.message, alone.points)
+        for name in ("start", "value", "error", "amplitude"):
+            expected = pytest.approx(getattr(alone, name), rel=1e-12, nan_ok=True)
+            assert getattr(together, name) == expected
 
 
 # -- errors over repeats ---------------------------------------------------------------------------
@@ -314,9 +394,8 @@ def test_mean_and_error() -> None:
 GOLDEN = Path(__file__).parents[1].joinpath("golden") / "fits.json"
 
 TOLERANCE = 1e-9
-"""Relative. Sums, exp and log that other processors round differently change a fit by a few 1e-15;
-the search ends at steps of 1e-12, which another path to the minimum may leave it off by. A change
-of the model, the points or the estimate of an error is larger."""
+"""Relative. Sums, exp and log that other processors round differently change a fit by a few 1e-15.
+A change of the model, the points or the estimate of an error is larger."""
 
 
 def numbers(decay: Decay) -> dict[str, Any]:

@@ -477,7 +477,7 @@ def test_the_decay_does_not_depend_on_how_long_the_run_was(cold: list[Trace]) ->
     assert left[0] > 1e-8 > 1e-25 > left[1] > 1e-50 > left[2] > 0
     events = [cooled(collisions, summary=False) for collisions in (4_000, 40_000)]
     first, long, *grids = (
-        decay.fit_curve(decay.curve(trace, "kinetic_energy"), "haff").value
+        decay.fit_curves([decay.curve(trace, "kinetic_energy")], "haff")[0].value
         for trace in (*events, *cold)
     )
     assert first > 0.1

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scenes import gas, report_scene, trap_sums, twin_collisions
 from scipy import stats
 
-from snooker_cli.analysis.decay import curve, fit_curve
+from snooker_cli.analysis.decay import curve, fit_curves
 from snooker_cli.analysis.fitting import fit
 from snooker_cli.analysis.observables import energy_ratio, series
 from snooker_cli.engine import replay, simulate
@@ -118,7 +118,7 @@ def cooled(radius: float, cor: float, wall_cor: float) -> list[Trace]:
 def decay_constants(traces: list[Trace]) -> NDArray[np.float64]:
     """k of each seed: E0 exp(-kt) fitted to a point an event, from the start to the last."""
     curves = (curve(trace, "kinetic_energy") for trace in traces)
-    return np.array([fit_curve(each, "exponential").value for each in curves])
+    return np.array([each.value for each in fit_curves(curves, "exponential")])
 
 
 def haff_constant(traces: list[Trace]) -> float:

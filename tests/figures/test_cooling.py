@@ -10,7 +10,7 @@ import pytest
 from figure_runs import around, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
-from snooker_cli.analysis.decay import curve, decays, fit_curve, reported_constant
+from snooker_cli.analysis.decay import curve, decays, fit_curves, reported_constant
 from snooker_cli.analysis.fitting import LAWS, fitted_curve, mean_over_repeats
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Points, Reference
@@ -70,7 +70,7 @@ def test_fits_are_those_of_the_repeat_and_of_all(
     assert ("κ is what the source report calls k/2." in found.caption) == (quantity == "pressure")
     judged = decays(traces(decaying, 0), [quantity])
     for (law, model), line in zip(LAWS.items(), lines, strict=True):
-        results = [fit_curve(each, law) for each in curves]
+        results = fit_curves(curves, law)
         over = mean_over_repeats(results)
         assert [found.numbers[f"{model.key}{ending}"] for ending in ENDINGS] == [
             results[1].value,
@@ -137,7 +137,7 @@ def test_decay_against_cor(decaying: Run) -> None:
     for points, law in ((k, "exponential"), (alpha, "haff")):
         for index in (0, 1):
             curves = [curve(trace, "kinetic_energy") for trace in traces(decaying, index)]
-            over = mean_over_repeats([fit_curve(each, law) for each in curves])
+            over = mean_over_repeats(fit_curves(curves, law))
             assert points.y[index] == over.value
             assert points.y_error[index] == over.error
     reported, enskog, kinetic_theory = layers(found, Line)

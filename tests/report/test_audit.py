@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from snooker_cli.analysis.decay import QUANTITIES, Curve, curve, fit_curve
+from snooker_cli.analysis.decay import QUANTITIES, Curve, curve, fit_curves
 from snooker_cli.analysis.fitting import fit
 from snooker_cli.analysis.observables import ROUNDING, mean_pressure, mean_speed
 from snooker_cli.config import load, parse, points
@@ -283,7 +283,8 @@ common_random: true
         mean_pressure(fast) * 16.0**slip.pressure, rel=1e-12
     )
     for quantity in setting_search.FITTED:
-        constants = [fit_curve(curve(one, quantity), "exponential").value for one in (fast, slow)]
+        curves = [curve(one, quantity) for one in (fast, slow)]
+        constants = [one.value for one in fit_curves(curves, "exponential")]
         assert constants[1] == pytest.approx(constants[0] * 16.0**slip.decay, rel=1e-9)
 
 

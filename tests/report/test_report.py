@@ -10,7 +10,7 @@ import shutil
 import textwrap
 import threading
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -77,7 +77,7 @@ def report(runs: Path, fitted: Counter[Any], tmp_path_factory: pytest.TempPathFa
     """The report built from them."""
     folder = tmp_path_factory.mktemp("report")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(decay, "fit_curve", counted(decay.fit_curve, fitted))
+        patch.setattr(decay, "fit_curves", counted(decay.fit_curves, fitted))
         build(runs, folder, lambda message: None)
     return folder
 
@@ -89,11 +89,12 @@ def fitted() -> Counter[Any]:
 
 
 def counted(fit: Callable[..., Any], fitted: Counter[Any]) -> Callable[..., Any]:
-    """`fit_curve` that counts its calls."""
+    """`fit_curves` that counts the curves."""
 
-    def fit_and_count(curve: decay.Curve, law: str) -> Any:
-        fitted[curve.quantity.label, curve.time.tobytes(), curve.value.tobytes(), law] += 1
-        return fit(curve, law)
+    def fit_and_count(curves: Sequence[decay.Curve], law: str) -> Any:
+        for one in curves:
+            fitted[one.quantity.label, one.time.tobytes(), one.value.tobytes(), law] += 1
+        return fit(curves, law)
 
     return fit_and_count
 
