@@ -199,20 +199,27 @@ class Run(runs.Run):
             raise RunError(f"{self.directory}: no repeat is there yet", "run the config again")
         return {name: _column([row[name] for row in rows]) for name in rows[0]}
 
-    def fit(self, since: float = 0.0, until: float = math.inf) -> Records:
+    def fit(
+        self,
+        since: float = 0.0,
+        until: float = math.inf,
+        points: Iterable[Point] | None = None,
+    ) -> Records:
         """The records of ``snooker fit --json``, of the times from ``since`` to ``until`` (s).
+
+        points : some of ``points``, not all
 
         Raises ``RunError`` or ``UserError``.
         """
         from snooker_cli.analysis.run_analysis import fits
 
-        return fits(self, since, until).rows
+        return fits(self, since, until, points).rows
 
-    def compare(self) -> Records:
-        """The records of ``snooker compare --json``. Raises ``RunError``."""
+    def compare(self, points: Iterable[Point] | None = None) -> Records:
+        """The records of ``snooker compare --json``, of these points. Raises ``RunError``."""
         from snooker_cli.analysis.run_analysis import comparisons
 
-        return comparisons(self).rows
+        return comparisons(self, points).rows
 
     def plot(self, name: str, *, repeat: int | None = None, **where: Any) -> "Figure":
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.

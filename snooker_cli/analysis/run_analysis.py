@@ -7,8 +7,8 @@ import hashlib
 import json
 import math
 import secrets
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -31,33 +31,23 @@ Records: TypeAlias = list[dict[str, Any]]
 
 @dataclass(frozen=True)
 class RunAnalysis:
-    """An analysis of every point of a run.
+    """An analysis of points of a run.
 
     rows, notes : JSON records; each has the ``parameters`` of its point
-    path, saved : the file that keeps them, and whether it has them
-    made_from : hash of the run, its repeats and the code
+    path : the file that keeps analyses, by point
+    unsaved : what this file has to hold; ``None`` if it does
     """
 
     rows: Records
     notes: Records
     path: Path
-    made_from: str
-    saved: bool
-
-    def seal(self) -> str:
-        """A hash of all that only this user can make: no other file is trusted."""
-        content = json.dumps([self.made_from, self.rows, self.notes])
-        try:
-            return user_hash(content).hexdigest()
-        except OSError:
-            return secrets.token_hex()  # a later process makes the analysis again
+    unsaved: dict[str, Any] | None = None
 
     def save(self) -> None:
         """Write the file, unless it has this analysis. Raises ``RunError``."""
-        content = {"made_from": self.seal(), "rows": self.rows, "notes": self.notes}
         try:
-            if not self.saved:
-                write_json(self.path, content)
+            if self.unsaved is not None:
+                write_json(self.path, self.unsaved)
         except OSError as error:
             raise RunError(
                 f"{self.path}: cannot be written ({error.strerror}), so that the result is only "
@@ -65,29 +55,36 @@ class RunAnalysis:
             ) from None
 
 
-def fits(run: Run, since: float = 0.0, until: float = math.inf) -> RunAnalysis:
+def fits(
+    run: Run,
+    since: float = 0.0,
+    until: float = math.inf,
+    points: Iterable[Point] | None = None,
+) -> RunAnalysis:
     """Rows of ``Decay.as_json``, for the times from ``since`` to ``until`` (s).
 
-    Only fits of all times have a file. Raises ``RunError`` if the run has no repeat or ends before
-    that range, and ``UserError`` for a range that cannot be.
+    Only fits of all times have a file. Raises ``RunError`` if the points, all by default, have no
+    repeat or end before that range, and ``UserError`` for a range that cannot be.
     """
+    chosen = tuple(points or run.points)
     if since == 0 and until == math.inf:
-        return _read_or_made(run, "fit.json", decay.analyse)
+        return _analysis(run, chosen, decay.analyse, run.directory / "fit.json")
     if not 0 <= since < until:
         raise UserError(
             f"there is no range of times from {since:g} s to {until:g} s",
             "give seconds from the start, with 0 ≤ --from < --to",
         )
-    statuses = (each for point in run.points for each in run.statuses(point.index))
+    statuses = (each for point in chosen for each in run.statuses(point.index))
     end = max((each.header.stop.time for each in statuses if each.header), default=math.inf)
     if end <= since:
         raise RunError(f"no repeat reaches {since:g} s; the longest ends at {end:.4g} s")
-    return _made(run, "fit.json", lambda traces: decay.analyse(traces, since, until))
+    return _analysis(run, chosen, lambda traces: decay.analyse(traces, since, until))
 
 
-def comparisons(run: Run) -> RunAnalysis:
-    """Rows of ``Comparison.as_json``; raises ``RunError`` if the run has no repeat."""
-    return _read_or_made(run, "compare.json", comparison.compare)
+def comparisons(run: Run, points: Iterable[Point] | None = None) -> RunAnalysis:
+    """Rows of ``Comparison.as_json``; raises ``RunError`` if the points have no repeat."""
+    path = run.directory / "compare.json"
+    return _analysis(run, tuple(points or run.points), comparison.compare, path)
 
 
 def shorter_note(shorter: int, present: int) -> str:
@@ -97,34 +94,56 @@ def shorter_note(shorter: int, present: int) -> str:
     return f"{which} {'ends' if shorter == 1 else 'end'} {rest}" if shorter else ""
 
 
-def _read_or_made(run: Run, name: str, analyse: Analyse) -> RunAnalysis:
-    """An analysis from its file if that is of these repeats, else made now."""
-    path, made_from = run.directory / name, _made_from(run)
+def _analysis(
+    run: Run, points: Sequence[Point], analyse: Analyse, path: Path | None = None
+) -> RunAnalysis:
+    """The analysis of points: from a file, where that has one of these very repeats, or made."""
+    present = {point.index: run.present(point) for point in points}
+    if not any(present.values()):
+        present = {points[0].index: [0]}  # reading the first repeat raises the error
+    entries, found, new = _saved(path), [], False
+    whole = repr((run.manifest(), _code())) if path else ""
+    for point in points:
+        key, files = str(point.index), map(store.file_info, run.batches(point.index))
+        made_from = hashlib.sha256(repr((whole, key, *files)).encode()).hexdigest()
+        entry = entries.get(key)
+        if not isinstance(entry, dict) or entry.get("seal") != _seal(made_from, entry):
+            entry = _made(run, point, present.get(point.index, ()), analyse)
+            entries[key], new = entry | {"seal": _seal(made_from, entry)}, True
+        found.append(entry)
+    rows, notes = ([one for entry in found for one in entry[name]] for name in ("rows", "notes"))
+    return RunAnalysis(rows, notes, path or run.directory, entries if path and new else None)
+
+
+def _saved(path: Path | None) -> dict[str, Any]:
+    """What a file of analyses holds by point, not yet checked; nothing if it is not such a file."""
     try:
-        saved = json.loads(path.read_text(encoding="utf-8"))
-        found = RunAnalysis(saved["rows"], saved["notes"], path, made_from, saved=True)
-        if saved["made_from"] == found.seal():
-            return found
+        content = json.loads(path.read_text(encoding="utf-8")) if path else {}
     except UNREADABLE:
-        pass  # there is no file, or it is not an analysis: make one
-    return replace(_made(run, name, analyse), made_from=made_from, saved=False)
+        return {}
+    return content if isinstance(content, dict) else {}
 
 
-def _made(run: Run, name: str, analyse: Analyse) -> RunAnalysis:
-    """An analysis that is not for the file; of an unfinished run, of the repeats that it has."""
-    present = {point.index: run.present(point) for point in run.points}
+def _seal(made_from: str, entry: dict[str, Any]) -> str:
+    """A hash of a point's analysis that only this user can make: no other file is trusted."""
+    content = json.dumps([made_from, entry.get("rows"), entry.get("notes")])
+    try:
+        return user_hash(content).hexdigest()
+    except OSError:
+        return secrets.token_hex()  # a later process makes the analysis again
+
+
+def _made(run: Run, point: Point, present: Sequence[int], analyse: Analyse) -> dict[str, Any]:
+    """Rows and notes of a point; of an unfinished run, of the repeats that it has."""
+    parameters, sentences = (
+        {"parameters": point.as_json()},
+        _notes_on_repeats(run, point, len(present)),
+    )
     rows: Records = []
-    notes: Records = []
-    for point in run.points:
-        parameters, numbers = {"parameters": point.as_json()}, present[point.index]
-        sentences = _notes_on_repeats(run, point, len(numbers))
-        # If no point has a repeat, reading the first one raises the error.
-        if numbers or not any(present.values()):
-            found, others = analyse(read(run, point, numbers))
-            rows += [parameters | one.as_json() for one in found]
-            sentences += others
-        notes += [parameters | {"note": sentence} for sentence in sentences]
-    return RunAnalysis(rows, notes, run.directory / name, "", saved=True)
+    if present:
+        found, others = analyse(read(run, point, present))
+        rows, sentences = [parameters | one.as_json() for one in found], sentences + others
+    return {"rows": rows, "notes": [parameters | {"note": one} for one in sentences]}
 
 
 def read(run: Run, point: Point, present: Sequence[int]) -> Iterator[Trace]:
@@ -140,13 +159,6 @@ def _notes_on_repeats(run: Run, point: Point, present: int) -> list[str]:
     rest = f"{are} there; run the config again for the rest" if present < wanted else ""
     short = shorter_note(run.shorter(point), present)
     return [*filter(None, [rest, short]), *run.common_random_notes]
-
-
-def _made_from(run: Run) -> str:
-    """SHA-256 over the run, the size and date of each file, and the code."""
-    paths = [path for point in run.points for path in run.batches(point.index)]
-    files = [(path.parent.name, path.name, store.file_info(path)) for path in paths]
-    return hashlib.sha256(repr((run.manifest(), files, _code())).encode()).hexdigest()
 
 
 @cache

@@ -22,7 +22,7 @@ from snooker_cli.errors import RunError, UserError
 from snooker_cli.figures.selection import Selection, matching
 from snooker_cli.formatting import listed
 from snooker_cli.progress import notice
-from snooker_cli.runs import Run, open_run
+from snooker_cli.runs import open_run
 from snooker_cli.runs.status import run_status
 
 All = Annotated[bool, typer.Option("--all", help="Print more columns and rows.")]
@@ -92,22 +92,19 @@ def _print_analysis(
     name: str,
     where: Sequence[str] | None,
     wanted: Mapping[str, Sequence[str] | None],
-    analyse: Callable[[Run], RunAnalysis],
+    analyse: Callable[..., RunAnalysis],
     as_json: bool,
     lines: Callable[[Records], list[str]],
     footer: list[str],
 ) -> None:
-    """Analyse a run, print the rows and notes or, as JSON, the rows, and save both in a file.
+    """Analyse points of a run, print rows and notes or, as JSON, the rows, and save both in a file.
 
-    where, wanted : which points to print, and parts of the names that a field of a row may have
+    where, wanted : which points to analyse, and parts of the names that a field of a row may have
     """
     run = open_run(name)
-    points = [point.as_json() for point in matching(run, Selection(conditions(where)))]
-    found = analyse(run)
-    rows, notes = (
-        [one for one in records if one["parameters"] in points]
-        for records in (found.rows, found.notes)
-    )
+    points = matching(run, Selection(conditions(where)))
+    found = analyse(run, points=points)
+    rows = found.rows
     for field, parts in wanted.items():
         names = {one[field]: one[field].replace("_", " ").lower() for one in rows}
         given = parts or [""]
@@ -117,7 +114,7 @@ def _print_analysis(
             raise UserError(f"--{field} {' '.join(given)}: not found; there is {present}")
     if where or any(wanted.values()):
         footer = []
-    print_result(rows, as_json, [*lines(rows), *footer, *note_lines(notes, len(points))])
+    print_result(rows, as_json, [*lines(rows), *footer, *note_lines(found.notes, len(points))])
     found.save()
 
 

@@ -33,17 +33,29 @@ def test_a_saved_analysis_is_read_and_not_made_again(
     name: str, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = ANALYSES[name](run)
-    assert not first.saved
+    assert first.unsaved
     assert {row["parameters"]["cor"] for row in first.rows} == {0.9, 1.0}
     first.save()
     written = (run.directory / name).stat().st_mtime_ns
     for module, function in ((run_analysis.decay, "decays"), (run_analysis.comparison, "compare")):
         monkeypatch.setattr(module, function, no_analysis)
     again = ANALYSES[name](run)
-    assert again.saved
+    assert not again.unsaved
     assert (again.rows, again.notes) == (first.rows, first.notes)
     again.save()
     assert (run.directory / name).stat().st_mtime_ns == written
+
+
+def test_only_chosen_points_are_analysed_and_all_are_kept(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole, (first, second) = run_analysis.fits(run), run.points
+    for point in (first, second):
+        one = run_analysis.fits(run, points=[point])
+        assert one.rows == [row for row in whole.rows if row["parameters"] == point.as_json()]
+        one.save()
+    monkeypatch.setattr(run_analysis.decay, "decays", no_analysis)
+    assert run_analysis.fits(run).rows == whole.rows
 
 
 def test_other_repeats_or_other_code_make_a_new_analysis(
@@ -54,29 +66,30 @@ def test_other_repeats_or_other_code_make_a_new_analysis(
     whole = one.read_bytes()
     one.unlink()
     fewer = run_analysis.fits(run)
-    assert not fewer.saved
+    assert fewer.unsaved
     assert {row["repeats"] + row["failed"] for row in fewer.rows} == {1, 2}
     assert [note["note"] for note in fewer.notes if "1 of 2" in note["note"]]
     fewer.save()
     one.write_bytes(whole)
-    assert not run_analysis.fits(run).saved
+    assert run_analysis.fits(run).unsaved
     run_analysis.fits(run).save()
-    assert run_analysis.fits(run).saved
+    assert not run_analysis.fits(run).unsaved
     monkeypatch.setattr(run_analysis, "_code", lambda: "other code")
-    assert not run_analysis.fits(run).saved
+    assert run_analysis.fits(run).unsaved
     for path in (one, other, file_of(run, 1, 0), file_of(run, 1, 1)):
         path.unlink()
     with pytest.raises(RunError):
         run_analysis.fits(run)
 
 
-@pytest.mark.parametrize("content", ["", "{", "[]", "{}", '{"made_from": ""}'])
+@pytest.mark.parametrize("content", ["", "{", "[]", "{}", '{"0": 5}', '{"0": {"seal": ""}}'])
 def test_a_file_that_is_no_analysis_is_replaced(content: str, run: Run) -> None:
     (run.directory / "compare.json").write_text(content)
     found = run_analysis.comparisons(run)
-    assert not found.saved
+    assert found.unsaved
     found.save()
-    assert json.loads(found.path.read_text())["rows"] == found.rows
+    kept = json.loads(found.path.read_text())
+    assert kept["0"]["rows"] + kept["1"]["rows"] == found.rows
 
 
 @pytest.mark.parametrize("name", ANALYSES)
@@ -86,9 +99,9 @@ def test_a_forged_analysis_is_made_again(name: str, run: Run) -> None:
     found.save()
     content = json.loads(found.path.read_text())
     for rows in (5, [{}], [row | {"parameters": 1} for row in found.rows]):
-        found.path.write_text(json.dumps(content | {"rows": rows}))
+        found.path.write_text(json.dumps(content | {"0": content["0"] | {"rows": rows}}))
         again = ANALYSES[name](run)
-        assert not again.saved
+        assert again.unsaved
         assert again.rows == found.rows
 
 
@@ -99,5 +112,5 @@ def test_without_a_key_an_analysis_is_saved_and_made_again(
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     user_key.cache_clear()
     run_analysis.fits(run).save()
-    assert not run_analysis.fits(run).saved
+    assert run_analysis.fits(run).unsaved
     user_key.cache_clear()
