@@ -123,13 +123,12 @@ class FigureError(SnookerError):
 
 
 def check_name(name: str, names: Iterable[str], noun: str, command: str) -> None:
-    """Raise ``UserError`` with the nearest name if a name is unknown.
+    """Raise ``UserError``, with a similar name if there is one, if a name is unknown.
 
     command : lists all names
     """
     names = list(names)
     if name not in names:
-        near = difflib.get_close_matches(name, names, n=1, cutoff=0.0)[0]
-        raise UserError(
-            f"there is no {noun} {name}; the nearest is {near}, and `{command}` lists all"
-        )
+        near = difflib.get_close_matches(name, names, n=1)
+        nearest = f"the nearest is {near[0]}, and " if near else ""
+        raise UserError(f"there is no {noun} {name}; {nearest}`{command}` lists all")

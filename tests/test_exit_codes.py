@@ -138,7 +138,7 @@ def test_a_closed_stdout_is_no_error(arguments: list[str], finished: Path) -> No
 
 
 def test_notices_for_a_closed_stderr_are_not_in_the_output(here: Path) -> None:
-    command = [sys.executable, "-m", "snooker_cli", "init", "decay", "--out", "-"]
+    command = [sys.executable, "-m", "snooker_cli", "init", "haff", "--out", "-"]
     closed = ["sh", "-c", 'exec "$@" 2>&-', "sh", *command]
     done = subprocess.run(closed, capture_output=True, text=True, check=True)
     assert "repeats:" in done.stdout

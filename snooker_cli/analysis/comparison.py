@@ -13,6 +13,7 @@ from snooker_cli.analysis import observables, predictions
 from snooker_cli.analysis.decay import complete, early_note
 from snooker_cli.analysis.predictions import UNITS, SpeedLaw
 from snooker_cli.formatting import plain
+from snooker_cli.runs.plan import CRITICAL
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BINS, StopReason, Trace
 
@@ -115,6 +116,8 @@ def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[str]]:
         return [], list(filter(None, notes))
     notes.append(_relaxation_note(relaxing(scene.number), used, relaxed))
     notes += [predictions.shape_note(scene), predictions.missing_note(scene)]
+    if any(quantity == "L/L_c" for quantity, _ in cooling):
+        notes.append(f"L/L_c: {CRITICAL}")
     laws = predictions.speed_laws(scene) if counts.any() else []
     found = [
         *_compared(equilibrium, notes),

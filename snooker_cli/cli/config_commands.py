@@ -21,15 +21,16 @@ SCHEMA = "snooker-schema.json"  # beside a config, whose first line names it for
 
 def templates() -> dict[str, Path]:
     """The commented configs by name, the simplest first."""
-    names = ("report", "decay", "sweep", "exact", "dense", "brownian")
+    names = ("report", "haff", "sweep", "exact", "dense", "brownian")
     return {name: Path(__file__).with_name("templates") / f"{name}.yaml" for name in names}
 
 
 def examples() -> dict[str, Path]:
-    """The configs of configs/ by name, such as ``configs/box`` and ``configs/hard/ring``."""
-    paths = sorted(EXAMPLES.glob("*.yaml")) + sorted(EXAMPLES.glob("*/*.yaml"))
-    names = (path.relative_to(EXAMPLES).with_suffix("").as_posix() for path in paths)
-    return {f"configs/{name}": path for name, path in zip(names, paths, strict=True)}
+    """The configs of configs/ by name, such as ``configs/hard/ring``, the simple ones first."""
+    circles = "decay restitution elastic-wall speeds temperature area number radius dilute sliding"
+    hard = sorted(path.stem for path in EXAMPLES.glob("hard/*.yaml"))
+    names = [*f"{circles} box periodic mixture large audit".split(), *(f"hard/{x}" for x in hard)]
+    return {f"configs/{name}": EXAMPLES / f"{name}.yaml" for name in names}
 
 
 def purpose(config: Path) -> str:

@@ -32,7 +32,7 @@ from snooker_cli.progress import RunProgress, complete, execute_watched, notice
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors
-from snooker_cli.runs.plan import checked, is_excessive, run_plan
+from snooker_cli.runs.plan import CRITICAL, checked, is_excessive, run_plan
 from snooker_cli.runs.status import ended
 from snooker_cli.trace import StopReason
 
@@ -196,7 +196,7 @@ def _plan_lines(plan: dict[str, Any], verbose: bool) -> Iterator[str]:
         yield f"  engine    {one['engine']}"
         if ratios := [each for each in one["critical_ratios"] if each is not None]:
             values = " to ".join(dict.fromkeys(f"{f(ratios):.2g}" for f in (min, max)))
-            yield f"  L/L_c     {values}: vortices and clusters grow above 1"
+            yield f"  L/L_c     {values}: {CRITICAL}"
         yield f"  records   {'events' if models.pop('events') else 'a summary'}"
         for heading, wanted in (("modelled", True), ("left out", False))[: 2 * verbose]:
             names = [name for name, is_so in models.items() if is_so is wanted]

@@ -4,6 +4,7 @@ Read are mappings, lists and the scalars of the YAML 1.2 core schema. Duplicate 
 aliases, merge keys and tags are refused.
 """
 
+import difflib
 import math
 import re
 from collections.abc import Iterator
@@ -18,6 +19,7 @@ from snooker_cli.config.problems import ConfigError, Data, KeyPath, Position, Pr
 
 MAX_BYTES = 1 << 18  # of a configuration: reading it takes at most some seconds
 LARGE = 1 << 15  # characters of a text that takes PyYAML over a second
+MOST_NAMED = 3  # configs that a message about their folder names
 MAX_DEPTH = 20  # levels of nested lists and mappings; a configuration needs 5
 
 # https://yaml.org/spec/1.2.2/#103-core-schema, table 10.3
@@ -88,14 +90,18 @@ def text_of(path: Path, name: str) -> str:
 
 
 def _no_file(path: Path) -> str:
-    """The sentence about a path without a file, with the config that it may mean.
+    """The sentence about a path without a file, with the configs that it may mean.
 
-    That has the same name, or is in this folder.
+    One has the same or nearly the same name. Otherwise they are those in this folder.
     """
     name = f"{path.name.removesuffix('.yaml')}.yaml"
-    near = (path.with_name(name), Path(name), Path("configs", name)) if path.name else ()
-    found = [each for each in (*near, *sorted(path.glob("*.yaml"))) if each.is_file()]
-    advice = f"did you mean {shown(str(found[0]), 200)}?" if found else "name a config file (YAML)"
+    near = [path.with_name(name), Path(name), Path("configs", name)] if path.name else []
+    beside = {each.stem: each for each in path.parent.glob("*.yaml")}
+    near += [beside[stem] for stem in difflib.get_close_matches(path.stem, beside, n=1)]
+    meant = [each for each in near if each.is_file()][:1] or sorted(path.glob("*.yaml"))
+    found = [shown(str(each), 200) for each in meant[:MOST_NAMED]]
+    found += [f"{len(meant) - MOST_NAMED} more"] if meant[MOST_NAMED:] else []
+    advice = f"did you mean {' or '.join(found)}?" if found else "name a config file (YAML)"
     if path.is_dir():
         return f"this is a folder, not a config file; {advice}"
     return f"there is no file at this path; {advice}"

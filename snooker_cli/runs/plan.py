@@ -30,6 +30,9 @@ BYTES_OF_SUMMARY = 30_000
 BYTES_OF_EVENT = 14.5
 EVENT_IN_MEMORY = 24
 
+CRITICAL = "box over critical length; vortices and clusters grow above 1 (docs/glossary.md)"
+"""What a reader of L/L_c has to know."""
+
 COLD = 2.0**-104  # the part of the energy that is left when speeds are those of rounding
 
 
@@ -166,13 +169,13 @@ def _most_collisions(experiment: Experiment, scene: Scene) -> float:
 def _seconds(balls: int, in_cells: bool, collisions: float) -> float:
     """The time of a repeat on one thread, s.
 
-    The rates are those of `snooker bench speed`. More balls in cells need slower memory. Dilute
-    gases among cells take longer.
+    Those in cells are for random places and a packing of 0.1. A lattice and a dense gas take about
+    half, a very dilute gas twice as long. More balls in cells need slower memory.
     """
-    time_of_event = 1.5e-7 + 5e-9 * balls
+    time_of_ball, time_of_event = 5e-6, 1.5e-7 + 5e-9 * balls
     if in_cells:
-        time_of_event = 6e-7 * max(1.0, balls / 1000) ** 0.3
-    return 3e-4 + 5e-6 * balls + collisions * time_of_event
+        time_of_ball, time_of_event = 1e-5, 1.2e-6 * max(1.0, balls / 1000) ** 0.3
+    return 3e-4 + balls * time_of_ball + collisions * time_of_event
 
 
 def run_plan(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import chain
 from operator import attrgetter
+from pathlib import Path
 from typing import Any
 
 import h5py
@@ -40,6 +41,7 @@ REPEATS, ROWS, ENDINGS, CONTENTS = (
 COUNTS = ("wall_events", "pair_events")  # of an ending, besides the fields of its stop
 
 CHECKPOINT = "checkpoint"
+ENGINE = Path(__file__).parents[1] / "engine"  # its sources decide what a checkpoint holds
 HASHES = "hashes"  # in the checkpoint, the hashes of past events
 
 RULES = ("restitution", "wall_restitution", "contact_duration", "elastic_below", "slides")
@@ -170,10 +172,12 @@ def checkpoint_hash(checkpoint: Mapping[str, NDArray[Any]], content: str) -> str
 
     content : the hash of all else in the file
 
-    Kernels use such arrays without a check, so those of a stranger are dangerous.
-    Raises ``OSError`` without a key.
+    Kernels use such arrays without a check, so those of a stranger, or of an engine with other
+    sources, are dangerous. Raises ``OSError`` without a key.
     """
     found = user_hash(content)
+    for source in sorted(ENGINE.glob("*.py")):
+        found.update(source.read_bytes())
     for name, values in sorted(checkpoint.items()):
         found.update(f"{name} {values.dtype.str} {values.shape}".encode())
         found.update(_bytes(values))

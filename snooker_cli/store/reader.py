@@ -85,7 +85,7 @@ def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
         found = {name: hdf5.read_rows(file, f"{layout.CHECKPOINT}/{name}", None) for name in names}
         written = hdf5.read_attribute(file, layout.CHECKPOINT, "content")
         if layout.checkpoint_hash(found, _parameter(file, "content")) != written:
-            reason = "its checkpoint is damaged, or of another user or machine"
+            reason = "its checkpoint is damaged, or of another user, machine or version"
             raise StoreError(path, reason, "run it again")
         return found
 

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Box, Circle
-from snooker_cli.errors import UserError
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events
 from snooker_cli.validation.methods import events_from_rows
@@ -76,11 +75,8 @@ class Twin:
         container = scene.container
         if not isinstance(container, Circle | Box):
             raise ValueError(f"the exact twin supports circles and boxes, not a {container.title}")
-        try:  # only here: the report shows saved measurements without this library
-            from mpmath import MPContext
-        except ModuleNotFoundError:
-            advice = "install it with `pip install 'snooker-cli[reference]'`"
-            raise UserError("mpmath is not installed", advice) from None
+        from mpmath import MPContext  # here: the report shows saved measurements without it
+
         self.mathematics = MPContext()
         self.mathematics.dps = digits
         number = self.mathematics.mpf

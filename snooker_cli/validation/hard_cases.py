@@ -4,7 +4,6 @@ No ball may be lost or overlap another, every number must be finite, and a run m
 reason.
 """
 
-import difflib
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -16,7 +15,7 @@ from typing import Self
 from snooker_cli.config import EXAMPLES, load
 from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
-from snooker_cli.errors import SceneError, UserError
+from snooker_cli.errors import SceneError, check_name
 from snooker_cli.formatting import counted
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.trace import Trace
@@ -62,9 +61,7 @@ class HardCaseStudy(Study):
         Raises ``UserError`` if there is no such case.
         """
         for name in names:
-            if name not in CASES:
-                (near,) = difflib.get_close_matches(name, CASES, n=1, cutoff=0.0)
-                raise UserError(f"there is no hard case {name}; did you mean {near}?")
+            check_name(name, CASES, "hard case", "snooker init --list")
         chosen = [CASES[name] for name in dict.fromkeys(names)]
         return cls(tuple(chosen or (one for one in CASES.values() if not one.by_name_only)))
 

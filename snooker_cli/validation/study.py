@@ -7,7 +7,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
-from importlib.metadata import version
+from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, ClassVar
@@ -16,6 +16,7 @@ import yaml
 
 from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
+from snooker_cli.errors import UserError
 from snooker_cli.figures import FigureData
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, plain, text_table
@@ -65,7 +66,16 @@ class Study(ABC):
         return True
 
     def measure(self, report: Callable[[str], None] = lambda _: None) -> Record:
-        """The results of the plan with machine, date and versions."""
+        """The results of the plan with machine, date and versions.
+
+        Raises ``UserError`` if a library is not installed.
+        """
+        versions = {"python": platform.python_version()}
+        try:
+            versions |= {name: import_module(name).__version__ for name in self.libraries}
+        except ModuleNotFoundError as error:
+            advice = "install it with `pip install 'snooker-cli[reference]'`"
+            raise UserError(f"{error.name} is not installed", advice) from None
         began, clock = datetime.now(UTC), time.perf_counter()
         results = self.results(report)
         record: Record = plain(
@@ -81,8 +91,7 @@ class Study(ABC):
                     "processor": _processor(),
                     "processors": processors(),
                 },
-                "versions": {"python": platform.python_version()}
-                | {library: version(library) for library in self.libraries},
+                "versions": versions,
             }
             | results
         )

@@ -17,7 +17,7 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 
 SHORT = {
     "report": ("collisions=50", "repeats=1"),
-    "decay": ("collisions=200", "repeats=2"),
+    "haff": ("collisions=200", "repeats=2"),
     "sweep": ("collisions=50", "repeats=1", "cor=0.8", "balls.radius=0.4,0.8"),
     "exact": ("balls.list[1].mass=1.0,1e2,1e4,1e6",),
     "dense": ("collisions=500", "repeats=1"),
@@ -73,5 +73,5 @@ def test_the_pressure_in_dense_is_the_published_one() -> None:
 
 def test_an_old_schema_is_renewed(here: Path, snooker: Snooker) -> None:
     (here / SCHEMA).write_text("{}")
-    assert snooker("init", "decay").code == 0
+    assert snooker("init", "haff").code == 0
     assert (here / SCHEMA).read_text() == snooker("schema").out

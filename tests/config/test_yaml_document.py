@@ -80,9 +80,16 @@ def test_a_run_or_folder_given_as_a_config(tmp_path: Path, monkeypatch: pytest.M
     for name in ("decay", "decay.yaml"):
         with pytest.raises(ConfigError, match=f"{name}: there is no file at this path{meant}"):
             load(name)
-    for name in (".", "runs/other"):
+    for name in (".", "runs/other", "configs/gas.yaml"):
         with pytest.raises(ConfigError, match=r"; name a config file \(YAML\)$"):
             load(name)
+    with pytest.raises(ConfigError, match=r"; did you mean configs/decay\.yaml\?$"):
+        load("configs/dcay.yaml")
+    for name in "abcd":
+        (tmp_path / "runs" / f"{name}.yaml").write_text(BASE, encoding="utf-8")
+    meant = r"; did you mean runs/a\.yaml or runs/b\.yaml or runs/c\.yaml or 1 more\?$"
+    with pytest.raises(ConfigError, match=meant):
+        load("runs")
 
 
 @pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "[{a: "])

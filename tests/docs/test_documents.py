@@ -48,8 +48,11 @@ PYTHON = re.compile(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", re.DOTALL)
 SESSIONS = {"readme": (README, RUNS), "tutorial": (TUTORIAL,), "student": (STUDENT,)}
 """Documents whose commands run one after the other in one folder."""
 
-FIGURES = {"readme": ("energy-fit-cor-0.8", "energy-fit"), "tutorial": ("energy-fit", "cooling")}
-"""The figure that the commands of a session draw, and its name in docs."""
+FIGURES = {
+    "readme": ("decay/figures/energy-fit-cor-0.8", "energy-fit"),
+    "tutorial": ("haff/figures/energy-fit", "cooling"),
+}
+"""The figure that the commands of a session draw in runs/, and its name in docs."""
 
 VARIES = re.compile(
     r" in [\d.]+ s \([\d,]+ events/s\)( after \d+ s of compiling)?"
@@ -157,7 +160,7 @@ def test_the_two_commands_are_targets_of_the_makefile() -> None:
 
 
 def test_the_configs_shown_are_the_files() -> None:
-    decay = parse(text_of(templates()["decay"])).experiment
+    decay = parse(text_of(templates()["haff"])).experiment
     for path, of_file in (
         (README, load(ROOT / "configs" / "decay.yaml").experiment),
         (TUTORIAL, decay),
@@ -254,7 +257,7 @@ def update() -> None:
                 path.write_text(text, encoding="utf-8")
             if session in FIGURES:
                 drawn, shown = FIGURES[session]
-                shutil.copy(f"runs/decay/figures/{drawn}.png", DOCS / f"{shown}.png")
+                shutil.copy(f"runs/{drawn}.png", DOCS / f"{shown}.png")
     names: dict[str, Any] = {"__name__": "__main__"}
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         text = PYTHON.sub(

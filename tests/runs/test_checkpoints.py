@@ -108,7 +108,7 @@ def test_a_damaged_checkpoint_is_noticed(tmp_path: Path, monkeypatch: pytest.Mon
     assert contents(run) == contents(whole)
 
 
-@pytest.mark.parametrize("forged", ["another key", "no key", "another file"])
+@pytest.mark.parametrize("forged", ["another key", "another version", "no key", "another file"])
 def test_a_strangers_checkpoint_is_not_used(
     forged: str,
     tmp_path: Path,
@@ -126,13 +126,15 @@ def test_a_strangers_checkpoint_is_not_used(
     if forged == "another key":
         monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
         user_key.cache_clear()
+    elif forged == "another version":
+        monkeypatch.setattr(layout, "ENGINE", tmp_path)  # sources of an engine: none
     with h5py.File(path, "r+") as file, h5py.File(other) as another:
         if forged == "no key":
             file[layout.CHECKPOINT].attrs["content"] = ""
         elif forged == "another file":
             del file[layout.CHECKPOINT]
             another.copy(layout.CHECKPOINT, file)
-    with pytest.raises(StoreError, match="of another user or machine"):
+    with pytest.raises(StoreError, match="of another user, machine or version"):
         store.read_checkpoint(path)
     (result,) = finish(runs[0])
     user_key.cache_clear()

@@ -88,7 +88,7 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
         "plot small energy",
         "fit small",
         "export small --out events.csv",
-        "init decay --out new/decay.yaml",
+        "init haff --out new/haff.yaml",
     ],
 )
 def test_a_full_disk_keeps_what_was_written_before(
@@ -104,7 +104,7 @@ def test_a_full_disk_keeps_what_was_written_before(
     for path in written:
         path.write_bytes(b"the older file")
     if command.startswith("init"):
-        Path("new/decay.yaml").unlink()
+        Path("new/haff.yaml").unlink()
     left = {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()}
     unlimited = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, unlimited[1]))

@@ -50,13 +50,25 @@ def test_a_study_passes_unless_a_result_is_wrong() -> None:
     assert not PhysicsStudy.passed({"rows": [{"agreement": "yes"}, {"agreement": "no"}]})
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("error", "--quick"), "pip install 'snooker-cli[reference]'"),
+        (("hard", "at-rest-periodic"), "pip install 'snooker-cli[reference]'"),  # has no twin
+        (("hard", "nonsense"), "there is no hard case nonsense; `snooker init --list` lists all"),
+    ],
+)
 def test_without_mpmath_the_command_names_what_to_install(
-    snooker: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+    snooker: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
+    message: str,
 ) -> None:
     monkeypatch.setitem(sys.modules, "mpmath", None)
-    ended = snooker("bench", "error", "--quick")
-    assert ended.code == 2
-    assert "pip install 'snooker-cli[reference]'" in ended.err
+    ended = snooker("bench", *arguments)
+    assert (ended.code, ended.out) == (2, "")
+    assert message in ended.err
+    assert ended.err.count("\n") == 1  # nothing was measured before
 
 
 def test_what_make_report_installs_is_enough_for_the_report() -> None:
