@@ -123,7 +123,7 @@ def counting(traces: Iterable[Trace], label: str, total: int) -> Iterator[Trace]
     )
 
 
-def complete(outcomes: Sequence[RepeatResult], wanted: int) -> str:
+def completion(outcomes: Sequence[RepeatResult], wanted: int) -> str:
     """How many of the repeats are complete: ``3 of 6 repeats complete``."""
     stops = [each.stop for each in outcomes if each.stop is not None]
     number = sum(stop.reason is not StopReason.INTERRUPTED for stop in stops)

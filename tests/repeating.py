@@ -14,6 +14,8 @@ from snooker_cli.config import Experiment, parse, points
 from snooker_cli.runs import Run, execution
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
+from snooker_cli.store import Fingerprint
+from snooker_cli.trace import Trace
 
 
 class StopsAfter(Watcher):
@@ -60,10 +62,18 @@ def made(directory: Path, text: str, *overrides: str) -> Run:
     return created(directory, parse(text, overrides=overrides).experiment)
 
 
+def content_hash(trace: Trace) -> str:
+    """SHA-256 of every array of a trace and of how it ended."""
+    fingerprint = Fingerprint()
+    if trace.events is not None:
+        fingerprint.add(trace.events)
+    return fingerprint.content(trace)
+
+
 def contents(run: Run) -> dict[tuple[int, int], str]:
     """The content hash of every repeat, each read and checked. Raises ``StoreError``."""
     return {
-        (status.point, status.repeat): store.content_hash(trace)
+        (status.point, status.repeat): content_hash(trace)
         for point in run.points
         for status in run.statuses(point.index)
         for trace, _ in store.read(status.path, [status.repeat])

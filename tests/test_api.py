@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from command_line import SMALL, Snooker, output_of
 from matplotlib.figure import Figure
+from repeating import content_hash
 
 import snooker_cli as snooker
 from snooker_cli import progress, store
@@ -82,7 +83,7 @@ def test_a_run_is_that_of_the_command_line(finished: Path) -> None:
         made = snooker.run(config, overrides, out=out, progress=False)
         assert made.digests == done.digests, out
         for ours, theirs in zip(made, done, strict=True):
-            assert store.content_hash(ours.trace) == store.content_hash(theirs.trace)
+            assert content_hash(ours.trace) == content_hash(theirs.trace)
 
 
 def test_a_run_has_its_folder_under_runs(here: Path) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.analysis import observables, predictions
-from snooker_cli.analysis.decay import complete, early_note
+from snooker_cli.analysis.decay import early_note, number_complete
 from snooker_cli.analysis.predictions import UNITS, SpeedLaw
 from snooker_cli.formatting import plain
 from snooker_cli.runs.plan import CRITICAL
@@ -124,7 +124,7 @@ def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[str]]:
         *(_chi_square(law, counts, relaxed) for law in laws),
         *_compared(cooling, notes),
     ]
-    counted = [replace(one, complete=complete(ended), simulated=total) for one in found]
+    counted = [replace(one, complete=number_complete(ended), simulated=total) for one in found]
     return counted, list(filter(None, notes))
 
 

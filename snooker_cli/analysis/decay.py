@@ -196,7 +196,7 @@ class Decay:
     @property
     def short(self) -> int:
         """Number of repeats that stopped before the requested end."""
-        return sum(self.ended.values()) - complete(self.ended)
+        return sum(self.ended.values()) - number_complete(self.ended)
 
     @property
     def reason(self) -> str | None:
@@ -213,7 +213,7 @@ class Decay:
             **vars(self.over_repeats),
             "unit": "s-1",
             "short": self.short,
-            "complete": complete(self.ended),
+            "complete": number_complete(self.ended),
             "reason": self.reason,
             "elastic": self.elastic,
             **vars(self.goodness),
@@ -406,6 +406,6 @@ def early_note(ended: Mapping[StopReason, int]) -> str:
     return f"{endings}; averages over collisions leave them out, the rest uses them to their end"
 
 
-def complete(ended: Mapping[StopReason, int]) -> int:
+def number_complete(ended: Mapping[StopReason, int]) -> int:
     """Number of repeats that reached their requested end, of all that `ended` counts."""
     return sum(number for reason, number in ended.items() if reason.complete)

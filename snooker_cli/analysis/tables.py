@@ -40,14 +40,14 @@ def usual(rows: Records) -> Records:
 
 def _lines(rows: Records, columns: str, cells: list[list[str]]) -> list[str]:
     head, *lines = text_table(columns.split(" | "), cells)
-    titles = [f"{point_label(one['parameters'])}: {complete(one)} complete" for one in rows]
+    titles = [f"{point_label(one['parameters'])}: {share_complete(one)} complete" for one in rows]
     found = []
     for title, group in groupby(zip(titles, lines, strict=True), lambda each: each[0]):
         found += [title, head, *(line for _, line in group)]
     return found
 
 
-def complete(one: dict[str, Any]) -> str:
+def share_complete(one: dict[str, Any]) -> str:
     """How many repeats of a row's point are complete."""
     total = one["simulated"] if "simulated" in one else one["repeats"] + one["failed"]
     return f"{one['complete']} of {total}"

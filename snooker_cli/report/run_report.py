@@ -17,9 +17,9 @@ from snooker_cli.analysis.tables import (
     FIT_COLUMNS,
     PAIRED,
     compare_cells,
-    complete,
     fit_cells,
     note_lines,
+    share_complete,
     usual,
 )
 from snooker_cli.config import Point, to_json
@@ -129,7 +129,7 @@ def _cells(
 ) -> dict[str, Any]:
     """Rows of an analysis with their points and numbers of complete repeats, and its notes."""
     few, fewer = _few(rows)
-    whole = [[point_label(row["parameters"]), *cells(row), complete(row)] for row in few]
+    whole = [[point_label(row["parameters"]), *cells(row), share_complete(row)] for row in few]
     found_notes = "; ".join(note_lines(found.notes, len(run.points))).rstrip(".")
     return {"rows": whole, "fewer": fewer, "found_notes": found_notes}
 

@@ -79,7 +79,7 @@ class RepeatHeader:
     """What a file says of one of its repeats, without its events.
 
     wall_events, pair_events : its collisions with the wall and between balls
-    fingerprint : ``content_hash`` of the trace
+    fingerprint : hash of the trace, see `Fingerprint`
     """
 
     repeat: int
@@ -182,14 +182,6 @@ def checkpoint_hash(checkpoint: Mapping[str, NDArray[Any]], content: str) -> str
         found.update(f"{name} {values.dtype.str} {values.shape}".encode())
         found.update(_bytes(values))
     return found.hexdigest()
-
-
-def content_hash(trace: Trace) -> str:
-    """SHA-256 of every array of a trace and of how it ended."""
-    fingerprint = Fingerprint()
-    if trace.events is not None:
-        fingerprint.add(trace.events)
-    return fingerprint.content(trace)
 
 
 def _scene_bytes(scene: Scene) -> bytes:

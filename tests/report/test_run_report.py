@@ -16,7 +16,7 @@ from command_line import Ended
 from pypdf import PdfReader
 
 from snooker_cli.analysis.run_analysis import fits
-from snooker_cli.analysis.tables import complete, fit_cells
+from snooker_cli.analysis.tables import fit_cells, share_complete
 from snooker_cli.config import digest, load
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import point_label
@@ -103,7 +103,7 @@ def test_its_tables_are_the_rows_of_the_commands(small: Path, finished_run: Run)
     expected = [row for row in fits(finished_run).rows if not row["elastic"]]
     assert len(expected) > 3
     for row in expected:
-        assert [point_label(row["parameters"]), *fit_cells(row), complete(row)] in rows
+        assert [point_label(row["parameters"]), *fit_cells(row), share_complete(row)] in rows
 
 
 def test_every_image_has_an_alt_text_of_title_and_axes(small: Path) -> None:

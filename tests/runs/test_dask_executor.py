@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 from command_line import Snooker
-from repeating import bytes_of, contents, done, made
+from repeating import bytes_of, content_hash, contents, done, made
 
 from snooker_cli import runs, store
 from snooker_cli.engine import simulate
@@ -344,7 +344,7 @@ def test_a_killed_worker_costs_the_repeat_that_it_was_at(
             starting_scene(run.experiment, repeat), collisions=run.experiment.collisions
         )
         (there,) = store.check(run.path(0, [repeat]))
-        assert there.fingerprint == store.content_hash(alone)
+        assert there.fingerprint == content_hash(alone)
 
 
 def test_a_repeat_whose_workers_all_die_fails_alone(

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from repeating import StopsAfter, bytes_of, contents, done, file_of, made
+from repeating import StopsAfter, bytes_of, content_hash, contents, done, file_of, made
 
 from snooker_cli import runs, store
 from snooker_cli.config import digest, parse
@@ -268,7 +268,7 @@ def test_a_file_has_all_that_is_needed_to_make_the_repeat_again(finished_run: Ru
                 collisions=experiment.collisions,
                 time=experiment.time,
             )
-            assert store.content_hash(again) == store.content_hash(trace)
+            assert content_hash(again) == content_hash(trace)
 
 
 # Failures

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from repeating import done, made, run_of
+from repeating import content_hash, done, made, run_of
 
 from snooker_cli import runs, store
 from snooker_cli.errors import DamagedError, RunError
@@ -91,21 +91,19 @@ def test_a_fixed_and_a_free_container_can_be_swept(tmp_path: Path, small_config:
 
 def test_traces_come_in_the_order_of_the_repeats(copied: Path, finished_run: Run) -> None:
     run = runs.open_run(copied)
-    found = {
-        point.index: [store.content_hash(t) for t in run.traces(point)] for point in run.points
-    }
+    found = {point.index: [content_hash(t) for t in run.traces(point)] for point in run.points}
     for point in finished_run.points:
         hashes = found[point.index]
         headers = store.check(finished_run.path(point.index, range(3)))
         assert hashes == [header.fingerprint for header in headers]
-        assert hashes == [store.content_hash(t) for t in finished_run.traces(point)]
-        assert hashes[::2] == [store.content_hash(t) for t in finished_run.traces(point, [0, 2])]
-        assert hashes[1] == store.content_hash(finished_run.read(point, 1))
+        assert hashes == [content_hash(t) for t in finished_run.traces(point)]
+        assert hashes[::2] == [content_hash(t) for t in finished_run.traces(point, [0, 2])]
+        assert hashes[1] == content_hash(finished_run.read(point, 1))
         assert len(set(hashes)) == 3
     run.path(0, [1]).unlink()
     first, second = run.points
     assert (run.present(first), run.present(second)) == ([0, 2], [0, 1, 2])
-    assert [store.content_hash(t) for t in run.traces(first)] == found[0][::2]
+    assert [content_hash(t) for t in run.traces(first)] == found[0][::2]
     shutil.rmtree(copied / "point-0001")
     assert run.present(second) == []
     with pytest.raises(RunError, match=r"copied: no repeat of the point cor=1\.0 "):

@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pyh5md import File, element
+from repeating import content_hash
 
 from snooker_cli import store
 from snooker_cli.containers import Box, Circle, PeriodicBox
@@ -160,7 +161,7 @@ def test_any_batch_comes_back_bit_for_bit(
     ):
         assert same_bits(again, trace)
         assert (header, checked.stop) == (checked, header.stop)
-        assert header.fingerprint == store.content_hash(trace)
+        assert header.fingerprint == content_hash(trace)
         assert (header.collisions, header.provenance) == (trace.collisions, provenance)
         assert same_bits(header.stop, trace.stop)
         ((alone, _),) = store.read(path, [repeat])
@@ -179,7 +180,7 @@ def test_a_simulated_trace_comes_back_bit_for_bit_and_replaces_what_was_there(
         ((found, header),) = store.read(path)
         assert same_bits(found, trace)
         assert store.check(path) == [header]
-        assert header.fingerprint == store.content_hash(trace)
+        assert header.fingerprint == content_hash(trace)
         assert header.collisions == trace.collisions == 300
         assert [entry.name for entry in path.parent.iterdir()] == ["new.h5"]
 
@@ -230,7 +231,7 @@ def test_content_hash_sees_every_array_and_the_ending(traces: dict[str, Trace]) 
             values.reshape(-1).view(np.uint8)[-8] ^= 1
             value = values if values.ndim else float(values)
             others.append(replace(trace, **{end: replace(scene, **{field.name: value})}))
-    hashes = {store.content_hash(other) for other in (trace, *others)}
+    hashes = {content_hash(other) for other in (trace, *others)}
     assert len(hashes) == 1 + len(others)
 
 
@@ -245,7 +246,7 @@ def test_fields_without_a_value_keep_earlier_hashes(traces: dict[str, Trace]) ->
     trace = traces["events"]
     names = ("reason", "time", "balls", "message")
     earlier: Any = EarlierStop(**{name: getattr(trace.stop, name) for name in names})
-    assert store.content_hash(trace) == store.content_hash(replace(trace, stop=earlier))
+    assert content_hash(trace) == content_hash(replace(trace, stop=earlier))
 
 
 # What cannot be trusted

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from pyh5md import File, element
+from repeating import content_hash
 
 from snooker_cli import store
 from snooker_cli.config import parse
@@ -52,7 +53,7 @@ def test_a_streamed_repeat_is_read_as_the_same_bits(
         recorder.end(0, simulate(scene, collisions=LONG, sink=recorder.add))
         recorder.finish(provenance)
     ((found, header),) = store.read(path)
-    assert header.fingerprint == store.content_hash(found) == store.content_hash(trace)
+    assert header.fingerprint == content_hash(found) == content_hash(trace)
     assert header.provenance == provenance
     assert [entry.name for entry in path.parent.iterdir()] == ["streamed.h5"]
 
@@ -71,8 +72,8 @@ def test_the_pieces_do_not_matter(
             recorder.end(repeat, replace(trace, events=None))
         recorder.finish(provenance)
     for found, header in store.read(tmp_path / "pieces.h5"):
-        whole = store.content_hash(replace(trace, events=events))
-        assert store.content_hash(found) == header.fingerprint == whole
+        whole = content_hash(replace(trace, events=events))
+        assert content_hash(found) == header.fingerprint == whole
         assert len(events_of(found)) == number
     assert [each.stop for each in store.check(tmp_path / "pieces.h5")] == [trace.stop] * 2
 
