@@ -370,7 +370,8 @@ def verdict(rows: Sequence[Record]) -> str:
     found = f"{agreeing} of {len(rows)} rows agree within {ALLOWED:g} standard errors"
     for answer, words in ((ONLY_OPEN, "only with what is open"), ("no", "not")):
         names = [
-            f"{row['quantity']} at packing {row['setting']['packing']:.4g} ({_left(row)})"
+            f"{row['quantity']} at packing {row['setting']['packing']:.4g} and "
+            f"CoR {row['setting']['cor']:g} ({_left(row)})"
             for row in rows
             if row["agreement"] == answer
         ]

@@ -202,6 +202,20 @@ def test_errors_and_costs_are_the_saved_measurements() -> None:
     assert f"{found['date'][:10]} on one processor: {found['machine']['processor']}" in text
 
 
+def test_agreement_with_known_physics_is_that_of_the_saved_measurement() -> None:
+    text, rows = sentences_of(ACCURACY), measurement("physics")["rows"]
+    closed = [row["agreement"] for row in rows if not row["systematic"]]
+    others = [row["agreement"] for row in rows if row["systematic"]]
+    assert set(closed) == {"yes"}
+    assert f"All {len(closed)} values without an uncertainty of their own agree" in text
+    assert f"So do {others.count('yes')} of the {len(others)} others" in text
+    for row in rows:
+        if row["agreement"] != "yes":
+            assert row["agreement"] == "only with open"
+            assert row["left_in_errors"] < 0
+            assert f" {-row['left_in_errors']:.1f} " in text
+
+
 def test_the_time_to_compile_is_that_of_the_notice() -> None:
     (shown,) = re.findall(r"The first type takes (\d+ to \d+ s)", sentences_of(RUNS))
     assert shown in NOTICE
