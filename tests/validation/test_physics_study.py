@@ -70,7 +70,7 @@ def test_a_gas_with_losses_does_not_agree(monkeypatch: pytest.MonkeyPatch) -> No
     assert ended.exit_code == 4
     assert "0 of 2 rows agree" in ended.stdout
     assert re.search(
-        r"not: Z = PV/NT at packing 0\.3 \(\S+\) and collisions of a ball, 1/s at packing 0\.3",
+        r"not: Z = PV/NT at packing 0\.3 and CoR 0\.98 \(\S+\) and collisions of a ball, 1/s at pa",
         ended.stdout,
     )
 
