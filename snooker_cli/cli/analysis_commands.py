@@ -150,7 +150,9 @@ def reproduce(
     """
     from snooker_cli.report.build import build  # takes a second to load
     from snooker_cli.report.content import RUNS
+    from snooker_cli.report.document import require_libraries
 
+    require_libraries()  # before the simulations
     for name in RUNS:
         state = ""
         with suppress(RunError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -23,3 +24,13 @@ def test_missing_runs_are_simulated_and_finished_ones_kept(
     assert f"results in {Path('runs', first)}" in ended.out
     assert f"{second}.yaml: there is no file" in ended.err
     assert snooker("reproduce").out == ""
+
+
+def test_without_its_libraries_nothing_is_simulated(
+    here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "typst", None)
+    ended = snooker("reproduce")
+    assert (ended.code, ended.out) == (2, "")
+    assert "typst is not installed; install it with" in ended.err
+    assert not (here / "runs" / RUNS[0]).exists()
