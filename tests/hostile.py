@@ -23,6 +23,9 @@ from snooker_cli.trace import Trace
 Damage = Callable[[Path], object]
 """Changes the good file at a path, or replaces it."""
 
+Make = Callable[[h5py.File, str, int], object]
+"""Makes a dataset of this name, which had this many rows."""
+
 ESCAPES = "a\x1b[2J\x1b]0;b\x07\x9b1m\u202egpj.exe\u2066\r\n\u200b$\\frac<script>"
 """Clears a terminal, names its window, and turns text round."""
 
@@ -101,6 +104,17 @@ def parameter(name: str, values: Any) -> Damage:
     return damage
 
 
+def rows(change: Callable[[Any], Any]) -> Damage:
+    """Changes the rows at which repeats begin and end."""
+
+    def damage(path: Path) -> None:
+        with h5py.File(path) as file:
+            ends = file[layout.ROWS][()]
+        parameter("rows", change(ends))(path)
+
+    return damage
+
+
 def provenance(**values: Any) -> Damage:
     def damage(path: Path) -> None:
         with resealed(path) as file:
@@ -139,25 +153,25 @@ def rules(**values: Any) -> Damage:
     return damage
 
 
-def dataset(name: str, make: Callable[[h5py.File, str], object]) -> Damage:
-    """Makes a dataset anew."""
+def dataset(name: str, make: Make) -> Damage:
+    """Makes a dataset anew, by a function that also gets the number of its rows."""
 
     def damage(path: Path) -> None:
         with h5py.File(path, "r+") as file:
-            unit = dict(file[name].attrs)
+            unit, rows = dict(file[name].attrs), len(file[name])
             del file[name]
-            make(file, name)
+            make(file, name, rows)
             file[name].attrs.update(unit)
 
     return damage
 
 
-def declared(rows: int, chunk: int | None) -> Callable[[h5py.File, str], object]:
-    """A dataset of this many rows, of which none is stored."""
+def declared(number: int | None, chunk: int | None) -> Make:
+    """A dataset of this many rows, or as many as before, of which none is stored."""
     options: dict[str, Any] = {}
     if chunk:
         options = {"chunks": (chunk,), "maxshape": (None,), "shuffle": True, "compression": 1}
-    return lambda file, name: file.create_dataset(name, (rows,), "f8", **options)
+    return lambda file, name, rows: file.create_dataset(name, (number or rows,), "f8", **options)
 
 
 def all_declared(rows: int) -> Damage:
@@ -173,6 +187,11 @@ def all_declared(rows: int) -> Damage:
                 data = file.create_dataset(name, (rows, *rest), kind, **options)
                 data[0] = 0
         parameter("rows", np.array([0, 1, 2, rows], np.int64))(path)
+        with h5py.File(path) as file:
+            found = [json.loads(text) for text in file[layout.ENDINGS][()]]
+        counts = ({"pair_events": each, "wall_events": 0} for each in (1, 1, rows - 2))
+        texts = [json.dumps(one | each) for one, each in zip(found, counts, strict=True)]
+        parameter("ending", np.array(texts, np.bytes_))(path)
 
     return damage
 
@@ -185,7 +204,7 @@ def bomb(name: str) -> Damage:
             rows = file[name].shape[0] if name in file else 450
             if name in file:
                 del file[name]
-            declared(rows, rows)(file, name)
+            declared(rows, rows)(file, name, rows)
             deflate = zlib.compressobj(9, wbits=-zlib.MAX_WBITS)
             piece = deflate.compress(bytes(1 << 24)) + deflate.flush(zlib.Z_FULL_FLUSH)
             file[name].id.write_direct_chunk((0,), b"\x78\x01" + 100 * piece)
@@ -193,13 +212,13 @@ def bomb(name: str) -> Damage:
     return damage
 
 
-def external(file: h5py.File, name: str) -> None:
-    file.create_dataset(name, (16,), "f8", external=[("/etc/passwd", 0, 128)])
+def external(file: h5py.File, name: str, rows: int) -> None:
+    file.create_dataset(name, (rows,), "f8", external=[("/etc/passwd", 0, 8 * rows)])
 
 
-def virtual(file: h5py.File, name: str) -> None:
-    held = h5py.VirtualLayout((16,), "f8")
-    held[:] = h5py.VirtualSource("other.h5", "data", (16,))
+def virtual(file: h5py.File, name: str, rows: int) -> None:
+    held = h5py.VirtualLayout((rows,), "f8")
+    held[:] = h5py.VirtualSource("other.h5", "data", (rows,))
     file.create_virtual_dataset(name, held)
 
 
@@ -280,9 +299,9 @@ REPEATS: dict[str, Damage] = {
     "ending: a list": parameter("ending", np.array([b"[1]"] * 3)),
     "ending: deep": parameter("ending", np.array([DEEP.encode()] * 3)),
     "ending: large": parameter("ending", np.array([b'{"time": 1e999}'] * 3)),
-    "rows: back": parameter("rows", np.array([0, 300, 150, 450])),
-    "rows: beyond": parameter("rows", np.array([0, 150, 300, 10**15])),
-    "rows: below": parameter("rows", np.array([-450, 150, 300, 450])),
+    "rows: back": rows(lambda ends: ends[[0, 2, 1, 3]]),
+    "rows: beyond": rows(lambda ends: np.append(ends[:-1], 10**15)),
+    "rows: below": rows(lambda ends: np.append(-ends[-1], ends[1:])),
     "rows: none": parameter("rows", np.zeros(0, np.int64)),
     "repeats: below": parameter("repeat", np.array([-1, 1, 2])),
     "repeats: twice": parameter("repeat", np.array([0, 0, 2])),
@@ -329,24 +348,29 @@ REPEATS: dict[str, Damage] = {
     "storage: 1e15 times": dataset(TIME, declared(10**15, 65536)),
     "storage: 4e8 impulses": dataset(f"{layout.IMPULSE}/value", declared(4 * 10**8, None)),
     "storage: a bomb": bomb(TIME),
-    "storage: large chunk": dataset(TIME, declared(450, 5 * 10**8)),
+    "storage: large chunk": dataset(TIME, declared(None, 5 * 10**8)),
     "storage: 4e8 balls": dataset("particles/balls/radius", declared(4 * 10**8, 1000)),
     "storage: 4e8 repeats": dataset(layout.REPEATS, declared(4 * 10**8, 1000)),
     "storage: wide text": dataset(
-        layout.ENDINGS, lambda file, name: file.create_dataset(name, (3,), "S1000000000")
+        layout.ENDINGS, lambda file, name, _: file.create_dataset(name, (3,), "S1000000000")
     ),
-    "storage: text": dataset(TIME, lambda file, name: file.create_dataset(name, data=["a"] * 450)),
-    "storage: twice deflated": dataset(
-        TIME, lambda file, name: file.create_dataset(name, (450,), "f8", scaleoffset=3)
+    "storage: text": dataset(
+        TIME, lambda file, name, rows: file.create_dataset(name, data=["a"] * rows)
     ),
-    "storage: no array": dataset(TIME, lambda file, name: file.create_dataset(name, data=1.0)),
-    "storage: a group": dataset(TIME, lambda file, name: file.create_group(name)),
+    "storage: another filter": dataset(
+        TIME, lambda file, name, rows: file.create_dataset(name, (rows,), "f8", scaleoffset=3)
+    ),
+    "storage: no array": dataset(TIME, lambda file, name, _: file.create_dataset(name, data=1.0)),
+    "storage: a group": dataset(TIME, lambda file, name, _: file.create_group(name)),
     "storage: compound": dataset(
-        TIME, lambda file, name: file.create_dataset(name, (450,), [("a", "f8"), ("b", "S9")])
+        TIME, lambda file, name, rows: file.create_dataset(name, data=np.zeros(rows, "f8, S9"))
     ),
-    "storage: one time less": dataset(
-        TIME, lambda file, name: file.create_dataset(name, data=np.arange(449.0))
-    ),
+    **{
+        f"storage: one {each} less": dataset(
+            name, lambda file, name, rows: file.create_dataset(name, data=np.arange(rows - 1.0))
+        )
+        for each, name in (("time", TIME), ("impulse", f"{layout.IMPULSE}/value"))
+    },
     "storage: groups": many_groups,
     "storage: a circle": circle_of_groups,
     "file: empty": lambda path: path.write_bytes(b""),
@@ -357,17 +381,17 @@ REPEATS: dict[str, Damage] = {
     "file: a pipe": fifo,
     "file: a loop": loop,
 }
-"""By name; the file has three repeats of seven balls and 150 events each."""
+"""By name; the file has three repeats of seven balls and up to 150 events each."""
 
 
 def edges(*values: float) -> Damage:
     """Changes the lengths of the container of a box."""
     return dataset(
-        f"{layout.BALLS}/box/edges", lambda file, name: file.create_dataset(name, data=values)
+        f"{layout.BALLS}/box/edges", lambda file, name, _: file.create_dataset(name, data=values)
     )
 
 
-def summary(name: str, make: Callable[[h5py.File, str], object]) -> Damage:
+def summary(name: str, make: Make) -> Damage:
     """Makes a column of the summary anew."""
     return dataset(f"{layout.SUMMARY}/{name}/value", make)
 
@@ -385,7 +409,7 @@ KINDS: dict[str, dict[str, Damage]] = {
     "summary": {
         "time": with_traces(lambda trace: with_summary_time(trace, np.nan)),
         "time backwards": with_traces(lambda trace: with_summary_time(trace, -1.0)),
-        "one time": summary("time", lambda file, name: file.create_dataset(name, data=[0.0])),
+        "one time": summary("time", lambda file, name, _: file.create_dataset(name, data=[0.0])),
         "1e15 times": summary("time", declared(10**15, 65536)),
         "a bomb": bomb(f"{layout.SUMMARY}/time/value"),
         "counts in one column": summary("speed_histogram", declared(450, None)),
@@ -445,7 +469,7 @@ CHECKPOINTS: dict[str, Damage] = {
     "a number as hash": of_checkpoint(lambda group: group.attrs.__setitem__("content", 1)),
     "nothing": of_checkpoint(lambda group: group.clear()),
     "a bomb": bomb(f"{layout.CHECKPOINT}/bomb"),
-    "1e15 rows": of_checkpoint(lambda group: declared(10**15, None)(group, "rows")),
+    "1e15 rows": of_checkpoint(lambda group: declared(10**15, None)(group, "rows", 0)),
 }
 """Damages of a file with a checkpoint, of which only the checkpoint is wrong."""
 

@@ -319,6 +319,16 @@ def test_series_that_threads_compute_are_those_of_their_repeats(
     assert len(read) == 6
 
 
+def test_an_error_of_a_thread_is_that_of_its_repeat(simulated: Trace) -> None:
+    bare = replace(simulated, events=None)
+    for trace in observables.measured_ahead([simulated, bare]):
+        if trace is bare:
+            with pytest.raises(ValueError, match="neither events nor a summary"):
+                series(trace)
+        else:
+            assert len(series(trace).time) == trace.collisions + 1
+
+
 def logged(read: list[Trace]) -> Callable[[Trace], Trace]:
     return lambda trace: read.append(trace) or trace
 

@@ -189,6 +189,11 @@ def test_links_lead_to_files_and_headings(path: Path) -> None:
             assert not heading or heading in headings_of(target), f"{link}#{heading}"
 
 
+@pytest.mark.parametrize("path", [README, DOCS / "cluster.md"], ids=lambda path: path.name)
+def test_users_are_warned_of_schedulers_without_tls(path: Path) -> None:
+    assert "can run programs as you" in sentences_of(path)
+
+
 def test_errors_and_costs_are_the_saved_measurements() -> None:
     text, found = sentences_of(ACCURACY), measurement("error")
     scene = found["scenes"][0]
