@@ -281,6 +281,18 @@ def test_slow_commands(
         assert check(snooker, command, name) in (1, 2) or name.startswith(SOUND), name
 
 
+@pytest.mark.parametrize("command", ["verify small", "run small.yaml --no-progress", "fit small"])
+def test_a_text_of_a_file_has_no_power_over_a_terminal(
+    command: str, finished: Path, repeats: hostile.Corpus, snooker: Snooker
+) -> None:
+    """In a result, in a notice, and in the message of an error."""
+    (finished / REPEATS).write_bytes(repeats.kept["version: text"])
+    ended = snooker(*command.split())
+    printed = ended.out + ended.err
+    assert r"\u202egpj.exe" in printed
+    assert printed.replace("\n", "").isprintable()
+
+
 def test_a_text_of_a_file_stays_in_its_line(
     here: Path, finished: Path, repeats: hostile.Corpus, snooker: Snooker
 ) -> None:
