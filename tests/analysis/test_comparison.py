@@ -128,6 +128,21 @@ def test_complete_repeats_are_counted_and_alone_give_averages_over_collisions(
     )
 
 
+def test_the_error_of_a_difference_is_over_the_differences(cooling: list[Trace]) -> None:
+    """Not that of the measured mean: a prediction follows the temperature of its repeat."""
+    alone = [compare([trace]) for trace in cooling]
+    smaller = 0
+    for one in compare(cooling)[0]:
+        if one.quantity == CHI_SQUARE:
+            continue
+        each = [row(found, one.quantity, one.model) for found in alone]
+        differences = np.array([single.measured - single.predicted for single in each])
+        expected = differences.mean(), differences.std(ddof=1) / math.sqrt(6)
+        assert (one.difference, one.difference_error) == pytest.approx(expected, rel=1e-9)
+        smaller += one.difference_error < one.error / 2
+    assert smaller > 2
+
+
 def test_a_repeat_is_relaxed_with_as_many_collisions_again(elastic: list[Trace]) -> None:
     """Cut off at the 96th collision between balls it counts, at the one before it does not."""
     cut = []

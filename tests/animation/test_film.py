@@ -60,6 +60,14 @@ def test_what_is_shown_is_in_the_trace(name: str, films: dict[str, Film]) -> Non
     assert np.max(np.abs(gaps), initial=0.0) < slack(made.trace)
 
 
+def test_the_words_of_a_film_are_printable(shown: dict[str, Trace]) -> None:
+    """A title may come from a folder's name."""
+    trace = shown["free"]
+    trapped = replace(trace.stop, reason=StopReason.WALL_TRAP, message="a\u202eb")
+    made = film(replace(trace, stop=trapped), "a\u202eb", "a\u202eb")
+    assert [made.title, made.subtitle, made.ending] == [r"a\u202eb"] * 3
+
+
 def test_a_film_shows_the_wanted_span(shown: dict[str, Trace]) -> None:
     for name in ("free", "periodic"):
         trace = shown[name]
