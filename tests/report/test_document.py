@@ -29,3 +29,18 @@ def test_the_pdf_has_its_figures_without_links(
     path = write_pdf({"title": "Squares", "summary": [], "blocks": blocks}, tmp_path)
     assert "A square." in PdfReader(path).pages[0].extract_text()
     assert sorted(each.name for each in tmp_path.iterdir()) == ["figures", "report.pdf"]
+
+
+def rows_on_pages(number: int, folder: Path) -> list[int]:
+    """How many rows each page has of a table of this many rows."""
+    column = {"heading": "Column", "width": 9, "right": False}
+    rows = [[f"cell-{each}"] for each in range(number)]
+    table = {"kind": "table", "label": "Table 1", "caption": "", "columns": [column], "rows": rows}
+    path = write_pdf({"title": "A table", "summary": [], "blocks": [table]}, folder)
+    return [page.extract_text().count("cell-") for page in PdfReader(path).pages]
+
+
+def test_the_last_rows_of_a_table_stay_together(tmp_path: Path) -> None:
+    most, *_ = rows_on_pages(100, tmp_path)
+    for more in (1, 2):
+        assert rows_on_pages(most + more, tmp_path) == [most + more - 3, 3]
