@@ -66,6 +66,18 @@ def test_each_repeat_is_in_one_column(separate: Path, snooker: Snooker) -> None:
     assert second["remarks"] == [{"repeat": 2, "remark": "cut"}]
 
 
+def test_a_damaged_run_does_not_hide_the_others(finished: Path, snooker: Snooker) -> None:
+    damaged = shutil.copytree(finished, finished.with_name("damaged"))
+    (damaged / "run.json").write_text("{")
+    ended = snooker("ls")
+    assert ended.code == 0
+    assert ended.out.splitlines()[1].startswith("small ")
+    assert ended.err.startswith("snooker: runs/damaged/run.json: cannot be read (")
+    first, second = json.loads(snooker("ls", "--json").out)
+    assert "cannot be read" in first["error"]
+    assert second["done"] == 6
+
+
 def test_a_locked_folder_is_running(separate: Path, snooker: Snooker) -> None:
     """The lock counts, and the unfinished file; without the lock the file is a leftover."""
     run = runs.open_run("small")

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from pypdf import PdfReader
 
-from snooker_cli.report.document import write_pdf
+from snooker_cli.report.document import write_html, write_pdf
 
 SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><path d="M0 0h9v9z"/></svg>'
 
@@ -29,6 +29,15 @@ def test_the_pdf_has_its_figures_without_links(
     path = write_pdf({"title": "Squares", "summary": [], "blocks": blocks}, tmp_path)
     assert "A square." in PdfReader(path).pages[0].extract_text()
     assert sorted(each.name for each in tmp_path.iterdir()) == ["figures", "report.pdf"]
+
+
+def test_text_of_a_run_is_no_html(tmp_path: Path) -> None:
+    blocks = [{"kind": "paragraph", "text": "<script>1</script>"}]
+    shown = {"title": "<script>2</script>", "summary": ["<script>3</script>"], "blocks": blocks}
+    written = write_html(shown, [], tmp_path).read_text(encoding="utf-8")
+    for number in "123":
+        assert f"<script>{number}" not in written
+        assert f"&lt;script&gt;{number}" in written
 
 
 def rows_on_pages(number: int, folder: Path) -> list[int]:

@@ -86,6 +86,17 @@ def test_an_interrupt_abandons_batches_and_a_later_run_completes_them(
     assert sum(not each.cached for each in done(run)) == 800 - len(first)
 
 
+def test_an_interrupt_does_not_wait_for_long_batches(small_config: str, tmp_path: Path) -> None:
+    """They would take minutes; what they have simulated is not stored."""
+    long = ("cor=1.0", "repeats=8", "collisions=50000000", "record=summary")
+    run, cancelled = made(tmp_path / "run", small_config, *long), threading.Event()
+    timer = threading.Timer(3.0, cancelled.set)
+    timer.start()
+    found = execute(run, workers=2, watcher=Watcher(), cancelled=cancelled, processes=True)
+    assert found == []
+    assert not multiprocessing.active_children()
+
+
 class Kills(Watcher):
     """Kills the processes after the first batch."""
 

@@ -22,7 +22,7 @@ from snooker_cli import store
 from snooker_cli.containers import Box, Circle, PeriodicBox
 from snooker_cli.errors import AbsentError, StoreError
 from snooker_cli.scene import Scene
-from snooker_cli.store import Provenance
+from snooker_cli.store import Provenance, hdf5
 from snooker_cli.store.file_format import RULES
 from snooker_cli.trace import (
     SERIES_UNITS,
@@ -364,6 +364,19 @@ def test_a_place_that_cannot_be_written_is_refused(
         with pytest.raises(AbsentError, match="cannot write the result"):
             store.write(tmp_path / place, [(7, traces["events"])], provenance)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["folder", "plain"]
+
+
+def test_a_lack_of_memory_is_a_file_that_cannot_be_read(
+    image: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lacks(*_: object) -> None:
+        raise MemoryError
+
+    path = tmp_path / "large.h5"
+    path.write_bytes(image)
+    monkeypatch.setattr(hdf5, "check_links", lacks)
+    with pytest.raises(StoreError, match=r"large\.h5: not a readable result .*MemoryError"):
+        store.check(path)
 
 
 def test_reading_makes_no_h5py_object_for_a_dataset(
