@@ -49,19 +49,37 @@ def test_animate_prints_that_it_leaves_out_collisions(
     assert snooker("animate", "small", "--out", "film.html", "--collisions", "100").err == ""
 
 
-def test_the_list_of_a_large_run_reads_one_repeat_of_each_point(
-    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """For hundreds of long repeats, all figures take many minutes."""
-    read: set[tuple[int, ...]] = set()
-    one_file = Run._read
+@pytest.fixture
+def read(monkeypatch: pytest.MonkeyPatch) -> set[int]:
+    """The repeats that have been read from files. More than 5 collisions are a large run."""
+    found, one_file = set[int](), Run._read
 
     def noted(self: Run, path: Path, statuses: list[RepeatStatus]) -> list[Trace]:
-        read.add(tuple(status.repeat for status in statuses))
+        found.update(status.repeat for status in statuses)
         return one_file(self, path, statuses)
 
     monkeypatch.setattr(Run, "_read", noted)
-    monkeypatch.setattr(figure_commands, "MOST_TO_LIST", 300)
+    monkeypatch.setattr(figure_commands, "MOST_TO_LIST", 5)
+    return found
+
+
+def test_the_list_of_a_large_run_reads_one_repeat_of_each_point(
+    finished: Path, snooker: Snooker, read: set[int]
+) -> None:
+    """For hundreds of long repeats, all figures take many minutes."""
     listed = snooker("plot", "small", "--list")
-    assert (listed.code, read) == (0, {(0,)})
+    assert (listed.code, read) == (0, {0})
     assert "energy: Kinetic energy over time" in listed.out
+
+
+def test_the_list_reads_all_repeats_if_a_first_one_has_no_collisions(
+    here: Path, snooker: Snooker, read: set[int]
+) -> None:
+    """The first repeat alone would have no pressure."""
+    given = ("collisions=null", "time=0.15", "sweep={}", "seed=3")
+    assert snooker("run", "small.yaml", *(f"--override={each}" for each in given)).code == 0
+    assert snooker("export", "small", "--out", "events.csv").code == 0
+    assert len(Path("events.csv").read_text().splitlines()) == 1
+    read.clear()
+    assert snooker("plot", "small", "--list").code == 0
+    assert read == {0, 1, 2}

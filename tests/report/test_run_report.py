@@ -6,6 +6,8 @@ import html
 import json
 import re
 import shutil
+import signal
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,7 @@ from snooker_cli.config import digest, load
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import point_label
 from snooker_cli.report import run_report as module
+from snooker_cli.report.pages import Pages
 from snooker_cli.report.run_report import MOST_POINTS, MOST_ROWS, run_report
 from snooker_cli.runs import Run, open_run
 
@@ -71,6 +74,14 @@ def test_a_report_has_the_same_bytes_when_repeated(
     assert len(files) > 30
     for file in files:
         assert (small / file).read_bytes() == (again / file).read_bytes(), file
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_its_second_process_leaves_interrupts_to_the_first(tmp_path: Path) -> None:
+    with Pages(tmp_path) as pages:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            asked = pages.other.submit(signal.getsignal, number)
+            assert asked.result() == signal.SIG_IGN
 
 
 def test_it_counts_how_repeats_ended(small: Path, finished_run: Run) -> None:
