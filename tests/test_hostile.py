@@ -272,7 +272,7 @@ def test_a_wrong_checkpoint_concerns_only_run(
 @pytest.mark.parametrize(
     "share", [pytest.param(24, id="some"), pytest.param(6, id="more", marks=pytest.mark.long)]
 )
-@pytest.mark.parametrize("command", ["animate small --out film.gif", "report small"])
+@pytest.mark.parametrize("command", ["animate small --out film.gif --seconds 1", "report small"])
 def test_slow_commands(
     command: str, share: int, finished: Path, repeats: hostile.Corpus, snooker: Snooker
 ) -> None:
