@@ -191,7 +191,7 @@ def _outcome(given: FitResult, span: float, scale: float, searched: _Found) -> F
     rate, error, height, settled = searched
     numbers = rate / span + 0.0, error / span, height * scale  # never −0.0
     problem = "" if settled else f"The search did not settle in {_MOST_STEPS} steps: no such decay."
-    if not np.all(np.isfinite(numbers)):
+    if not all(map(math.isfinite, numbers)):
         problem = "The points do not determine the decay constant."
     if problem:
         return replace(given, message=problem)

@@ -35,21 +35,28 @@ INSTANT = 1e-9  # collisions nearer than this share of the time since the start 
 # collisions (their series takes some 300 megabytes). Of more, an even choice is used.
 MOST_POINTS, MOST_MEASURED, MOST_ROWS = 2**16, 2**28, 2**22
 
-_remembered: tuple[weakref.ref[Trace], Series] | None = None
+MOST_KEPT = 2**20  # rows of the series in memory, about 70 megabytes
+
+_kept: weakref.WeakKeyDictionary[Trace, Series] = weakref.WeakKeyDictionary()
 _ahead: weakref.WeakKeyDictionary[Trace, Future[Series]] = weakref.WeakKeyDictionary()
+_rows = 0  # of the series that were kept
 
 
 def series(trace: Trace) -> Series:
     """The observables at time zero and after each collision; a summary's on its grid.
 
-    The last repeat's series stays in memory, because an analysis asks for it several times.
+    The series of repeats in memory are kept, because an analysis asks for them several times.
     """
-    global _remembered
-    if _remembered is not None and _remembered[0]() is trace:
-        return _remembered[1]
+    global _rows
+    if trace in _kept:
+        return _kept[trace]
     ahead = _ahead.pop(trace, None)
     found = _measured(trace) if ahead is None else ahead.result()
-    _remembered = weakref.ref(trace), found
+    _rows += len(found.time)
+    if _rows > MOST_KEPT:
+        _kept.clear()
+        _rows = len(found.time)
+    _kept[trace] = found
     return found
 
 

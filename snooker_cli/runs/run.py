@@ -203,14 +203,14 @@ class Run:
 
     def best(self, point: int, statuses: Iterable[RepeatStatus]) -> list[RepeatStatus]:
         """The best status of each repeat of a point, of all files that may hold it."""
-        found = {
-            repeat: RepeatStatus(point, repeat, self.path(point, [repeat]), State.MISSING)
+        found: dict[int, RepeatStatus] = {}
+        for each in statuses:
+            found[each.repeat] = max(found.get(each.repeat, each), each, key=RepeatStatus.worth)
+        return [
+            found.get(repeat)
+            or RepeatStatus(point, repeat, self.path(point, [repeat]), State.MISSING)
             for repeat in range(self.experiment.repeats)
-        }
-        for status in statuses:
-            if status.repeat in found:
-                found[status.repeat] = max(found[status.repeat], status, key=RepeatStatus.worth)
-        return list(found.values())
+        ]
 
     def delete_all_but(self, kept: Collection[Path]) -> None:
         """Delete the files of repeats that are all in these, unless another run deletes them."""
