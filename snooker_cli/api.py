@@ -6,7 +6,7 @@ Units are SI with k_B = 1. Everything that a user can get wrong raises a ``Snook
 import json
 import math
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import chain
@@ -160,6 +160,8 @@ class Run(runs.Run):
 
     def __getitem__(self, place: tuple[int, int]) -> Repeat:
         """A repeat, by its point and number. Raises ``UserError`` or ``StoreError``."""
+        if not isinstance(place, tuple) or len(place) != 2:
+            raise UserError(f"run[{place!r}]: give a point and a repeat, as in run[0, 3]")
         point = self.chosen(*place)
         return Repeat(self.read(point, place[1]), point, place[1])
 
@@ -175,23 +177,32 @@ class Run(runs.Run):
             for number, trace in zip(numbers, traces, strict=True):
                 yield Repeat(trace, chosen, number)
 
-    def table(self, points: Iterable[Point] | None = None) -> dict[str, NDArray[Any]]:
+    def matching(self, **where: Any) -> tuple[Point, ...]:
+        """The points with these values: ``cor=0.8``, ``cor=[0.8, 0.9]``, ``**{"balls.radius": 1}``.
+
+        Raises ``FigureError`` if there is none.
+        """
+        from snooker_cli.figures.selection import Selection, matching
+
+        return matching(self, Selection(_alternatives(where)))
+
+    def table(self, **where: Any) -> dict[str, NDArray[Any]]:
         """Columns with a row for each repeat that is there: ``pandas.DataFrame(run.table())``.
 
-        points : some of ``points``, not all
+        where : only points with these values, as in ``matching``
 
         ``point``, the swept keys (nan for null), ``repeat``; ``ending`` (the stop reason) and
         ``complete``; ``time`` (s) and numbers of ``collisions``. ``temperature`` (J), ``pressure``
         (Pa m) and ``mean_speed`` (m/s) are means over the time of the repeat. ``energy_ratio`` is
         the energy at the end over that at the start. ``k`` and ``alpha`` (1/s) are fits to the
         energy: the constants of exp(−kt) and of Haff's law; nan without a fit. A swept key with
-        the name of another column gets the prefix ``config.``. Raises ``StoreError``, and
-        ``RunError`` if no repeat is there.
+        the name of another column gets the prefix ``config.``. Raises ``FigureError``,
+        ``StoreError``, and ``RunError`` if no repeat is there.
         """
         from snooker_cli.analysis.run_analysis import read
 
         rows: Records = []
-        for point in self.points if points is None else points:
+        for point in self.matching(**where):
             if numbers := self.present(point):
                 both = zip(numbers, read(self, point, numbers), strict=True)
                 rows += [_row(Repeat(trace, point, number)) for number, trace in both]
@@ -199,34 +210,31 @@ class Run(runs.Run):
             raise RunError(f"{self.directory}: no repeat is there yet", "run the config again")
         return {name: _column([row[name] for row in rows]) for name in rows[0]}
 
-    def fit(
-        self,
-        since: float = 0.0,
-        until: float = math.inf,
-        points: Iterable[Point] | None = None,
-    ) -> Records:
+    def fit(self, since: float = 0.0, until: float = math.inf, **where: Any) -> Records:
         """The records of ``snooker fit --json``, of the times from ``since`` to ``until`` (s).
 
-        points : some of ``points``, not all
+        where : only points with these values, as in ``matching``
 
-        Raises ``RunError`` or ``UserError``.
+        Raises ``RunError``, ``FigureError`` or ``UserError``.
         """
         from snooker_cli.analysis.run_analysis import fits
 
-        return fits(self, since, until, points).rows
+        return fits(self, since, until, self.matching(**where)).rows
 
-    def compare(self, points: Iterable[Point] | None = None) -> Records:
-        """The records of ``snooker compare --json``, of these points. Raises ``RunError``."""
+    def compare(self, **where: Any) -> Records:
+        """The records of ``snooker compare --json``, with ``where`` as in ``matching``.
+
+        Raises ``RunError`` or ``FigureError``.
+        """
         from snooker_cli.analysis.run_analysis import comparisons
 
-        return comparisons(self, points).rows
+        return comparisons(self, self.matching(**where)).rows
 
     def plot(self, name: str, *, repeat: int | None = None, **where: Any) -> "Figure":
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
 
         repeat : only this repeat
-        where : only points with these values: ``cor=0.8``, ``cor=[0.8, 0.9]``, or
-            ``**{"balls.radius": 0.1}``
+        where : only points with these values, as in ``matching``
 
         Raises ``FigureError`` if the run cannot give it.
         """
@@ -234,10 +242,12 @@ class Run(runs.Run):
         from snooker_cli.figures.drawing import draw
 
         check_name(name, FIGURES, "figure", "snooker plot --list")
-        chosen = {
-            key: tuple(value) if isinstance(value, list) else value for key, value in where.items()
-        }
-        return draw(FIGURES[name].make(self, Selection(chosen, repeat)))
+        return draw(FIGURES[name].make(self, Selection(_alternatives(where), repeat)))
+
+
+def _alternatives(where: Mapping[str, Any]) -> dict[str, Any]:
+    """The conditions of a selection, which has a tuple for a choice of values."""
+    return {key: tuple(each) if isinstance(each, list) else each for key, each in where.items()}
 
 
 def _row(repeat: Repeat) -> dict[str, Any]:

@@ -313,6 +313,11 @@ def test_figures_fits_and_comparisons_are_those_of_the_commands(
     assert json.loads(command("fit", "small", "--json").out) == run.fit()
     assert json.loads(command("compare", "small", "--json").out) == run.compare()
     assert run.fit(since=1.0, until=5.0)[0]["amplitude"] == "free"
+    for records in (run.fit, run.compare):
+        assert records(cor=1.0) == [row for row in records() if row["parameters"] == {"cor": 1.0}]
+        assert records(cor=[1.0, 0.85]) == records()
+    table, some = run.table(), run.table(cor=1.0)
+    assert all(np.array_equal(some[key], table[key][3:], equal_nan=key != "ending") for key in some)
     figure = run.plot("energy-fit", cor=0.85)
     assert isinstance(figure, Figure)
     assert command("plot", "small", "energy-fit", "--where", "cor=0.85").code == 0
@@ -325,6 +330,8 @@ def test_figures_fits_and_comparisons_are_those_of_the_commands(
     ("wrong", "sentence"),
     [
         (lambda run: run[2, 0], "there is no point 2: small has points 0 to 1"),
+        (lambda run: run[0], r"run\[0\]: give a point and a repeat"),
+        (lambda run: run.table(cor=0.1), "no point has cor = 0.1"),
         (lambda run: run[0, -1], "there is no repeat -1: small has repeats 0 to 2"),
         (lambda run: run[0, 0].states([2.0, 1.0]), "times must ascend"),
         (lambda run: run[0, 0].measure(energy, 1e9), "times must ascend within 0 and"),

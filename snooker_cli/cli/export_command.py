@@ -17,7 +17,6 @@ from snooker_cli.cli.options import PointNumber, RepeatNumber, RunName, Where, c
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
 from snooker_cli.config import to_json
 from snooker_cli.errors import UserError
-from snooker_cli.figures.selection import Selection, matching
 from snooker_cli.runs import holds_results
 
 FORMATS = {".csv": "CSV", ".parquet": "Parquet", ".h5md": "H5MD", ".h5": "H5MD", ".xyz": "XYZ"}
@@ -84,9 +83,10 @@ def export(
     if table and (states or given):
         raise UserError("--table is for all repeats, not for states, H5MD or XYZ")
     opened = api.open(run)
-    points = matching(opened, Selection(conditions(where)))
+    selected = conditions(where)
+    points = opened.matching(**selected)
     if table:
-        rows = opened.table(points)
+        rows = opened.table(**selected)
         units = {name: api.UNITS.get(name, "") for name in rows}
         about = {"rows": len(rows["point"]), "config": json.loads(to_json(opened.experiment))}
         _write_tables(units, [rows], out, about)
