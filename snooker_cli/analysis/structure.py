@@ -29,6 +29,7 @@ DIAMETERS, SPACINGS = 8.0, 3.0
 """The pair correlation reaches this many diameters, in a dilute gas this many mean spacings."""
 
 BALLS_IN_CELL = 5.0  # balls of a cell on average, over which the flow is averaged
+NEARBY = 4.0  # mean spacings from a periodic box, up to which images are triangulated at first
 ROWS = 1024  # balls whose rings are computed at once, which limits the memory
 
 
@@ -100,17 +101,13 @@ def bond_order(positions: Array, velocities: Array, scene: Scene) -> NDArray[np.
     on the convex hull between walls, which have neighbours on one side only, and for all balls of a
     scene without a triangle.
     """
-    number, period, places = scene.number, scene.container.period, positions
-    if period is not None:
-        shifts = np.array([(x, y) for x in (0, -1, 1) for y in (0, -1, 1)]) * period
-        places = (positions - scene.container_position + shifts[:, None]).reshape(-1, 2)
-        near_box = np.all(np.abs(places) <= period, axis=1)  # the box comes first, and is all kept
-        places = places[near_box]
+    number, period = scene.number, scene.container.period
     found = np.full(number, complex(math.nan, math.nan))
     try:
-        triangles = Delaunay(places)
+        triangles = Delaunay(positions) if period is None else _triangles(positions, scene)
     except (QhullError, ValueError):
         return found
+    places = triangles.points
     first, others = triangles.vertex_neighbor_vertices
     counts, bonds = np.diff(first[: number + 1]), others[: first[number]]
     x, y = (places[bonds] - np.repeat(places[:number], counts, axis=0)).T
@@ -119,6 +116,28 @@ def bond_order(positions: Array, velocities: Array, scene: Scene) -> NDArray[np.
     if period is None:
         found[np.unique(triangles.convex_hull)] = complex(math.nan, math.nan)
     return found
+
+
+def _triangles(positions: Array, scene: Scene) -> Delaunay:
+    """The triangulation of a periodic box and of the images around it; the box comes first.
+
+    Images nearby are enough if those beyond cannot change a triangle of the box: its circumcircle
+    lies where all images are. Else they reach as far as half a box.
+    """
+    size = np.array(scene.container.size)
+    shifts = np.array([(x, y) for x in (0, -1, 1) for y in (0, -1, 1)]) * size
+    images = (positions - scene.container_position + shifts[:, None]).reshape(-1, 2)
+    reach = NEARBY * math.sqrt(scene.container.area / scene.number)
+    for edge in (np.minimum(size / 2 + reach, size), size):
+        triangles = Delaunay(images[np.all(np.abs(images) <= edge, axis=1)])
+        own = np.any(triangles.simplices < scene.number, axis=1)
+        # Triangles are faces of a hull on the paraboloid z = s|x|² + t, with normals (-2sx, 1).
+        normals = triangles.equations[own, :3]
+        centres = normals[:, :2] / normals[:, 2:] / (-2 * triangles.paraboloid_scale)
+        radii = np.hypot(*(triangles.points[triangles.simplices[own, 0]] - centres).T)[:, None]
+        if np.all(np.abs(centres) + radii <= edge) and np.all(triangles.neighbors[own] >= 0):
+            break
+    return triangles
 
 
 def hexatic_order(positions: Array, velocities: Array, scene: Scene) -> float:
@@ -147,12 +166,13 @@ def species_temperature(positions: Array, velocities: Array, scene: Scene) -> Ar
 def a2(positions: Array, velocities: Array, scene: Scene) -> Array:
     """Second Sonine coefficient of each species: ⟨v⁴⟩/(2⟨v²⟩²) − 1, 0 for Maxwell's law.
 
-    In the order of `species`; nan at rest. N balls at fixed energy have −1/(N + 1) on average. For
-    balls of one mass it is ``energy_moment``/2 − 1 of the series.
+    In the order of `species`; nan at rest and for one ball. N balls at fixed energy have −1/(N + 1)
+    on average. For balls of one mass it is ``energy_moment``/2 − 1 of the series.
     """
     squares = [np.sum(velocities[balls] ** 2, axis=1) for balls in species(scene)]
     with np.errstate(invalid="ignore"):
-        return np.array([np.mean(one**2) / (2 * np.mean(one) ** 2) - 1 for one in squares])
+        found = [np.mean(one**2) / (2 * np.mean(one) ** 2) - 1 for one in squares]
+    return np.where([len(one) > 1 for one in squares], found, math.nan)
 
 
 def local_energy(positions: Array, velocities: Array, scene: Scene) -> float:

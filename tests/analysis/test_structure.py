@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scenes import report_scene
+from scipy.spatial import Delaunay
 
 from snooker_cli import engine
 from snooker_cli.analysis import observables, structure
@@ -133,6 +134,36 @@ def test_balls_in_a_row_have_no_neighbours_around() -> None:
     assert math.isnan(value(structure.hexatic_order, scene(SHAPES[1], row[:1])))
 
 
+@pytest.mark.parametrize("hole", [0.0, 12.0, 22.0], ids=["even", "hole", "cluster"])
+def test_neighbours_are_those_among_all_images(
+    hole: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Far images are left out where they cannot change a triangle; around a hole they can."""
+    triangulated: list[int] = []
+
+    def counted(points: Array) -> Delaunay:
+        triangulated.append(len(points))
+        return Delaunay(points)
+
+    monkeypatch.setattr(structure, "Delaunay", counted)
+    random, box, largest = np.random.default_rng(11), PeriodicBox(60.0, 40.0), 0
+    for _ in range(20):
+        places = random_places(box, np.zeros(900), random)
+        places = places[np.hypot(*box.nearest_image(places - (25.0, 15.0)).T) >= hole]
+        at = scene(box, places)
+        found = value(structure.bond_order, at)
+        images = [places + np.multiply((x, y), box.size) for x in (0, -1, 1) for y in (0, -1, 1)]
+        full = Delaunay(np.concatenate(images))
+        first, others = full.vertex_neighbor_vertices
+        for ball in range(0, len(places), 7):
+            x, y = (full.points[others[first[ball] : first[ball + 1]]] - places[ball]).T
+            expected = np.mean(np.exp(6j * np.arctan2(y, x)))
+            assert found[ball] == pytest.approx(expected, abs=1e-12)
+        largest = max(largest, triangulated[-1] / len(places))
+    # Around a hole, the images nearby are not enough.
+    assert (largest < 4, len(triangulated)) == ((True, 20) if hole == 0 else (False, 40))
+
+
 # Velocities
 
 
@@ -144,6 +175,8 @@ def test_a2_and_temperature_of_each_species() -> None:
     np.testing.assert_allclose(value(structure.species_temperature, at), [2.5, 6.0], rtol=1e-14)
     rest = replace(at, velocities=np.zeros((6, 2)))
     assert np.all(np.isnan(value(structure.a2, rest)))
+    one = replace(at, masses=np.append(at.masses[:5], 4.0))
+    np.testing.assert_array_equal(np.isnan(value(structure.a2, one)), [False, True, True])
 
 
 def test_local_energy_is_the_temperature_without_the_flow() -> None:
