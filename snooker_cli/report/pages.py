@@ -2,7 +2,7 @@
 
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +35,9 @@ class Pages(AbstractContextManager["Pages"]):
         )
         self._drawing: list[Future[list[Path]]] = []
 
-    def __exit__(self, *_error: object) -> None:
+    def __exit__(self, error: object, *_: object) -> None:
+        for process in active_children() if error else ():
+            process.kill()  # it may be at a figure that takes a minute
         self.other.shutdown()
 
     def add_figure(self, file: str, picture: FigureData, label: str = "") -> FigureData:

@@ -56,11 +56,16 @@ def run_report(
 def _chapter(run: Run, number: int, pages: Pages) -> dict[str, Any]:
     """What templates/run.md.j2 prints of a run."""
     points = selected(run, Selection())
-    figures = {f"{number}-{name}": picture for name, picture in _figures(run, points)}
+    # The other process makes figures while this one makes the analyses.
+    made = {
+        f"{number}-{file}": pages.other.submit(_figure, run, name, selection)
+        for file, name, selection in _figures(run, points)
+    }
+    status, found, compared = run_status(run), fits(run), comparisons(run)
+    figures = {file: picture for file, each in made.items() if (picture := each.result())}
     alone = any(FIGURES[picture.kind].each_point for picture in figures.values())
     for file, picture in figures.items():
         pages.add_figure(file, picture)
-    status, found, compared = run_status(run), fits(run), comparisons(run)
     both = zip(status["ledger"], run.points, strict=True)
     rows, fewer = _few([row | {"point": point} for row, point in both])
     return {
@@ -96,21 +101,23 @@ def _chapter(run: Run, number: int, pages: Pages) -> dict[str, Any]:
     }
 
 
-def _figures(run: Run, points: Sequence[Point]) -> Iterator[tuple[str, FigureData]]:
-    """The figures that a run can give; those of a single point for the first and last ones."""
+def _figures(run: Run, points: Sequence[Point]) -> Iterator[tuple[str, str, Selection]]:
+    """The files of figures, their names, and what they show: all points, or the first and last."""
     for spec in FIGURES.values():
-        shown = [(spec.name, Selection())]
-        if spec.each_point:
+        if not spec.each_point:
+            yield spec.name, spec.name, Selection()
+        else:
             fit = [each for each in points if spec.lossy in (None, not elastic(each))]
-            shown = [
-                (f"{spec.name}-{point.index}", Selection(dict(point.parameters)))
-                for point in spread(fit, MOST_POINTS)
-            ]
-        for name, selection in shown:
-            try:
-                yield name, spec.make(run, selection)
-            except FigureError:
-                continue  # as `snooker plot`, which gives the reasons
+            for point in spread(fit, MOST_POINTS):
+                yield f"{spec.name}-{point.index}", spec.name, Selection(dict(point.parameters))
+
+
+def _figure(run: Run, name: str, selection: Selection) -> FigureData | None:
+    """A figure if the run can give it; `snooker plot` gives the reasons for others."""
+    try:
+        return FIGURES[name].make(run, selection)
+    except FigureError:
+        return None
 
 
 def _few(rows: Records) -> tuple[Records, str]:

@@ -8,7 +8,9 @@ import re
 import shutil
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
@@ -224,6 +226,14 @@ def test_long_tables_show_an_even_choice_of_points() -> None:
         "cor=1.0",
     ]
     assert module._few(rows[:40]) == (rows[:40], "")
+
+
+def test_an_error_ends_the_figures_of_the_other_process(tmp_path: Path) -> None:
+    """It does not finish the figure that it is at, and begins no further one."""
+    pages = Pages(tmp_path)
+    made = [pages.other.submit(time.sleep, 100) for _ in range(3)]
+    pages.__exit__(KeyboardInterrupt, KeyboardInterrupt(), None)
+    assert all(isinstance(each.exception(), BrokenProcessPool) for each in made)
 
 
 def test_the_command_prints_its_files(
