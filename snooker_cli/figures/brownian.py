@@ -28,6 +28,9 @@ LAGS = 25  # times at which a displacement is measured
 SHORTEST, FARTHEST = 0.05, 8.0
 """The first lag of a displacement and the last one of velocities, in relaxation times."""
 
+MOST_READ, OF_A_STATE = 2_500_000_000, 1000
+"""Balls times states of a point that are replayed, in seconds; a state counts as more balls."""
+
 SLOPE = 5.0, 10.0  # lags between which the displacement gives D, in relaxation times
 
 REMARK = (
@@ -115,6 +118,8 @@ def _theory(build: FigureBuilder, point: Point) -> diffusion.Diffusion:
 
 def _repeats(build: FigureBuilder, point: Point, lags: Array) -> Array:
     """Squares and products, (2, *repeats*, *l*); ``FigureError`` if a repeat is too short."""
+    states = diffusion.MOST_ORIGINS * len(lags)
+    build.limit(point, MOST_READ // (states * (build.start(point).number + OF_A_STATE)))
     try:
         found = [diffusion.correlations(trace, BALL, lags) for trace in build.traces(point)]
     except ValueError as error:

@@ -31,6 +31,7 @@ from snooker_cli.figures.selection import (
     described,
     distinct,
     matching,
+    spread,
     statuses,
     value_at,
     varying,
@@ -56,6 +57,7 @@ class FigureBuilder:
     records : the numbers of each point, as JSON
     results : a phrase of the caption for each series
     means : whether lines are means over the repeats and bands their standard errors
+    most : repeats of a point at most, by the point's index
     """
 
     run: Run
@@ -68,11 +70,16 @@ class FigureBuilder:
     records: list[dict[str, Any]] = field(default_factory=list)
     results: list[str] = field(default_factory=list)
     means: bool = False
+    most: dict[int, int] = field(default_factory=dict)
 
     @property
     def points(self) -> list[Point]:
         """All points."""
         return [point for group in self.groups for point in group]
+
+    def limit(self, point: Point, most: int) -> None:
+        """Use an even choice of at most this many repeats of a point, which the caption counts."""
+        self.most[point.index] = max(1, min(most, self.most.get(point.index, most)))
 
     def traces(self, point: Point) -> Iterator[Trace]:
         """The selected repeats of a point that are there. Raises ``StoreError``."""
@@ -80,7 +87,8 @@ class FigureBuilder:
 
     def repeats(self, point: Point) -> list[int]:
         """The numbers of these repeats."""
-        return [status.repeat for status in statuses(self.run, point, self.selection)]
+        numbers = [status.repeat for status in statuses(self.run, point, self.selection)]
+        return spread(numbers, self.most.get(point.index, len(numbers)))
 
     def start(self, point: Point) -> Scene:
         """The start of a point's first repeat. Raises ``StoreError``."""
@@ -111,6 +119,15 @@ class FigureBuilder:
         if len(self.results) > MOST_RESULTS:
             return "; …; ".join([self.results[0], self.results[-1]])
         return "; ".join(self.results)
+
+    def _choice(self) -> str:
+        """A sentence if there are more repeats than the figure uses."""
+        used = [len(self.repeats(point)) for point in self.points]
+        if used == [len(statuses(self.run, point, self.selection)) for point in self.points]:
+            return ""
+        number = " to ".join(map(str, sorted({min(used), max(used)})))
+        noun = "repeat" if max(used) == 1 else "repeats, evenly chosen,"
+        return f"The figure uses {number} {noun} of each point."
 
     @property
     def title(self) -> str:
@@ -181,6 +198,7 @@ class FigureBuilder:
             caption,
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
             setting(self.run, self.points, self.selection),
+            self._choice(),
         ]
         nothing = np.empty(0)
         legend = [Band(nothing, nothing, nothing, spread, NEUTRAL)] if unnamed else []

@@ -25,9 +25,8 @@ from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
 BINS = 45
-MOST_DISTANCES = 5_000_000
-"""Of a point; of more states an even choice, so that a figure takes seconds."""
-
+MOST_DISTANCES, FEW_STATES = 5_000_000, 10
+"""Distances of a point, so that a figure takes seconds; states of a repeat before it has fewer."""
 
 DISTANCES = {
     "central": ("R − r", "R − smallest r", "largest", "largest_excess"),
@@ -91,8 +90,10 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
 
 def _sample(central: bool, build: FigureBuilder, point: Point) -> _Sample:
     """The distances of a point, repeat by repeat. Raises ``FigureError``."""
-    number = len(build.repeats(point))
     counts, beyond, extremes = np.zeros(BINS), [], []
+    balls = build.start(point).number
+    values_of_state = balls if central else balls * (balls - 1) // 2
+    build.limit(point, MOST_DISTANCES // (FEW_STATES * max(1, values_of_state)))
     for trace in build.traces(point):
         scene = trace.start
         if central:
@@ -107,7 +108,7 @@ def _sample(central: bool, build: FigureBuilder, point: Point) -> _Sample:
             limits = scene.radii[first] + scene.radii[second]
             smallest = float(scene.radii.min())
             low, high = float(limits.min()), scene.container.longest_distance(smallest)
-        most = MOST_DISTANCES // (len(limits) * number)
+        most = MOST_DISTANCES // (len(limits) * len(build.repeats(point)))
         if most < 2:  # the start and the finish at least
             raise FigureError(f"{scene.number:,} balls have too many distances to show")
         states = at_collisions(trace, most)

@@ -143,7 +143,10 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     temperatures = np.array([gas.temperature for gas in gases])
     a, a_error = attraction(densities, temperatures, ratios, errors)
     grid = np.linspace(0.0, packing.max() * 1.05, CURVE)[1:]
-    scaled = [gases[0]._replace(area=gases[0].number * disk / float(each)) for each in grid]
+    first, packings = gases[0], grid.tolist()
+    scaled = [first._replace(area=first.number * disk / each) for each in packings]
+    if first.number != gases[-1].number:  # few balls have a smaller pressure at the same packing
+        scaled = [first._replace(number=first.area * each / disk) for each in packings]
     real = np.array([each.pressure(scene, radius) / each.ideal_pressure for each in scaled])
     build.lines += [
         Reference("y", 1.0, IDEAL),

@@ -20,10 +20,13 @@ from snooker_cli.figures.selection import (
     elastic,
     evenly,
     selected,
+    statuses,
     varying,
 )
 from snooker_cli.formatting import listed
 from snooker_cli.runs import Run
+
+MOST_COLLISIONS = 5_000_000  # of a point, which take seconds
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,7 @@ class FigureSpec:
     by: str | None = None
     most: int = MOST_SERIES
     each_point: bool = False
+    sample: bool = False
 
     def make(self, run: Run, selection: Selection) -> FigureData:
         """The figure of the selected points.
@@ -70,19 +74,14 @@ class FigureSpec:
             )
         groups = along(points, self.along, self.by) if self.along else [evenly(points, self.most)]
         fields = {"kind": self.name, "title": self.title, **self.axes}
-        return self.draw(FigureBuilder(run, selection, groups, fields, self.shows))
+        build = FigureBuilder(run, selection, groups, fields, self.shows)
+        for point in build.points if self.sample else ():
+            collisions = [each.collisions for each in statuses(run, point, selection)]
+            build.limit(point, MOST_COLLISIONS // max(1, *collisions))
+        return self.draw(build)
 
 
-_AXES = (
-    "x_label",
-    "y_label",
-    "x_log",
-    "y_log",
-    "x_limits",
-    "y_limits",
-    "equal_axes",
-    "inset_label",
-)
+_AXES = FigureData.__dataclass_fields__.keys() - {"title"}
 
 
 def _read() -> dict[str, FigureSpec]:

@@ -85,17 +85,23 @@ def varying(points: Sequence[Point]) -> list[str]:
 
 
 def evenly(points: Sequence[Point], most: int = MOST_SERIES) -> list[Point]:
-    """Points as series of one figure; of too many along one key, an even choice.
+    """Points as series of one figure; of too many an even choice along the first key.
 
-    Raises ``FigureError`` for too many points over several keys.
+    The other keys then have their middle value.
     """
-    keys = varying(points)
-    if len(points) > most and len(keys) > 1:
-        raise FigureError(
-            f"{len(points)} points over {listed(keys)} are too many for one figure; choose at "
-            f"most {most} with --where"
-        )
-    return spread(points, most)
+    return spread(at_middle(points, varying(points)[1:]) if len(points) > most else points, most)
+
+
+def at_middle(points: Sequence[Point], keys: Sequence[str]) -> Sequence[Point]:
+    """The points where these keys have the middle of their values.
+
+    A key that changes with another one is left: its middle value would leave one point.
+    """
+    for key in reversed(keys):
+        values = distinct(points, key)
+        middle = [point for point in points if value_at(point, key) == values[len(values) // 2]]
+        points = middle if len(middle) > 1 else points
+    return points
 
 
 def spread(items: Sequence[Item], most: int) -> list[Item]:
@@ -107,7 +113,7 @@ def spread(items: Sequence[Item], most: int) -> list[Item]:
 def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[list[Point]]:
     """Points in order of one of the keys ``xs``, a list for each value of the key ``by``.
 
-    Raises ``FigureError`` if each of ``xs`` has one value only, or if other keys have several.
+    Other keys have their middle value. Raises ``FigureError`` if each of ``xs`` has one value only.
     """
     keys = varying(points)
     x = next((key for key in xs if key in keys), None)
@@ -115,18 +121,15 @@ def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[li
         raise FigureError(
             f"it needs points at two or more values of {' or '.join(xs)}; sweep that key"
         )
-    others = [key for key in keys if key not in (x, by)]
-    if others:
+    points = at_middle(points, [key for key in keys if key not in (x, by)])
+    keys = varying(points)
+    if others := [key for key in keys if key not in (x, by)]:
         raise FigureError(f"it needs one value of {listed(others)}; choose it with --where")
-    groups: dict[Any, list[Point]] = {}
-    for point in sorted(points, key=lambda point: float(value_at(point, x))):
-        groups.setdefault(value_at(point, by) if by in keys else None, []).append(point)
-    if len(groups) > MOST_SERIES:
-        raise FigureError(
-            f"{len(groups)} values of {by} are too many for one figure; choose at most "
-            f"{MOST_SERIES} with --where"
-        )
-    return [groups[value] for value in (distinct(points, by) if by in keys else groups)]
+    ordered = sorted(points, key=lambda point: float(value_at(point, x)))
+    if by is None or by not in keys:
+        return [ordered]
+    values = spread(distinct(points, by), MOST_SERIES)
+    return [[point for point in ordered if value_at(point, by) == value] for value in values]
 
 
 def elastic(point: Point) -> bool:

@@ -28,22 +28,24 @@ from snooker_cli.trace import Trace
 
 TIMES = 61  # times at which repeats are compared
 
-MOST_STATES, BALLS_OF_POINT = 40, 100_000
-"""States of a repeat for g(r), and balls times states of a point: a figure takes seconds."""
-
+MOST_STATES = 40  # states of a repeat for g(r)
+MOST_BALLS, MOST_TRIANGULATED, MOST_PAIRED = 5_000_000, 500_000, 200_000
+"""Balls times states of a point for sums, hexatic order and g(r), which take seconds."""
 
 LAST = 0.99
 """Part of a repeat's time that is its last state: at its last collision, two balls touch."""
 
 
 def _courses(
-    build: FigureBuilder, measure: Callable[[Trace, Array], Array]
+    build: FigureBuilder, measure: Callable[[Trace, Array], Array], most: int = MOST_BALLS
 ) -> Iterator[tuple[Point, Scene, Array, Array]]:
     """Each point, its start, times (*t*,), s, and what ``measure`` gives there, (*n*, *t*, *k*).
 
     The times have even collision numbers of the first repeat, until the end of the shortest one.
+    ``most`` balls times states are measured.
     """
     for point in build.points:
+        build.limit(point, most // (build.start(point).number * TIMES))
         end, first = min(trace.stop.time for trace in build.traces(point)), build.traces(point)
         found = series(next(first))
         events = found.wall_events + found.pair_events
@@ -61,7 +63,8 @@ def _courses(
 def hexatic_order(build: FigureBuilder) -> FigureData:
     """|⟨ψ6⟩| over time."""
     measure = partial(measured, structure.hexatic_order)
-    for index, (point, scene, times, rows) in enumerate(_courses(build, measure)):
+    courses = _courses(build, measure, MOST_TRIANGULATED)
+    for index, (point, scene, times, rows) in enumerate(courses):
         build.add_means(index, build.label(point), times, rows[..., 0])
         final = mean_and_error(rows[:, -1, 0])
         build.record(point, with_error(*final), final=final, balls=scene.number)
@@ -78,6 +81,8 @@ def a2(build: FigureBuilder) -> FigureData:
         elif elastic(point) and (free := predictions.independent_velocities(scene)):
             expected = theory.fixed_energy_kurtosis(free) / 2 - 1
         for column, name in zip(np.moveaxis(rows, 2, 0), names, strict=True):
+            if not np.isfinite(column).any():
+                continue
             label, index = ", ".join(filter(None, [build.label(point), name])), len(build.records)
             middle = (times[1:] + times[:-1]) / 2 if scene.equal_balls else times
             build.add_means(index, label or None, middle, column)
@@ -97,6 +102,7 @@ def a2(build: FigureBuilder) -> FigureData:
 
 def species_temperature(build: FigureBuilder) -> FigureData:
     """Mean kinetic energy of each species over time."""
+    _names(build.start(build.points[0]))
     measure = partial(measured, structure.species_temperature)
     for point, scene, times, rows in _courses(build, measure):
         names = _names(scene)
@@ -133,7 +139,8 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         if scene.number < 2:
             raise FigureError("one ball has no pair; it needs two or more")
         edges = structure.distance_edges(scene)
-        share = BALLS_OF_POINT // scene.number // len(build.repeats(point))
+        build.limit(point, MOST_PAIRED // scene.number)
+        share = MOST_PAIRED // scene.number // len(build.repeats(point))
         count = max(1, min(MOST_STATES, share)) if elastic(point) else 1
         parts = np.linspace(0.5, LAST, count) if count > 1 else np.array([LAST])
         function = partial(structure.pair_correlation, edges=edges)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,9 @@ from repeating import batches_of, file_of
 
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Line, Points, Selection, selected, unfinished
+from snooker_cli.figures import FIGURES, Line, Points, Selection, registry, selected, unfinished
 from snooker_cli.figures.captions import FigureBuilder
-from snooker_cli.figures.selection import described, evenly
+from snooker_cli.figures.selection import along, described, evenly
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
 
@@ -130,9 +131,47 @@ def test_many_points_along_one_key_are_thinned_evenly() -> None:
     eleven = parse(BASE, overrides=["cor=0.5:1.0:11"]).points()
     assert [point.index for point in evenly(eleven)] == [0, 2, 4, 6, 8, 10]
     assert evenly(eleven[:6]) == list(eleven[:6])
-    grid = parse(BASE, overrides=["cor=0.5:0.9:5", "balls.radius=0.5,1"]).points()
-    with pytest.raises(FigureError, match=r"10 points over cor and balls\.radius are too many"):
-        evenly(grid)
+
+
+def test_many_points_over_several_keys_have_the_middle_of_the_others() -> None:
+    grid = parse(BASE, overrides=["cor=0.5:0.9:5", "balls.radius=0.5,0.7,1"]).points()
+    assert [each.parameters for each in evenly(grid)] == [
+        (("cor", e), ("balls.radius", 0.7)) for e in (0.5, 0.6, 0.7, 0.8, 0.9)
+    ]
+    assert evenly(grid[:6]) == list(grid[:6])
+    ((*series,),) = along(grid, ["cor"], None)
+    assert series == evenly(grid)
+    together = (
+        "sweep={zip: {cor: [0.5, 0.6, 0.7], balls.speed: [1, 2, 3]}, balls.radius: [0.5, 0.7, 1]}"
+    )
+    assert [point.index for point in evenly(parse(BASE, overrides=[together]).points())] == [
+        1,
+        4,
+        7,
+    ]
+
+
+def test_a_caption_names_the_middle_of_several_values(warm: Run) -> None:
+    """Two radii and three speeds: too many for the four series of this figure."""
+    spec = replace(FIGURES["energy"], most=4)
+    found = spec.make(warm, Selection())
+    assert [line.label for line in layers(found, Line)] == ["r = 0.2 m", "r = 1 m"]
+    assert found.title.endswith("over time: v₀ = 10 m/s")
+    assert "Scene: N = 19, v₀ = 10 m/s, " in found.caption
+
+
+def test_many_collisions_are_those_of_few_repeats(
+    decaying: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each repeat has 200: two fit. Means of pressures and fits use all repeats."""
+    monkeypatch.setattr(registry, "MOST_COLLISIONS", 599)
+    found = shown(decaying, "energy")
+    assert [row["repeats"] for row in found.numbers["points"]] == [2, 2, 2]
+    assert found.caption.endswith("The figure uses 2 repeats, evenly chosen, of each point.")
+    for name in ("event-decay", "haff-time", "decay-against-cor"):
+        figure = shown(decaying, name)
+        assert [row["repeats"] for row in figure.numbers["points"]] == [3, 3]
+        assert "evenly chosen" not in figure.caption
 
 
 def test_points_in_words() -> None:

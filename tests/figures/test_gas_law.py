@@ -134,6 +134,16 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     assert "b = " in found.caption
 
 
+def test_van_der_waals_of_several_numbers_has_their_theory(tmp_path: Path) -> None:
+    """The curve of theory passes through the theory of each point, in a box of one size."""
+    run = made(tmp_path / "run", *ELASTIC, "balls.rings=1,2,3", "collisions=100", "repeats=2")
+    found = shown(run, "van-der-waals")
+    (curve,) = (line for line in layers(found, Line) if line.label == "hard-disk theory")
+    for row in found.numbers["points"]:
+        at = np.interp(row["packing"], curve.x, curve.y)
+        assert at == pytest.approx(row["theory"], rel=1e-3)
+
+
 def test_van_der_waals_needs_several_states_and_one_radius(warm: Run, decaying: Run) -> None:
     assert "one radius" in why_not(warm, "van-der-waals")
     assert "two or more areas" in why_not(

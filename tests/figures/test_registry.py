@@ -9,7 +9,7 @@ import pytest
 from figure_runs import layers, made, shown, why_not
 
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, FigureData, Reference, Selection
+from snooker_cli.figures import FIGURES, FigureData, Points, Reference, Selection
 from snooker_cli.runs import Run
 
 
@@ -60,7 +60,7 @@ def test_reasons_for_missing_figures(warm: Run, decaying: Run) -> None:
     ):
         assert f"values of {keys}" in why_not(decaying, kind)
         assert "elastic" in why_not(decaying, kind, cor=0.8)
-    assert "one value of balls.speed" in why_not(warm, "temperature-ratio")
+    assert layers(shown(warm, "temperature-ratio"), Points)  # at the middle speed
     assert "choose one by cor" in why_not(decaying, "energy-fit")
 
 

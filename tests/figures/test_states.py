@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from figure_runs import MIXTURE, layers, made, shown, traces, why_not
 from snooker_cli import theory
 from snooker_cli.analysis import predictions, structure
 from snooker_cli.analysis.observables import series, standard_errors, time_means
-from snooker_cli.figures import Line, Points
+from snooker_cli.figures import Line, Points, states
 from snooker_cli.figures.captions import MEAN_SPREAD
 from snooker_cli.figures.figure_data import Band
 from snooker_cli.runs import Run
@@ -94,6 +95,24 @@ def test_times_end_with_the_shortest_repeat_and_begin_at_zero(periodic: Run) -> 
     assert steps[-10:].mean() > 1.5 * steps[:10].mean()
 
 
+def test_many_balls_are_measured_in_few_repeats(
+    periodic: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """64 balls at 61 times: three repeats are too many, two have the first and the last one."""
+    monkeypatch.setattr(states, "MOST_TRIANGULATED", 3 * 64 * 61 - 1)
+    found = shown(periodic, "hexatic-order", cor=0.8)
+    (line,) = layers(found, Line)
+    repeats = [traces(periodic, 0)[k] for k in (0, 2)]
+    rows = [structure.measured(structure.hexatic_order, one, line.x[[-1]]) for one in repeats]
+    assert line.y[-1] == pytest.approx(float(np.mean(rows)), rel=1e-12)
+    assert found.numbers["points"][0]["repeats"] == 2
+    assert found.caption.endswith("The figure uses 2 repeats, evenly chosen, of each point.")
+    assert "3 repeats, 500 collisions: all complete." in found.caption
+    monkeypatch.setattr(states, "MOST_PAIRED", 64)
+    assert shown(periodic, "pair-correlation").caption.endswith("uses 1 repeat of each point.")
+    assert "The figure uses" not in shown(periodic, "local-energy").caption
+
+
 def test_each_species_of_a_mixture_has_its_temperature_and_a2(mixture: Run) -> None:
     found = shown(mixture, "species-temperature")
     heavy, light = layers(found, Line)
@@ -110,6 +129,12 @@ def test_each_species_of_a_mixture_has_its_temperature_and_a2(mixture: Run) -> N
     assert labels == [heavy.label, light.label]
     energies = shown(mixture, "local-energy").numbers["points"][0]
     assert 0 < energies["share"] < 1
+
+
+def test_one_ball_of_a_species_has_no_a2(tmp_path: Path) -> None:
+    text = MIXTURE.replace("count: 30, radius: 0.6", "count: 1, radius: 0.6")
+    found = shown(made(tmp_path / "run", "collisions=200", text=text), "a2")
+    assert [line.label for line in layers(found, Line)] == ["r = 0.4 m, m = 1 kg"]
 
 
 def test_energy_without_the_flow_is_all_energy_at_equilibrium(periodic: Run) -> None:
