@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -138,7 +139,11 @@ def test_processes_end_with_their_parent(
     else:
         os.killpg(parent.pid, number)
     # The pipe ends when no process has it any more.
-    _, talk = parent.communicate(timeout=60)
+    try:
+        _, talk = parent.communicate(timeout=60)
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(parent.pid, signal.SIGKILL)
     assert parent.returncode == code
     assert "Traceback" not in talk
     assert ("run the same command again to finish" in talk) is (number != signal.SIGKILL)
