@@ -316,7 +316,7 @@ def test_series_that_threads_compute_are_those_of_their_repeats(
         assert len(read) - number <= (2 if most == 100 else threads + 1)
         found = vars(series(trace))
         assert all(np.array_equal(found[name], expected[number][name]) for name in SERIES_UNITS)
-    assert len(read) == 6
+    assert (number, len(read)) == (5, 6)
 
 
 def test_an_error_of_a_thread_is_that_of_its_repeat(simulated: Trace) -> None:
