@@ -1,4 +1,4 @@
-"""How a command ends: exit codes, sentences for errors, Ctrl-C and SIGTERM."""
+"""How a command ends: it prints errors and handles signals. The codes are in errors.py."""
 
 import os
 import signal

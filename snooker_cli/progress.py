@@ -1,4 +1,4 @@
-"""What a run prints on stderr while it is executed: notices and a progress bar."""
+"""Execute a run with its folder locked, notices and a progress bar on stderr, and Ctrl-C."""
 
 import logging
 import sys

@@ -46,8 +46,8 @@ class FitModel:
     inverse : the x at which g has a positive value
     has_pole : whether g has a pole at x = −1, so that a fit needs q s > −1; the rate then depends
         on t0, which is the start of the run
-    mean_model : the model fitted to a mean since the start; empty for this one. The exponential is
-        fitted to such means as in the source report, although they are (1 − exp(−kt))/(kt)
+    mean_model : the model for a mean since the start; empty: this model. The exponential is fitted
+        as in the source report, although the mean of one is (1 − exp(−kt))/(kt)
     """
 
     label: str

@@ -31,8 +31,8 @@ Array = NDArray[np.float64]
 
 INSTANT = 1e-9  # collisions nearer than this share of the time since the start are at one instant
 
-# The most points of a curve, balls times collisions that are measured (about a second's work), and
-# collisions (their series takes some 300 megabytes). Of more, an even choice is used.
+# Limits: the points of a curve; balls times collisions that are measured (about a second); the rows
+# of a series (some 300 megabytes). Beyond a limit, an even choice is used.
 MOST_POINTS, MOST_MEASURED, MOST_ROWS = 2**16, 2**28, 2**22
 
 MOST_KEPT = 2**20  # rows of the series in memory, about 70 megabytes

@@ -35,7 +35,7 @@ class RunAnalysis:
 
     rows, notes : JSON records; each has the ``parameters`` of its point
     path : the file that keeps analyses, by point
-    unsaved : what this file has to hold; ``None`` if it does
+    unsaved : what ``save`` writes to this file; ``None`` if the file has it already
     """
 
     rows: Records

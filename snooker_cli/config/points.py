@@ -117,7 +117,7 @@ def _point(index: int, base: Mapping[str, Any], steps: Iterable[_Step]) -> Point
 
 
 def _in_sweep(problem: Problem, steps: Iterable[_Step]) -> Problem:
-    """The problem of a point: at the swept key inside or around its key, or with all values."""
+    """A point's problem, placed at the swept key that causes it; else with all swept values."""
     for key, index, _ in steps:
         outer, path = key_path(key), problem.path
         if all(map(operator.eq, outer, path)):
@@ -139,7 +139,7 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
     It is of JSON with sorted keys and shortest decimals. It covers all keys except title, repeats
     and sweep. wall_cor and start are resolved. Later keys are left out at their defaults.
 
-    without : other keys that it does not cover
+    without : more keys to leave out
     """
     left_out = {"title", "repeats", "sweep", *without}
     data = json.loads(to_json(experiment))

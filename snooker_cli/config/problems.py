@@ -1,4 +1,4 @@
-"""Problems of a configuration: position, key path and sentence, and values inside a sentence."""
+"""Problems of a config: position, key path and sentence. Also reads and changes key paths."""
 
 import json
 import re

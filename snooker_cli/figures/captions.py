@@ -1,4 +1,4 @@
-"""A figure of several points: its layers, its numbers, and its caption with the scene."""
+"""``FigureBuilder`` collects the layers, numbers and caption of a figure of several points."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence

@@ -23,7 +23,7 @@ class Selection:
     """The points and repeats to show.
 
     where : keys of the config and the value that a point must have there; a tuple is a choice
-    repeat : one repeat, from 0; ``None`` is the first where one is shown, else all of them
+    repeat : a repeat's number, from 0; ``None`` for all, or the first in a figure of one repeat
     """
 
     where: Mapping[str, Any] = field(default_factory=dict)

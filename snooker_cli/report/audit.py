@@ -116,7 +116,7 @@ class Audit:
 
 
 def audit(runs: Runs, found: Search) -> Audit:
-    """The audit from the runs of this report and the search in two of them.
+    """The audit from the runs of the reproduction and the search in two of them.
 
     Raises ``RunError`` or ``StoreError`` for a run that cannot be read.
     """

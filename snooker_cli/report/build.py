@@ -1,4 +1,4 @@
-"""Finished runs -> the reproduction: figures, numbers.json, report.html, report.pdf."""
+"""Finished runs -> files of the reproduction: figures, numbers.json, report.html, report.pdf."""
 
 import json
 from collections.abc import Callable

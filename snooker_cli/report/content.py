@@ -1,4 +1,4 @@
-"""Results -> the figures of this report, and the values in its text."""
+"""Results -> the figures of the reproduction, and the values in its text."""
 
 import math
 from collections import Counter
@@ -39,7 +39,7 @@ REPORT_FIGURES: dict[str, dict[str, Any]] = yaml.safe_load(
 """All figures by file; figures.yaml explains their keys."""
 
 RUNS = (*dict.fromkeys(one["run"] for one in REPORT_FIGURES.values() if "run" in one), "audit")
-"""The runs of this report: those of the configs with these names."""
+"""The runs of the reproduction: those of the configs with these names."""
 
 
 def figure_data(

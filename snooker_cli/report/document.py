@@ -1,6 +1,6 @@
-"""The text of this report, figures and tables -> one HTML page and a PDF; the same bytes each time.
+"""A template with values, and figures -> one HTML page and a PDF; the same bytes each time.
 
-templates/report.md.j2 holds the text and explains its marks.
+templates/report.md.j2 explains the marks of both templates.
 """
 
 import base64

@@ -18,10 +18,10 @@ from snooker_cli.runs.execution import follow_parent
 
 
 class Pages(AbstractContextManager["Pages"]):
-    """A report while its figures and players are collected; without its libraries a ``UserError``.
+    """Collects a report's figures and players. Raises ``UserError`` without its libraries.
 
     figures : label, caption and alt text by file
-    other : the process that draws; Ctrl-C ends this one only
+    other : the process that draws; it ignores Ctrl-C and ends with this one
     """
 
     def __init__(self, out: Path) -> None:

@@ -73,7 +73,7 @@ class Watcher:
 
 
 class Executor(ABC):
-    """Simulates repeats: threads of this process, or workers on other machines.
+    """Simulates repeats: threads or processes of this machine, or workers on other machines.
 
     at_once : items that are given to the pool at a time
     cancelled : once set, no further item is begun
@@ -253,11 +253,11 @@ def execute(
     command : stored in each provenance [the command line of this process]
     part : k of n does every n-th batch from the k-th on and deletes nothing, so that parts can run
         at the same time
-    processes : whether many short repeats may be simulated in processes instead of threads, which
-        Python starts by importing the main module again
+    processes : whether processes may simulate many short repeats, instead of threads. A new process
+        imports the main module again.
 
-    An error in one repeat does not stop the others. Interrupts are the caller's: it turns signals
-    into ``cancelled``. Saved fits and comparisons of fewer repeats are deleted. Raises ``RunError``
+    An error in one repeat does not stop the others. The caller handles signals: it sets
+    ``cancelled``. Saved fits and comparisons of fewer repeats are deleted. Raises ``RunError``
     if the run's folder is gone or another one; ``cancelled`` is then set.
     """
     results: list[RepeatResult] = []

@@ -1,4 +1,4 @@
-"""What a run will do: its classes of scenes, each tried, and estimates of time and disk."""
+"""What a run will do: classes of its scenes, a check of each, batch size, time and disk."""
 
 import math
 import shutil

@@ -79,7 +79,7 @@ def check_links(file: h5py.File) -> None:
     """Raise ``ValueError`` for links that lead out of the file, and for too many links."""
     numbers = count(1)
 
-    def is_wrong(_name: bytes, link: Any) -> bool | None:  # goes on after None
+    def is_wrong(_name: bytes, link: Any) -> bool | None:  # None: visit goes on
         return link.type != h5l.TYPE_HARD or next(numbers) > MOST_LINKS or None
 
     if file.id.links.visit(is_wrong, info=True):
@@ -217,7 +217,7 @@ def write_rows(
 
 @lru_cache(maxsize=64)
 def _settings(chunk: tuple[int, ...] | None, small: bool) -> tuple[Any, Any]:
-    """How datasets with such chunks are made, and the groups above them."""
+    """HDF5's settings for a dataset with such chunks, and for the groups above it."""
     settings, links = h5p.create(h5p.DATASET_CREATE), h5p.create(h5p.LINK_CREATE)
     settings.set_obj_track_times(False)
     if chunk:

@@ -204,7 +204,7 @@ class Recorder:
 
 
 def _chunk(values: NDArray[Any]) -> int:
-    """The rows of the one chunk of a column that is written at once; 0 without compression."""
+    """Rows of a chunk, for a column that is written at once: all, or 0 for no compression."""
     return len(values) if values.size >= COMPRESS_FROM else 0
 
 
