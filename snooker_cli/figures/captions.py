@@ -188,7 +188,7 @@ class FigureBuilder:
         others : fields of ``FigureData`` that depend on the run
         """
         if logarithmic:
-            others |= {"y_log": True, "y_limits": (None, None)}
+            others = {"y_log": True, "y_limits": (None, None)} | others
         unnamed = [band for band in self.bands if band.label is None]
         spread, shown = LOG_SPREAD if logarithmic else SPREAD, "the first repeat"
         if self.means:

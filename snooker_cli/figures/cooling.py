@@ -116,10 +116,13 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
             f"{model.key}_holds_until": good.holds_to,
         }
     kappa = " κ is what the source report calls k/2." if known.is_mean else ""
+    # An exponential leaves slower decays by many decades.
+    lowest = min(values.min() for _, values in started) / 10 if log else 0.0
     return build.figure(
         f"Fits of each repeat, their mean: {build.results_text}.{kappa}",
         numbers=numbers,
         logarithmic=log,
+        y_limits=(float(lowest), None),
     )
 
 

@@ -68,7 +68,10 @@ def hexatic_order(build: FigureBuilder) -> FigureData:
         build.add_means(index, build.label(point), times, rows[..., 0])
         final = mean_and_error(rows[:, -1, 0])
         build.record(point, with_error(*final), final=final, balls=scene.number)
-    return build.figure(f"At the end: {build.results_text}. N balls of a fluid have about 1/√N.")
+    return build.figure(
+        f"At the end: {build.results_text}. N balls of a fluid have about 1/√N.",
+        logarithmic=_covers_decades(build),
+    )
 
 
 def a2(build: FigureBuilder) -> FigureData:
