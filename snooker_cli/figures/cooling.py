@@ -87,7 +87,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     label = f"all {len(started)} repeats, {LOG_SPREAD if log else SPREAD}"
     build.bands += bands(started, 0, label, steps=not known.is_mean, logarithmic=log)
     (time, value), kept = curves[row], thinned(curves[row][0])
-    fine = np.linspace(time[0], time[-1], 300)
+    fine = np.union1d(np.linspace(time[0], time[-1], 300), time[kept])
     label = f"simulation, repeat {number}"
     build.lines.append(Line(time[kept], value[kept], label, steps=not known.is_mean, broad=True))
     numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": number}
@@ -97,8 +97,10 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
         text = f"{symbol} = {with_error(mean.value, mean.error, RATE)}"
         of = f"mean of {mean.repeats} repeats" if mean.repeats > 1 else "one repeat"
         fitted = [fitted_curve(each, fine) for each in decay.fits if each.converged]
-        law = np.exp(np.mean(np.log(fitted), axis=0))
-        build.lines.append(Line(fine, law, f"{model.label}, {of}: {text}", index))
+        with np.errstate(divide="ignore"):
+            law = np.exp(np.mean(np.log(fitted), axis=0))
+        near = law >= log * np.min(value) / 10  # a law far below the data would flatten them
+        build.lines.append(Line(fine[near], law[near], f"{model.label}, {of}: {text}", index))
         holds = f"holds until {short(good.holds_to)} of {short(good.judged_to)} s"
         if good.holds_to == good.judged_from:
             holds = "refused from the start"
