@@ -87,7 +87,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     label = f"all {len(started)} repeats, {LOG_SPREAD if log else SPREAD}"
     build.bands += bands(started, 0, label, steps=not known.is_mean, logarithmic=log)
     (time, value), kept = curves[row], thinned(curves[row][0])
-    fine = np.union1d(np.linspace(time[0], time[-1], 300), time[kept])
+    fine = np.linspace(time[0], time[-1], 300)
     label = f"simulation, repeat {number}"
     build.lines.append(Line(time[kept], value[kept], label, steps=not known.is_mean, broad=True))
     numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": number}
@@ -99,8 +99,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
         fitted = [fitted_curve(each, fine) for each in decay.fits if each.converged]
         with np.errstate(divide="ignore"):
             law = np.exp(np.mean(np.log(fitted), axis=0))
-        near = law >= log * np.min(value) / 10  # a law far below the data would flatten them
-        build.lines.append(Line(fine[near], law[near], f"{model.label}, {of}: {text}", index))
+        build.lines.append(Line(fine, law, f"{model.label}, {of}: {text}", index))
         holds = f"holds until {short(good.holds_to)} of {short(good.judged_to)} s"
         if good.holds_to == good.judged_from:
             holds = "refused from the start"
