@@ -26,7 +26,7 @@ from snooker_cli.engine import States
 from snooker_cli.errors import RunError, UserError, check_name
 from snooker_cli.formatting import counted, plain, point_label
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.progress import completion, execute_watched, showing_notices
+from snooker_cli.progress import execute_watched, share_done, showing_notices
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.plan import checked
 from snooker_cli.scene import Scene
@@ -332,7 +332,7 @@ def run(
         )
     if cancelled.is_set():
         wanted = len(points) * made.experiment.repeats
-        raise KeyboardInterrupt(f"{completion(outcomes, wanted)}; call run again to finish")
+        raise KeyboardInterrupt(f"{share_done(outcomes, wanted)}; call run again to finish")
     if errors := [each.error for each in outcomes if each.error]:
         failed = f"{counted(len(errors), 'repeat')} of {len(outcomes)} failed ({errors[0]})"
         raise RunError(f"{made.directory}: {failed}", "snooker.open gives the others")

@@ -123,11 +123,11 @@ def counting(traces: Iterable[Trace], label: str, total: int) -> Iterator[Trace]
     )
 
 
-def completion(outcomes: Sequence[RepeatResult], wanted: int) -> str:
-    """How many of the repeats are complete: ``3 of 6 repeats complete``."""
+def share_done(outcomes: Sequence[RepeatResult], wanted: int) -> str:
+    """How many of the repeats are done: ``3 of 6 repeats done``."""
     stops = [each.stop for each in outcomes if each.stop is not None]
     number = sum(stop.reason is not StopReason.INTERRUPTED for stop in stops)
-    return f"{number:,} of {counted(wanted, 'repeat')} complete"
+    return f"{number:,} of {counted(wanted, 'repeat')} done"
 
 
 def execute_watched(

@@ -116,7 +116,7 @@ def test_an_interrupt_keeps_what_is_done(here: Path, monkeypatch: pytest.MonkeyP
     before = signal.getsignal(signal.SIGINT)
     with monkeypatch.context() as patched:
         patched.setattr(progress.RunProgress, "finished", finished)
-        with pytest.raises(KeyboardInterrupt, match=r"of 400 repeats complete; call run again"):
+        with pytest.raises(KeyboardInterrupt, match=r"of 400 repeats done; call run again"):
             snooker.run("small.yaml", {"repeats": 200}, jobs=1)
     assert signal.getsignal(signal.SIGINT) is before
     kept = len(list(snooker.open("small")))

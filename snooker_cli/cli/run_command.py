@@ -28,7 +28,7 @@ from snooker_cli.formatting import (
     size,
     text_table,
 )
-from snooker_cli.progress import RunProgress, completion, execute_watched, notice
+from snooker_cli.progress import RunProgress, execute_watched, notice, share_done
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors
@@ -150,7 +150,7 @@ def run(
     summary = _summary(target, outcomes, watcher)
     print_result(summary, as_json, _summary_lines(target, outcomes, summary))
     if cancelled.is_set():
-        done = completion(outcomes, len(points) * loaded.experiment.repeats)
+        done = share_done(outcomes, len(points) * loaded.experiment.repeats)
         command = "the same command without --fresh" if fresh else "the same command again"
         notice(f"interrupted: {done}; run {command} to finish")
         os._exit(ExitCode.INTERRUPTED)  # Python would wait for threads with nothing to save

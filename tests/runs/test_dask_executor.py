@@ -147,7 +147,7 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
     there = {path: store.check(path)[0].stop.reason for path in point.glob("*.h5")}
     assert set(there.values()) <= {StopReason.COLLISIONS, StopReason.INTERRUPTED}
     whole = [reason for reason in there.values() if reason is StopReason.COLLISIONS]
-    assert f"interrupted: {len(whole)} of 10,000 repeats complete" in stderr
+    assert f"interrupted: {len(whole)} of 10,000 repeats done" in stderr
     assert len(there) - len(whole) <= 2
     before = bytes_of(here / "long")
     assert not [name for name in before if name.endswith(".part")]

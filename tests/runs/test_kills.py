@@ -177,7 +177,7 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
         *_, stopping, rest = stderr.splitlines()
         assert stopping == "snooker: stopping; saving the current repeats"
         assert re.fullmatch(
-            r"snooker: interrupted: [\d,]+ of 10,000 repeats complete; run the same command again "
+            r"snooker: interrupted: [\d,]+ of 10,000 repeats done; run the same command again "
             "to finish",
             rest,
         )
