@@ -100,19 +100,21 @@ def _analysis(
     """The analysis of points: from a file, where that has one of these very repeats, or made."""
     present = {point.index: run.present(point) for point in points}
     if not any(present.values()):
-        present = {points[0].index: [0]}  # reading the first repeat raises the error
-    entries, found, new = _saved(path), [], False
+        present[points[0].index] = [0]  # reading the first repeat raises the error
+    saved, kept, new = _saved(path), dict[str, Any](), False
     whole = repr((run.manifest(), _code())) if path else ""
-    for point in points:
+    for point in run.points if path else points:
         key, files = str(point.index), map(store.file_info, run.batches(point.index))
         made_from = hashlib.sha256(repr((whole, key, *files)).encode()).hexdigest()
-        entry = entries.get(key)
-        if not isinstance(entry, dict) or entry.get("seal") != _seal(made_from, entry):
-            entry = _made(run, point, present.get(point.index, ()), analyse)
-            entries[key], new = entry | {"seal": _seal(made_from, entry)}, True
-        found.append(entry)
-    rows, notes = ([one for entry in found for one in entry[name]] for name in ("rows", "notes"))
-    return RunAnalysis(rows, notes, path or run.directory, entries if path and new else None)
+        entry = saved.get(key)
+        if isinstance(entry, dict) and entry.get("seal") == _seal(made_from, entry):
+            kept[key] = entry
+        elif point.index in present:
+            entry, new = _made(run, point, present[point.index], analyse), True
+            kept[key] = entry | {"seal": _seal(made_from, entry)}
+    chosen = [kept[str(point.index)] for point in points]
+    rows, notes = ([one for entry in chosen for one in entry[name]] for name in ("rows", "notes"))
+    return RunAnalysis(rows, notes, path or run.directory, kept if path and new else None)
 
 
 def _saved(path: Path | None) -> dict[str, Any]:

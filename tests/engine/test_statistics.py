@@ -117,7 +117,7 @@ def cooled(radius: float, cor: float, wall_cor: float) -> list[Trace]:
 
 def decay_constants(traces: list[Trace]) -> NDArray[np.float64]:
     """k of each seed: E0 exp(-kt) fitted to a point an event, from the start to the last."""
-    curves = (curve(trace, "kinetic_energy") for trace in traces)
+    curves = [curve(trace, "kinetic_energy") for trace in traces]
     return np.array([each.value for each in fit_curves(curves, "exponential")])
 
 
