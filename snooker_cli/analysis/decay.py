@@ -253,22 +253,20 @@ def curve(trace: Trace, quantity: str, since: float = 0.0, until: float = math.i
     return Curve(known, time[kept], value[kept], rounding, held, elastic(trace.start))
 
 
-def fit_curves(decays: Sequence[Curve], law: str) -> list[FitResult]:
-    """Fit repeats' decays of a quantity with a law; a mean since the start with its mean model."""
-    model = LAWS[law]
-    found = [FitResult(law, False, NO_LOSSES, len(one.time), math.nan) for one in decays]
-    lossy = [row for row, one in enumerate(decays) if not one.elastic]
-    if lossy:
-        one = decays[lossy[0]]
-        fits = fit_all(
-            [(decays[row].time, decays[row].value, decays[row].rounding) for row in lossy],
-            (one.quantity.is_mean and model.mean_model) or law,
-            amplitude=1.0 if one.held else None,
-            start=0.0 if model.has_pole else None,
-        )
-        for row, result in zip(lossy, fits, strict=True):
-            found[row] = result
-    return found
+def fit_curves(curves: Sequence[Curve], law: str) -> list[FitResult]:
+    """Fit repeats' curves of a quantity with a law; a mean since the start with its mean model."""
+    model, first = LAWS[law], curves[0]
+    fitted = fit_all(
+        [(one.time, one.value, one.rounding) for one in curves if not one.elastic],
+        (first.quantity.is_mean and model.mean_model) or law,
+        amplitude=1.0 if first.held else None,
+        start=0.0 if model.has_pole else None,
+    )
+    results = iter(fitted)
+    return [
+        FitResult(law, False, NO_LOSSES, len(one.time), math.nan) if one.elastic else next(results)
+        for one in curves
+    ]
 
 
 _FITS: WeakKeyDictionary[Trace, dict[Any, dict[str, FitResult]]] = WeakKeyDictionary()
@@ -314,11 +312,13 @@ def _logarithms(trace: Trace, found: Curve) -> TimeCourse:
 def _together(traces: Iterable[Trace]) -> Iterator[list[Trace]]:
     """The repeats in lists: as many as are fitted at once, and fit in memory."""
     some: list[Trace] = []
+    values = 0
     for trace in traces:
         some.append(trace)
-        if sum(one.collisions for one in some) >= MOST_VALUES:
+        values += trace.collisions + 1
+        if values >= MOST_VALUES:
             yield some
-            some = []
+            some, values = [], 0
     if some:
         yield some
 
