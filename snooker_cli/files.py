@@ -1,5 +1,6 @@
 """Files that appear whole or not at all, whenever the process or the machine stops."""
 
+import hashlib
 import hmac
 import json
 import os
@@ -74,6 +75,16 @@ def discard(part: Path) -> None:
 def _machine() -> str:
     """The machine's name in letters and digits, at most 40."""
     return re.sub(r"[^A-Za-z0-9]", "_", platform.node())[:40]
+
+
+@cache
+def sources_hash(*patterns: str) -> str:
+    """SHA-256 over the package's sources that match patterns such as ``engine/*.py``."""
+    package, found = Path(__file__).parent, hashlib.sha256()
+    for pattern in patterns:
+        for source in sorted(package.glob(pattern)):
+            found.update(source.read_bytes())
+    return found.hexdigest()
 
 
 def user_hash(content: str) -> hmac.HMAC:

@@ -9,7 +9,6 @@ import math
 import secrets
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -18,7 +17,7 @@ from snooker_cli.analysis import comparison, decay
 from snooker_cli.analysis.observables import measured_ahead
 from snooker_cli.config import Point
 from snooker_cli.errors import UNREADABLE, RunError, UserError
-from snooker_cli.files import user_hash, write_json
+from snooker_cli.files import sources_hash, user_hash, write_json
 from snooker_cli.progress import counting
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
@@ -27,6 +26,8 @@ Found = Sequence[decay.Decay] | Sequence[comparison.Comparison]
 Analyse = Callable[[Iterator[Trace]], tuple[Found, list[str]]]
 
 Records: TypeAlias = list[dict[str, Any]]
+
+SOURCES = ("analysis/*.py", "engine/*.py", "*.py")  # they decide what an analysis finds
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ def _analysis(
     if not any(present.values()):
         present[points[0].index] = [0]  # reading the first repeat raises the error
     saved, kept, new = _saved(path), dict[str, Any](), False
-    whole = repr((run.manifest(), _code())) if path else ""
+    whole = repr((run.manifest(), sources_hash(*SOURCES))) if path else ""
     for point in run.points if path else points:
         key, files = str(point.index), map(store.file_info, run.batches(point.index))
         made_from = hashlib.sha256(repr((whole, key, *files)).encode()).hexdigest()
@@ -161,13 +162,3 @@ def _notes_on_repeats(run: Run, point: Point, present: int) -> list[str]:
     rest = f"{are} there; run the config again for the rest" if present < wanted else ""
     short = shorter_note(run.shorter(point), present)
     return [*filter(None, [rest, short]), *run.common_random_notes]
-
-
-@cache
-def _code() -> str:
-    """SHA-256 over the sources that decide what an analysis finds."""
-    package, found = Path(__file__).parents[1], hashlib.sha256()
-    for pattern in ("analysis/*.py", "engine/*.py", "*.py"):
-        for source in sorted(package.glob(pattern)):
-            found.update(source.read_bytes())
-    return found.hexdigest()

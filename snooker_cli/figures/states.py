@@ -105,7 +105,7 @@ def a2(build: FigureBuilder) -> FigureData:
 
 def species_temperature(build: FigureBuilder) -> FigureData:
     """Mean kinetic energy of each species over time."""
-    _names(build.start(build.points[0]))
+    _names(build.start(build.points[0]))  # refuses one species before its states are replayed
     measure = partial(measured, structure.species_temperature)
     for point, scene, times, rows in _courses(build, measure):
         names = _names(scene)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import chain
 from operator import attrgetter
-from pathlib import Path
 from typing import Any
 
 import h5py
@@ -20,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Box, Circle, Container
-from snooker_cli.files import user_hash
+from snooker_cli.files import sources_hash, user_hash
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
 
@@ -41,7 +40,6 @@ REPEATS, ROWS, ENDINGS, CONTENTS = (
 COUNTS = ("wall_events", "pair_events")  # of an ending, besides the fields of its stop
 
 CHECKPOINT = "checkpoint"
-ENGINE = Path(__file__).parents[1] / "engine"  # its sources decide what a checkpoint holds
 HASHES = "hashes"  # in the checkpoint, the hashes of past events
 
 RULES = ("restitution", "wall_restitution", "contact_duration", "elastic_below", "slides")
@@ -175,9 +173,7 @@ def checkpoint_hash(checkpoint: Mapping[str, NDArray[Any]], content: str) -> str
     Kernels use such arrays without a check, so those of a stranger, or of an engine with other
     sources, are dangerous. Raises ``OSError`` without a key.
     """
-    found = user_hash(content)
-    for source in sorted(ENGINE.glob("*.py")):
-        found.update(source.read_bytes())
+    found = user_hash(content + sources_hash("engine/*.py"))
     for name, values in sorted(checkpoint.items()):
         found.update(f"{name} {values.dtype.str} {values.shape}".encode())
         found.update(_bytes(values))

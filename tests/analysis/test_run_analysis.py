@@ -74,7 +74,7 @@ def test_other_repeats_or_other_code_make_a_new_analysis(
     assert run_analysis.fits(run).unsaved
     run_analysis.fits(run).save()
     assert not run_analysis.fits(run).unsaved
-    monkeypatch.setattr(run_analysis, "_code", lambda: "other code")
+    monkeypatch.setattr(run_analysis, "sources_hash", lambda *_: "other code")
     assert run_analysis.fits(run).unsaved
     for path in (one, other, file_of(run, 1, 0), file_of(run, 1, 1)):
         path.unlink()
