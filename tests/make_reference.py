@@ -174,12 +174,11 @@ class NoisyTwin(Twin):
         """Displace both bodies before they collide; a container that is fixed stays."""
         for body in (self.balls[i], self.container if j == CONTAINER else self.balls[j]):
             if body is not self.container or self.free:
-                speed = abs(body.u) + abs(body.v)
+                speed = abs(body.velocity.real) + abs(body.velocity.imag)
                 # The container's size, and speed times time: clocks are rounded too.
                 way = self.half_sides[0] + speed * self.now
-                body.turn(self.error(speed), self.error(speed), self.now)
-                body.x += self.error(way)
-                body.y += self.error(way)
+                body.turn(self.error(speed) + 1j * self.error(speed), self.now)
+                body.place += self.error(way) + 1j * self.error(way)
         return super().collide(i, j)
 
     def error(self, whole: Number) -> Number:
@@ -208,8 +207,8 @@ def _deviation(scene: Scene, collisions: int, digits: int, seed: int) -> NDArray
             rows.append([math.inf] * 3)
             continue
         pairs = zip(exact.balls, noisy.balls, strict=True)
-        places = [(*mine.position(own.time), *yours.position(own.time)) for mine, yours in pairs]
-        apart = max(abs(x - p) + abs(y - q) for x, y, p, q in places)
+        offsets = [mine.position(own.time) - yours.position(own.time) for mine, yours in pairs]
+        apart = max(abs(offset.real) + abs(offset.imag) for offset in offsets)
         errors = (abs(other.time - own.time), abs(other.impulse - own.impulse), apart)
         rows.append([float(error / shift) for error in errors])
     return np.array(rows).reshape(-1, 3).T

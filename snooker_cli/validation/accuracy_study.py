@@ -4,12 +4,12 @@ import math
 import statistics
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from snooker_cli.analysis.observables import losses, mean_and_error, total_energy
-from snooker_cli.figures import NEUTRAL, FigureData, Layer, Line, Points, Reference
+from snooker_cli.figures.figure_data import NEUTRAL, FigureData, Layer, Line, Points, Reference
 from snooker_cli.formatting import counted, short, with_error
 from snooker_cli.scene import EPSILON
 from snooker_cli.validation.exact_twin import trajectory
@@ -21,9 +21,9 @@ from snooker_cli.validation.methods import (
     imbalance,
     rms_distance,
 )
-from snooker_cli.validation.reference_scenes import ReferenceScene, reference_scene
+from snooker_cli.validation.reference_scenes import PlannedScene, ReferenceScene
 from snooker_cli.validation.study import (
-    PLANS,
+    LEGENDS,
     Cells,
     Record,
     Study,
@@ -54,22 +54,12 @@ class AccuracyStudy(Study):
     name = "error"
     libraries = ("numpy", "numba", "mpmath")
 
-    scenes: Sequence[ReferenceScene]
+    scenes: Sequence[PlannedScene]
     steps: Sequence[float]
-    ensembles: Sequence[ReferenceScene]
+    ensembles: Sequence[PlannedScene]
     averaged_steps: Sequence[float]
     time: float
     repeats: int
-    quick: bool = False
-
-    @classmethod
-    def planned(cls, name: str) -> Self:
-        """The plan "full" or "quick"."""
-        plan = dict(PLANS["error"][name])
-        scenes, ensembles = (
-            [reference_scene(each) for each in plan.pop(key)] for key in ("scenes", "ensembles")
-        )
-        return cls(scenes=scenes, ensembles=ensembles, quick=name == "quick", **plan)
 
     def results(self, report: Callable[[str], None]) -> Record:
         """The scenes and the ensembles."""
@@ -87,7 +77,7 @@ class AccuracyStudy(Study):
     def tables(record: Record) -> Iterator[str]:
         """The methods on each scene, and averages."""
         yield from header_lines(record)
-        yield from ("", LEGEND)
+        yield from ("", *LEGENDS["error"])
         for scene in record["scenes"]:
             yield from ("", *_scene_lines(scene))
         for ensemble in record["ensembles"]:
@@ -144,6 +134,7 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
                 / total_energy(scene),
             }
         )
+    exponent = reference.exponent
     return {
         "name": reference.name,
         "what": reference.description,
@@ -151,8 +142,9 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
         "collisions": collisions,
         "certain": min(truth.certain, collisions),
         "digits": truth.digits,
-        "exponent": reference.exponent,
-        "horizon": reference.horizon,
+        "exponent": exponent,
+        # Events until an error of one rounding is as large as its quantity, ln(1/ε)/λ.
+        "horizon": math.log(1 / EPSILON) / exponent if exponent else None,
         "checkpoints": checkpoints,
         "results": results,
     }
@@ -217,13 +209,6 @@ def quantities(course: Trajectory, time: float) -> dict[str, float]:
 
 
 # The record as tables
-
-LEGEND = """\
-events/s: of processor time for a whole short run
-m at n: error of position at the exact time of event n, root mean square over the balls
-true: events before the first with other bodies; events: how many until the same time
-overlap: the deepest of two bodies, or of a ball and the wall
-energy: error of its balance, relative"""
 
 
 def _scene_lines(scene: Record) -> Iterator[str]:

@@ -1,12 +1,13 @@
 """The exact twin: hard disks in a circle or a box, computed to any number of digits.
 
-The twin uses nothing of the engine. Between its collisions a body is on the line (x + u t, y + v t)
-with t the time since the start. The numbers start as the doubles of the scene. Chaos loses digits:
-a run gets as many as its events need, and a second run shows how many of them are certain.
+The twin uses nothing of the engine. Between its collisions a body is on the line x + w t with t the
+time since the start. Vectors are complex numbers. The numbers start as the doubles of the scene.
+Chaos loses digits: a run gets as many as its events need, and a second run shows how many of them
+are certain.
 
-Symbols: (x, y) offset and (u, v) relative velocity at t = 0; b = x.w; w2 = |w|^2; d contact
-distance. A contact is a root of |x + w t| = d: the smaller one for two balls, and the larger one,
-with d = R - r, for a ball in a circle.
+Symbols: x offset and w relative velocity at t = 0; b = x.w; w2 = |w|^2; d contact distance. A
+contact is a root of |x + w t| = d: the smaller one for two balls, and the larger one, with
+d = R - r, for a ball in a circle.
 """
 
 import math
@@ -29,31 +30,29 @@ SPARE_DIGITS = 30  # the 17 of a double, and 13 for positions that are differenc
 DIGITS_PER_EVENT = 0.09
 """Digits lost to chaos: the dilute scene's Lyapunov exponent, 0.196 an event, is 0.085 digits."""
 
-MOST_DIGITS = 2000
-"""The limit of automatic digits: what is uncertain then, such as a tie, needs no more digits."""
-
 
 @dataclass
 class Body:
     """A ball, or the container, and its line: m, m/s, kg."""
 
-    x: Number
-    y: Number
-    u: Number
-    v: Number
+    place: Number
+    velocity: Number
     radius: Number
     mass: Number
 
-    def turn(self, u: Number, v: Number, time: Number) -> None:
-        """Add (u, v) to the velocity at a time; the position at that time stays."""
-        self.u += u
-        self.v += v
-        self.x -= u * time
-        self.y -= v * time
+    def turn(self, change: Number, time: Number) -> None:
+        """Add to the velocity at a time; the position at that time stays."""
+        self.velocity += change
+        self.place -= change * time
 
-    def position(self, time: Number) -> tuple[Number, Number]:
+    def position(self, time: Number) -> Number:
         """Its position at a time."""
-        return self.x + self.u * time, self.y + self.v * time
+        return self.place + self.velocity * time
+
+
+def dot(first: Number, second: Number) -> Number:
+    """The scalar product of two vectors."""
+    return first.real * second.real + first.imag * second.imag
 
 
 class Collision(NamedTuple):
@@ -79,18 +78,21 @@ class Twin:
 
         self.mathematics = MPContext()
         self.mathematics.dps = digits
-        number = self.mathematics.mpf
+        number, vector = self.mathematics.mpf, self.mathematics.mpc
         self.never = self.mathematics.inf
         self.box = isinstance(container, Box)
         self.free = scene.free
         self.half_sides = [number(side) / 2 for side in container.size]
         self.restitution = number(scene.restitution)
         self.wall_restitution = number(scene.wall_restitution)
-        columns = np.column_stack([scene.positions, scene.velocities, scene.radii, scene.masses])
-        self.balls = [Body(*map(number, row)) for row in columns.tolist()]
-        centre = [*scene.container_position.tolist(), *scene.container_velocity.tolist()]
-        radius = container.radius if isinstance(container, Circle) else math.nan
-        self.container = Body(*map(number, (*centre, radius, scene.container_mass)))
+        columns = (scene.positions, scene.velocities, scene.radii, scene.masses)
+        self.balls = [
+            Body(vector(*place), vector(*velocity), number(radius), number(mass))
+            for place, velocity, radius, mass in zip(*(c.tolist() for c in columns), strict=True)
+        ]
+        place, velocity = scene.container_position.tolist(), scene.container_velocity.tolist()
+        mass = number(scene.container_mass)
+        self.container = Body(vector(*place), vector(*velocity), self.half_sides[0], mass)
         self.now = number(0)
         # Of simultaneous contacts the first counts: in the order of balls, the wall first.
         self.contacts: dict[tuple[int, int], Number] = {
@@ -122,47 +124,35 @@ class Twin:
 
     def contact_time(self, i: int, j: int) -> Number:
         """When two bodies touch; now if they touch and approach."""
-        if j != CONTAINER:
-            time = self.pair_time(self.balls[i], self.balls[j])
-        elif self.box:
-            time = min(self.side_times(self.balls[i]))
-        else:
-            time = self.wall_time(self.balls[i])
-        return max(time, self.now)
+        if j == CONTAINER and self.box:
+            return max(min(self.side_times(self.balls[i])), self.now)
+        other = self.container if j == CONTAINER else self.balls[j]
+        return max(self.disk_time(self.balls[i], other), self.now)
 
-    def pair_time(self, first: Body, second: Body) -> Number:
-        """The smaller root for two balls, if they approach."""
-        x, y, u, v = self.relative(first, second)
-        b, w2 = x * u + y * v, u * u + v * v
-        if b + w2 * self.now >= 0:
+    def disk_time(self, ball: Body, other: Body) -> Number:
+        """The smaller root for two balls that approach, the larger one for a ball in a circle."""
+        inside = other is self.container
+        x, w = other.place - ball.place, other.velocity - ball.velocity
+        b, w2 = dot(x, w), dot(w, w)
+        if w2 == 0 or (not inside and b + w2 * self.now >= 0):
             return self.never
-        discriminant = b * b - w2 * (x * x + y * y - (first.radius + second.radius) ** 2)
-        if discriminant < 0:
-            return self.never
-        return (-b - self.mathematics.sqrt(discriminant)) / w2
-
-    def wall_time(self, ball: Body) -> Number:
-        """The larger root for a ball in a circle, unless the ball is at rest there."""
-        x, y, u, v = self.relative(self.container, ball)
-        b, w2 = x * u + y * v, u * u + v * v
-        if w2 == 0:
-            return self.never
-        discriminant = b * b - w2 * (x * x + y * y - (self.container.radius - ball.radius) ** 2)
-        if discriminant < 0:  # it sticks out by a rounding of the scene and stays outside
-            return self.now
-        return (-b + self.mathematics.sqrt(discriminant)) / w2
+        distance = other.radius + (-ball.radius if inside else ball.radius)
+        discriminant = b * b - w2 * (dot(x, x) - distance**2)
+        if discriminant < 0:  # no contact; in a circle, out by a rounding of the scene to the end
+            return self.now if inside else self.never
+        root = self.mathematics.sqrt(discriminant)
+        return (-b + (root if inside else -root)) / w2
 
     def side_times(self, ball: Body) -> list[Number]:
         """When a ball reaches the vertical and the horizontal side that it moves to."""
-        x, y, u, v = self.relative(self.container, ball)
+        x, w = ball.place - self.container.place, ball.velocity
+        axes = ((x.real, w.real), (x.imag, w.imag))
         return [
-            self.never if w == 0 else ((half - ball.radius) * (1 if w > 0 else -1) - p) / w
-            for p, w, half in zip((x, y), (u, v), self.half_sides, strict=True)
+            self.never
+            if speed == 0
+            else ((half - ball.radius) * (1 if speed > 0 else -1) - p) / speed
+            for (p, speed), half in zip(axes, self.half_sides, strict=True)
         ]
-
-    def relative(self, first: Body, second: Body) -> tuple[Number, Number, Number, Number]:
-        """The second body's line less the first's."""
-        return second.x - first.x, second.y - first.y, second.u - first.u, second.v - first.v
 
     def collide(self, i: int, j: int) -> Number:
         """Turn the normal relative velocity g into -e g; the impulse."""
@@ -172,32 +162,29 @@ class Twin:
         if not self.box:
             return self.exchange(ball, self.container, self.wall_restitution)
         across, along = self.side_times(ball)
-        factor = 1 + self.wall_restitution
-        u, v = (factor * ball.u, 0) if across <= along else (0, factor * ball.v)
-        ball.turn(-u, -v, self.now)
-        return ball.mass * abs(u + v)
+        normal = ball.velocity.real if across <= along else 1j * ball.velocity.imag
+        change = (1 + self.wall_restitution) * normal
+        ball.turn(-change, self.now)
+        return ball.mass * abs(change)
 
     def exchange(self, first: Body, second: Body, restitution: Number) -> Number:
         """Exchange the impulse J = (1 + e) mu g along the line of centres; its size.
 
         The impulse pushes balls apart, and a ball in a circle inwards: there g is negative.
         """
-        (x1, y1), (x2, y2) = first.position(self.now), second.position(self.now)
-        x, y = x2 - x1, y2 - y1
-        distance = self.mathematics.sqrt(x * x + y * y)
-        x, y = x / distance, y / distance
-        normal_velocity = (first.u - second.u) * x + (first.v - second.v) * y
+        offset = second.position(self.now) - first.position(self.now)
+        normal = offset / abs(offset)
+        normal_velocity = dot(first.velocity - second.velocity, normal)
         reduced_mass = 1 / (1 / first.mass + 1 / second.mass)
         impulse = (1 + restitution) * reduced_mass * normal_velocity
-        first.turn(-impulse / first.mass * x, -impulse / first.mass * y, self.now)
-        second.turn(impulse / second.mass * x, impulse / second.mass * y, self.now)
+        first.turn(-impulse / first.mass * normal, self.now)
+        second.turn(impulse / second.mass * normal, self.now)
         return abs(impulse)
 
     def state(self) -> NDArray[np.float64]:
         """x, y, u, v of the balls now, and of the container in the last row, rounded."""
-        bodies = (*self.balls, self.container)
-        rows = ([*body.position(self.now), body.u, body.v] for body in bodies)
-        return np.array([[float(number) for number in row] for row in rows])
+        rows = ((body.position(self.now), body.velocity) for body in (*self.balls, self.container))
+        return np.array([[float(p) for z in row for p in (z.real, z.imag)] for row in rows])
 
 
 @dataclass(frozen=True)
@@ -222,22 +209,11 @@ def trajectory(scene: Scene, collisions: int, digits: int | None = None) -> Exac
     """The exact trajectory of a scene from its doubles.
 
     digits : of the first run; the second has half as many again. The default comes from the number
-        of events, and doubles while that makes more events certain
+        of events
 
     Raises ``ValueError`` for a container that is neither a circle nor a box.
     """
-    attempt = digits or math.ceil(SPARE_DIGITS + DIGITS_PER_EVENT * collisions)
-    found = _with_digits(scene, collisions, attempt)
-    while digits is None and found.certain < len(found.events) and found.digits < MOST_DIGITS:
-        better = _with_digits(scene, collisions, 2 * found.digits)
-        if better.certain <= found.certain:
-            break
-        found = better
-    return found
-
-
-def _with_digits(scene: Scene, collisions: int, digits: int) -> ExactTrajectory:
-    """Two runs, and how many of their events are equal."""
+    digits = digits or math.ceil(SPARE_DIGITS + DIGITS_PER_EVENT * collisions)
     check_digits = digits + (digits + 1) // 2
     rows, states = _run(scene, collisions, check_digits)
     other_rows, other_states = _run(scene, collisions, digits)

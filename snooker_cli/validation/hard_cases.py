@@ -15,13 +15,14 @@ from typing import Self
 from snooker_cli.config import EXAMPLES, load
 from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
-from snooker_cli.errors import SceneError, check_name
+from snooker_cli.errors import check_name
 from snooker_cli.formatting import counted
 from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.runs.plan import checked
 from snooker_cli.trace import Trace
 from snooker_cli.validation import hard_case_checks as facts
 from snooker_cli.validation.hard_case_checks import Check, ExactStart, checks
-from snooker_cli.validation.study import PLANS, Cells, Record, Study, small, table
+from snooker_cli.validation.study import LEGENDS, PLANS, Cells, Record, Study, small, table
 
 FOLDER = EXAMPLES / "hard"  # the configs of the cases
 
@@ -84,7 +85,7 @@ class HardCaseStudy(Study):
         cases = record["cases"]
         why: Cells = {"case": lambda case: case["name"], "why it is hard": lambda case: case["why"]}
         yield from table(cases, why, left=why)
-        yield from ("", LEGEND, "")
+        yield from ("", *LEGENDS["hard"], "")
         yield from table(cases, VERDICT_CELLS, left=("case", "ended", "verdict"))
         yield ""
         yield from (f"{case['name']}, {fault}" for case in cases for fault in case["faults"])
@@ -105,12 +106,10 @@ def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
     endings: Counter[str] = Counter()
     worst: dict[str, Check] = {}
     events, faults = 0, []
-    for point in loaded.points():
+    points, _ = checked(loaded)
+    for point in points:
         experiment = point.experiment
-        try:
-            scene = starting_scene(experiment, 0)
-        except SceneError as error:
-            raise loaded.error(error.key, str(error)) from None
+        scene = starting_scene(experiment, 0)
         exact = scene.container.has_wall and scene.number <= facts.FOLLOWED
         truth = facts.exact_start(scene) if exact else None
         limit = experiment.collisions
@@ -171,19 +170,10 @@ def judged(
     return found, faults
 
 
-LEGEND = """\
-events: of all runs of a case: each point with each engine that supports its container
-ended: why runs ended, and how many
-energy, momentum, angular momentum: the worst violation of the conservation law, relative
-overlap, escape: the deepest of two balls, and of a ball in the wall, m
-facts: the first collisions beside the exact twin, and what else is known of a case"""
-
-
-def _facts(case: Record) -> Record:
-    """The checks that not every case has."""
-    return {
-        name: each for name, each in case["worst"].items() if name not in {"numbers", *INVARIANTS}
-    }
+def _facts(case: Record) -> str:
+    """How many of the checks hold that not every case has."""
+    others = case["worst"].keys() - {"numbers", *INVARIANTS}
+    return f"{sum(case['worst'][name]['holds'] for name in others)} of {len(others)}"
 
 
 def _error(case: Record, name: str) -> str:
@@ -201,8 +191,6 @@ VERDICT_CELLS: Cells = {
         f"{each['runs']} {each['reason'].replace('_', ' ')}" for each in case["endings"]
     ),
     **{name: partial(_error, name=name) for name in INVARIANTS},
-    "facts": lambda case: (
-        f"{sum(each['holds'] for each in _facts(case).values())} of {len(_facts(case))}"
-    ),
+    "facts": _facts,
     "verdict": lambda case: "holds" if case["holds"] else "fails",
 }

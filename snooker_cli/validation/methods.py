@@ -28,10 +28,7 @@ zero"; and zero is not a "positive solution" that can be selected. This is one r
 SKIN = 0.2
 """Time stepping lists pairs that are nearer than this to contact, in mean distances of balls."""
 
-ROOM = 8192  # events of time stepping that memory is made for at first
-
-PAIRS_AT_ONCE = 1_000_000
-"""Pairs of balls, times states, whose distances are held in memory at once."""
+ROOM = 1 << 20  # events of time stepping, of which the scenes have some hundred
 
 
 @dataclass(frozen=True)
@@ -113,19 +110,13 @@ def deepest_overlap(scene: Scene, states: States, flights: Floats) -> float:
     """
     i, j = np.triu_indices(scene.number, 1)
     contact = scene.radii[i] + scene.radii[j]
-    deepest = 0.0
-    at_once = max(1, PAIRS_AT_ONCE // max(1, len(i)))
-    for first in range(0, len(flights), at_once):
-        rows = slice(first, first + at_once)
-        offset = states.positions[rows][:, i] - states.positions[rows][:, j]
-        offset = scene.container.nearest_image(offset)
-        velocity = states.velocities[rows][:, i] - states.velocities[rows][:, j]
-        speed_squares = np.sum(velocity * velocity, axis=2)
-        nearest = -np.sum(offset * velocity, axis=2) / np.where(speed_squares > 0, speed_squares, 1)
-        offset += velocity * np.clip(nearest, 0.0, flights[rows, None])[..., None]
-        distance = np.sqrt(np.sum(offset * offset, axis=2))
-        deepest = max(deepest, float(np.max(contact - distance, initial=0.0)))
-    return deepest
+    offset = scene.container.nearest_image(states.positions[:, i] - states.positions[:, j])
+    velocity = states.velocities[:, i] - states.velocities[:, j]
+    speed_squares = np.sum(velocity * velocity, axis=2)
+    nearest = -np.sum(offset * velocity, axis=2) / np.where(speed_squares > 0, speed_squares, 1)
+    offset += velocity * np.clip(nearest, 0.0, flights[:, None])[..., None]
+    distance = np.sqrt(np.sum(offset * offset, axis=2))
+    return float(np.max(contact - distance, initial=0.0))
 
 
 def farthest_escape(scene: Scene, states: States) -> float:
@@ -208,12 +199,11 @@ def by_steps(scene: Scene, moments: Floats, step: float) -> Trajectory:
     pairs = np.empty((scene.number * (scene.number + 1) // 2, 2), dtype=np.int32)
     skin = SKIN * math.sqrt(scene.container.area / scene.number)
     restitutions = scene.restitution, scene.wall_restitution
-    happened, rows = ROOM, np.empty((0, 4))
-    while happened > len(rows):
-        rows, bodies = np.empty((happened, 4)), _bodies(scene)
-        clock = time.process_time()
-        happened, overlap = _step(bodies, *restitutions, step, skin, moments, states, pairs, rows)
-        seconds = time.process_time() - clock
+    rows, bodies = np.empty((ROOM, 4)), _bodies(scene)
+    clock = time.process_time()
+    happened, overlap = _step(bodies, *restitutions, step, skin, moments, states, pairs, rows)
+    seconds = time.process_time() - clock
+    assert happened <= ROOM
     positions = np.ascontiguousarray(np.moveaxis(states[:, 0:2, :-1], 1, 2))
     finish = _moved(scene, states[-1, 0:2].T, states[-1, 2:4].T)
     events = events_from_rows(rows[:happened])

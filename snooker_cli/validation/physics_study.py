@@ -8,13 +8,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from typing import Self
+from typing import ClassVar
 
 import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis.observables import mean_and_error
-from snooker_cli.config import parse
 from snooker_cli.containers import SHAPES
 from snooker_cli.engine import simulate
 from snooker_cli.formatting import listed, short, with_error
@@ -22,7 +21,8 @@ from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import processors
 from snooker_cli.trace import Series
-from snooker_cli.validation.study import PLANS, Cells, Record, Study, header_lines, table
+from snooker_cli.validation.reference_scenes import lattice_gas
+from snooker_cli.validation.study import LEGENDS, STRICT, Cells, Record, Study, header_lines, table
 
 ALLOWED = 4.0  # allowed standard errors: by chance a few dozen rows exceed three, not four
 
@@ -32,14 +32,6 @@ ONLY_OPEN = "only with open"
 START_TEMPERATURE = 50.0
 """Kinetic energy of a ball of 1 kg at the start, J, on average: half of the square of 10 m/s."""
 
-TEMPLATE = """
-container: {{shape: {shape}}}
-balls: {{count: {balls}, radius: 1.0, packing: {packing!r}, speed: 10.0, speeds: maxwell}}
-cor: {cor!r}
-collisions: 1
-seed: 1
-"""
-
 
 @dataclass(frozen=True)
 class GasSample:
@@ -48,6 +40,8 @@ class GasSample:
     settling, collisions : collisions with balls that each ball has before and while measuring
     seeds : repeats
     """
+
+    __pydantic_config__: ClassVar = STRICT
 
     balls: int
     packing: float
@@ -84,12 +78,19 @@ class GasSample:
         contact = theory.contact_value(self.packing)
         return theory.ball_ball_rate(density, 1.0, self.temperature, contact)
 
+    @property
+    def met_share(self) -> float:
+        """Collisions of a ball with exactly N − 1 others over those by ``collision_rate``."""
+        infinite = 2 * self.packing * theory.contact_value(self.packing)  # Z − 1
+        return 1 - theory.missing_ratio(self.packing, self.balls) / infinite
+
     def means(self, measure: Callable[["GasSample", Series], tuple[float, ...]]) -> Floats:
         """Mean and standard error over seeds of each measured value, a row each.
 
         The same for any number of threads.
         """
-        experiment = parse(TEMPLATE.format(**vars(self))).experiment
+        balls = {"count": self.balls, "radius": 1.0, "packing": self.packing}
+        experiment = lattice_gas({"shape": self.shape}, self.cor, **balls)
         events = self.settling_events + self.measured_events
 
         def one(seed: int) -> tuple[float, ...]:
@@ -131,12 +132,11 @@ def known_value(
         agreement = "yes"
     else:
         agreement = ONLY_OPEN if abs(left) <= ALLOWED * both_errors + systematic else "no"
-    setting = {key: getattr(gas, key) for key in ("shape", "balls", "packing", "cor", "seeds")}
-    setting |= {"settling": gas.settling_events, "collisions": gas.measured_events}
+    events = {"settling": gas.settling_events, "collisions": gas.measured_events}
     return {
         "group": group,
         "quantity": quantity,
-        "setting": setting,
+        "setting": vars(gas) | events,
         "measured": mean,
         "error": error,
         "expected": expected,
@@ -176,7 +176,6 @@ def fluid_rows(gas: GasSample) -> Iterator[Record]:
     """Z beside published simulations, if there are any, and the Padé; the collision rate."""
     packing = gas.packing
     ratio, rate = gas.means(ratio_and_rate)
-    lacking = missing(packing, gas.balls)
     precision = PUBLISHED_PRECISION if packing > SERIES_EXACT else 0.0
     sources = [(theory.compressibility(packing), precision, VIRIALS)]
     simulated = theory.published_ratio(packing)
@@ -186,14 +185,13 @@ def fluid_rows(gas: GasSample) -> Iterator[Record]:
         yield known_value(
             *(STATE, "Z = PV/NT", gas, ratio, value, source),
             expected_error=relative * value,
-            known=-lacking,
+            known=-theory.missing_ratio(packing, gas.balls),
         )
     expected = gas.collision_rate
-    fewer = 1 - lacking / (2 * packing * theory.contact_value(packing))
     yield known_value(
         *(RATE, "collisions of a ball, 1/s", gas, rate, expected, ENSKOG),
         expected_error=precision * expected,
-        known=expected * (fewer * theory.fixed_energy_factor(gas.free) - 1),
+        known=expected * (gas.met_share * theory.fixed_energy_factor(gas.free) - 1),
     )
 
 
@@ -206,16 +204,6 @@ def ratio_and_rate(gas: GasSample, series: Series) -> tuple[float, float]:
     )
     thermal = gas.balls * gas.temperature
     return 1 + virial / (2 * thermal * time), 2 * events / (gas.balls * time)
-
-
-def missing(packing: float, number: int) -> float:
-    """What Z lacks with N balls in a periodic box: n P''/(2 N P')."""
-    step = 1e-4
-    x = packing + step * np.array([-1.0, 0.0, 1.0])
-    pressure = x * theory.compressibility(x)
-    first = (pressure[2] - pressure[0]) / (2 * step)
-    second = (pressure[2] - 2 * pressure[1] + pressure[0]) / step**2
-    return float(packing * second / first / (2 * number))
 
 
 # Haff's law of cooling, and the speeds of a cooling gas
@@ -234,14 +222,12 @@ def haff_rows(gas: GasSample, dilute: bool = False) -> Iterator[Record]:
     """Haff's rate beside theory; in a dilute gas also whether it is constant, and a2."""
     slope, even, a2 = gas.means(slopes_and_shape)
     alpha = theory.haff_rate(theory.cooling_rate(gas.cor, gas.collision_rate))
-    # What N balls change: their collisions are fewer, and their energy is fixed.
-    contact = theory.contact_value(gas.packing)
-    fewer = 1 - missing(gas.packing, gas.balls) / (2 * gas.packing * contact)
     systematic = SONINE_RATE + gas.packing
     haff = "Haff 1983, Enskog, a2 after van Noije & Ernst 1998"
     yield known_value(
         *(HAFF, "Haff's rate, 1/s", gas, slope, alpha, haff),
-        known=alpha * (fewer * mean_cube(gas.free) - 1),
+        # N balls collide less often, and at fixed energy.
+        known=alpha * (gas.met_share * mean_cube(gas.free) - 1),
         systematic=systematic * alpha,
     )
     if not dilute:
@@ -325,14 +311,6 @@ class PhysicsStudy(Study):
     libraries = ("numpy", "numba")
 
     gases: Mapping[str, Sequence[GasSample]]
-    quick: bool = False
-
-    @classmethod
-    def planned(cls, name: str) -> Self:
-        """The plan "full" or "quick"."""
-        plan = PLANS["physics"][name]
-        gases = {key: [GasSample(**each) for each in known] for key, known in plan.items()}
-        return cls(gases, quick=name == "quick")
 
     def results(self, report: Callable[[str], None]) -> Record:
         """The rows, first those whose expected value leaves nothing open, and notes on them."""
@@ -344,7 +322,7 @@ class PhysicsStudy(Study):
                 found += ROWS[purpose](gas)
         groups = list(dict.fromkeys(row["group"] for row in found))
         found.sort(key=lambda row: (row["systematic"] > 0, groups.index(row["group"])))
-        return {"allowed_errors": ALLOWED, "notes": PLANS["physics"]["notes"], "rows": found}
+        return {"allowed_errors": ALLOWED, "notes": LEGENDS["physics"], "rows": found}
 
     @staticmethod
     def passed(record: Record) -> bool:
@@ -385,13 +363,8 @@ def _left(row: Record) -> str:
     return f"{row['left_in_errors']:+.1f}".replace("-", "−")
 
 
-def _walls(shape: str) -> str:
-    """The shape of a container with walls."""
-    return f", {SHAPES[shape].title}" if SHAPES[shape].has_wall else ""
-
-
 CELLS: Cells = {
-    "quantity": lambda row: row["quantity"] + _walls(row["shape"]),
+    "quantity": lambda row: row["quantity"] + f", {row['shape']}" * SHAPES[row["shape"]].has_wall,
     "N": lambda row: f"{row['balls']:,}",
     "packing": lambda row: f"{row['packing']:.4g}",
     "CoR": lambda row: f"{row['cor']:g}",

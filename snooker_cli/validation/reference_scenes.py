@@ -1,19 +1,26 @@
-"""Scenes for the exact twin: the source report's scene and variants of it."""
+"""Scenes of the studies: gases, and for the exact twin the source report's scene and variants."""
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BeforeValidator
 
-from snooker_cli.config import parse
+from snooker_cli.config import Experiment, load, parse
 from snooker_cli.placement.places import DIGITS
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.scene import EPSILON, Scene
+from snooker_cli.scene import Scene
+
+
+def lattice_gas(container: Mapping[str, Any], cor: float = 1.0, **balls: Any) -> Experiment:
+    """Equal balls on a lattice with Maxwell's speeds, 10 m/s (root mean square)."""
+    balls |= {"speed": 10.0, "speeds": "maxwell"}
+    known = {"container": dict(container), "balls": balls, "cor": cor, "collisions": 1, "seed": 1}
+    return load(known).experiment
 
 
 @dataclass(frozen=True)
@@ -30,11 +37,6 @@ class ReferenceScene:
     collisions: int
     start: Callable[..., Scene]
     exponent: float | None = None
-
-    @property
-    def horizon(self) -> float | None:
-        """Events until an error of one rounding is as large as its quantity, ln(1/ε)/λ."""
-        return math.log(1 / EPSILON) / self.exponent if self.exponent else None
 
 
 def rings(
@@ -89,3 +91,6 @@ def reference_scene(known: Mapping[str, Any]) -> ReferenceScene:
     settings = {key: value for key, value in known.items() if key != "rings"}
     start = partial(rings, **known["rings"]) if "rings" in known else mixture
     return ReferenceScene(start=start, **settings)
+
+
+PlannedScene = Annotated[ReferenceScene, BeforeValidator(reference_scene)]

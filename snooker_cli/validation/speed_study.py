@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,17 +22,10 @@ from snooker_cli.runs.batch import Job
 from snooker_cli.runs.execution import Watcher, execute, processors
 from snooker_cli.runs.plan import batch_size
 from snooker_cli.scene import Scene
-from snooker_cli.validation.study import PLANS, Cells, Record, Study, header_lines, table
+from snooker_cli.validation.reference_scenes import lattice_gas
+from snooker_cli.validation.study import LEGENDS, Cells, Record, Study, header_lines, table
 
 MASS = 1e7  # mass of a free container, kg; balls have 1 kg
-
-TEMPLATE = """
-container: {{radius: 10.0, mass: {mass}}}
-balls: {{count: {balls}, packing: {packing}, speed: 10.0, speeds: maxwell}}
-cor: 1
-collisions: 1
-seed: 1
-"""
 
 SHORT = """
 container: {{radius: 10.0}}
@@ -57,9 +50,8 @@ class SpeedCase(NamedTuple):
 
     def scene(self) -> Scene:
         """Its start."""
-        mass = MASS if self.free else ".inf"
-        text = TEMPLATE.format(balls=self.balls, packing=self.packing, mass=mass)
-        return starting_scene(parse(text).experiment, 0)
+        container = {"radius": 10.0, "mass": MASS if self.free else math.inf}
+        return starting_scene(lattice_gas(container, count=self.balls, packing=self.packing), 0)
 
 
 @dataclass(frozen=True)
@@ -81,15 +73,7 @@ class SpeedStudy(Study):
     stirring: int
     short: int
     rounds: int
-    quick: bool = False
     earlier: Record | None = None
-
-    @classmethod
-    def planned(cls, name: str) -> Self:
-        """The plan "full" or "quick"."""
-        plan = dict(PLANS["speed"][name])
-        cases = [SpeedCase(*each) for each in plan.pop("cases")]
-        return cls(cases, quick=name == "quick", **plan)
 
     def results(self, report: Callable[[str], None]) -> Record:
         """The rates: each has a name, its median, lowest and highest value, 1/s."""
@@ -146,7 +130,7 @@ class SpeedStudy(Study):
             yield from ("", "then:", *header_lines(record["earlier"]))
         yield ""
         yield from table(record["rates"], cells, left=("rate",))
-        yield SHARE
+        yield from LEGENDS["speed"]
 
 
 def short_repeats(kept: str, repeats: int, rounds: int) -> Record:
@@ -232,11 +216,6 @@ def _rate(value: float | None) -> str:
         return "–"
     return f"{value / 1e6:.2f} M" if value >= 1e5 else f"{value:,.0f}"
 
-
-SHARE = (
-    "kernel: processor time of simulating the same scenes again, without placing and storing, "
-    "divided by that of the run"
-)
 
 CELLS: Cells = {
     "rate": lambda one: str(one["rate"]),

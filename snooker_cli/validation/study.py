@@ -6,13 +6,15 @@ import re
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import yaml
+from pydantic import ConfigDict, TypeAdapter
 
 from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
@@ -33,7 +35,12 @@ PLANS: Record = yaml.safe_load(
 )
 """The content of plans.yaml."""
 
+STRICT = ConfigDict(extra="forbid")  # a plan has no other keys than its class
 
+LEGENDS: Mapping[str, Sequence[str]] = PLANS["legends"]
+
+
+@dataclass(frozen=True)
 class Study(ABC):
     """A measurement of the program itself. An instance is the plan of one measurement.
 
@@ -44,7 +51,14 @@ class Study(ABC):
 
     name: ClassVar[str]
     libraries: ClassVar[tuple[str, ...]]
-    quick: bool = False
+    __pydantic_config__: ClassVar = STRICT
+    quick: bool = field(default=False, kw_only=True)
+
+    @classmethod
+    def planned(cls, name: str) -> Self:
+        """The plan "full" or "quick" of plans.yaml."""
+        plan = PLANS[cls.name][name] | {"quick": name == "quick"}
+        return TypeAdapter(cls).validate_python(plan)
 
     @abstractmethod
     def results(self, report: Callable[[str], None]) -> Record:

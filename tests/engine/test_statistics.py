@@ -13,9 +13,9 @@ import pytest
 from numpy.typing import NDArray
 from scenes import gas, report_scene, trap_sums, twin_collisions
 from scipy import stats
+from single_fit import fit
 
 from snooker_cli.analysis.decay import curve, fit_curves
-from snooker_cli.analysis.fitting import fit
 from snooker_cli.analysis.observables import energy_ratio, series
 from snooker_cli.engine import replay, simulate
 from snooker_cli.trace import CONTAINER, StopReason, Trace

@@ -10,7 +10,6 @@ from scenes import EPSILON, scene_of
 from snooker_cli.analysis.observables import losses, total_energy
 from snooker_cli.containers import Circle
 from snooker_cli.engine import States
-from snooker_cli.validation import methods
 from snooker_cli.validation.methods import (
     TOLERANCE,
     all_methods,
@@ -98,18 +97,6 @@ def test_time_steps_are_of_the_first_order():
         error = rms_distance(course.positions, engine.positions[:10])[-1]
         assert 0.1 * 10.0 * step < error < 10 * 10.0 * step
     assert rms_distance(engine.positions[-1:], reference.states[:1, :-1, :2])[0] < 1e-13
-
-
-def test_time_steps_do_not_depend_on_memory(monkeypatch):
-    """With memory for one event at first."""
-    moments = np.array([0.1, 0.5, 2.0])
-    before = by_steps(mixture(), moments, 1e-3)
-    monkeypatch.setattr(methods, "ROOM", 1)
-    after = by_steps(mixture(), moments, 1e-3)
-    for column in ("time", "i", "j", "impulse"):
-        assert np.array_equal(getattr(before.events, column), getattr(after.events, column))
-    assert np.array_equal(before.positions, after.positions)
-    assert before.overlap == after.overlap > 0
 
 
 def test_overlap_and_escape():

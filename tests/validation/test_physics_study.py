@@ -100,7 +100,7 @@ def test_states_and_rates_are_those_of_theory(record: Record) -> None:
         else:
             assert row["source"] == simulated[packing].source
             assert row["expected"] == simulated[packing].ratio
-        assert row["known"] == -measurements.missing(packing, row["setting"]["balls"])
+        assert row["known"] == -theory.missing_ratio(packing, row["setting"]["balls"])
     for row in of(record, measurements.RATE):
         packing, balls = row["setting"]["packing"], row["setting"]["balls"]
         temperature, contact = 50 * balls / (balls - 1), theory.contact_value(packing)
@@ -123,12 +123,6 @@ def test_cooling_and_speeds_are_those_of_theory(record: Record) -> None:
         free = row["setting"]["balls"] - (row["setting"]["shape"] == "periodic")
         exact = theory.fixed_energy_kurtosis(free), theory.fixed_energy_mean_speed(free, 50.0)
         assert row["expected"] in exact
-
-
-def test_a_dilute_gas_lacks_one_partner_of_n() -> None:
-    # Z − 1 = 2x (N − 1)/N: as many pairs as there are.
-    assert measurements.missing(1e-3, 50) == pytest.approx(2e-3 / 50, rel=0.01)
-    assert measurements.missing(0.5, 400) == pytest.approx(measurements.missing(0.5, 100) / 4)
 
 
 def test_the_mean_cube_of_a_component_on_a_sphere() -> None:
