@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
@@ -89,6 +90,16 @@ def _pade_coefficients() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 _PADE_CONTACT, _PADE_DENOMINATOR = _pade_coefficients()
 
 
+def _pade_slope() -> Polynomial:
+    """s = f'g − f g', where 2P = f/g with P = η Z, as a polynomial of x = 2η."""
+    below = Polynomial(_PADE_DENOMINATOR)
+    above = Polynomial((0, 1)) * below + Polynomial((0, 0, *_PADE_CONTACT))
+    return above.deriv() * below - above * below.deriv()
+
+
+_PADE_SLOPE = _pade_slope()
+
+
 DENSEST_FLUID = 0.65
 """Packing fraction above which disks begin to order, where no theory here holds."""
 
@@ -111,11 +122,26 @@ def compressibility(packing: Real) -> Real:
     return 1.0 + 2.0 * packing * contact_value(packing)
 
 
+def missing_ratio(packing: float, number: float) -> float:
+    """What Z lacks with exactly N balls in a periodic box: η P''/(2 N P') with P = η Z(η).
+
+    To first order in 1/N, because the equation of state is that of a mean number of balls, whose
+    variance N/P' takes part in it. In a dilute gas this is 2η/N: a ball meets N − 1 others.
+    """
+    return packing * _bending(packing) / (2 * number)
+
+
+def _bending(packing: float) -> float:
+    """P''/P' of P = η Z(η): with P' = 2s/g² in x = 2η it is 2(s'/s − 2g'/g)."""
+    x, slope, below = 2 * packing, _PADE_SLOPE, Polynomial(_PADE_DENOMINATOR)
+    return float(2 * (slope.deriv()(x) / slope(x) - 2 * below.deriv()(x) / below(x)))
+
+
 @dataclass(frozen=True)
 class FluidState:
-    """Equilibrium of hard disks in a container.
+    """Equilibrium of N hard disks in a container.
 
-    pressure : force on the wall over its length, N/m; without walls that of the bulk
+    pressure : force on the wall over its length, N/m; without walls that of the gas
     bulk_packing : packing fraction far from the walls; below N πr² over the accessible area,
         because walls attract balls
     virial_ratio : 1 + ΣJd/(2 N T t), with the impulses J of ball-ball collisions at their
@@ -145,6 +171,10 @@ def fluid_state(
     dL/ds is the region's `spreading`: the curvature of a circle, the corners of a box. Z is that of
     `compressibility`, which is better in bulk than that of scaled particle theory.
 
+    So far N is the mean of a fluctuating number. For exactly N balls the free energy is larger by
+    T/2 ln⟨δN²⟩, where ⟨δN²⟩ is T n_b dN/dn_b over dP_b/dn_b (Lebowitz & Percus 1961). Its change
+    with the walls and with the scale, at fixed N, takes 1/N of what collisions add in a dilute gas.
+
     Raises ValueError when a fluid of N balls does not fit.
     """
     area, edge, spreading = container.accessible(ball_radius)
@@ -160,11 +190,24 @@ def fluid_state(
     density = packing / (math.pi * ball_radius**2)
     tension = -density * temperature * ball_radius * packing / (1 - packing) ** 2
     bulk = density * temperature * compressibility(packing)
-    force = bulk * edge - tension * spreading
+    adsorbed = 2 * ball_radius * packing**2 / (1 + packing)  # over the edge, times πr²
+    slope = 2 * ball_radius * packing * (2 + packing) / (1 + packing) ** 2
+    room = area + slope * edge  # dN/dn_b
+    bend = 4 * ball_radius / (1 + packing) ** 3 * edge / room - _bending(packing) + 1 / packing
+
+    def of_variance(growth: float, lengthening: float) -> float:
+        """Change of T/2 ln⟨δN²⟩ as the area and the edge grow, at fixed N; J."""
+        thinning = (packing * growth + adsorbed * lengthening) / room
+        return temperature / 2 * ((growth + slope * lengthening) / room - bend * thinning)
+
+    force = bulk * edge - tension * spreading - of_variance(edge, spreading)
+    work = 2 * bulk * area - tension * edge - of_variance(2 * area, edge)
+    virial_ratio = work / (2 * number * temperature)
+    in_bulk = number * temperature / container.area * virial_ratio
     return FluidState(
-        pressure=force / container.wall_length if container.has_wall else bulk,
+        pressure=force / container.wall_length if container.has_wall else in_bulk,
         bulk_packing=packing,
-        virial_ratio=(bulk * area - tension * edge / 2) / (number * temperature),
+        virial_ratio=virial_ratio,
     )
 
 
@@ -331,6 +374,20 @@ def wall_rate_from_pressure(
     force = wall_length * pressure
     impulse = math.sqrt(2 * math.pi * mass * temperature) / fixed_energy_factor(number)
     return force / (number * impulse)
+
+
+def ball_ball_rate_from_virial(
+    virial_ratio: float, temperature: float, ball_radius: float, free: int, mass: float = 1.0
+) -> float:
+    """Ball-ball collisions of one ball per second that a virial ratio Z implies, elastic.
+
+    ω = c 4(Z − 1)√(T/(πm))/d: the impulses add ΣJd/(2 N T t) = Z − 1, and their mean is √(πmT)/c at
+    fixed energy. c is the `fixed_energy_factor` of the number of free velocities, N with walls and
+    N − 1 without. Like `wall_rate_from_pressure` it is exact at any density.
+    """
+    factor = fixed_energy_factor(free)
+    thermal = math.sqrt(temperature / (math.pi * mass))
+    return factor * 4 * (virial_ratio - 1) * thermal / (2 * ball_radius)
 
 
 def friction(

@@ -9,21 +9,23 @@ from numpy.typing import NDArray
 
 from snooker_cli import theory
 from snooker_cli.analysis import observables
-from snooker_cli.analysis.decay import repeat_fits, reported_constant
+from snooker_cli.analysis.decay import Note, repeat_fits, reported_constant
 from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic, time_mean
 from snooker_cli.containers import Circle, Container
 from snooker_cli.formatting import listed
-from snooker_cli.runs.plan import critical_ratio
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
 
 Row: TypeAlias = tuple[str, str, float, float]
 """A quantity and a model; the measured and the predicted value of one repeat."""
 
-UNITS = {"pressure": "Pa m", "temperature": "J", "mean free path": "m", "mean speed": "m/s"}
-UNITS |= {"wall rate of a ball": "1/s", "ball-ball rate of a ball": "1/s", "Haff's α": "1/s"}
-UNITS |= {"decay constant of energy": "1/s", "decay constant of pressure": "1/s"}
-"""Units of the quantities that have one."""
+EQUILIBRIUM = {"pressure": "Pa m", "temperature": "J", "PV/NT": "1", "PV/NT by the virial": "1"}
+EQUILIBRIUM |= {"wall rate of a ball": "1/s", "ball-ball rate of a ball": "1/s"}
+EQUILIBRIUM |= {"mean free path": "m", "mean speed": "m/s", "kurtosis of speeds": "1"}
+"""Units of the quantities that are measured after the relaxation."""
+
+UNITS = dict.fromkeys(("Haff's α", "decay constant of energy", "decay constant of pressure"), "1/s")
+UNITS |= EQUILIBRIUM
 
 HEAVY = 1000.0
 """A free container this many times as heavy as the balls keeps their angular momentum."""
@@ -124,10 +126,15 @@ def pressures(trace: Trace, since: float) -> Iterator[Row]:
     if state is not None and walls:
         bulk = theory.compressibility(packing)
         yield "PV/NT by the virial", "hard disks, Padé", virial, bulk
-        yield "PV/NT by the virial", "hard disks with a wall", virial, state.virial_ratio
+        yield "PV/NT by the virial", _here(scene.container), virial, state.virial_ratio
     published = theory.published_ratio(packing)
     if published is not None and elastic(scene) and not walls:
         yield "PV/NT", published.source, virial, 1 + (published.ratio - 1) * met
+
+
+def _here(container: Container) -> str:
+    """The name of the theory for N equal balls in this container, instead of a very large gas."""
+    return "hard disks with a wall" if container.has_wall else "hard disks, finite N"
 
 
 def _compressibilities(scene: Scene, state: theory.FluidState | None) -> dict[str, float]:
@@ -142,9 +149,9 @@ def _compressibilities(scene: Scene, state: theory.FluidState | None) -> dict[st
         excluded = theory.van_der_waals_pressure(number, 1.0, container.area, radius)
         found["van der Waals"] = excluded / ideal
         found["hard disks, Padé"] = theory.compressibility(scene.packing_fraction)
-        if container.has_wall:
-            found["hard disks with a wall"] = state.pressure / ideal
-        elif scene.restitution < 1:
+        if elastic(scene) or container.has_wall:
+            found[_here(container)] = state.pressure / ideal
+        else:
             # The impulses of a Maxwellian gas are (1 + e)/2 of the elastic ones.
             weaker = (1 + scene.restitution) / 2 * (state.pressure / ideal - 1)
             found["hard disks, impulses (1 + e)/2"] = 1 + weaker
@@ -158,28 +165,33 @@ def rates(trace: Trace, since: float) -> Iterator[Row]:
         return
     enskog, number, container = scene_rates(scene, 1.0), scene.number, scene.container
     radius, mass = float(scene.radii[0]), float(scene.masses[0])
+    free = number if container.has_wall else number - 1
     span = np.float64(number * (trace.stop.time - since))
+    root = time_mean(trace, np.sqrt(found.kinetic_energy / number), since)
+    speed = theory.fixed_energy_mean_speed(free, 1.0, mass) * root
     if container.has_wall:
         wall = observables.gained(trace, found.wall_events, since) / span
-        root = time_mean(trace, np.sqrt(found.kinetic_energy / number), since)
-        speed = theory.fixed_energy_mean_speed(number, 1.0, mass) * root
         ideal = theory.wall_rate(speed, container.accessible(radius))
         yield "wall rate of a ball", "ideal gas", wall, ideal
         if enskog is not None:
-            yield "wall rate of a ball", "hard disks with a wall", wall, enskog.wall * root
-    if enskog is None:
+            yield "wall rate of a ball", _here(container), wall, enskog.wall * root
+    state = scene_state(scene, 1.0)
+    if enskog is None or state is None:
         return
     met = np.maximum(observables.meeting_temperature(found.kinetic_energy, scene), 0.0)
     root = time_mean(trace, np.sqrt(met), since)
     pairs = 2 * observables.gained(trace, found.pair_events, since) / span
     density = number / container.area
     dilute = theory.ball_ball_rate(density, radius, 1.0, mass=mass)
+    here = theory.ball_ball_rate_from_virial(state.virial_ratio, 1.0, radius, free, mass) * root
     yield "ball-ball rate of a ball", "Boltzmann", pairs, dilute * root
     yield "ball-ball rate of a ball", "Enskog", pairs, enskog.ball_ball * root
+    yield "ball-ball rate of a ball", _here(container), pairs, here
     path = observables.mean_free_path(trace, since)
     source = theory.source_mean_free_path(density, radius)
     yield "mean free path", "Boltzmann", path, theory.mean_free_path(density, radius)
     yield "mean free path", "Enskog", path, enskog.mean_free_path
+    yield "mean free path", _here(container), path, speed / here
     yield "mean free path", "source report, 1/(√2 n 2πr)", path, source
 
 
@@ -203,9 +215,6 @@ def cooling(trace: Trace) -> Iterator[Row]:
     events = calm.pair_events, wall_e, calm.wall_events
     expected = theory.energy_ratio_by_events(scene.number, e, *events)
     yield "energy left at the end", "by event count", left, expected
-    ratio = critical_ratio(scene, e)
-    if ratio is not None:
-        yield "L/L_c", "shear mode, critical", ratio, 1.0
 
 
 class SpeedLaw(NamedTuple):
@@ -251,9 +260,17 @@ def speeds(trace: Trace, since: float) -> Iterator[Row]:
         yield "kurtosis of speeds", law.model, kurtosis, law.kurtosis
 
 
-def missing_note(scene: Scene) -> str:
-    """Which rows are missing for these balls, and why; empty if none are."""
-    missing = ["equations of state", "collision rates", "mean free path"]
+def notes(scene: Scene) -> Iterator[Note]:
+    """What a container without walls changes; which rows are missing for these balls, and why."""
+    if not scene.container.has_wall:
+        yield Note(NO_WALLS, "pressure, temperature, PV/NT by the virial")
+        if scene.number > 1 and independent_velocities(scene) is None:
+            why = "two balls have one speed" if scene.number == 2 else "the balls' masses differ"
+            if not at_rest(scene):
+                why = "the balls' centre of mass moves on for ever"
+            missing = f"the law of speeds at fixed energy is missing, because {why}"
+            yield Note(missing, "mean speed, kurtosis of speeds")
+    absent = ["equations of state", "collision rates", "mean free path"]
     cooling = ["decay constants", "energy left"]
     if scene.number == 1:
         why, others = "one ball meets no other", ["distribution of speeds", *cooling]
@@ -266,17 +283,6 @@ def missing_note(scene: Scene) -> str:
         why = f"the theory needs a fluid, and {filled}"
         others = [] if elastic(scene) else ["Haff's α"]
     else:
-        return ""
-    return f"{why}, so these rows are missing: {listed([*missing, *others])}"
-
-
-def shape_note(scene: Scene) -> str:
-    """What a container without walls changes; empty for one with walls."""
-    if scene.container.has_wall:
-        return ""
-    if scene.number == 1 or independent_velocities(scene) is not None:
-        return NO_WALLS
-    why = "two balls have one speed" if scene.number == 2 else "the balls' masses differ"
-    if not at_rest(scene):
-        why = "the balls' centre of mass moves on for ever"
-    return f"{NO_WALLS}; the law of speeds at fixed energy is missing, because {why}"
+        return
+    names = listed([*absent, *others])
+    yield Note(f"{why}, so these rows are missing: {names}", f"{names}, {', '.join(EQUILIBRIUM)}")
