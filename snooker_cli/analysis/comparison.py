@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.analysis import observables, predictions
-from snooker_cli.analysis.decay import early_note, number_complete
-from snooker_cli.analysis.predictions import UNITS, SpeedLaw
+from snooker_cli.analysis.decay import Note, early_notes, number_complete
+from snooker_cli.analysis.predictions import EQUILIBRIUM, UNITS, SpeedLaw
 from snooker_cli.formatting import plain
-from snooker_cli.runs.plan import CRITICAL
+from snooker_cli.runs.plan import CRITICAL, critical_ratio
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BINS, StopReason, Trace
 
 _Table: TypeAlias = defaultdict[tuple[str, str], list[list[float]]]
 """Measured and predicted values of the repeats, by quantity and model."""
 
-RELAXING = 5
-"""Collisions of a ball until equal speeds have relaxed: to a kurtosis of 1.83, finally 1.95."""
+RELAXING, LEAST_RELAXING = 15, 5
+"""Collisions of a ball while equal speeds relax; the fewest, where a kurtosis of 1.95 is 1.83."""
 
 LEAST_EXPECTED = 8
 """Balls expected in the first and last bin of the chi-square; bins with fewer are merged."""
@@ -67,22 +67,23 @@ class Comparison:
         return dict(plain(row | {"difference_in_errors": self.in_errors}))
 
 
-def relaxing(number: int) -> int:
+def relaxing(number: int, of_a_ball: int = RELAXING) -> int:
     """Ball-ball collisions in which a gas of ``number`` balls relaxes; none for one ball."""
-    return math.ceil(RELAXING * number / 2) if number > 1 else 0
+    return math.ceil(of_a_ball * number / 2) if number > 1 else 0
 
 
 def relaxed_at(trace: Trace) -> float | None:
-    """Time (s) after ``relaxing(N)`` ball-ball collisions; ``None`` without as many after them."""
-    needed, found = relaxing(trace.start.number), observables.series(trace)
-    if trace.pair_events < 2 * needed:
+    """Time (s) after ``relaxing(N)`` ball-ball collisions, or half of all; ``None`` if too few."""
+    number, half, found = trace.start.number, trace.pair_events // 2, observables.series(trace)
+    if half < relaxing(number, LEAST_RELAXING):
         return None
-    time = float(found.time[np.searchsorted(found.pair_events, needed)])
+    skipped = min(half, relaxing(number))
+    time = float(found.time[np.searchsorted(found.pair_events, skipped)])
     return time if time < trace.stop.time else None
 
 
-def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[str]]:
-    """A point's repeats beside every theory that applies, and notes for a reader, in sentences.
+def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[Note]]:
+    """A point's repeats beside every theory that applies, and notes for a reader.
 
     Pressures, rates and speeds are those of the part of each repeat after its relaxation.
     """
@@ -108,27 +109,34 @@ def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[str]]:
             for table, rows in parts:
                 for quantity, model, *values in rows:
                     table[quantity, model].append(values)
-    notes, total = [early_note(ended)], ended.total()
+    notes, total = early_notes(ended), ended.total()
     if used < total:
         which = "the repeat" if total == 1 else f"{total - used} of {total} repeats"
-        notes.append(f"{which} {'has' if total - used == 1 else 'have'} no collisions")
+        notes.append(Note(f"{which} {'has' if total - used == 1 else 'have'} no collisions"))
     if scene is None:
-        return [], list(filter(None, notes))
-    notes.append(_relaxation_note(relaxing(scene.number), used, relaxed))
-    notes += [predictions.shape_note(scene), predictions.missing_note(scene)]
-    if any(quantity == "L/L_c" for quantity, _ in cooling):
-        notes.append(f"L/L_c: {CRITICAL}")
+        return [], notes
+    if scene.number > 1:
+        fewest = 2 * relaxing(scene.number, LEAST_RELAXING)
+        few = f"; left out: {used - relaxed} of {used} repeats, with fewer than {fewest}"
+        skipped = f"the first {relaxing(scene.number)} ball-ball collisions, at most half"
+        note = f"pressures, rates and speeds skip {skipped} (relaxation)" + few * (relaxed < used)
+        notes.append(Note(note, ", ".join((*EQUILIBRIUM, CHI_SQUARE))))
+    notes += predictions.notes(scene)
     laws = predictions.speed_laws(scene) if counts.any() else []
     found = [
         *_compared(equilibrium, notes),
         *(_chi_square(law, counts, relaxed) for law in laws),
         *_compared(cooling, notes),
     ]
+    if ratio := critical_ratio(scene, scene.restitution):
+        none = math.nan, math.nan, math.nan, math.nan
+        found.append(Comparison("L/L_c", "critical length", ratio, *none, used))
+        notes.append(Note(f"L/L_c: {CRITICAL}", "L/L_c"))
     counted = [replace(one, complete=number_complete(ended), simulated=total) for one in found]
-    return counted, list(filter(None, notes))
+    return counted, notes
 
 
-def _compared(table: _Table, notes: list[str]) -> Iterator[Comparison]:
+def _compared(table: _Table, notes: list[Note]) -> Iterator[Comparison]:
     """The rows that have a value; ``notes`` gets a sentence for each of the others."""
     for (quantity, model), pairs in table.items():
         values = np.array(pairs, dtype=np.float64)
@@ -136,7 +144,7 @@ def _compared(table: _Table, notes: list[str]) -> Iterator[Comparison]:
         if not len(good):
             known = bool(np.any(np.isfinite(values[:, 0])))
             why = "the theory has no value here" if known else "it could not be measured"
-            notes.append(f"{quantity} ({model}) is missing: {why}")
+            notes.append(Note(f"{quantity} ({model}) is missing: {why}", quantity, model))
             continue
         difference = good[:, 0] - good[:, 1]
         yield Comparison(
@@ -163,15 +171,3 @@ def _chi_square(law: SpeedLaw, counts: NDArray[np.int64], repeats: int) -> Compa
     value = float(np.sum((counts - expected) ** 2 / expected)) / freedom
     numbers = math.nan, 1.0, value - 1, math.sqrt(2 / freedom)
     return Comparison(CHI_SQUARE, law.model, value, *numbers, repeats, samples)
-
-
-def _relaxation_note(needed: int, repeats: int, relaxed: int) -> str:
-    """Which collisions the means over time skip, and how many repeats are too short for them."""
-    if not needed:
-        return ""
-    if relaxed == repeats:
-        first = f"the first {needed} ball-ball collisions (relaxation)"
-        return f"pressures, rates and speeds skip {first}"
-    which = "the repeat is" if repeats == 1 else f"{repeats - relaxed} of {repeats} repeats are"
-    why = f"{2 * needed} ball-ball collisions are needed ({needed} for the relaxation)"
-    return f"{which} too short for pressures, rates and speeds: {why}"

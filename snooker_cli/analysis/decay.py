@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -91,10 +91,11 @@ def _pressure_at(trace: Trace, times: Array) -> Array:
 
 
 def _in_windows(means: Callable[[Trace, Array], Array]) -> Callable[[Trace], TimeCourse]:
-    """Means between the edges of equal windows; none for a repeat without length."""
+    """Means between the edges of equal windows; none for fewer collisions than windows."""
 
     def course(trace: Trace) -> TimeCourse:
-        edges = np.linspace(0.0, trace.stop.time, WINDOWS + 1)[: None if trace.stop.time > 0 else 0]
+        some = trace.collisions >= WINDOWS and trace.stop.time > 0
+        edges = np.linspace(0.0, trace.stop.time, WINDOWS + 1)[: None if some else 0]
         return (edges[:-1] + edges[1:]) / 2, means(trace, edges)
 
     return course
@@ -127,11 +128,12 @@ QUANTITIES: dict[str, Quantity] = {
 }
 """Every quantity that is fitted, by its name in ``fit.json``."""
 
+FURTHER = "temperature", "pressure_amplitude_1"  # only --all prints these
+
 SAMPLING = (
     "Fits use every collision (fewer in long runs; summaries are interpolated). "
     f'"Local" means averages over {WINDOWS} windows of time. '
     "The pressure is a mean since the start; for Haff's law its fit is A/(1 + αt). "
-    "The source report fixes A at 1, also for the pressure; the best A is not 1 there. "
     f"Models: {'; '.join(f'{name} {model.formula}' for name, model in LAWS.items())}."
 )
 """What a reader of fits has to know."""
@@ -146,7 +148,13 @@ JUDGEMENT = (
 
 NO_LOSSES = "All collisions are elastic, so nothing decays."
 
-WITHOUT_WALLS = f"{observables.NO_WALLS}; Haff's law is for a gas without clusters"
+
+class Note(NamedTuple):
+    """A sentence for a reader, with names of the rows that it is about; empty if all."""
+
+    note: str
+    quantity: str = ""
+    model: str = ""
 
 
 @dataclass(frozen=True)
@@ -361,19 +369,24 @@ def decays(
 
 def analyse(
     traces: Iterable[Trace], since: float = 0.0, until: float = math.inf
-) -> tuple[list[Decay], list[str]]:
-    """All decay constants of a point, and notes for a reader: early ends and failed fits."""
+) -> tuple[list[Decay], list[Note]]:
+    """All decay constants of a point, and notes for a reader."""
     found = decays(traces, since=since, until=until)
-    notes = ["" if found[0].walls else WITHOUT_WALLS, early_note(found[0].ended)]
+    notes = early_notes(found[0].ended)
+    if found[0].elastic:
+        return found, [*notes, Note(NO_LOSSES)]
+    if not found[0].walls:
+        notes.append(Note(observables.NO_WALLS, "pressure, local_pressure"))
+        notes.append(Note("Haff's law is for a gas without clusters", model="haff"))
     failures: dict[tuple[str, int], list[str]] = {}
     for each in found:
-        if each.reason is not None:
+        if each.reason is not None and each.quantity not in FURTHER:
             failures.setdefault((each.reason, each.over_repeats.failed), []).append(each.quantity)
     for (reason, failed), quantities in failures.items():
         names = listed([name.replace("_", " ") for name in dict.fromkeys(quantities)])
         of = "" if len(found[0].fits) == 1 else f" in {failed} of {len(found[0].fits)} repeats"
-        notes.append(f"no fit of {names}{of}: {reason}")
-    return found, list(filter(None, notes))
+        notes.append(Note(f"no fit of {names}{of}: {reason}", names))
+    return found, notes
 
 
 _EARLY = {
@@ -398,12 +411,11 @@ def early_endings(
     return f"{which} ended early, {listed(each)}"
 
 
-def early_note(ended: Mapping[StopReason, int]) -> str:
+def early_notes(ended: Mapping[StopReason, int]) -> list[Note]:
     """How many repeats miss collisions that could have happened; empty if none do."""
     endings = early_endings(ended, [reason for reason in _EARLY if not reason.complete])
-    if not endings:
-        return ""
-    return f"{endings}; averages over collisions leave them out, the rest uses them to their end"
+    what = "averages over collisions leave them out, the rest uses them to their end"
+    return [Note(f"{endings}; {what}")] if endings else []
 
 
 def number_complete(ended: Mapping[StopReason, int]) -> int:

@@ -129,30 +129,6 @@ class FitResult:
     amplitude: float = math.nan
 
 
-def fit(
-    t: ArrayLike,
-    y: ArrayLike,
-    model: str = "exponential",
-    *,
-    amplitude: float | None = None,
-    start: float | None = None,
-    rounding: float = 0.0,
-) -> FitResult:
-    """Least-squares fit of a decay to one curve.
-
-    t, y : (*n*,) times (s, at least 0) and values; any scale, the search is dimensionless
-    model : a name in ``MODELS``
-    amplitude : A is held at this value; by default it is free
-    start : t0 (s), not after any of the times; by default the first of them
-    rounding : relative size of changes that are only rounding; no decay is sought in them
-
-    Data that cannot be fitted give a result with converged=False and a message with the reason.
-    Raises KeyError for an unknown model.
-    """
-    curve = np.asarray(t, dtype=np.float64), np.asarray(y, dtype=np.float64), rounding
-    return fit_all([curve], model, amplitude=amplitude, start=start)[0]
-
-
 def fit_all(
     curves: Sequence[tuple[Array, Array, float]],
     model: str = "exponential",
@@ -160,7 +136,17 @@ def fit_all(
     amplitude: float | None = None,
     start: float | None = None,
 ) -> list[FitResult]:
-    """``fit`` of many curves, each (t, y, rounding); together, short ones take less time."""
+    """Least-squares fits of a decay to curves (t, y, rounding); short ones are fitted together.
+
+    t, y : (*n*,) times (s, at least 0) and values; any scale, the search is dimensionless
+    rounding : relative size of changes that are only rounding; no decay is sought in them
+    model : a name in ``MODELS``
+    amplitude : A is held at this value; by default it is free
+    start : t0 (s), not after any of the times; by default the first of them
+
+    Data that cannot be fitted give a result with converged=False and a message with the reason.
+    Raises KeyError for an unknown model.
+    """
     form, free = MODELS[model], amplitude is None
     found: list[FitResult] = []
     scaled: dict[int, tuple[float, float, Array, Array]] = {}  # span, scale, s, y/scale
@@ -169,7 +155,7 @@ def fit_all(
             origin = start if start is not None else float(t[0]) if t.size else math.nan
             level = amplitude if amplitude is not None else y[0] if y.size else math.nan
             if t.size < 2 + free:
-                problem = f"Too few points for this fit: {t.size}; it needs {2 + free} or more."
+                problem = f"A fit needs {2 + free} or more points; here are {t.size}."
             elif np.max(np.abs(y - level)) <= rounding * abs(level):
                 problem = NOTHING_DECAYS if level else "All values are zero."
             else:

@@ -18,12 +18,12 @@ from snooker_cli.analysis.observables import measured_ahead
 from snooker_cli.config import Point
 from snooker_cli.errors import UNREADABLE, RunError, UserError
 from snooker_cli.files import sources_hash, user_hash, write_json
-from snooker_cli.progress import counting
+from snooker_cli.progress import counting, notice
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
 
 Found = Sequence[decay.Decay] | Sequence[comparison.Comparison]
-Analyse = Callable[[Iterator[Trace]], tuple[Found, list[str]]]
+Analyse = Callable[[Iterator[Trace]], tuple[Found, list[decay.Note]]]
 
 Records: TypeAlias = list[dict[str, Any]]
 
@@ -45,15 +45,12 @@ class RunAnalysis:
     unsaved: dict[str, Any] | None = None
 
     def save(self) -> None:
-        """Write the file, unless it has this analysis. Raises ``RunError``."""
+        """Write the file, unless it has this analysis; a notice says if that is not possible."""
         try:
             if self.unsaved is not None:
                 write_json(self.path, self.unsaved)
         except OSError as error:
-            raise RunError(
-                f"{self.path}: cannot be written ({error.strerror}), so that the result is only "
-                "printed; make the run's folder writable, or copy it"
-            ) from None
+            notice(f"{self.path}: cannot be written ({error.strerror}); the result is only printed")
 
 
 def fits(
@@ -73,7 +70,7 @@ def fits(
     if not 0 <= since < until:
         raise UserError(
             f"there is no range of times from {since:g} s to {until:g} s",
-            "give seconds from the start, with 0 ≤ --from < --to",
+            "give seconds from the start, with 0 ≤ --from < --until",
         )
     statuses = (each for point in chosen for each in run.statuses(point.index))
     end = max((each.header.stop.time for each in statuses if each.header), default=math.inf)
@@ -138,15 +135,12 @@ def _seal(made_from: str, entry: dict[str, Any]) -> str:
 
 def _made(run: Run, point: Point, present: Sequence[int], analyse: Analyse) -> dict[str, Any]:
     """Rows and notes of a point; of an unfinished run, of the repeats that it has."""
-    parameters, sentences = (
-        {"parameters": point.as_json()},
-        _notes_on_repeats(run, point, len(present)),
-    )
-    rows: Records = []
+    parameters, rows = {"parameters": point.as_json()}, Records()
+    notes = [decay.Note(one) for one in _notes_on_repeats(run, point, len(present))]
     if present:
         found, others = analyse(read(run, point, present))
-        rows, sentences = [parameters | one.as_json() for one in found], sentences + others
-    return {"rows": rows, "notes": [parameters | {"note": one} for one in sentences]}
+        rows, notes = [parameters | one.as_json() for one in found], notes + others
+    return {"rows": rows, "notes": [parameters | one._asdict() for one in notes]}
 
 
 def read(run: Run, point: Point, present: Sequence[int]) -> Iterator[Trace]:

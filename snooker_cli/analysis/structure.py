@@ -22,11 +22,11 @@ from snooker_cli.trace import Trace
 Array: TypeAlias = NDArray[np.float64]
 Observable: TypeAlias = "Callable[[Array, Array, Scene], Any]"
 
-BINS_OF_DIAMETER, MOST_BINS = 20, 160
-"""Bins of the pair correlation for each diameter, and in total about."""
+BINS_OF_DIAMETER, DIAMETERS = 20, 6.0
+"""Bins of the pair correlation for each diameter at most, and the diameters that it reaches."""
 
-DIAMETERS, SPACINGS = 8.0, 3.0
-"""The pair correlation reaches this many diameters, in a dilute gas this many mean spacings."""
+BINS_OF_AREA = 10.0
+"""Such bins are at most this times the balls' number and packing, so that each has some pairs."""
 
 BALLS_IN_CELL = 5.0  # balls of a cell on average, over which the flow is averaged
 NEARBY = 4.0  # mean spacings from a periodic box, up to which images are triangulated at first
@@ -50,13 +50,13 @@ def values(function: Observable, start: Scene, states: States) -> Iterator[Any]:
 def distance_edges(scene: Scene) -> Array:
     """Edges of the bins of `pair_correlation`, m, from 0; contact of mean balls is an edge.
 
-    They reach to half of the container's shorter side at most.
+    They reach to half of the container's shorter side at most. Fewer and wider bins in a thin gas.
     """
     diameter = 2 * float(np.mean(scene.radii))
-    spacing = math.sqrt(scene.container.area / scene.number)
     half = min(scene.container.size) / 2 * (1 - 1e-9)  # images are apart
-    reach = min(max(DIAMETERS * diameter, SPACINGS * spacing), half)
-    parts = min(max(int(MOST_BINS * diameter / reach), 1), BINS_OF_DIAMETER)
+    reach = min(DIAMETERS * diameter, half)
+    parts = int(BINS_OF_AREA * scene.number * scene.packing_fraction)
+    parts = min(max(parts, 1), BINS_OF_DIAMETER)
     return np.arange(int(reach * parts / diameter) + 1, dtype=np.float64) * (diameter / parts)
 
 

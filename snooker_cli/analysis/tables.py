@@ -1,10 +1,12 @@
 """Rows of fits and comparisons as cells and lines of tables."""
 
+import re
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import Any
 
 from snooker_cli.analysis.comparison import CHI_SQUARE
-from snooker_cli.analysis.decay import range_held
+from snooker_cli.analysis.decay import FURTHER, range_held
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import point_label, ratio, short, text_table, with_error
 
@@ -13,6 +15,7 @@ COMPARE_COLUMNS = "quantity | model | >measured | >predicted | >difference | >in
 """Columns of a point's table. It fits 100 columns of a terminal."""
 
 MORE_FIT_COLUMNS = " | >half range | >bootstrap error"
+MOST_POINTS = 3  # that notes name
 
 PAIRED = (
     "A difference is taken in each repeat, because many predictions use its own temperature. Its "
@@ -21,45 +24,51 @@ PAIRED = (
 """What a reader of the errors of comparisons has to know."""
 
 
-def fit_lines(rows: Records, every: bool) -> list[str]:
-    """A table of each point; `every` adds the source report's and the bootstrap error."""
-    columns = FIT_COLUMNS + MORE_FIT_COLUMNS * every
-    return _lines(rows, columns, [fit_cells(one, every) for one in rows])
+def usual(found: Records) -> Records:
+    """Rows or notes that are printed without ``--all``."""
+    known = [one for one in found if not one["model"].startswith("source report")]
+    return [one for one in known if one["quantity"] not in FURTHER or "amplitude" not in one]
 
 
-def comparison_lines(rows: Records, every: bool) -> list[str]:
-    """A table of each point; `every` adds the errors of means and the source report's formulas."""
-    kept = rows if every else usual(rows)
-    return _lines(kept, COMPARE_COLUMNS, [compare_cells(one, every) for one in kept])
+def named(found: Records, field: str, parts: Sequence[str]) -> Records:
+    """Rows or notes with one of these parts in a name of files or tables, or without a name."""
+    names = [one[field] and f"{one[field]} {shown_name(one[field])}".lower() for one in found]
+    both = zip(found, names, strict=True)
+    return [one for one, name in both if not name or any(part.lower() in name for part in parts)]
 
 
-def usual(rows: Records) -> Records:
-    """Rows of ``comparisons`` without the formulas of the source report."""
-    return [one for one in rows if not one["model"].startswith("source report")]
+def shown_name(name: str) -> str:
+    """The name of a quantity or a model in tables."""
+    name = name.replace("_amplitude_1", "").replace(CHI_SQUARE, "χ²/dof of speeds")
+    return re.sub(" of a ball| at the (end|start)", "", re.sub("(?<=[a-z])_", " ", name))
 
 
-def _lines(rows: Records, columns: str, cells: list[list[str]]) -> list[str]:
-    head, *lines = text_table(columns.split(" | "), cells)
-    titles = [f"{point_label(one['parameters'])}: {share_complete(one)} complete" for one in rows]
-    found = []
+def table_lines(rows: Records, every: bool) -> list[str]:
+    """A table of each point where something decays or is compared; `every` adds errors."""
+    rows = [one for one in rows if not one.get("elastic")]
+    columns, cells = COMPARE_COLUMNS, compare_cells
+    if rows and "amplitude" in rows[0]:
+        columns, cells = FIT_COLUMNS + MORE_FIT_COLUMNS * every, fit_cells
+    head, *lines = text_table(columns.split(" | "), [cells(one, every) for one in rows])
+    titles, found = map(point_heading, rows), list[str]()
     for title, group in groupby(zip(titles, lines, strict=True), lambda each: each[0]):
         found += [title, head, *(line for _, line in group)]
     return found
 
 
-def share_complete(one: dict[str, Any]) -> str:
-    """How many repeats of a row's point are complete."""
+def point_heading(one: dict[str, Any]) -> str:
+    """A row's point, and how many of its repeats are complete."""
     total = one["simulated"] if "simulated" in one else one["repeats"] + one["failed"]
-    return f"{one['complete']} of {total}"
+    return f"{point_label(one['parameters'])}: {one['complete']} of {total} complete"
 
 
 def fit_cells(one: dict[str, Any], every: bool = False) -> list[str]:
     """A row of ``fits`` under ``FIT_COLUMNS``; `every` adds ``MORE_FIT_COLUMNS``."""
     cells = [
-        one["quantity"].removesuffix("_amplitude_1").replace("_", " "),
+        shown_name(one["quantity"]),
         one["model"],
         "1" if one["amplitude"] == "fixed at 1" else "free",
-        "no decay" if one["elastic"] else with_error(one["value"], one["error"]),
+        with_error(one["value"], one["error"]),
         ratio(one["chi_squared_per_degree"]),
         range_held(one),
         ratio(one["end_over_fit"]),
@@ -69,29 +78,41 @@ def fit_cells(one: dict[str, Any], every: bool = False) -> list[str]:
 
 
 def compare_cells(one: dict[str, Any], every: bool = False) -> list[str]:
-    """A row of ``comparisons`` under ``COMPARE_COLUMNS``; `every` has whole names and an error."""
+    """A row of ``comparisons`` under ``COMPARE_COLUMNS``; `every` has whole names and an error.
+
+    Two repeats have an error with one degree of freedom, which says little about a difference.
+    """
     in_errors, difference = one["difference_in_errors"], one["difference"]
     error = None if in_errors is None else one["difference_error"]
+    plus = "" if difference is None or difference < 0 else "+"
+    known = in_errors is not None and (one["samples"] or one["repeats"] > 2)
     quantity, model = one["quantity"], one["model"]
     if not every:
-        quantity = quantity.replace(CHI_SQUARE, "χ²/dof of speeds").removesuffix(" of a ball")
-        quantity, model = quantity.removesuffix(" at the end"), model.removesuffix(" at the start")
+        quantity, model = shown_name(quantity), shown_name(model)
     return [
         quantity + ("" if one["unit"] == "1" else f", {one['unit']}"),
         model,
         with_error(one["measured"], one["error"]) if every else short(one["measured"], 4),
         short(one["predicted"], 4),
-        f"{'+' if difference >= 0 else ''}{with_error(difference, error)}",
-        "–" if in_errors is None else f"{in_errors:+.1f}".replace("-", "−"),
+        f"{plus}{with_error(difference, error)}",
+        f"{in_errors:+.1f}".replace("-", "−") if known else "–",
     ]
 
 
-def note_lines(notes: Records, points: int) -> list[str]:
-    """Each note once, with the points that it is about if those are not all."""
-    labels: dict[str, list[str]] = {}
+def note_lines(notes: Records, points: int) -> Iterator[str]:
+    """Each note once, with the points that it is about if those are not all.
+
+    Notes of more than ``MOST_POINTS`` points that differ in numbers alone are one line.
+    """
+    alike: dict[str, dict[str, list[str]]] = {}
     for one in notes:
-        labels.setdefault(one["note"], []).append(point_label(one["parameters"]))
-    return [
-        note if len(about) == points else f"{'; '.join(about)}: {note}"
-        for note, about in labels.items()
-    ]
+        same = alike.setdefault(re.sub(r"\d+", "", one["note"]), {})
+        same.setdefault(one["note"], []).append(point_label(one["parameters"]))
+    for same in alike.values():
+        number = len({label for labels in same.values() for label in labels})
+        merged = number > MOST_POINTS and (len(same) > 1 or number < points)
+        for note, labels in list(same.items())[: 1 if merged else None]:
+            about = (
+                f"{number} of {points} points, as at {labels[0]}" if merged else "; ".join(labels)
+            )
+            yield note if len(labels) == points else f"{about}: {note}"

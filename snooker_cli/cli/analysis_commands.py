@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -12,8 +12,8 @@ from typing import Annotated
 import typer
 
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
-from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
-from snooker_cli.analysis.tables import PAIRED, comparison_lines, fit_lines, note_lines
+from snooker_cli.analysis.run_analysis import RunAnalysis, comparisons, fits
+from snooker_cli.analysis.tables import PAIRED, named, note_lines, shown_name, table_lines, usual
 from snooker_cli.cli.options import RUN, AsJson, RunName, Where, conditions
 from snooker_cli.cli.output import print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
@@ -27,26 +27,22 @@ from snooker_cli.runs.status import run_status
 
 All = Annotated[bool, typer.Option("--all", help="Print more columns and rows.")]
 
-Quantities = Annotated[
+Names = Annotated[
     list[str] | None,
-    typer.Option(metavar="NAME", help="Only quantities with this in their name. Can be repeated."),
-]
-Models = Annotated[
-    list[str] | None,
-    typer.Option(metavar="NAME", help="Only models with this in their name. Can be repeated."),
+    typer.Option(metavar="NAME", help="Only rows with this in that name. Can be repeated."),
 ]
 
 
 def fit(
     run: RunName,
     where: Where = None,
-    quantity: Quantities = None,
-    model: Models = None,
+    quantity: Names = None,
+    model: Names = None,
     since: Annotated[
         float, typer.Option("--from", metavar="S", help="Fit from this time on, s.")
     ] = 0.0,
     until: Annotated[
-        float | None, typer.Option("--to", metavar="S", help="Fit up to this time, s.")
+        float | None, typer.Option("--until", metavar="S", help="Fit up to this time, s.")
     ] = None,
     every: All = False,
     as_json: AsJson = False,
@@ -57,21 +53,21 @@ def fit(
     shows the mean over the repeats with its standard error, χ² per degree of freedom, and the time
     until which the law holds within the errors over repeats. A is the amplitude, 1 or free. The
     last column is the value at the end over the fit. --all adds half of the range, which is the
-    source report's error, and the bootstrap error. The fits of all times are saved in RUN/fit.json.
-    With --from or --to they are only printed; from a later time on, the amplitude is free.
+    source report's error, the bootstrap error, the temperature, and A = 1 for the pressure, which
+    the source report has. The fits of all times are saved in RUN/fit.json. With --from or --until
+    they are only printed; from a later time on, the amplitude is free.
     With --where, --quantity or --model, the explanations below the table are left out.
     """
     analyse = partial(fits, since=since, until=math.inf if until is None else until)
-    lines = partial(fit_lines, every=every)
-    wanted = {"quantity": quantity, "model": model}
-    _print_analysis(run, where, wanted, analyse, as_json, lines, [SAMPLING, JUDGEMENT])
+    footer = [SAMPLING, JUDGEMENT]
+    _print_analysis(run, where, quantity, model, analyse, as_json, every, footer)
 
 
 def compare(
     run: RunName,
     where: Where = None,
-    quantity: Quantities = None,
-    model: Models = None,
+    quantity: Names = None,
+    model: Names = None,
     every: All = False,
     as_json: AsJson = False,
 ) -> None:
@@ -83,38 +79,41 @@ def compare(
     With --where, --quantity or --model, the explanations below the table are left out.
     """
     footer = f"{PAIRED} --all also has these errors and the formulas of the source report."
-    wanted = {"quantity": quantity, "model": model}
-    lines = partial(comparison_lines, every=every)
-    _print_analysis(run, where, wanted, comparisons, as_json, lines, [footer])
+    _print_analysis(run, where, quantity, model, comparisons, as_json, every, [footer])
 
 
 def _print_analysis(
     name: str,
     where: Sequence[str] | None,
-    wanted: Mapping[str, Sequence[str] | None],
+    quantity: Sequence[str] | None,
+    model: Sequence[str] | None,
     analyse: Callable[..., RunAnalysis],
     as_json: bool,
-    lines: Callable[[Records], list[str]],
+    every: bool,
     footer: list[str],
 ) -> None:
     """Analyse points of a run, print rows and notes or, as JSON, the rows, and save both in a file.
 
-    where, wanted : which points to analyse, and parts of the names that a field of a row may have
+    quantity, model : parts of the names that a row may have
+    every : also rows for few readers; without it they are printed if no others are wanted
     """
     run = open_run(name)
     points = matching(run, Selection(conditions(where)))
     found = analyse(run, points=points)
-    rows = found.rows
-    for field, parts in wanted.items():
-        names = {one[field]: one[field].replace("_", " ").lower() for one in rows}
-        given = parts or [""]
-        rows = [one for one in rows if any(part.lower() in names[one[field]] for part in given)]
+    rows, notes = found.rows, found.notes
+    for field, parts in {"quantity": quantity or [""], "model": model or [""]}.items():
+        names = dict.fromkeys(f"'{shown_name(one[field])}'" for one in rows)  # some have commas
+        rows, notes = named(rows, field, parts), named(notes, field, parts)
         if names and not rows:
-            present = listed([f"'{name}'" for name in names])  # some names have commas
-            raise UserError(f"--{field} {' '.join(given)}: not found; there is {present}")
-    if where or any(wanted.values()):
+            given, present = " ".join(parts), listed([*names])
+            raise UserError(
+                f"--{field} {given}: no {field} has this in its name; there are {present}"
+            )
+    lines = table_lines(rows if every else usual(rows) or rows, every)
+    if where or quantity or model or not lines:
         footer = []
-    print_result(rows, as_json, [*lines(rows), *footer, *note_lines(found.notes, len(points))])
+    below = note_lines(notes if every else usual(notes), len(points))
+    print_result(rows, as_json, lines, [*footer, *below])
     found.save()
 
 

@@ -19,6 +19,7 @@ from mpmath import mp
 from numpy.random import PCG64
 from scenes import EPSILON, report_scene
 from scipy import optimize, stats
+from single_fit import fit
 
 from snooker_cli.analysis.decay import (
     QUANTITIES,
@@ -35,7 +36,6 @@ from snooker_cli.analysis.fitting import (
     FitResult,
     attraction,
     excluded_area,
-    fit,
     fit_all,
     fitted_curve,
     mean_over_repeats,

@@ -96,7 +96,14 @@ def test_contact_is_an_edge_of_the_bins() -> None:
         edges = structure.distance_edges(at)
         assert np.min(np.abs(edges - 2 * radius)) < 1e-12
         assert edges[-1] < 7.0
-        assert len(edges) <= structure.MOST_BINS + 1 or edges[1] == pytest.approx(2 * radius)
+        assert edges[-1] <= 6 * 2 * radius * (1 + 1e-12)
+    # The thin gas of 1 cm has one bin for each diameter, and the dense one twenty.
+    thin, dense = (
+        structure.distance_edges(scene(SHAPES[2], np.zeros((37, 2)), radii=each))
+        for each in (0.01, 1.0)
+    )
+    assert np.diff(thin) == pytest.approx(0.02)
+    assert np.diff(dense) == pytest.approx(2.0 / 20)
 
 
 # Hexatic order
