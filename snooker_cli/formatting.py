@@ -49,7 +49,8 @@ def printable(text: str, kept: str = "") -> str:
 
 def point_label(parameters: Mapping[str, object]) -> str:
     """A point's swept keys and values, as in ``cor=0.8, balls.radius=1.0``."""
-    values = {key: "null" if value is None else value for key, value in parameters.items()}
+    nulls = {"container.mass": "∞", "wall_cor": "cor"}  # what they stand for
+    values = {key: nulls.get(key) if each is None else each for key, each in parameters.items()}
     return printable(", ".join(f"{key}={value}" for key, value in values.items())) or "all"
 
 
@@ -59,8 +60,9 @@ def listed(words: Sequence[str]) -> str:
 
 
 def counted(number: int, noun: str) -> str:
-    """``1 repeat``, ``1,200 repeats``."""
-    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+    """``1 repeat``, ``1,200 repeats``, ``2 batches``."""
+    plural = "es" if noun.endswith("ch") else "s"
+    return f"{number:,} {noun}{'' if number == 1 else plural}"
 
 
 def size(number: float) -> str:

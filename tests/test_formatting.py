@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from snooker_cli.formatting import duration, exact, listed, short, size, with_error
+from snooker_cli.formatting import duration, exact, listed, point_label, short, size, with_error
 
 
 @pytest.mark.parametrize(
@@ -41,3 +41,9 @@ def test_durations_and_sizes_have_two_digits() -> None:
     ]  # fmt: skip
     sizes = [10, 999_999, 1.35e9, 2.7e12]
     assert [size(each) for each in sizes] == ["10 bytes", "1 MB", "1.4 GB", "2.7 TB"]
+
+
+def test_the_label_of_a_point_writes_null_as_what_it_stands_for() -> None:
+    assert point_label({"cor": 0.8, "container.mass": None}) == "cor=0.8, container.mass=∞"
+    assert point_label({"wall_cor": None}) == "wall_cor=cor"
+    assert point_label({}) == "all"

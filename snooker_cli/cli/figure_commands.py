@@ -1,6 +1,7 @@
 """``snooker plot`` and ``animate``: figures and films of runs."""
 
 import re
+import textwrap
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -11,14 +12,16 @@ import typer
 from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.animation import film, page
 from snooker_cli.cli.options import RUN, PointNumber, RepeatNumber, RunName, Where, conditions
-from snooker_cli.cli.output import print_line
+from snooker_cli.cli.output import first, print_line
 from snooker_cli.errors import FigureError, UserError, check_name
-from snooker_cli.figures import FIGURES, Selection, selected, unfinished
+from snooker_cli.figures import FIGURES, FigureData, Selection, selected
+from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.registry import FigureSpec
 from snooker_cli.files import write_text
-from snooker_cli.formatting import counted, point_label, text_table
+from snooker_cli.formatting import counted, point_label, text_table, with_error
 from snooker_cli.progress import notice
 from snooker_cli.runs import open_run
+from snooker_cli.runs.folder import writing
 
 MOST_TO_LIST = 1_000_000  # collisions that --list may read; of more it reads each first repeat
 
@@ -27,9 +30,7 @@ def plot(
     run: Annotated[str | None, RUN] = None,
     figures: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="[FIGURE]...", help="Names of figures [all that are possible for RUN]."
-        ),
+        typer.Argument(metavar="FIGURE", help="Names of figures [all that are possible for RUN]."),
     ] = None,
     list_figures: Annotated[
         bool,
@@ -50,14 +51,14 @@ def plot(
         str | None, typer.Option(metavar="WxH", help="Inches, as 6x4 [a column of a page].")
     ] = None,
     dpi: Annotated[
-        int | None, typer.Option(min=20, max=2000, help="PNG: pixels per inch [200].")
+        int | None, typer.Option(metavar="N", min=20, max=2000, help="PNG: pixels per inch [200].")
     ] = None,
 ) -> None:
     """Draw figures of RUN as SVG, PNG and JSON.
 
     The JSON file has the numbers that a figure shows. Without names, all possible figures are
     drawn; RUN --list prints why others are not. Figures of single points are drawn for each point.
-    The names of the written files are printed.
+    The names of the written files are printed, and of figures that you name the captions.
     """
     wanted, inches = list(dict.fromkeys(formats.lower().split(","))), _inches(size)
     if not set(wanted) <= {"svg", "png", "pdf"}:
@@ -88,8 +89,8 @@ def plot(
         if sum(each.collisions for each in statuses) > MOST_TO_LIST and all(
             each.collisions > 0 for each in statuses if each.repeat == 0
         ):
-            first = opened.experiment.model_copy(update={"repeats": 1})
-            opened = replace(opened, experiment=first)
+            alone = opened.experiment.model_copy(update={"repeats": 1})
+            opened = replace(opened, experiment=alone)
     drawn: set[str] = set()
     impossible: Counter[tuple[str, str]] = Counter()
     each_point = [Selection(dict(point.parameters), repeat) for point in points]
@@ -106,8 +107,10 @@ def plot(
         if not list_figures:
             from snooker_cli.figures.drawing import save  # loads matplotlib
 
-            stem = (out or opened.figures_folder) / _stem(spec, one)
-            print_line("\n".join(map(str, save(figure, stem, wanted, inches, dpi))))
+            folder = out or opened.figures_folder
+            with writing(folder):
+                files = save(figure, folder / _stem(spec, one), wanted, inches, dpi)
+            print_line("\n".join([*map(str, files), *(_explained(figure) if figures else ())]))
     left_out = []
     for (name, why), times in impossible.items():
         where_not = f" at {times} of {len(opened.points)} points" if name in drawn else ""
@@ -121,6 +124,23 @@ def plot(
     missing = [spec.name for spec in specs if spec.name not in drawn]
     if missing and (figures or not drawn):
         raise UserError(f"{opened.name} cannot give {', '.join(missing)}; see the reasons above")
+
+
+def _explained(figure: FigureData) -> list[str]:
+    """The caption, and the numbers of several points as a table."""
+    lines, rows = textwrap.wrap(figure.caption, 100), figure.numbers.get("points", [])
+    floats = [name for row in rows[:1] for name in row if isinstance(row[name], float)]
+    names = [name for name in floats if not name.endswith("_error")]
+    if names and rows[1:]:
+        cells = [
+            [with_error(row.get(name), row.get(f"{name}_error")) for name in names] for row in rows
+        ]
+        table = [
+            [point_label(row["parameters"]), *cell] for row, cell in zip(rows, cells, strict=True)
+        ]
+        headings = ["point", *(f">{name.replace('_', ' ')}" for name in names)]
+        lines += first(text_table(headings, table), rest=" points in the JSON file")
+    return lines
 
 
 def _inches(text: str | None) -> tuple[float, float] | None:
@@ -154,21 +174,20 @@ def animate(
         float | None, typer.Option("--to", metavar="T", help="End time, s [the end].")
     ] = None,
     collisions: Annotated[
-        int | None, typer.Option(min=1, help="Largest number of collisions [10,000].")
+        int | None, typer.Option(metavar="N", min=1, help="Largest number of collisions [10,000].")
     ] = None,
     pace: Annotated[
         Literal["time", "events"],
         typer.Option(help="Time passes evenly, or each collision takes as long."),
     ] = "time",
     seconds: Annotated[
-        float | None, typer.Option(min=0.1, max=3600, help="Length [12; a page: by its content].")
+        float | None,
+        typer.Option(metavar="S", min=0.1, max=3600, help="Length [12; a page: by its content]."),
     ] = None,
     fps: Annotated[
-        int | None, typer.Option(min=1, max=60, help="GIF, MP4: frames per second [20].")
+        int | None,
+        typer.Option(metavar="N", min=1, max=60, help="GIF, MP4: frames per second [20]."),
     ] = None,
-    magnify: Annotated[
-        float, typer.Option(hidden=True, min=1, max=1e12, help="Enlarge the container's motion.")
-    ] = 1.0,
 ) -> None:
     """Make a film of a repeat: HTML page, GIF or MP4.
 
@@ -183,8 +202,6 @@ def animate(
         raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
     opened = open_run(run)
     trace = opened.read(opened.chosen(point, repeat), repeat)
-    if magnify > 1 and not (trace.start.free and ending == ".html"):
-        raise UserError(f"--magnify {magnify:g}: it is for a page, of a container that moves")
     shown = {"cor": f"{trace.start.restitution:g}"} | dict(opened.points[point].parameters)
     try:
         made = film(
@@ -203,7 +220,7 @@ def animate(
             "--collisions choose others"
         )
     if ending == ".html":
-        write_text(out, page(made, pace=pace, seconds=seconds, magnify=magnify))
+        write_text(out, page(made, pace=pace, seconds=seconds))
     else:
         from snooker_cli.animation.movie import save_movie  # loads matplotlib
 

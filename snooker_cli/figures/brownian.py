@@ -23,20 +23,16 @@ from snooker_cli.figures.figure_data import (
 from snooker_cli.formatting import short, with_error
 
 BALL = 0  # the tagged ball. Single balls with a position come first, so that it is one of them.
-LAGS = 25  # times at which a displacement is measured
-
-SHORTEST, FARTHEST = 0.05, 8.0
-"""The first lag of a displacement and the last one of velocities, in relaxation times."""
+FARTHEST, LAGS = 8.0, 50  # the last lag of velocities, in relaxation times; their number
 
 MOST_READ, OF_A_STATE = 2_500_000_000, 1000
 """Balls times states of a point that are replayed, in seconds; a state counts as more balls."""
 
-SLOPE = 5.0, 10.0  # lags between which the displacement gives D, in relaxation times
+SLOPE, OF_TWO, SHORTEST = (5.0, 10.0), 3, -20
+"""Lags between which the displacement gives D, in relaxation times; lags from one to its double,
+and number of the first lag, which is 0.05 relaxation times, counted from that of 5."""
 
-REMARK = (
-    "In two dimensions D depends on the time, because velocities forget slowly. "
-    "Error bars: standard errors over the repeats."
-)
+DOT = 0.1  # a path of less than this share of its container is shown without it
 
 
 def tagged_path(build: FigureBuilder) -> FigureData:
@@ -46,15 +42,19 @@ def tagged_path(build: FigureBuilder) -> FigureData:
     container = trace.start.container
     times = np.unique(np.append([0.0, trace.stop.time], diffusion.contact_times(trace, BALL)))
     x, y = diffusion.path(trace, BALL, times[thinned(times)])[0].T
-    corners = container.outline[np.arange(-1, len(container.outline))]
-    distance = math.hypot(x[-1] - x[0], y[-1] - y[0])
+    distance, extent = math.hypot(x[-1] - x[0], y[-1] - y[0]), max(np.ptp(x), np.ptp(y))
+    around = "" if container.has_wall else " The box repeats itself; the path goes on."
+    if 0 < extent < DOT * (size := max(container.size)):
+        around = f" The {container.title} around the path is {short(size)} m wide and not drawn."
+    else:
+        corners = container.outline[np.arange(-1, len(container.outline))].T
+        build.lines.append(Line(corners[0], corners[1], container.title, NEUTRAL, "dashed"))
     build.lines += [
-        Line(corners[:, 0], corners[:, 1], container.title, NEUTRAL, "dashed"),
         Line(x, y, f"ball {BALL}"),
-        Points(x[[0, -1]], y[[0, -1]], label="start and end"),
+        Points(x[:1], y[:1], label="start", filled=False),
+        Points(x[-1:], y[-1:], label="end", series=1),
     ]
     build.record(point, time=trace.stop.time, distance=distance, collisions=len(times) - 2)
-    around = "" if container.has_wall else " The box repeats itself; the path goes on."
     return build.figure(
         f"The first repeat: {len(times) - 2:,} collisions of the ball, and "
         f"{short(distance)} m from start to end in {short(trace.stop.time)} s.{around}",
@@ -68,8 +68,8 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
         theory, scene = _theory(build, point), build.start(point)
         tau, slope = theory.relaxation_time, np.multiply(SLOPE, theory.relaxation_time)
         span = min(trace.stop.time for trace in build.traces(point)) - diffusion.RELAXING * tau
-        lags = np.geomspace(SHORTEST * tau, max(slope[1], span / 4), LAGS)
-        lags = np.unique(np.append(lags, slope))
+        most = math.log2(max(slope[1], span / 4) / slope[0])
+        lags = slope[0] * 2.0 ** (np.arange(SHORTEST, int(OF_TWO * most) + 1) / OF_TWO)
         rows = _repeats(build, point, lags)[0]
         flight, diffusive = lags[lags <= 3 * tau], lags[lags >= tau / 2]
         build.lines += [
@@ -81,7 +81,7 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
             where = f"random places in the {scene.container.title}"
             build.lines.append(Reference("y", most, where))
             walls = " With walls the displacement has a limit."
-        low, high = np.searchsorted(lags, slope)
+        low, high = -SHORTEST, OF_TWO - SHORTEST
         rises = (rows[:, high] - rows[:, low]) / (4 * (lags[high] - lags[low]))
         _add(build, point, index, lags, rows, rises)
     build.lines += [
@@ -90,22 +90,24 @@ def mean_squared_displacement(build: FigureBuilder) -> FigureData:
     ]
     return build.figure(
         f"{build.results_text}, from the slope between {SLOPE[0]:g} and {SLOPE[1]:g} relaxation "
-        f"times.{walls} {REMARK}"
+        f"times.{walls}"
     )
 
 
 def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
-    """The velocity autocorrelation over the mean square speed, and its exponential decay."""
+    """The velocity autocorrelation over the measured ⟨v²⟩ at no delay, and exponential decay."""
     for index, point in enumerate(build.points):
         theory = _theory(build, point)
-        lags = np.linspace(0.0, FARTHEST, 2 * LAGS) * theory.relaxation_time
+        lags = np.linspace(0.0, FARTHEST, LAGS) * theory.relaxation_time
         rows = _repeats(build, point, lags)[1]
         law = np.exp(-lags / theory.relaxation_time)
         build.lines.append(Line(lags, law, None, index, "dashed"))
         integrals = np.trapezoid(rows, lags, axis=1) / 2
-        _add(build, point, index, lags, rows / theory.mean_square_speed, integrals)
+        # Of the same samples, so that the curve begins at 1, whatever ⟨v²⟩ theory expects.
+        _add(build, point, index, lags, rows / rows[:, 0].mean(), integrals)
+        build.records[-1]["mean_square_speed"] = float(rows[:, 0].mean())
     build.lines += [Reference("y", 0.0), legend_line("exp(−t/τ) with Enskog's τ", "dashed")]
-    return build.figure(f"Half of the integral is D: {build.results_text}. {REMARK}")
+    return build.figure(f"Half of the integral times ⟨v(0)²⟩ is D: {build.results_text}.")
 
 
 def _theory(build: FigureBuilder, point: Point) -> diffusion.Diffusion:

@@ -2,11 +2,12 @@
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from snooker_cli import theory
 from snooker_cli.analysis.decay import early_endings
 from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.config import Point
@@ -44,6 +45,7 @@ MOST_RESULTS = 3  # a caption with the results of more series has the first and 
 SPREAD = "mean ± standard deviation of a repeat"  # what a band shows
 MEAN_SPREAD = "mean ± standard error of it"  # the same around a mean over the repeats
 LOG_SPREAD = "mean ± standard deviation of logarithms"  # what a band shows on a logarithmic axis
+BARS = "Bars: standard errors over the repeats."  # of all markers with errors
 
 
 @dataclass
@@ -57,6 +59,7 @@ class FigureBuilder:
     records : the numbers of each point, as JSON
     results : a phrase of the caption for each series
     means : whether lines are means over the repeats and bands their standard errors
+    thin : whether theory is left out for a mean free path that exceeds the container
     most : repeats of a point at most, by the point's index
     """
 
@@ -70,6 +73,7 @@ class FigureBuilder:
     records: list[dict[str, Any]] = field(default_factory=list)
     results: list[str] = field(default_factory=list)
     means: bool = False
+    thin: bool = False
     most: dict[int, int] = field(default_factory=dict)
 
     @property
@@ -89,6 +93,13 @@ class FigureBuilder:
         """The numbers of these repeats."""
         numbers = [status.repeat for status in statuses(self.run, point, self.selection)]
         return spread(numbers, self.most.get(point.index, len(numbers)))
+
+    def too_thin(self, scene: Scene) -> bool:
+        """Whether a ball flies farther than the container's size from ball to ball."""
+        density, radius = scene.number / scene.container.area, float(np.mean(scene.radii))
+        found = theory.mean_free_path(density, radius) > max(scene.container.size)
+        self.thin |= found
+        return found
 
     def start(self, point: Point) -> Scene:
         """The start of a point's first repeat. Raises ``StoreError``."""
@@ -193,17 +204,26 @@ class FigureBuilder:
         spread, shown = LOG_SPREAD if logarithmic else SPREAD, "the first repeat"
         if self.means:
             spread, shown = MEAN_SPREAD, "means over the repeats"
+        empty = np.empty(0)
+        legend = [Band(empty, empty, empty, spread, NEUTRAL)] if unnamed else []
+        layers: list[Any] = [*self.bands, *self.lines, *legend]
+        owners = {getattr(layer, "series", NEUTRAL) for layer in layers} - {NEUTRAL}
+        if len(owners) == 1:  # entries of the legend alone have the colour of the only series
+            for place, layer in enumerate(layers):
+                if np.size(getattr(layer, "x", 0)) == 0:
+                    layers[place] = replace(layer, series=min(owners))
+        errors = [each.y_error for each in layers if isinstance(each, Points)]
         sentences = [
             self.shows,
             caption,
+            "Theory fails where the mean free path exceeds the container." if self.thin else "",
+            BARS if any(each is not None and np.isfinite(each).any() for each in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
             setting(self.run, self.points, self.selection),
             self._choice(),
         ]
-        nothing = np.empty(0)
-        legend = [Band(nothing, nothing, nothing, spread, NEUTRAL)] if unnamed else []
         return FigureData(
-            layers=(*self.bands, *self.lines, *legend),
+            layers=tuple(layers),
             caption=" ".join(filter(None, sentences)),
             numbers={**(numbers or {}), **({"points": self.records} if self.records else {})},
             **{**self.fields, "title": self.title, **others},

@@ -56,42 +56,45 @@ _FLOORS = {
 }
 """The floor of the energy in a circle, and in a periodic box."""
 
-_KEPT = {"L": "energy kept by the angular momentum L", "p": "energy kept by the momentum p"}
-"""What a legend calls this floor."""
-
 _HAFF: dict[str, tuple[str, LineStyle]] = {
     "fitted": ("Haff's law 2α/(1 + αt), α fitted", "solid"),
     "theory": ("the same, α of kinetic theory", "dashed"),
-    "floor": ("the same above the {}", "dashdot"),
+    "floor": ("the same above the energy kept by {}", "dashdot"),
 }
 """The forms of Haff's law: in the legend, and how they are drawn."""
+
+_SERIES = {law: series for series, law in enumerate(LAWS, start=1)}
+"""The series whose colour a law has in each figure; the simulation is series 0."""
 
 
 # One repeat's decay with its fits, and the means over the repeats.
 
 
 def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
-    """The decay of a quantity in one repeat, with its fits and the band of all repeats."""
+    """The mean decay of a quantity or that of a chosen repeat, fits, and a band of all repeats."""
     (point,), known = build.points, QUANTITIES[quantity]
-    number = build.repeats(point)[0]
+    number, one = build.repeats(point)[0], build.selection.repeat is not None
     build.selection = Selection(build.selection.where)  # the means are over all repeats
     row = build.repeats(point).index(number)
     traces = list(build.traces(point))
     require_motion(traces[row].start)
     found = decays(traces, (quantity,))
     if not any(decay.fits[row].converged for decay in found):
-        raise FigureError(f"this repeat cannot be fitted: {found[0].fits[row].message}")
+        raise FigureError(f"repeat {number} cannot be fitted: {found[0].fits[row].message}")
     curves = [(each.time, each.value) for each in (curve(trace, quantity) for trace in traces)]
     started = [each for each in curves if len(each[0]) > 1]
     log = more_than_a_decade(values for _, values in started)
     label = f"all {len(started)} repeats, {LOG_SPREAD if log else SPREAD}"
-    build.bands += bands(started, 0, label, steps=not known.is_mean, logarithmic=log)
+    build.bands = bands(started, 0, label, steps=not known.is_mean, logarithmic=log)
     (time, value), kept = curves[row], thinned(curves[row][0])
+    time, value, label = time[kept], value[kept], f"simulation, repeat {number}"
+    for band in build.bands if not one else []:
+        value = np.sqrt(band.low * band.high) if log else (band.low + band.high) / 2
+        time, label = band.x, f"simulation, mean of {len(started)} repeats"
+    build.lines.append(Line(time, value, label, steps=not known.is_mean, broad=True))
     fine = np.linspace(time[0], time[-1], 300)
-    label = f"simulation, repeat {number}"
-    build.lines.append(Line(time[kept], value[kept], label, steps=not known.is_mean, broad=True))
     numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": number}
-    for index, decay in enumerate(found, start=1):
+    for decay in found:
         model, fit, mean = LAWS[decay.law], decay.fits[row], decay.over_repeats
         good, symbol = decay.goodness, model.mean_symbol if known.is_mean else model.symbol
         text = f"{symbol} = {with_error(mean.value, mean.error, RATE)}"
@@ -99,7 +102,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
         fitted = [fitted_curve(each, fine) for each in decay.fits if each.converged]
         with np.errstate(divide="ignore"):
             law = np.exp(np.mean(np.log(fitted), axis=0))
-        build.lines.append(Line(fine, law, f"{model.label}, {of}: {text}", index))
+        build.lines.append(Line(fine, law, f"{model.label}, {of}: {text}", _SERIES[decay.law]))
         holds = f"holds until {short(good.holds_to)} of {short(good.judged_to)} s"
         if good.holds_to == good.judged_from:
             holds = "refused from the start"
@@ -116,11 +119,10 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
             f"{model.key}_chi_squared_per_degree": good.chi_squared_per_degree,
             f"{model.key}_holds_until": good.holds_to,
         }
-    kappa = " κ is what the source report calls k/2." if known.is_mean else ""
     # An exponential leaves slower decays by many decades.
     lowest = min(values.min() for _, values in started) / 10 if log else 0.0
     return build.figure(
-        f"Fits of each repeat, their mean: {build.results_text}.{kappa}",
+        f"Fits of each repeat, their mean: {build.results_text}.",
         numbers=numbers,
         logarithmic=log,
         y_limits=(float(lowest), None),
@@ -150,13 +152,13 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
         )
     cors = np.array([point.experiment.cor for point in points])
     column = {name: np.array([each[name] for each in build.records]) for name in build.records[0]}
-    caption = "Means over the repeats."
+    caption, (k_series, alpha_series) = "", _SERIES.values()
     if np.isfinite(column["report_k"]).any():
         name = "k by the source report"
-        build.lines.append(Line(cors, column["report_k"], name, 0, "dashed"))
-        caption += (
-            " Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
-            "λ = 1/(√2 n 2πr)."
+        build.lines.append(Line(cors, column["report_k"], name, k_series, "dashed"))
+        caption = (
+            "Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
+            "λ = 1/(√2 n 2πr). "
         )
     if rates is not None:
         # The logarithm has no value at CoR 0.
@@ -168,16 +170,16 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
             constants.append((report, theory.haff_rate(loss)))
         report_k, alpha = np.array(constants).T
         build.lines += [
-            Line(grid, report_k, "k, mean free path after Enskog", 0, "dotted"),
-            Line(grid, alpha, "α, kinetic theory", 1, "solid"),
+            Line(grid, report_k, "k, mean free path after Enskog", k_series, "dotted"),
+            Line(grid, alpha, "α, kinetic theory", alpha_series, "solid"),
         ]
         caption += (
-            " Dotted: the same with ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ), χ for the size "
-            "of the balls."
+            "Dotted: k with ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ), χ for the size of the "
+            "balls."
         )
-    for index, model in enumerate(LAWS.values()):
+    for law, model in LAWS.items():
         name, errors = f"{model.symbol}, {model.label} fitted", column[f"{model.key}_error"]
-        build.lines.append(Points(cors, column[model.key], errors, name, index))
+        build.lines.append(Points(cors, column[model.key], errors, name, _SERIES[law]))
     title = build.title
     if points[0].experiment.container.shape_class.has_wall:
         title = f"{title}: {described(points[0], 'wall_cor')}"
@@ -227,13 +229,12 @@ def haff_time(build: FigureBuilder) -> FigureData:
         build.record(point, text, **record, first_rate=first, last_rate=last)
     kept, drawn = _kept(build.points), {name for record in build.records for name in record}
     build.lines += [
-        legend_line(text.format(_KEPT[kept]), style)
+        legend_line(text.format(kept), style)
         for law, (text, style) in _HAFF.items()
         if f"{law}_last_rate" in drawn
     ]
     build.lines.append(legend_line("one constant k, fitted", "dotted"))
-    caption = f"Rates in the first and the last window: {build.results_text}. "
-    caption += f"Markers: mean energy of the repeats in {WINDOWS} windows of time."
+    caption = f"Rates in the first and the last of {WINDOWS} windows of time: {build.results_text}."
     if any(record["windows"] < WINDOWS for record in build.records):
         caption += f" Windows with fewer than {LEAST_COLLISIONS} collisions are left out."
     return build.figure(caption + (_FLOORS[kept] if "floor_last_rate" in drawn else ""))
@@ -302,30 +303,32 @@ def event_decay(build: FigureBuilder) -> FigureData:
         energies, expected = rows[:, 0], rows[:, 1]
         floors = np.array([predictions.floor(trace.start) for trace in traces])[:, None]
         x, final = counts / scene.number, mean_and_error(energies[:, -1])
-        floor, alone = float(floors.mean()), expected.mean(axis=0)
-        record = {"collisions_per_ball": x[-1], "theory": alone[-1], "floor": floor}
-        build.lines.append(Line(x, alone, None, index, "solid"))
-        if floor >= FLOOR_MATTERS * final[0]:
-            above = (floors + (1 - floors) * expected).mean(axis=0)
-            build.lines.append(Line(x, above, None, index, "dashed"))
-            record["theory_above_floor"] = above[-1]
         build.add_points(index, point, x, energies)
-        text = f"{with_error(*final)}, expected {short(alone[-1])}"
+        floor, alone = float(floors.mean()), expected.mean(axis=0)
+        record, text = {"collisions_per_ball": x[-1], "floor": floor}, with_error(*final)
+        if not build.too_thin(scene):
+            record["theory"] = alone[-1]
+            text += f", expected {short(alone[-1])}"
+            build.lines.append(Line(x, alone, None, index, "solid"))
+            if floor >= FLOOR_MATTERS * final[0]:
+                above = (floors + (1 - floors) * expected).mean(axis=0)
+                build.lines.append(Line(x, above, None, index, "dashed"))
+                record["theory_above_floor"] = above[-1]
         build.record(point, text, **record, final_ratio=final)
-    kept = _kept(build.points)
-    build.lines.append(legend_line("expected from the counted collisions", "solid"))
-    drawn = [record["floor"] for record in build.records if "theory_above_floor" in record]
-    if drawn:
-        build.lines.append(legend_line(f"the same above the {_KEPT[kept]}", "dashed"))
+    kept, caption = _kept(build.points), f"E/E(0) in the end: {build.results_text}."
+    if any("theory" in record for record in build.records):
+        build.lines.append(legend_line("expected from the counted collisions", "solid"))
+        caption += " Lines: a collision between balls takes (1 − e²)E/N"
+        lossy = kept == "L" and any(one.experiment.effective_wall_cor < 1 for one in build.points)
+        caption += ", one with the wall of CoR e′ (1 − e′²)E/N." if lossy else "."
+    if drawn := [each["floor"] for each in build.records if "theory_above_floor" in each]:
+        build.lines.append(legend_line(f"the same above the energy kept by {kept}", "dashed"))
+        caption += _FLOORS[kept]
         if max(drawn) - min(drawn) < SAME_FLOOR * max(drawn):
             mean = float(np.mean(drawn))
-            text = f"{_KEPT[kept]}, {short(mean, 2)} E(0)"
-            build.lines.append(Reference("y", mean, text))
-    at_wall = ", one with the wall of CoR e′ (1 − e′²)E/N" if kept == "L" else ""
-    return build.figure(
-        f"E/E(0) in the end: {build.results_text}. Lines: a collision between balls takes "
-        f"(1 − e²)E/N{at_wall}." + (_FLOORS[kept] if drawn else "")
-    )
+            text = f"energy kept by {kept}, {short(mean, 2)} E(0)"
+            build.lines.append(Reference("y", mean, text, "dotted"))
+    return build.figure(caption)
 
 
 def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, Array]:

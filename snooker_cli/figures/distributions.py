@@ -78,11 +78,11 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
     texts = [f"{exact(at)} m where {name} = {exact(edge)} m" for edge, at in extremes.items()]
     verdict = "no ball is beyond it"
     if excess > 0:
-        roundings = short(excess / np.spacing(limit), 2)
-        verdict = f"beyond it by {short(excess, 2)} m, {roundings} × the rounding of a double"
+        rounding = np.spacing(max(limit, *widest.container.size) / 2)
+        times = short(excess / rounding, 2)
+        verdict = f"beyond it by {short(excess, 2)} m, {times} times the rounding of a coordinate"
     return build.figure(
-        f"The {nearest} distance is {listed(texts)}: {verdict}. Positions at the start "
-        "and after collisions, one per instant.",
+        f"The {nearest} distance is {listed(texts)}: {verdict}.",
         numbers={key: outermost(extremes.values()), "limit": limit, beyond: excess},
         x_limits=(0.0, 1.04 * limit if central else None),
     )
@@ -188,7 +188,7 @@ def speeds(build: FigureBuilder) -> FigureData:
     roots = [record["one_over_root"] for record in build.records]
     words: dict[str, Any] = {"x_label": "speed (m/s)", "y_label": "probability density (s/m)"}
     return build.figure(
-        f"Shares of n speeds, about five collisions of a ball apart. They differ from {law_name} "
-        f"by at most {build.results_text}; 1/√n ≤ {short(max(roots), 2)}.",
+        f"They differ from {law_name} by at most {build.results_text}; 1/√n ≤ "
+        f"{short(max(roots), 2)}.",
         **(words if in_metres else {}),
     )

@@ -12,12 +12,12 @@ from typing import Any
 import matplotlib
 import matplotlib.style
 import numpy as np
+from matplotlib import ticker
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from snooker_cli.figures.figure_data import (
     NEUTRAL,
@@ -35,13 +35,12 @@ WIDTH = 3.4  # width of a figure, inches: a column of a two-column page
 HEIGHT = 2.4  # height of a figure with a title of one line and nothing else around the axes, inches
 LINE_HEIGHT = 0.14  # height of a further line of text, inches
 
-# How many characters fit: of the bold title, of the y label, of the legend.
-TITLE_WIDTH, LABEL_WIDTH, LEGEND_WIDTH = 42, 31, 65
+# How many characters fit: of the bold title, of the y label, of the labels at the x axis.
+TITLE_WIDTH, LABEL_WIDTH, TICKS_WIDTH = 42, 31, 50
 
-SAMPLE_WIDTH = 9  # width of a column of the legend without its text, in characters
-
-FEW_DECADES = 10**2.5
-"""A logarithmic axis from low to less than this many times low has its ticks at 1, 2, 5, 10, ..."""
+LEGEND_SHARE = 0.97  # of the figure's width, for the legend
+LEAST_TICKS, MOST_TICKS = 3, 9  # labels of a logarithmic axis, of a linear x axis
+PLAIN = 1e-4, 1e6  # a logarithmic axis within these limits has no powers of ten
 
 MARGIN = 0.05  # margin above the data, as a share of the axis, where only its lower limit is given
 INSET = (0.19, 0.1, 0.8, 0.66)  # left, bottom, width and height of an inset, as shares of the axes
@@ -92,7 +91,7 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
     title = [line for part in parts for line in textwrap.wrap(part, width)]
     with styled():
         layout = ConstrainedLayoutEngine()
-        figure = SnookerFigure(layout=layout)
+        figure = SnookerFigure(size or (WIDTH, HEIGHT), layout=layout)
         FigureCanvasAgg(figure)
         axes = figure.add_subplot()
         entries = [
@@ -112,15 +111,13 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         axes.set_xlabel(data.x_label)
         axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH))
         axes.set_title("\n".join(title), loc="left", pad=4)
-        columns = _columns([label for _, _, label in entries])
-        figure.legend(
-            [artist for _, artist, _ in entries],
-            [label for _, _, label in entries],
-            loc="outside lower center",
-            ncols=columns,
-        )
+        columns = _legend(figure, [entry[1] for entry in entries], [entry[2] for entry in entries])
         lines = len(title) - 1 - (-len(entries) // columns)
         figure.set_size_inches(size or (WIDTH, HEIGHT + LINE_HEIGHT * lines))
+        if not data.x_log:
+            labels = axes.xaxis.get_major_formatter().format_ticks(list(axes.get_xticks()))
+            room = TICKS_WIDTH * figure.get_figwidth() / WIDTH
+            axes.locator_params("x", nbins=min(MOST_TICKS, room // (1 + max(map(len, labels)))))
         # Once for all formats: laying out takes as long as drawing.
         layout.execute(figure)
         figure.set_layout_engine(None)
@@ -162,7 +159,7 @@ def _added(axes: Axes, layer: Layer, order: float) -> Any:
             return drawn
         case Reference(axis, value):
             across = axes.axvline if axis == "x" else axes.axhline
-            return across(value, linewidth=0.8, **common)
+            return across(value, linewidth=0.8, linestyle=layer.style, **common)
 
 
 def _scale(axes: Axes, data: FigureData) -> None:
@@ -180,20 +177,26 @@ def _scale(axes: Axes, data: FigureData) -> None:
             # Matplotlib's margin is a share of the data's span, which may be nothing.
             high = highest + MARGIN * (highest - limits[0])
             axis.set_view_interval(limits[0], high, ignore=True)
-        low, high = axis.get_view_interval()
-        if axis.get_scale() == "log" and high < FEW_DECADES * low:
-            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-            axis.set_minor_formatter(NullFormatter())
+        if axis.get_scale() == "log":
+            low, high = axis.get_view_interval()
+            few = ticker.LogLocator(subs=(1, 2, 5))
+            for locator in (ticker.LogLocator(), few, ticker.AutoLocator()):
+                axis.set_major_locator(locator)
+                if sum(low <= tick <= high for tick in axis.get_majorticklocs()) >= LEAST_TICKS:
+                    break
+            axis.set_minor_formatter(ticker.NullFormatter())
+            if PLAIN[0] <= low and high < PLAIN[1]:
+                axis.set_major_formatter("{x:g}")
 
 
-def _columns(labels: list[str]) -> int:
-    """The most columns, up to three, in which a legend fits the figure's width."""
-    for columns in (3, 2):
-        split = np.array_split(np.array([len(text) for text in labels]), columns)
-        if sum(SAMPLE_WIDTH + int(max(part, default=0)) for part in split) <= LEGEND_WIDTH:
-            return columns
-    return 1
+def _legend(figure: Figure, artists: list[Any], labels: list[str]) -> int:
+    """Add the legend below the axes; the most columns, up to three, in which it fits the width."""
+    for columns in (3, 2, 1):
+        legend = figure.legend(artists, labels, loc="outside lower center", ncols=columns)
+        if legend.get_window_extent().width <= LEGEND_SHARE * figure.bbox.width or columns == 1:
+            break
+        legend.remove()
+    return columns
 
 
 # Figure data -> SVG, PNG and JSON, the same bytes every time.

@@ -69,6 +69,7 @@ class Reference:
     axis: Literal["x", "y"]
     value: float
     label: str | None = None
+    style: LineStyle = "solid"
 
 
 Layer: TypeAlias = Line | Band | Points | Reference

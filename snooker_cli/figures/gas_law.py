@@ -28,14 +28,15 @@ from snooker_cli.figures.figure_data import (
     Reference,
     legend_line,
 )
+from snooker_cli.figures.selection import elastic
 from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import Scene
 
 IDEAL = "ideal gas"
+IDEAL_RATIO = Reference("y", 1.0, IDEAL, "dashed")
 THEORY = "hard-disk theory"
 CURVE = 120  # vertices of a curve of theory
-
-BARS = "Error bars: standard errors over the repeats."
+SAME = 1e-9  # packings or temperatures are the same within this share
 
 
 class Gas(NamedTuple):
@@ -95,7 +96,7 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
             build.record(state.point, **numbers, pressure=pressure, over_ideal=ratio)
         build.result(name, f"{min(ratios):.3f} to {max(ratios):.3f}")
     build.lines.append(legend_line(THEORY, "dotted"))
-    return build.figure(f"Simulated over ideal pressure: {build.results_text}. {BARS}")
+    return build.figure(f"Simulated over ideal pressure: {build.results_text}.")
 
 
 def temperature_ratio(build: FigureBuilder) -> FigureData:
@@ -113,14 +114,14 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
     fine = np.linspace(0.0, radii.max(), CURVE)[1:]
     curve = np.array([expected(float(radius)) for radius in fine])
     build.lines += [
-        Line(np.array([0.0, radii.max()]), np.ones(2), IDEAL, NEUTRAL, "dashed"),
+        IDEAL_RATIO,
         Line(fine, curve, THEORY, NEUTRAL, "dotted"),
         Points(radii, y, y_error, "simulation"),
     ]
     return build.figure(
         f"The ratio is {short(found[0][0], 4)} at r = {short(radii[0])} m and "
         f"{short(found[-1][0], 4)} at r = {short(radii[-1])} m, where theory has "
-        f"{short(curve[-1], 4)}. {BARS}"
+        f"{short(curve[-1], 4)}."
     )
 
 
@@ -129,7 +130,9 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     states = [_state(build, point) for point in build.points]
     scene, radius, disk = states[0].scene, states[0].radius, math.pi * states[0].radius ** 2
     gases = [state.gas for state in states]
-    if len(set(gases)) < 2:
+    densities = np.array([gas.number / gas.area for gas in gases])
+    temperatures = np.array([gas.temperature for gas in gases])
+    if not any(np.ptp(each) > SAME * np.max(each) for each in (densities, temperatures)):
         raise FigureError("it needs points at two or more areas, numbers or temperatures")
     if any(not state.scene.equal_balls or state.radius != radius for state in states):
         raise FigureError("it needs balls of one radius; choose it by balls.radius with --where")
@@ -137,10 +140,10 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     # A fit weighs by errors, and those of few repeats are poor: pooled, they share a scale.
     noise = ratios if scene.container.has_wall else ratios - 1
     errors = np.abs(noise) * math.sqrt(np.mean((errors / noise) ** 2))
-    densities = np.array([gas.number / gas.area for gas in gases])
     packing, single = disk * densities, (1 - 1 / ratios) / densities / disk
     b, b_error = (each / disk for each in excluded_area(densities, ratios, errors))
-    temperatures = np.array([gas.temperature for gas in gases])
+    residuals = (ratios - 1 / (1 - b * packing)) / errors
+    misfit = math.sqrt(np.sum(residuals**2) / max(1, len(states) - 1))
     a, a_error = attraction(densities, temperatures, ratios, errors)
     grid = np.linspace(0.0, packing.max() * 1.05, CURVE)[1:]
     first, packings = gases[0], grid.tolist()
@@ -148,10 +151,7 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     if first.number != gases[-1].number:  # few balls have a smaller pressure at the same packing
         scaled = [first._replace(number=first.area * each / disk) for each in packings]
     real = np.array([each.pressure(scene, radius) / each.ideal_pressure for each in scaled])
-    build.lines += [
-        Reference("y", 1.0, IDEAL),
-        Line(grid, real, THEORY, NEUTRAL, "dotted"),
-    ]
+    build.lines += [IDEAL_RATIO, Line(grid, real, THEORY, NEUTRAL, "dotted")]
     fits: list[tuple[float, str, LineStyle]] = [
         (2.0, "van der Waals, b = 2 disks", "dashdot"),
         (b, f"van der Waals, b = {short(b)} disks, fitted", "dashed"),
@@ -171,15 +171,19 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
             theory=gases[k].pressure(state.scene, radius) / gases[k].ideal_pressure,
         )
     low, high = np.argmin(packing), np.argmax(packing)
-    falls = f"; {short(single[low])} at a packing of {short(packing[low], 2)} and "
-    falls += f"{short(single[high])} at {short(packing[high], 2)}: the form is for a dilute gas"
-    if packing[low] == packing[high]:
-        falls = ""
+    notes = f"; {short(single[low])} at a packing of {short(packing[low], 2)} and "
+    notes += f"{short(single[high])} at {short(packing[high], 2)}: the form is for a dilute gas."
+    if np.ptp(packing) <= SAME * packing[high]:
+        notes = "."
+    if misfit > 1:  # the points differ from the law by more than their errors
+        b_error *= misfit
+        notes += f" Its error has the factor √(χ²/dof) = {short(misfit, 2)}."
+    if np.min(np.diff(np.sort(packing))) <= SAME * packing[high]:
+        notes += " Points of one packing lie at one x."
     warm = "" if math.isnan(a) else f" From temperatures, a = {with_error(a, a_error, 'J m²')}."
     walls = " With walls, b has the strip that no centre reaches." * scene.container.has_wall
     return build.figure(
-        f"P = NT/(V − Nb) − aN²/V². Fitted with a = 0: b = {with_error(b, b_error, 'disk areas')}"
-        f"{falls}.{warm}{walls} Error bars: standard errors, pooled over the points.",
+        f"Fitted with a = 0: b = {with_error(b, b_error, 'disk areas')}{notes}{warm}{walls}",
         numbers={
             "excluded_disks": b,
             "excluded_disks_error": b_error,
@@ -195,8 +199,9 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     The mean pressure over the repeat is compared with the ideal gas at the mean temperature and, as
     in the source report, at the temperature in the end.
     """
-    build.lines.append(Reference("y", 1.0, IDEAL))
+    build.lines.append(IDEAL_RATIO)
     ended_early, highest = 0, 0.0
+    lossy = [point for point in build.points if not elastic(point)]
     for index, point in enumerate(build.points):
         rows = []
         for trace in build.traces(point):
@@ -208,14 +213,13 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
             ended_early += not trace.stop.reason.complete
         table = np.array(rows)
         highest = max(highest, float(table[:, [1, 3]].max()))
-        build.lines += [
-            Points(table[:, 2], table[:, 3], series=index, filled=False),
-            Points(table[:, 0], table[:, 1], None, build.label(point), index),
-        ]
+        if point in lossy:  # an elastic gas has one temperature
+            build.lines.append(Points(table[:, 2], table[:, 3], series=index, filled=False))
+        build.lines.append(Points(table[:, 0], table[:, 1], None, build.label(point), index))
         at_mean, at_end = mean_and_error(table[:, 1]), mean_and_error(table[:, 3])
         build.record(
             point,
-            f"{at_mean[0]:.3f} and {at_end[0]:.3f}",
+            f"{at_mean[0]:.3f}" + f" and {at_end[0]:.3f}" * (point in lossy),
             over_ideal_at_mean=at_mean,
             over_ideal_at_end=at_end,
             mean_temperature=float(table[:, 0].mean()),
@@ -224,10 +228,12 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     build.lines += [
         Points(np.empty(0), np.empty(0), None, f"at the {name} temperature", NEUTRAL, filled)
         for name, filled in (("mean", True), ("final", False))
+        if lossy
     ]
+    which = "mean (filled) or final (open)" if lossy else "mean"
     return build.figure(
-        "A marker is the mean pressure of a repeat over the ideal gas's at its mean (filled) or "
-        f"final (open) temperature. Means: {build.results_text}.",
+        f"A marker is the mean pressure of a repeat over the ideal gas's at its {which} "
+        f"temperature. Means: {build.results_text}.",
         numbers={"ended_early": ended_early},
         y_log=highest > 20,
     )

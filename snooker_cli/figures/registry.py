@@ -52,8 +52,8 @@ class FigureSpec:
     each_point: bool = False
     sample: bool = False
 
-    def make(self, run: Run, selection: Selection) -> FigureData:
-        """The figure of the selected points.
+    def make(self, run: Run, selection: Selection, *, first: bool = False) -> FigureData:
+        """The figure of the selected points; if it shows one point, ``first`` chooses the first.
 
         Raises ``FigureError`` if the run cannot give it, and ``StoreError`` if a repeat cannot be
         read.
@@ -67,6 +67,7 @@ class FigureSpec:
             raise FigureError("nothing decays where all collisions are elastic; take cor below 1")
         if not points:
             raise FigureError("it is about the equilibrium of elastic balls; run it at cor 1")
+        points = points[:1] if self.each_point and first else points
         if self.each_point and len(points) > 1:
             keys = listed(varying(points))
             raise FigureError(

@@ -78,10 +78,10 @@ def a2(build: FigureBuilder) -> FigureData:
     """a2 over time, with theory for balls of one type; of a mixture for each species."""
     for point, scene, times, rows in _courses(build, _a2):
         names = [None] if scene.equal_balls else _names(scene)
-        expected = None
-        if scene.equal_balls and 0 < scene.restitution < 1:
+        expected, known = None, not build.too_thin(scene)
+        if known and scene.equal_balls and 0 < scene.restitution < 1:
             expected = theory.sonine_coefficient(scene.restitution)
-        elif elastic(point) and (free := predictions.independent_velocities(scene)):
+        elif known and elastic(point) and (free := predictions.independent_velocities(scene)):
             expected = theory.fixed_energy_kurtosis(free) / 2 - 1
         for column, name in zip(np.moveaxis(rows, 2, 0), names, strict=True):
             if not np.isfinite(column).any():
@@ -95,25 +95,27 @@ def a2(build: FigureBuilder) -> FigureData:
             final = mean_and_error(column[:, column.shape[1] // 2 :].mean(axis=1))
             build.record(point, species=name, second_half=final, theory=expected)
             build.result(label, with_error(*final))
+    source = ""
     if any(record["theory"] is not None for record in build.records):
         build.lines.append(legend_line("theory", "dotted"))
-    return build.figure(
-        f"Mean over the second half: {build.results_text}. Theory: homogeneous cooling of many "
-        "balls (van Noije & Ernst 1998); at CoR 1 fixed energy, which lowers a₂ by about 1/N."
-    )
+        source = " Theory: homogeneous cooling (van Noije & Ernst 1998); at CoR 1 about −1/N."
+    return build.figure(f"Mean over the second half: {build.results_text}.{source}")
 
 
 def species_temperature(build: FigureBuilder) -> FigureData:
     """Mean kinetic energy of each species over time."""
     _names(build.start(build.points[0]))  # refuses one species before its states are replayed
     measure = partial(measured, structure.species_temperature)
+    kept = elastic(build.points[0])  # the temperatures of one instant vary
     for point, scene, times, rows in _courses(build, measure):
-        names = _names(scene)
+        names, start = _names(scene), len(times) // 2 if kept else -1
+        means = rows[:, start:].mean(axis=1)
         for index, name in enumerate(names):
             build.add_means(index, name, times, rows[..., index])
-            build.result(name, with_error(*mean_and_error(rows[:, -1, index]), "J"))
-        build.record(point, species=names, ratio=mean_and_error(rows[:, -1, 0] / rows[:, -1, -1]))
-    return build.figure(f"At the end: {build.results_text}.", logarithmic=_covers_decades(build))
+            build.result(name, with_error(*mean_and_error(means[:, index]), "J"))
+        build.record(point, species=names, ratio=mean_and_error(means[:, 0] / means[:, -1]))
+    when = "Mean over the second half" if kept else "At the end"
+    return build.figure(f"{when}: {build.results_text}.", logarithmic=_covers_decades(build))
 
 
 def local_energy(build: FigureBuilder) -> FigureData:
@@ -169,10 +171,14 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
             build.lines.append(marker)
         build.record(point, text, contact=contact, theory=expected)
     contact_text = f" At contact, from the first two bins: {build.results_text}."
-    return build.figure(
-        "Elastic points: mean over the second half of each repeat; others: the last state. Rings "
-        f"count with the share that centres can reach.{contact_text if build.results else ''}",
-    )
+    kinds = {elastic(point) for point in build.points}
+    when = "Mean over the second half" if True in kinds else "The last state"
+    if len(kinds) > 1:
+        when = "Elastic points: mean over the second half; others: the last state"
+    sizes = [build.start(point).radii for point in build.points]
+    label = "mean diameter" if any(np.ptp(radii) for radii in sizes) else "diameter"
+    caption = f"{when} of each repeat.{contact_text if build.results else ''}"
+    return build.figure(caption, x_label=f"distance / {label}")
 
 
 def _both_energies(positions: Array, velocities: Array, scene: Scene) -> Array:
@@ -195,7 +201,7 @@ def _names(scene: Scene) -> list[str]:
     """The species of a mixture in the legend. Raises ``FigureError`` for one or too many."""
     firsts = [balls[0] for balls in structure.species(scene)]
     if not 1 < len(firsts) <= MOST_SERIES:
-        raise FigureError(f"it needs two to {MOST_SERIES} species of balls; here is {len(firsts)}")
+        raise FigureError(f"it needs 2 to {MOST_SERIES} species of balls, not {len(firsts)}")
     return [f"r = {scene.radii[k]:g} m, m = {scene.masses[k]:g} kg" for k in firsts]
 
 

@@ -58,9 +58,8 @@ def energy(build: FigureBuilder) -> FigureData:
     if kept := [each["largest_deviation"] for each in build.records if each["elastic"]]:
         sentences.append(f"Elastic collisions keep the energy to {short(max(kept), 2)} of it.")
     if rises := [each["largest_rise"] for each in build.records if not each["elastic"]]:
-        sentences.append(
-            f"The largest rise by an inelastic collision is {short(max(rises), 2)} of the start."
-        )
+        risen = f"An inelastic collision raises it by {short(max(rises), 2)} of E(0) at most."
+        sentences.append(risen if max(rises) else "No inelastic collision raises the energy.")
     return build.figure(" ".join(sentences), logarithmic=log)
 
 
@@ -99,7 +98,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         state = predictions.scene_state(scene, met)
         if state and (value := state.pressure + drift / scene.container.area) not in expected:
             name = None if expected else "hard-disk theory, CoR 1"
-            build.lines.append(Reference("y", value, name))
+            build.lines.append(Reference("y", value, name, "dotted"))
             expected.append(value)
     top = max(expected, default=0.0)
     for index, point in enumerate(build.points):

@@ -24,10 +24,10 @@ def test_animate_writes_a_page(finished: Path, snooker: Snooker) -> None:
     assert len(data["time"]) == 150
     ended = snooker(
         *("animate", "small", "--point", "1", "--out", "film.html", "--pace", "events"),
-        *("--collisions", "20", "--from", "0.5", "--seconds", "5", "--magnify", "100"),
+        *("--collisions", "20", "--from", "0.5", "--seconds", "5"),
     )
     data = content(Path("film.html").read_text(encoding="utf-8"))
-    assert (data["pace"], data["seconds"], data["magnify"]) == ("events", 5.0, 100.0)
+    assert (data["pace"], data["seconds"]) == ("events", 5.0)
     assert len(data["time"]) == 20
 
 

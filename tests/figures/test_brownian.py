@@ -40,6 +40,20 @@ def test_the_path_is_unwrapped_and_drawn_with_its_box(brownian: Run) -> None:
     assert end - inside == pytest.approx(12 * np.rint((end - inside) / 12), abs=1e-11)
     assert found.numbers["points"][0]["distance"] == pytest.approx(np.hypot(*end), rel=1e-12)
     assert found.equal_axes
+    start, final = layers(found, Points)
+    assert (start.label, start.filled, start.x.tolist()) == ("start", False, [0.0])
+    assert (final.label, final.filled, final.x.tolist()) == ("end", True, [path.x[-1]])
+    assert start.series != final.series  # another marker
+
+
+def test_a_path_that_is_a_dot_in_its_box_is_shown_alone(tmp_path: Path) -> None:
+    balls = "{list: [{position: [60, 0], velocity: [1, 2], radius: 1}]}"
+    run = made(tmp_path / "run", "container.width=200", f"balls={balls}", "time=5", text=TEXT)
+    found = shown(run, "tagged-path")
+    (path,) = layers(found, Line)
+    assert (path.x[0], path.x[-1]) == (60, 65)
+    assert found.equal_axes
+    assert "The periodic box around the path is 200 m wide and not drawn." in found.caption
 
 
 def test_the_displacement_has_its_limits_and_a_coefficient(brownian: Run) -> None:
@@ -49,6 +63,8 @@ def test_the_displacement_has_its_limits_and_a_coefficient(brownian: Run) -> Non
     theory = diffusion.expected(traces(brownian, 0)[0].start, 0)
     assert ballistic.y == pytest.approx(theory.mean_square_speed * ballistic.x**2)
     assert diffusive.y == pytest.approx(4 * theory.coefficient * diffusive.x)
+    steps = np.diff(np.log2(points.x))
+    assert steps == pytest.approx(1 / 3, rel=1e-9)  # even, and without near-doubles
     rows = [diffusion.correlations(trace, 0, points.x)[0] for trace in traces(brownian, 0)]
     assert points.y == pytest.approx(np.mean(rows, axis=0), rel=1e-12)
     assert points.y_error == pytest.approx(np.std(rows, axis=0, ddof=1) / np.sqrt(3), rel=1e-9)
@@ -66,9 +82,12 @@ def test_velocities_forget_and_their_integral_is_a_coefficient(brownian: Run) ->
     theory = diffusion.expected(traces(brownian, 0)[0].start, 0)
     law = layers(found, Line)[0]
     assert law.y == pytest.approx(np.exp(-law.x / theory.relaxation_time))
-    assert abs(points.y[0] - 1) < 4 * points.y_error[0]
-    integral = np.trapezoid(points.y, points.x) * theory.mean_square_speed / 2
+    assert points.y[0] == pytest.approx(1, rel=1e-12)
     numbers = found.numbers["points"][0]
+    rows = [diffusion.correlations(trace, 0, points.x)[1] for trace in traces(brownian, 0)]
+    assert numbers["mean_square_speed"] == pytest.approx(np.mean(rows, axis=0)[0], rel=1e-12)
+    assert numbers["mean_square_speed"] != pytest.approx(theory.mean_square_speed, rel=1e-3)
+    integral = np.trapezoid(points.y, points.x) * numbers["mean_square_speed"] / 2
     assert numbers["diffusion_coefficient"] == pytest.approx(integral, rel=1e-9)
     assert numbers["theory_coefficient"] == theory.coefficient
 

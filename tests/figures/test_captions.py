@@ -13,8 +13,9 @@ from repeating import batches_of, file_of
 
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
-from snooker_cli.figures import FIGURES, Line, Points, Selection, registry, selected, unfinished
-from snooker_cli.figures.captions import FigureBuilder
+from snooker_cli.figures import FIGURES, Line, Points, Selection, registry, selected
+from snooker_cli.figures.captions import BARS, FigureBuilder, unfinished
+from snooker_cli.figures.figure_data import NEUTRAL
 from snooker_cli.figures.selection import along, described, evenly
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
@@ -53,10 +54,10 @@ def test_titles_differ_where_figures_show_other_points(decaying: Run, warm: Run)
 @pytest.mark.parametrize(
     ("kind", "what"),
     [
-        ("energy-fit", "The kinetic energy E of one repeat over that at the start"),
-        ("temperature-fit", "The temperature T of one repeat"),
+        ("energy-fit", "The kinetic energy E over that at the start"),
+        ("temperature-fit", "The temperature T, energy of the balls over"),
         ("pressure", "The mean pressure from the start"),
-        ("pressure-fit", "The mean pressure P of one repeat since the start"),
+        ("pressure-fit", "The mean pressure P since the start"),
     ],
 )
 def test_captions_say_what_is_plotted(decaying: Run, kind: str, what: str) -> None:
@@ -68,6 +69,27 @@ def test_results_of_many_series_are_the_first_and_the_last(decaying: Run) -> Non
     assert build.results_text == "a; b; c"
     build.results.append("d")
     assert build.results_text == "a; …; d"
+
+
+def test_the_legend_of_one_series_has_its_colour(decaying: Run) -> None:
+    for kind in ("energy", "haff-time", "a2"):
+        alone, several = shown(decaying, kind, cor=0.8), shown(decaying, kind)
+        for figure, series in ((alone, 0), (several, NEUTRAL)):
+            keys = [each for each in figure.layers if np.size(getattr(each, "x", 0)) == 0]
+            assert keys
+            assert {getattr(key, "series", None) for key in keys} == {series}
+
+
+def test_captions_explain_error_bars_where_there_are_any(decaying: Run, warm: Run) -> None:
+    for run, kind in (
+        *((decaying, name) for name in ("haff-time", "event-decay", "decay-against-cor")),
+        *((warm, name) for name in ("pressure-temperature", "temperature-ratio")),
+    ):
+        figure = shown(run, kind)
+        assert figure.caption.count(BARS) == 1
+    for kind in ("energy", "ideal-ratio", "pair-distances"):
+        assert "Bars:" not in shown(decaying, kind).caption
+    assert "Bars:" not in shown(decaying, "event-decay", repeat=0).caption
 
 
 def test_captions_count_what_ended_early(tmp_path: Path) -> None:

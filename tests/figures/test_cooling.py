@@ -67,7 +67,8 @@ def test_fits_are_those_of_the_repeat_and_of_all(
     curves = [curve(trace, quantity) for trace in traces(decaying, 0)]
     data, *lines = layers(found, Line)
     assert data.y.tolist() == curves[1].value.tolist()
-    assert ("κ is what the source report calls k/2." in found.caption) == (quantity == "pressure")
+    assert ("κ = " in found.caption) == (quantity == "pressure")
+    assert "source report" not in found.caption
     judged = decays(traces(decaying, 0), [quantity])
     for (law, model), line in zip(LAWS.items(), lines, strict=True):
         results = fit_curves(curves, law)
@@ -104,6 +105,54 @@ def test_fits_are_those_of_the_repeat_and_of_all(
         # The axis ends below the data: a fit may fall by many more decades.
         assert found.y_limits == (pytest.approx(values.min() / 10), None)
     around(band, pairs, found.y_log)
+
+
+def test_fits_are_beside_the_mean_of_all_repeats(decaying: Run) -> None:
+    """The fits are means too; one repeat is shown if it is chosen."""
+    for cor in (0.8, 0.9):
+        found = shown(decaying, "energy-fit", cor=cor)
+        data, *lines = layers(found, Line)
+        assert data.label == "simulation, mean of 3 repeats"
+        index = (0.8, 0.9).index(cor)
+        curves = [curve(trace, "kinetic_energy") for trace in traces(decaying, index)]
+        times, rows = at_common_times([(each.time, each.value) for each in curves], steps=True)
+        mean = np.exp(np.log(rows).mean(axis=0)) if found.y_log else rows.mean(axis=0)
+        assert data.x.tolist() == times.tolist()
+        assert data.y == pytest.approx(mean, rel=1e-12)
+        assert all(line.x[-1] == times[-1] for line in lines)
+    chosen = layers(shown(decaying, "energy-fit", repeat=2, cor=0.8), Line)[0]
+    assert chosen.label == "simulation, repeat 2"
+
+
+def test_each_law_has_one_colour(decaying: Run) -> None:
+    found = shown(decaying, "energy-fit", cor=0.8), shown(decaying, "decay-against-cor")
+    for model in LAWS.values():
+        of_law = [
+            {layer.series for layer in figure.layers if model.label in str(layer.label)}
+            for figure in found
+        ]
+        assert of_law[0] == of_law[1]
+        assert len(of_law[0]) == 1
+    _, enskog, kinetic_theory = layers(found[1], Line)
+    k, alpha = layers(found[1], Points)
+    assert (enskog.series, kinetic_theory.series) == (k.series, alpha.series)
+
+
+def test_no_theory_of_collisions_where_the_mean_free_path_exceeds_the_container(
+    tmp_path: Path,
+) -> None:
+    """19 balls of 1 cm in a circle of 10 m: the path is about 290 m."""
+    run = made(tmp_path / "run", "balls.radius=0.01,1", "cor=0.9", "repeats=2", "collisions=300")
+    remark = "Theory fails where the mean free path exceeds the container."
+    thin, dense = (shown(run, "event-decay", balls__radius=each) for each in (0.01, 1))
+    assert layers(thin, Line) == layers(thin, Reference) == []
+    assert remark in thin.caption
+    assert "Lines" not in thin.caption
+    assert layers(dense, Line)
+    assert remark not in dense.caption
+    assert remark in shown(run, "a2", balls__radius=0.01).caption
+    a2 = shown(run, "a2")
+    assert [row["theory"] is None for row in a2.numbers["points"]] == [True, False]
 
 
 def test_a_decay_over_more_than_a_decade_has_a_logarithmic_axis(decaying: Run) -> None:
@@ -186,7 +235,7 @@ def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
         for style in ("solid", "dashed", "dashdot", "dotted")
     )
     labels = [line.label for line in layers(found, Line)]
-    assert "the same above the energy kept by the angular momentum L" in labels
+    assert "the same above the energy kept by L" in labels
     assert "The angular momentum L keeps the energy" in found.caption
     alpha = record["alpha"]
     assert fitted.y[0] == 2 * alpha
@@ -245,6 +294,7 @@ def test_energy_against_collisions(decaying: Run) -> None:
     assert above.y[-1] == pytest.approx(np.mean(expected), rel=1e-12)
     assert above.y[-1] > alone.y[-1]
     (reference,) = layers(found, Reference)
+    assert reference.style not in {alone.style, above.style}
     floor = np.mean([floor_of(trace) for trace in traces(decaying, 0)])
     assert reference.value == pytest.approx(floor, rel=1e-12)
 

@@ -11,7 +11,9 @@ from figure_runs import ADRIFT, layers, made, shown, traces
 
 from snooker_cli import theory
 from snooker_cli.engine import replay
-from snooker_cli.figures import NEUTRAL, FigureData, Line, Reference
+from snooker_cli.figures import FigureData, Line, Reference
+from snooker_cli.figures.figure_data import NEUTRAL
+from snooker_cli.formatting import short
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import SPEED_BIN
@@ -54,6 +56,16 @@ def test_distances_between_balls(decaying: Run) -> None:
     assert found.numbers["largest_overlap"] == 2.0 - smallest
     # A position is rounded at each of the ball's flights, to half of the spacing at 10 m or less.
     assert smallest > 2 - 100 * 10 * EPSILON
+
+
+def test_an_overlap_is_compared_with_the_rounding_of_a_coordinate(tmp_path: Path) -> None:
+    """Small balls 10 m from the centre: the rounding there is 512 times that of 2 cm."""
+    run = made(tmp_path / "run", "balls.radius=0.01", "cor=1", "repeats=2", "collisions=4000")
+    found = shown(run, "pair-distances")
+    overlap = found.numbers["largest_overlap"]
+    assert overlap > 0
+    times = short(overlap / np.spacing(10.0), 2)
+    assert f"by {short(overlap, 2)} m, {times} times the rounding of a coordinate" in found.caption
 
 
 @pytest.mark.parametrize("shape", ["box", "periodic"])

@@ -23,7 +23,7 @@ from pypdf import PdfReader
 
 from snooker_cli.figures import FIGURES, FigureData, Line, Points, Reference
 from snooker_cli.figures.drawing import draw, save, styled
-from snooker_cli.figures.figure_data import Band
+from snooker_cli.figures.figure_data import Band, legend_line
 from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
 
@@ -133,6 +133,42 @@ def test_every_figure_is_drawn_legibly(name: str, figures: dict[str, FigureData]
     for layer in shown.layers:
         label = getattr(layer, "label", None)
         assert label is None or label in drawn
+
+
+@pytest.mark.parametrize("top", [0.0004, 0.04, 4.0, 4e5])
+def test_labels_of_an_x_axis_do_not_touch(top: float) -> None:
+    found = replace(EVERYTHING, layers=(Line(X * top / 0.3, X),), x_limits=(0, None), inset=())
+    with styled():
+        figure = draw(found)
+        figure.canvas.draw()
+        boxes = [label.get_window_extent() for label in tick_labels(figure.axes[0].xaxis)]
+    assert len(boxes) > 3
+    assert all(one.x1 + 4 < two.x0 for one, two in itertools.pairwise(boxes))
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(0.36, 0.62), (0.12, 0.19), (0.03, 0.8), (0.002, 90.0), (3e-7, 8e-7)]
+)
+def test_a_logarithmic_axis_has_three_labels_of_one_style(low: float, high: float) -> None:
+    found = replace(EVERYTHING, layers=(Line(X, np.array([low, low, high])),), y_log=True)
+    with styled():
+        figure = draw(replace(found, y_limits=(low, high), inset=()))
+        figure.canvas.draw()
+        texts = [plain_text(label) for label in tick_labels(figure.axes[0].yaxis)]
+        minor = [label.get_text() for label in figure.axes[0].yaxis.get_ticklabels(minor=True)]
+    assert len(texts) >= 3
+    assert len({"^" in text for text in texts}) == 1  # numbers or powers of ten
+    assert not any(minor)
+
+
+def test_a_legend_has_columns_where_its_texts_allow() -> None:
+    series = [Line(X, X + k, f"CoR 0.{k}", k) for k in range(4)]
+    styles = [legend_line("the same above the energy kept by L", "dashed") for _ in range(4)]
+    (legend,) = draw(replace(EVERYTHING, layers=(*series, *styles), inset=())).legends
+    assert legend._ncols == 2
+    long = [legend_line("a text that is nearly as long as the figure is wide", "dashed")]
+    (legend,) = draw(replace(EVERYTHING, layers=(*series, *long), inset=())).legends
+    assert legend._ncols == 1
 
 
 def test_equal_markers_are_not_at_the_upper_limit() -> None:

@@ -10,9 +10,11 @@ import pytest
 from figure_runs import BOX, ELASTIC, PERIODIC, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli import containers, theory
+from snooker_cli.analysis.fitting import excluded_area
 from snooker_cli.analysis.observables import ideal_gas_ratio
 from snooker_cli.engine import series
-from snooker_cli.figures import Line, Points
+from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.formatting import short
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
 
@@ -88,8 +90,9 @@ def test_pressure_against_area_and_number(tmp_path: Path) -> None:
     assert layers(found, Points)[0].x.tolist() == [20, 40]
     ideal, curve = layers(found, Line)[:2]
     assert ideal.y == pytest.approx(ideal.x * 50 / 600, rel=1e-13)
-    bulk = 40 * 50.0 / 600.0 * theory.compressibility(40 * math.pi * 0.6**2 / 600.0)
-    assert (curve.x[-1], curve.y[-1]) == pytest.approx((40, bulk), rel=1e-9)
+    packing = 40 * math.pi * 0.6**2 / 600.0
+    ratio = theory.compressibility(packing) - theory.missing_ratio(packing, 40)
+    assert (curve.x[-1], curve.y[-1]) == pytest.approx((40, 40 * 50.0 / 600.0 * ratio), rel=1e-9)
 
 
 def test_ideal_ratio_is_taken_at_two_temperatures(decaying: Run) -> None:
@@ -109,6 +112,27 @@ def test_ideal_ratio_is_taken_at_two_temperatures(decaying: Run) -> None:
         assert at_end.y[k] == pytest.approx(pressure / (ideal * temperature[-1]), rel=1e-13)
 
 
+def test_ideal_ratio_of_elastic_balls_has_one_temperature(warm: Run, decaying: Run) -> None:
+    found = shown(warm, "ideal-ratio", balls__radius=1.0)
+    assert all(points.filled and len(points.x) == 3 for points in layers(found, Points))
+    assert "at its mean temperature." in found.caption
+    both = layers(shown(decaying, "ideal-ratio"), Points)
+    assert [points.filled for points in both if len(points.x)] == [False, True, False, True, True]
+
+
+def test_one_law_has_one_style_of_line(warm: Run) -> None:
+    for kind in ("pressure-temperature", "temperature-ratio", "van-der-waals", "ideal-ratio"):
+        where = {"balls__speed": 10.0} if kind == "temperature-ratio" else {"balls__radius": 1.0}
+        styles = {
+            str(layer.label): layer.style
+            for layer in shown(warm, kind, **where).layers
+            if isinstance(layer, Line | Reference)
+        }
+        assert styles["ideal gas"] == "dashed"
+        assert styles.get("hard-disk theory", "dotted") == "dotted"
+    assert layers(shown(warm, "pressure", balls__radius=1.0), Reference)[0].style == "dotted"
+
+
 def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     """b of single points is that of the measured pressure; a vanishes, as hard disks scale."""
     run = made(
@@ -125,13 +149,24 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
         assert points.y[k] == pytest.approx(np.mean(ratios), rel=1e-12)
         excluded = (1 - 1 / points.y[k]) * area / each["number"] / disk
         assert each["excluded_disks"] == pytest.approx(excluded, rel=1e-10)
-        assert each["theory"] == pytest.approx(theory.compressibility(each["packing"]), rel=1e-12)
+        ratio = theory.compressibility(each["packing"])
+        ratio -= theory.missing_ratio(each["packing"], each["number"])
+        assert each["theory"] == pytest.approx(ratio, rel=1e-12)
     numbers = found.numbers
     assert abs(numbers["attraction"]) < 3 * numbers["attraction_error"]
     singles = [each["excluded_disks"] for each in numbers["points"]]
     assert 1.9 < singles[0] < 2.1
     assert singles[0] > numbers["excluded_disks"] > singles[-1]
     assert "b = " in found.caption
+    assert "Points of one packing lie at one x." in found.caption
+    # b has one value for packings from 0.04 to 0.23, so the law misses the points.
+    law = 1 / (1 - numbers["excluded_disks"] * points.x)
+    misfit = math.sqrt(np.sum(((points.y - law) / points.y_error) ** 2) / 5)
+    densities = points.x / disk
+    _, error = excluded_area(densities, points.y, points.y_error)
+    assert misfit > 1.5
+    assert numbers["excluded_disks_error"] == pytest.approx(misfit * error / disk, rel=1e-9)
+    assert f"√(χ²/dof) = {short(misfit, 2)}." in found.caption
 
 
 def test_van_der_waals_of_several_numbers_has_their_theory(tmp_path: Path) -> None:
@@ -150,3 +185,10 @@ def test_van_der_waals_needs_several_states_and_one_radius(warm: Run, decaying: 
         warm, "van-der-waals", balls__radius=1.0, balls__speed=5.0
     )
     assert "two or more areas" in why_not(decaying, "van-der-waals")
+
+
+def test_temperatures_that_differ_by_rounding_are_one(tmp_path: Path) -> None:
+    speeds = "balls.speed=1.0,1.0000000000000002"
+    run = made(tmp_path / "run", *ELASTIC, speeds, "collisions=100", "repeats=2")
+    assert len(set(run.points)) == 2
+    assert "two or more areas" in why_not(run, "van-der-waals")

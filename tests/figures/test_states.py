@@ -15,6 +15,7 @@ from snooker_cli.analysis.observables import series, standard_errors, time_means
 from snooker_cli.figures import Line, Points, states
 from snooker_cli.figures.captions import MEAN_SPREAD
 from snooker_cli.figures.figure_data import Band
+from snooker_cli.formatting import with_error
 from snooker_cli.runs import Run
 
 
@@ -50,6 +51,35 @@ def test_g_of_a_lossy_gas_is_that_of_the_last_states(periodic: Run) -> None:
     ]
     np.testing.assert_allclose(line.y, np.mean(rows, axis=0), rtol=1e-9)
     assert found.numbers["points"][0]["theory"] is None
+
+
+def test_captions_of_states_name_what_is_shown(periodic: Run, mixture: Run) -> None:
+    elastic, lossy, both = (
+        shown(periodic, "pair-correlation", **({"cor": cor} if cor else {})) for cor in (1, 0.8, 0)
+    )
+    assert "Mean over the second half of each repeat." in elastic.caption
+    assert "The last state of each repeat." in lossy.caption
+    assert "Elastic points: mean over the second half; others: the last state" in both.caption
+    assert elastic.x_label == "distance / diameter"
+    assert shown(mixture, "pair-correlation").x_label == "distance / mean diameter"
+    assert "Theory: homogeneous cooling" in shown(periodic, "a2", cor=0.8).caption
+    assert "Theory" not in shown(mixture, "a2").caption
+
+
+def test_an_elastic_mixture_has_mean_temperatures_of_the_second_half(tmp_path: Path) -> None:
+    run = made(tmp_path / "run", "cor=1", "repeats=2", text=MIXTURE)
+    found = shown(run, "species-temperature")
+    lines = layers(found, Line)
+    half = len(lines[0].x) // 2
+    means = [float(np.mean(line.y[half:])) for line in lines]
+    assert found.caption.count("Mean over the second half: ") == 1
+    shares = [
+        structure.measured(structure.species_temperature, one, lines[0].x[half:]).mean(axis=0)
+        for one in traces(run, 0)
+    ]
+    assert means == pytest.approx(np.mean(shares, axis=0), rel=1e-12)
+    error = float(standard_errors(np.array(shares)[:, 0]))
+    assert with_error(means[0], error, "J") in found.caption
 
 
 def test_a2_is_half_of_the_energy_moment_between_times(periodic: Run) -> None:

@@ -15,6 +15,7 @@ from snooker_cli.engine import replay, series
 from snooker_cli.figures import Line, Reference
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
 from snooker_cli.figures.figure_data import Band, bands
+from snooker_cli.formatting import short
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON
 
@@ -83,7 +84,7 @@ def test_momentum_is_kept_without_walls(tmp_path: Path) -> None:
     decay = shown(run, "event-decay")
     (floor,) = layers(decay, Reference)
     assert floor.value == pytest.approx(kept, rel=1e-12)
-    assert str(floor.label).startswith("energy kept by the momentum p")
+    assert str(floor.label).startswith("energy kept by p")
     assert "p²/(2Nm)" in decay.caption
 
 
@@ -116,10 +117,20 @@ def test_pressure_of_a_periodic_box_starts_at_the_ideal_gas_s(periodic: Run) -> 
     measured = observables.mean_pressure(traces(periodic, 2)[0])
     assert line.y[-1] == pytest.approx(measured, rel=1e-12)
     (reference,) = layers(found, Reference)
-    ratio = theory.compressibility(64 * math.pi * 0.36 / 600)
+    packing = 64 * math.pi * 0.36 / 600
+    ratio = theory.compressibility(packing) - theory.missing_ratio(packing, 64)
     # Balls meet at E/(N − 1), as their centre of mass is at rest.
     expected = (64 * 50 + (ratio - 1) * 64 * 50 * 64 / 63) / 600
     assert reference.value == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_rise_of_the_energy_is_named_if_there_is_one(decaying: Run) -> None:
+    rises = [row["largest_rise"] for row in shown(decaying, "energy").numbers["points"][:2]]
+    for cor, rise in zip((0.8, 0.9), rises, strict=True):
+        caption = shown(decaying, "energy", cor=cor).caption
+        assert ("No inelastic collision raises the energy." in caption) == (rise == 0)
+        assert (f"raises it by {short(rise, 2)} of E(0) at most." in caption) == (rise > 0)
+    assert "inelastic" not in shown(decaying, "energy", cor=1.0).caption
 
 
 def test_no_band_of_one_repeat_or_of_repeats_without_common_times() -> None:
