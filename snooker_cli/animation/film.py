@@ -6,7 +6,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.analysis.observables import integrals, series, settled_top
+from snooker_cli.analysis.observables import integrals, series
 from snooker_cli.engine import States, replay
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import printable
@@ -81,8 +81,12 @@ class Film:
 
     @property
     def pressure_top(self) -> float:
-        """The largest mean pressure that a panel shows, Pa m: that after the first few hits."""
-        return settled_top(self.rows, self.pressure(self.rows))
+        """The largest mean pressure that a panel shows, Pa m.
+
+        It is that after a tenth of the collisions: before, it may be that of a single hit. In a gas
+        that cools they come early.
+        """
+        return float(np.max(self.pressure(self.rows[len(self) // 10 :])))
 
     def pressure(self, times: Floats) -> Floats:
         """Mean pressure from the repeat's start to times within the film, Pa m; at 0 its limit."""
@@ -211,9 +215,7 @@ def _pressure(
         return given, force
     reach = scene.radii[events.i] + scene.radii[events.j]
     virial = np.cumsum(np.append(0.0, events.impulse * reach))[rows]
-    begun = float(integrals(trace, series(trace).kinetic_energy, np.array([since]))[0])
-    steps = np.diff(time, prepend=since)
-    moving = begun + np.cumsum(np.append(0.0, energy[:-1] * steps))
+    moving = integrals(trace, series(trace).kinetic_energy, np.append(since, time))
     return (moving + virial / 2) / scene.container.area, energy / scene.container.area
 
 

@@ -44,8 +44,8 @@ class View:
     magnifications: tuple[float, ...]
 
 
-def view(film: Film, magnify: float = 1.0) -> View:
-    """The view of a film, with ``magnify`` among its magnifications."""
+def view(film: Film) -> View:
+    """The view of a film."""
     width, height = film.trace.start.container.size
     size, path = max(width, height), film.container_path
     low, high = path.min(axis=0), path.max(axis=0)
@@ -55,11 +55,11 @@ def view(film: Film, magnify: float = 1.0) -> View:
         low = high = np.zeros(2)
     reach = np.array([width, height]) / 2 + MARGIN * size
     (left, bottom), (right, top) = (low - reach).tolist(), (high + reach).tolist()
-    found = {1.0, magnify}
+    powers = 0
     if farthest > 0 and not follow:
-        powers = math.floor(math.log10(VISIBLE * size / farthest))
-        found |= {10.0**power for power in range(1, powers + 1)}
-    return View((left, right, bottom, top), follow, farthest, tuple(sorted(found)))
+        powers = max(0, math.floor(math.log10(VISIBLE * size / farthest)))
+    magnifications = tuple(10.0**power for power in range(powers + 1))
+    return View((left, right, bottom, top), follow, farthest, magnifications)
 
 
 Pace = Literal["time", "events"]

@@ -24,16 +24,13 @@ def embedded(page: str, label: str) -> str:
     )
 
 
-def page(
-    film: Film, *, pace: Pace = "time", seconds: float | None = None, magnify: float = 1.0
-) -> str:
+def page(film: Film, *, pace: Pace = "time", seconds: float | None = None) -> str:
     """The page that plays a film; always the same bytes for the same film.
 
     pace : at the beginning
     seconds : length at speed 1; without it, the player chooses
-    magnify : factor by which the container's motion is enlarged at first
     """
-    data = _content(film, pace, seconds, magnify)
+    data = _content(film, pace, seconds)
     content = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     parts = {
         "title": html.escape(film.title),
@@ -44,12 +41,12 @@ def page(
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _part("player.html"))
 
 
-def _content(film: Film, pace: Pace, seconds: float | None, magnify: float) -> dict[str, Any]:
+def _content(film: Film, pace: Pace, seconds: float | None) -> dict[str, Any]:
     """The player's data: the film's own, the view's, and the scene's; arrays as base64."""
     scene, opening = film.trace.start, film.opening
     own = {
         re.sub(r"_(\w)", lambda found: found[1].upper(), name): value
-        for name, value in (vars(film) | vars(view(film, magnify))).items()
+        for name, value in (vars(film) | vars(view(film))).items()
         if name not in ("trace", "opening", "container_path")
     }
     # Rows, ball by ball: position, velocity, radius.
@@ -68,7 +65,6 @@ def _content(film: Film, pace: Pace, seconds: float | None, magnify: float) -> d
         "colours": SPEED_COLOURS,
         "pace": pace,
         "seconds": seconds,
-        "magnify": magnify,
     }
     return {
         name: _packed(value) if isinstance(value, np.ndarray) else value

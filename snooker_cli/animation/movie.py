@@ -32,7 +32,7 @@ WIDTH, HEIGHT, DPI = 8.4, 4.8, 100
 
 FULL_TITLE = 45  # characters: longer titles are printed smaller
 
-INK, SOFT, AMBER = "#1c2430", "#5b6675", "#e76300"
+INK, SOFT, GREEN = "#1c2430", "#5b6675", "#009e73"  # no speed has the green of contacts
 RIM = (0.08, 0.09, 0.14, 0.75)
 
 PALETTE_FRAMES = 3
@@ -56,7 +56,7 @@ class Screen:
         size = 12 * min(1, FULL_TITLE / max(1, len(film.title)))
         self._text(0.02, 0.955, film.title, color=INK, size=size, weight="bold")
         self._text(0.02, 0.905, film.subtitle, color=SOFT)
-        self.clock = self._moves(self._text(0.585, 0.955, color=INK, size=11, weight="bold"))
+        self.clock = self._moves(self._text(0.585, 0.955, color=INK, size=11))
         self.count = self._moves(self._text(0.98, 0.955, color=SOFT, ha="right"))
         self.ending = self._moves(self._text(0.02, 0.025, color="#a8380f", size=7))
         self._add_container(figure.add_axes((0.01, 0.11, 0.53, 0.76)))
@@ -69,6 +69,8 @@ class Screen:
         self._text(0.165, 0.071, "at rest", color=SOFT, size=7, ha="right")
         fast = f"{short(film.top_speed, 2)} m/s and faster"
         self._text(0.385, 0.071, fast, color=SOFT, size=7)
+        self._text(0.02, 0.071, "○", color=GREEN, size=9, weight="bold")
+        self._text(0.037, 0.071, "contact", color=SOFT, size=7)
         self.canvas.draw()
         self.still = self.canvas.copy_from_bbox(figure.bbox)
 
@@ -83,7 +85,7 @@ class Screen:
         self._place(self.balls, places, scene.radii[which], facecolors=colours)
         # Rings of recent contacts, wider and fainter with age.
         reach = scene.radii[film.i[frame.flashes]]
-        rings = np.repeat(to_rgba_array(AMBER), len(reach), axis=0)
+        rings = np.repeat(to_rgba_array(GREEN), len(reach), axis=0)
         rings[:, 3] = (1 - frame.ages) ** 1.5
         growth = 0.15 + 0.55 * (1 - (1 - frame.ages) ** 2)
         contacts = film.contacts[frame.flashes] - origin
@@ -103,7 +105,7 @@ class Screen:
         for (line, point, text, unit, column), value in zip(self.curves, values, strict=True):
             line.set_data(np.append(self.steps[rows], now), np.append(column[rows], value))
             point.set_data([now], [min(value, point.axes.get_ylim()[1])])
-            text.set_text(f"{short(value)} {unit}")
+            text.set_text(f"{_reading(value)} {unit}")
         self.canvas.restore_region(self.still)
         for artist in self.moving:
             self.figure.draw_artist(artist)
@@ -172,6 +174,11 @@ class Screen:
         axes.set_xlabel("collisions shown" if by_collision else "time (s)")
 
 
+def _reading(value: float) -> str:
+    """A number to three digits, as the page shows it: up to 100,000 without a power of ten."""
+    return f"{float(f'{value:.3g}'):.0f}" if 999.5 <= value < 99_950 else short(value)
+
+
 def _seen(
     places: Floats, radii: Floats, centre: Floats, period: tuple[float, float] | None
 ) -> tuple[NDArray[np.intp], Floats]:
@@ -185,8 +192,8 @@ def _seen(
     return which, images[image, which]
 
 
-def save_movie(film: Film, path: Path, *, pace: Pace, seconds: float, rate: int) -> int:
-    """Write a film to ``path``, a ``.gif`` or an ``.mp4``; return the number of frames.
+def save_movie(film: Film, path: Path, *, pace: Pace, seconds: float, rate: int) -> None:
+    """Write a film to ``path``, a ``.gif`` or an ``.mp4``.
 
     seconds : length of the movie
     rate : frames per second; a GIF rounds their length to hundredths of a second
@@ -226,7 +233,7 @@ def save_movie(film: Film, path: Path, *, pace: Pace, seconds: float, rate: int)
                     "give a name that ends in .gif or .html",
                     code="ffmpeg-failed",
                 ) from None
-            return count
+            return
         sample = [screen.image(frame) for frame in frames(film, pace, PALETTE_FRAMES, seconds)]
         # The colours that cover most: others would tint the white.
         palette = Image.fromarray(np.vstack(sample)).quantize(method=Image.Quantize.MAXCOVERAGE)
@@ -236,4 +243,3 @@ def save_movie(film: Film, path: Path, *, pace: Pace, seconds: float, rate: int)
         )
     with atomic_write(path) as part:
         first.save(part, "GIF", save_all=True, append_images=others, duration=1000 / rate, loop=0)
-    return count

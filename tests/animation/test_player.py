@@ -15,6 +15,7 @@ from snooker_cli import animation
 from snooker_cli.analysis import diffusion
 from snooker_cli.animation import Film, page
 from snooker_cli.animation.frames import FLASH, MOST_FLASHES
+from snooker_cli.animation.movie import GREEN
 from snooker_cli.engine import replay
 from snooker_cli.trace import SLIDE
 
@@ -23,6 +24,7 @@ def test_flashes_are_the_same_in_the_player() -> None:
     script = (Path(animation.__file__).parent / "player" / "arena.js").read_text(encoding="utf-8")
     assert f"const FLASH = {FLASH};" in script
     assert f"const MOST_FLASHES = {MOST_FLASHES};" in script
+    assert f'const GREEN = "{GREEN}";' in script
 
 
 TRIAL = """
@@ -188,6 +190,37 @@ def test_balls_that_slide_are_where_the_trace_has_them(browser: Browser, tmp_pat
         )
         np.testing.assert_allclose(pressures, made.pressure(np.array(times)), rtol=1e-12)
     assert browser.complaints == []
+
+
+OVERFLOWING = """
+(() => {
+  const canvas = find("charts"), panel = player.charts.panels[2];
+  panel.top = 0.1 * Math.max(...panel.values);
+  panel.colour = "warn";  // which no other panel and no text has
+  player.reel.goToStep(player.reel.steps);
+  player.draw();
+  const [pen, width, height] = sharp(canvas), top = 2 * (height - 34) / 3 + 24;
+  player.draw();
+  const strip = pen.getImageData(52, top - 20, (width - 64) / 2, 40);
+  const hue = [1, 3, 5].map((at) => parseInt(paint("warn").trim().slice(at, at + 2), 16));
+  const found = [0, 0];
+  for (let k = 0; k < strip.data.length; k += 4) {
+    const inside = k >= strip.data.length * 19 / 40;
+    found[inside ? 1 : 0] += hue.every((part, c) => strip.data[k + c] === part);
+  }
+  return found;
+})()
+"""
+"""Points with a curve's colour above and in its panel, where most of it is above the limit."""
+
+
+def test_a_curve_stays_in_its_panel(browser: Browser, tmp_path: Path) -> None:
+    (tmp_path / "film.html").write_text(page(sliding_films()["whole"]), encoding="utf-8")
+    browser.look(1160, dark=False)
+    browser.open(tmp_path / "film.html")
+    above, inside = browser.value(OVERFLOWING)
+    assert above == 0
+    assert inside > 0
 
 
 LOOKS = """

@@ -5,7 +5,7 @@ const FLASH = 0.3; // s of showing
 const MOST_FLASHES = 60;
 const SMALLEST = 1.5; // px: the radius of balls that would be too small to see
 const SHADES = 64;
-const AMBER = "#e76300";
+const GREEN = "#009e73"; // of contacts and the enlarged container; no speed has it
 const VIOLET = "#7b2cbf"; // the path of the tagged ball
 const NEAR = 6; // px: how near to a small ball a click is
 
@@ -143,8 +143,8 @@ class Arena {
   // The container where it would be if its displacement were this many times as large.
   enlarged(pen, x, y, scale, centre, magnify) {
     const shown = centre.map((value, axis) => this.home[axis] + magnify * (value - this.home[axis]));
-    pen.strokeStyle = AMBER;
-    pen.fillStyle = AMBER;
+    pen.strokeStyle = GREEN;
+    pen.fillStyle = GREEN;
     pen.lineWidth = 1.5;
     pen.setLineDash([6, 4]);
     this.outline(pen, x(shown[0]), y(shown[1]), scale);
@@ -164,7 +164,7 @@ class Arena {
     const r = motion.radii[motion.i[collision]] * scale;
     const grown = this.still ? 0.5 : 1 - (1 - age) ** 2;
     const px = x(at[2 * collision]), py = y(at[2 * collision + 1]);
-    pen.strokeStyle = pen.fillStyle = AMBER;
+    pen.strokeStyle = pen.fillStyle = GREEN;
     pen.globalAlpha = (1 - age) ** 1.5;
     pen.lineWidth = 2;
     pen.beginPath();

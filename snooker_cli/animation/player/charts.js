@@ -110,7 +110,7 @@ class Charts {
 
     pen.save();
     pen.beginPath();
-    pen.rect(box.left - 5, box.top - 5, box.right - box.left + 10, box.bottom - box.top + 9);
+    pen.rect(box.left, box.top, box.right - box.left, box.bottom - box.top + 1);
     pen.clip();
     pen.strokeStyle = colour;
     pen.lineWidth = 1.6;
@@ -122,11 +122,11 @@ class Charts {
     const x = across(byStep ? Math.min(reel.step, high) : reel.time);
     pen.lineTo(x, up(value));
     pen.stroke();
+    pen.restore();
     pen.fillStyle = colour;
     pen.beginPath();
-    pen.arc(x, up(value), 3.5, 0, 2 * Math.PI);
+    pen.arc(x, up(Math.min(value, panel.top)), 3.5, 0, 2 * Math.PI);
     pen.fill();
-    pen.restore();
 
     pen.textBaseline = "alphabetic";
     const text = `${short(value)} ${panel.unit}`, plain = pen.font;

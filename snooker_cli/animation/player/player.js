@@ -16,7 +16,7 @@ class Player {
     this.playing = false;
     this.waiting = false;
     this.speed = 1;
-    this.magnify = film.magnify;
+    this.magnify = 1;
     this.relative = false;
     // Film time and collisions in a second of showing.
     const span = film.end - film.start, steps = this.reel.steps;
@@ -192,10 +192,11 @@ find("title").textContent = film.title;
 find("subtitle").textContent = film.subtitle;
 find("ending").textContent = film.ending;
 find("ending").hidden = !film.ending;
+find("ring").style.borderColor = GREEN;
 find("ramp").style.background = `linear-gradient(to right, ${film.colours.join(",")})`;
 find("container").hidden = !film.free;
 for (const factor of film.magnifications) {
-  find("magnify").add(new Option(`× ${factor.toLocaleString("en")}`, String(factor), false, factor === film.magnify));
+  find("magnify").add(new Option(`× ${factor.toLocaleString("en")}`, String(factor)));
 }
 const player = new Player();
 player.listen();
