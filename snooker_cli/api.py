@@ -29,6 +29,7 @@ from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.progress import execute_watched, share_done, showing_notices
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.plan import checked
+from snooker_cli.runs.status import ending
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
 
@@ -172,10 +173,9 @@ class Run(runs.Run):
     def repeats(self, point: int) -> Iterator[Repeat]:
         """The repeats of a point that are there. Raises ``UserError`` or ``StoreError``."""
         chosen = self.chosen(point, 0)
-        if numbers := self.present(chosen):
-            traces = self.traces(chosen, numbers)
-            for number, trace in zip(numbers, traces, strict=True):
-                yield Repeat(trace, chosen, number)
+        numbers = self.present(chosen)
+        traces = self.traces(chosen, numbers) if numbers else ()
+        return (Repeat(trace, chosen, k) for k, trace in zip(numbers, traces, strict=True))
 
     def matching(self, **where: Any) -> tuple[Point, ...]:
         """The points with these values: ``cor=0.8``, ``cor=[0.8, 0.9]``, ``**{"balls.radius": 1}``.
@@ -191,7 +191,7 @@ class Run(runs.Run):
 
         where : only points with these values, as in ``matching``
 
-        ``point``, the swept keys (nan for null), ``repeat``; ``ending`` (the stop reason) and
+        ``point``, the swept keys (nan for null), ``repeat``; ``ending`` as ``show`` has it and
         ``complete``; ``time`` (s) and numbers of ``collisions``. ``temperature`` (J), ``pressure``
         (Pa m) and ``mean_speed`` (m/s) are means over the time of the repeat. ``energy_ratio`` is
         the energy at the end over that at the start. ``k`` and ``alpha`` (1/s) are fits to the
@@ -234,7 +234,8 @@ class Run(runs.Run):
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.
 
         repeat : only this repeat
-        where : only points with these values, as in ``matching``
+        where : only points with these values, as in ``matching``; a figure of one point, such as
+            "energy-fit", shows the first of them and names it in its title
 
         Raises ``FigureError`` if the run cannot give it.
         """
@@ -242,7 +243,7 @@ class Run(runs.Run):
         from snooker_cli.figures.drawing import draw
 
         check_name(name, FIGURES, "figure", "snooker plot --list")
-        return draw(FIGURES[name].make(self, Selection(_alternatives(where), repeat)))
+        return draw(FIGURES[name].make(self, Selection(_alternatives(where), repeat), first=True))
 
 
 def _alternatives(where: Mapping[str, Any]) -> dict[str, Any]:
@@ -260,7 +261,7 @@ def _row(repeat: Repeat) -> dict[str, Any]:
     series, fits = observables.series(trace), repeat_fits(trace, "kinetic_energy")
     results = {
         "repeat": repeat.number,
-        "ending": str(trace.stop.reason),
+        "ending": ending(trace.stop.reason),
         "complete": trace.stop.reason.complete,
         "time": trace.stop.time,
         "collisions": trace.collisions,
@@ -285,7 +286,7 @@ def _column(values: list[Any]) -> NDArray[Any]:
 
 
 def open(name: str | PathLike[str]) -> Run:
-    """A run by its folder, or by its name under ``runs/``. Raises ``RunError``."""
+    """A run by its folder or its name under ``runs/``. Raises ``RunError`` or ``StoreError``."""
     found = runs.open_run(Path(name))
     return Run(*(getattr(found, field.name) for field in fields(found)))
 
@@ -408,8 +409,9 @@ def simulate(
 
     summary : record observables on a grid of times instead of all collisions
 
-    Raises ``UserError`` without a limit, for one that is not above 0, or for a scene that the
-    engine cannot simulate.
+    Few inelastic balls in a periodic box drift apart and may need hours for the next collision:
+    give a ``time`` too. Raises ``UserError`` without a limit, for one that is not above 0, or for a
+    scene that the engine cannot simulate.
     """
     for name, limit in (("collisions", collisions), ("time", time)):
         if limit is not None and not (isinstance(limit, Real) and 0 < limit < math.inf):

@@ -1,6 +1,7 @@
 """Errors that a user can cause and fix, each with an exit code."""
 
 import difflib
+import errno
 import os
 from collections.abc import Iterable
 from enum import IntEnum
@@ -40,6 +41,12 @@ def error_text(error: Exception) -> str:
     if isinstance(error, KeyError):
         return f"no {error}"
     return (str(error).splitlines() or [type(error).__name__])[0]
+
+
+def room_advice(error: Exception) -> str:
+    """What a user can do where a file cannot be written."""
+    full = getattr(error, "errno", None) in (None, errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+    return "make room" if full else "check the folder and its permissions"
 
 
 class SnookerError(Exception):
@@ -92,7 +99,7 @@ class JammedError(Exception):
 
 
 class StoreError(SnookerError):
-    """A result file that cannot be read or trusted; ``reason`` does not repeat its path."""
+    """A result or manifest that cannot be read or trusted; ``reason`` does not repeat its path."""
 
     exit_code = ExitCode.UNSOUND
 
@@ -108,14 +115,17 @@ class AbsentError(StoreError):
     exit_code = ExitCode.USAGE
 
 
+class DeniedError(StoreError):
+    """A file that this user may not read; no command replaces it."""
+
+    exit_code = ExitCode.USAGE
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "cannot be read (permission denied)", "check its permissions")
+
+
 class RunError(SnookerError):
     """A run's folder, or its workers, that cannot be used."""
-
-
-class DamagedError(RunError):
-    """A run's folder whose manifest cannot be read."""
-
-    exit_code = ExitCode.UNSOUND
 
 
 class FigureError(SnookerError):

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.engine import States, replay, times_within
-from snooker_cli.errors import UserError, error_text
+from snooker_cli.errors import UserError, error_text, room_advice
 from snooker_cli.files import atomic_write
 from snooker_cli.scene import Scene
 from snooker_cli.store import RepeatHeader, hdf5
@@ -47,7 +47,7 @@ def _exported(path: Path) -> Iterator[Path]:
     except hdf5.UNWRITABLE as error:
         raise UserError(
             f"{path}: cannot be written ({error_text(error)})",
-            "make room or choose another file",
+            f"{room_advice(error)} or choose another file",
         ) from None
 
 

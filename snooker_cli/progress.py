@@ -4,7 +4,7 @@ import logging
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import Any
@@ -136,7 +136,7 @@ def execute_watched(
     fresh: bool,
     bar: bool,
     cancelled: threading.Event,
-    part: tuple[int, int] | None = None,
+    part: Set[tuple[int, int]] | None = None,
     **how: Any,
 ) -> tuple[list[RepeatResult], RunProgress]:
     """Lock and make a run's folder and execute what is missing. Returns all results and counts.
@@ -156,9 +156,9 @@ def execute_watched(
         cancelled.set()
 
     main = threading.current_thread() is threading.main_thread()  # which gets all signals
-    lock = locked_for_part(run) if part else locked(run.directory)
+    lock = locked(run.directory) if part is None else locked_for_part(run)
     with handling(stop, STOPPING if main else ()), lock:
-        if change := "" if part else create(run, fresh=fresh):
+        if change := create(run, fresh=fresh) if part is None else "":
             notice(change)
         collisions = run.points[0].experiment.collisions
         repeats = len(run.points) * run.experiment.repeats

@@ -132,6 +132,9 @@ def test_failed_repeats_are_an_error(finished: Path) -> None:
     with pytest.raises(snooker.RunError, match=r"3 repeats of 6 failed .*cannot write"):
         snooker.run("small.yaml")
     assert len(list(made.repeats(0))) == 3
+    with pytest.raises(snooker.UserError, match="there is no point 7"):
+        made.repeats(7)  # before anything is read
+    assert repr(made.points[0]) == "<point 0: cor=0.85>"
 
 
 @pytest.mark.parametrize(
@@ -161,8 +164,8 @@ def test_the_table_has_a_row_for_each_repeat(run: snooker.Run) -> None:
     assert list(table)[:5] == ["point", "cor", "repeat", "ending", "complete"]
     assert table["cor"].tolist() == [0.85] * 3 + [1.0] * 3
     assert table["repeat"].tolist() == [0, 1, 2] * 2
-    assert np.array_equal(table["complete"], table["ending"] == "collisions")
-    assert set(table["ending"]) == {"collisions", "wall_trap"}
+    assert np.array_equal(table["complete"], table["ending"] == "complete")
+    assert set(table["ending"]) == {"complete", "wall trap"}
     assert np.all(table["wall_collisions"] + table["pair_collisions"] == table["collisions"])
     for row, repeat in enumerate(run):
         trace = repeat.trace
@@ -324,6 +327,14 @@ def test_figures_fits_and_comparisons_are_those_of_the_commands(
     stored = Path("runs/small/figures/energy-fit-cor-0.85.png").read_bytes()
     pixels = stored.partition(b"IDAT")[2]
     assert figure._repr_png_().partition(b"IDAT")[2] == pixels
+
+
+def test_a_figure_of_one_point_shows_the_first_and_names_it(run: snooker.Run) -> None:
+    decays = [point for point in run.points if point.experiment.cor < 1]
+    assert len(run.points) > 1
+    title = run.plot("energy-fit").axes[0].get_title(loc="left")
+    assert title.endswith(f"CoR {decays[0].experiment.cor:g}")
+    assert "CoR 1" in run.plot("tagged-path", cor=[1.0]).axes[0].get_title(loc="left")
 
 
 @pytest.mark.parametrize(

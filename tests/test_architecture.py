@@ -57,7 +57,7 @@ PARTS["__main__"] = ("cli",)
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "typer": ("cli",),
     "rich": ("cli", "progress"),
-    "pydantic": ("config",),
+    "pydantic": ("config", "validation"),
     "pydantic_core": ("config",),
     "yaml": ("config", "figures", "report", "validation"),
     "numba": ("engine.jit",),

@@ -85,7 +85,7 @@ def physics(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> N
 def hard(
     cases: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[CASE]...", help="Only these [all but those that take minutes]."),
+        typer.Argument(metavar="CASE", help="Only these [all but those that take minutes]."),
     ] = None,
     out: Out = None,
     as_json: AsJson = False,

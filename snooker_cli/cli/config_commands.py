@@ -26,11 +26,9 @@ def templates() -> dict[str, Path]:
 
 
 def examples() -> dict[str, Path]:
-    """The configs of configs/ by name, such as ``configs/hard/ring``, the simple ones first."""
-    circles = "decay restitution elastic-wall speeds temperature area number radius dilute sliding"
-    hard = sorted(path.stem for path in EXAMPLES.glob("hard/*.yaml"))
-    names = [*f"{circles} box periodic mixture large audit".split(), *(f"hard/{x}" for x in hard)]
-    return {f"configs/{name}": EXAMPLES / f"{name}.yaml" for name in names}
+    """The configs of configs/ by name, such as ``configs/hard/ring``, the hard ones last."""
+    found = [*sorted(EXAMPLES.glob("*.yaml")), *sorted(EXAMPLES.glob("hard/*.yaml"))]
+    return {f"configs/{path.relative_to(EXAMPLES).with_suffix('')}": path for path in found}
 
 
 def purpose(config: Path) -> str:

@@ -17,7 +17,7 @@ from snooker_cli.cli.options import PointNumber, RepeatNumber, RunName, Where, c
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
 from snooker_cli.config import to_json
 from snooker_cli.errors import UserError
-from snooker_cli.runs import holds_results
+from snooker_cli.runs.folder import holds_results
 
 FORMATS = {".csv": "CSV", ".parquet": "Parquet", ".h5md": "H5MD", ".h5": "H5MD", ".xyz": "XYZ"}
 
@@ -42,7 +42,8 @@ def export(
         float | None, typer.Option(metavar="T", help="States: one every T s from 0.")
     ] = None,
     frames: Annotated[
-        int | None, typer.Option(min=2, max=MOST_FRAMES, help="States: number of even times.")
+        int | None,
+        typer.Option(metavar="N", min=2, max=MOST_FRAMES, help="States: number of even times."),
     ] = None,
     table: Annotated[
         bool, typer.Option("--table", help="Export a row for each repeat of all points.")
@@ -54,8 +55,8 @@ def export(
 ) -> None:
     """Export collisions or states of a repeat, or the table of a run.
 
-    The default is CSV with the columns ``time,i,j,impulse`` of each collision; j = -1 is the
-    container. With --states the columns are ``time,ball,x,y,u,v`` of all balls; ball -1 is the
+    The default is CSV with the columns time, i, j and impulse of each collision; j = -1 is the
+    container. With --states the columns are time, ball, x, y, u and v of all balls; ball -1 is the
     container. Numbers have enough digits to read back the same doubles. A Parquet file has the
     same columns, their units and the provenance. An H5MD file has states in three dimensions with
     z = 0, for programs that read molecular trajectories. An .xyz file (extended XYZ) has them for
@@ -100,7 +101,8 @@ def export(
     chosen = opened.chosen(point, repeat)
     if chosen.experiment.record == "summary":
         what = "states" if states else "events"
-        raise UserError(f"{opened.name} was run with `record: summary`: it has no {what} to export")
+        problem = f"{opened.name} was run with `record: summary`: it has no {what} to export"
+        raise UserError(problem, "give --table, or run the config with `record: events`")
     status = opened.status(point, repeat)
     status.accept()
     path = status.path

@@ -12,7 +12,9 @@ from snooker_cli.errors import UserError
 
 EngineName = Literal["allpairs", "cells"]  # the engines that a user can choose
 
-ConfigPath = Annotated[Path, typer.Argument(metavar="CONFIG", help="A YAML experiment.")]
+ConfigPath = Annotated[
+    Path, typer.Argument(metavar="CONFIG", readable=False, help="A YAML experiment.")
+]
 Overrides = Annotated[
     list[str] | None,
     typer.Option(
@@ -25,8 +27,8 @@ Overrides = Annotated[
 ]
 RUN = typer.Argument(metavar="RUN", help="A run's folder, or its name in runs/.")
 RunName = Annotated[str, RUN]
-PointNumber = Annotated[int, typer.Option("--point", min=0, help="Point, from 0.")]
-RepeatNumber = Annotated[int, typer.Option("--repeat", min=0, help="Repeat, from 0.")]
+PointNumber = Annotated[int, typer.Option("--point", metavar="N", min=0, help="Point, from 0.")]
+RepeatNumber = Annotated[int, typer.Option("--repeat", metavar="N", min=0, help="Repeat, from 0.")]
 Where = Annotated[
     list[str] | None,
     typer.Option(
@@ -36,7 +38,8 @@ Where = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 Jobs = Annotated[
-    int | None, typer.Option("-j", "--jobs", min=1, max=1024, help="At the same time [all cores].")
+    int | None,
+    typer.Option("-j", "--jobs", metavar="N", min=1, max=1024, help="At once [all cores]."),
 ]
 
 

@@ -2,7 +2,9 @@
 
 import json
 import os
+import shutil
 import sys
+import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -28,9 +30,13 @@ def print_line(line: str) -> None:
         typer.echo(printable(line, "\n"))
 
 
-def print_result(content: Any, as_json: bool, lines: Iterable[str]) -> None:
-    """Print a command's result: the content as one line of JSON, or lines of text."""
-    for line in [json.dumps(content, allow_nan=False)] if as_json else lines:
+def print_result(
+    content: Any, as_json: bool, lines: Iterable[str], notes: Iterable[str] = ()
+) -> None:
+    """Print a result: as one line of JSON, or as lines and notes wrapped to the terminal."""
+    width = min(100, shutil.get_terminal_size((100, 0)).columns)
+    text = [*lines, *(textwrap.fill(note, width, subsequent_indent="  ") for note in notes)]
+    for line in [json.dumps(content, allow_nan=False)] if as_json else text:
         print_line(line)
 
 

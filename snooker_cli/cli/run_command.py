@@ -25,13 +25,14 @@ from snooker_cli.formatting import (
     listed,
     point_label,
     printable,
+    rough,
     size,
     text_table,
 )
 from snooker_cli.progress import RunProgress, execute_watched, notice, share_done
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
-from snooker_cli.runs.execution import processors
+from snooker_cli.runs.execution import processors, share_of
 from snooker_cli.runs.plan import CRITICAL, checked, is_excessive, run_plan
 from snooker_cli.runs.status import ended
 from snooker_cli.trace import StopReason
@@ -48,7 +49,7 @@ def run(
     override: Overrides = None,
     jobs: Jobs = None,
     executor: Annotated[
-        str, typer.Option(help="threads, or dask=tcp://HOST:PORT of a scheduler.")
+        str, typer.Option(metavar="NAME", help="threads, or dask=tcp://HOST:PORT of a scheduler.")
     ] = "threads",
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Replace the results in the folder, of any config.")
@@ -85,18 +86,17 @@ def run(
     Stored repeats are checked and kept. After an interrupt, run the same command again to finish; a
     long repeat continues where it was saved.
     More repeats, collisions or time extend the run. During an extension, analyses use the existing
-    data. A repeat that ends in a wall trap or inelastic collapse is kept up to that time. Results
-    of a forced --engine have other bits, so they never mix with others.
+    data. A repeat that ends in a wall trap or inelastic collapse is kept up to that time.
 
     The workers of a dask scheduler must share the run's folder. The scheduler has --jobs batches of
     repeats at a time [1024]. Without a scheduler, --part 1/4 to --part 4/4 on several machines
     share the work and the folder.
     """
-    share = None
+    numbers = None
     if part is not None:
         match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", part)
-        share = (int(match[1]), int(match[2])) if match else (0, 0)
-        if not 1 <= share[0] <= share[1]:
+        numbers = (int(match[1]), int(match[2])) if match else (0, 0)
+        if not 1 <= numbers[0] <= numbers[1]:
             raise UserError(f"--part {part}: give K/N with 1 ≤ K ≤ N, as in 3/16")
         if fresh:
             raise UserError("--part and --fresh: parts delete nothing; delete the folder first")
@@ -104,6 +104,7 @@ def run(
     loaded = load(config, override or ())
     points, scene_classes = checked(loaded, engine)
     target = Run(out or runs.RUNS / config.stem, loaded.experiment, points, engine)
+    share, idle = share_of(target, *numbers) if numbers else (None, "")
     cluster = _cluster(executor, jobs, cancelled)
     workers = threads = jobs or processors()
     if cluster is not None:
@@ -114,13 +115,13 @@ def run(
         if dry_run:
             if change:
                 notice(change)
-            found = run_plan(target, scene_classes, threads, fresh)
-            lines = [*_plan_lines(found, verbose), *target.common_random_notes]
-            print_result(found, as_json, lines)
+            found = run_plan(target, scene_classes, threads, fresh, share)
+            lines = [*_plan_lines(found, part, verbose), *target.common_random_notes]
+            print_result(found, as_json, [idle] if idle else lines)
             return
         # Stored files are checked only if the whole run would be too much.
-        if not yes and is_excessive(run_plan(target, scene_classes, threads, fresh=True)):
-            found = run_plan(target, scene_classes, threads, fresh)
+        if not yes and is_excessive(run_plan(target, scene_classes, threads, True, share)):
+            found = run_plan(target, scene_classes, threads, fresh, share)
             if is_excessive(found):
                 raise UserError(
                     _estimate(found),
@@ -148,7 +149,8 @@ def run(
         folder = target.figures_folder
         notice(f"{folder}: these figures are older; run `snooker plot {target.directory}` again")
     summary = _summary(target, outcomes, watcher)
-    print_result(summary, as_json, _summary_lines(target, outcomes, summary))
+    lines = [idle] if idle else [*_summary_lines(target, outcomes, summary)]
+    print_result(summary, as_json, lines)
     if cancelled.is_set():
         done = share_done(outcomes, len(points) * loaded.experiment.repeats)
         command = "the same command without --fresh" if fresh else "the same command again"
@@ -178,10 +180,11 @@ def _cluster(executor: str, at_once: int | None, cancelled: threading.Event) -> 
     return cluster
 
 
-def _plan_lines(plan: dict[str, Any], verbose: bool) -> Iterator[str]:
+def _plan_lines(plan: dict[str, Any], part: str | None, verbose: bool) -> Iterator[str]:
     """The plan as text; `verbose` adds what is modelled and what is left out."""
+    of_part = f"; part {part}" if part else ""
     yield (
-        f"{counted(plan['points'], 'point')}, {counted(plan['repeats'], 'repeat')} each: "
+        f"{counted(plan['points'], 'point')}, {counted(plan['repeats'], 'repeat')} each{of_part}: "
         f"{plan['cached']:,} stored in {plan['run']}, {plan['to_do']:,} to do"
     )
     for one in plan["kinds"]:
@@ -213,13 +216,13 @@ def _plan_lines(plan: dict[str, Any], verbose: bool) -> Iterator[str]:
 def _estimate(plan: dict[str, Any]) -> str:
     if plan["to_do"] == 0:
         return "nothing to do"
-    time = "no estimate of the time: repeats end at a time, not after a number of collisions"
-    if plan["collisions"] is not None:
-        threads = counted(plan["threads"], "thread")
-        time = f"at most {plan['collisions']:,} collisions: about {duration(plan['seconds'])}"
-        time += f" on {threads}"
-    disk = "" if plan["bytes"] is None else f", about {size(plan['bytes'])}"
-    if plan["free_bytes"] is not None and (plan["bytes"] or 0) > plan["free_bytes"]:
+    number = f"at most {plan['collisions']:,} collisions"
+    if plan["by_time"]:
+        number = f"about {rough(plan['collisions'])} collisions by kinetic theory"
+    threads = counted(plan["threads"], "thread")
+    time = f"{number}: about {duration(plan['seconds'])} on {threads}"
+    disk = f", about {size(plan['bytes'])}"
+    if plan["free_bytes"] is not None and plan["bytes"] > plan["free_bytes"]:
         disk += f", but only {size(plan['free_bytes'])} are free"
     return time + disk
 

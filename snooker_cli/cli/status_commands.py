@@ -25,7 +25,7 @@ COUNT_HEADINGS = (">done", ">running", ">failed", ">to do", ">collisions")
 
 def ls(
     directory: Annotated[
-        Path, typer.Argument(metavar="[DIR]", help="A folder of runs, or one run.")
+        Path, typer.Argument(metavar="DIR", help="A folder of runs, or one run.")
     ] = Path("runs"),
     as_json: AsJson = False,
 ) -> None:
@@ -40,7 +40,7 @@ def ls(
         try:
             found.append(run_status(open_run(path)))
             del found[-1]["ledger"]
-        except RunError as error:
+        except (RunError, StoreError) as error:
             notice(str(error))
             found.append({"run": str(path), "error": str(error)})
     if not found and not as_json:
@@ -76,11 +76,11 @@ def show(run: RunName, as_json: AsJson = False) -> None:
     state = f"{content['run']}: {content['state']}{title}"
     points = content["ledger"]
     rows = [[point_label(one["parameters"]), *_counts(one), ended(one)] for one in points]
-    remarks = [
-        f"point {k}, repeat {one['repeat']}: {one['remark']}"
+    remarks = dict.fromkeys(
+        f"{one.get('file') or 'point {}, repeat {}'.format(k, one['repeat'])}: {one['remark']}"
         for k, point in enumerate(points)
         for one in point["remarks"]
-    ]
+    )
     contents = [f"{counted(content['files'], 'file')} of {size(content['bytes'])}"]
     contents += content["analyses"]
     if content["figures"]:
@@ -88,7 +88,7 @@ def show(run: RunName, as_json: AsJson = False) -> None:
     lines = [
         f"{state}; engine {_engine(content)}, config {content['config']}",
         *first(text_table(["point", *COUNT_HEADINGS, "ended"], rows)),
-        *first(remarks, 10, "; --json prints all"),
+        *first([*remarks], 10, "; --json prints all"),
         listed(contents),
     ]
     if content["command"]:
@@ -141,9 +141,8 @@ def verify(
     bad: list[dict[str, Any]] = []
     for each in found:
         if each.state is State.UNUSABLE:
-            error = str(StoreError(each.path, each.reason, each.advice))
             place = {"point": each.point, "repeat": each.repeat, "path": str(each.path)}
-            bad.append(place | {"error": error})
+            bad.append(place | {"error": str(each.error)})
     how = "read and simulated again" if replay else "read again"
     files = len({one["path"] for one in bad})
     damage = f", {counted(files, 'bad file')}" if files else ""

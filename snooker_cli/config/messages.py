@@ -12,14 +12,15 @@ from snooker_cli.config.models import BALLS, Ball, ContainerConfig, Experiment, 
 from snooker_cli.config.problems import MOST_FOUND, ConfigError, KeyPath, Problem, given, rendered
 from snooker_cli.config.yaml_document import is_number
 
-_MODELS: dict[KeyPath, type[BaseModel]] = {
+_MODELS: dict[tuple[str, ...], type[BaseModel]] = {
+    (): Experiment,
     ("container",): ContainerConfig,
     **{("balls", tag): model for tag, model in BALLS.items()},
     ("balls", "list", "list"): Ball,
     ("balls", "species", "count"): Species,
     ("balls", "species", "position"): Ball,
 }
-"""The model at each pydantic location, without its indices; of others it is Experiment."""
+"""The model at each pydantic location, without its indices."""
 
 
 def config_error(error: ValidationError) -> ConfigError:
@@ -75,13 +76,9 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
         return f"{named} is given, but dotted keys are for sweep and -o only; {choice}", ""
     if close := difflib.get_close_matches(key.lower(), known, n=1):
         return f"there is no such key; did you mean {close[0]}?", close[0]
-    homes = {
-        "container": ContainerConfig,
-        **{f"balls with {variant}": each for variant, each in BALLS.items()},
-        "the top level, without indentation": Experiment,
-    }
-    for name, home in homes.items():
+    for place, home in _MODELS.items():
         if key in home.model_fields and home is not model:
+            name = " with ".join(place[:2]) or "the top level, without indentation"
             return f"{named} is given, but this key belongs to {name}; {choice}", ""
     return f"there is no such key; {choice}", ""
 

@@ -300,7 +300,7 @@ class Experiment(Model):
     time: Positive | None = None
     """Stop at this time, s; with `collisions`, whichever comes first."""
     repeats: Count = 1
-    """Runs of every point, each with its own random start."""
+    """Repeats of every point: simulations with their own random start."""
     seed: Seed = 1
     """Seed of the random starts."""
     common_random: Switch = False

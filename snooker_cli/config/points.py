@@ -25,6 +25,7 @@ from snooker_cli.config.problems import (
     substituted,
     value_at,
 )
+from snooker_cli.formatting import point_label
 
 LIMITS = ("collisions", "time")  # the keys that end a repeat; a later end changes nothing before it
 
@@ -46,6 +47,9 @@ class Point:
     """The swept keys and their values here, in the order written; () without a sweep."""
     experiment: Experiment
     """The experiment of this point alone, with an empty `sweep`."""
+
+    def __repr__(self) -> str:
+        return f"<point {self.index}: {point_label(self.as_json())}>"
 
     def as_json(self) -> dict[str, Any]:
         """The swept keys and values as JSON; the infinite mass of a fixed container is null."""

@@ -85,7 +85,7 @@ def text_of(path: Path, name: str) -> str:
     except UnicodeDecodeError as error:
         sentence = f"byte {error.start + 1} is not UTF-8 text; save the file with UTF-8 encoding"
     except OSError as error:
-        sentence = f"the file cannot be read ({error.strerror}); check the path"
+        sentence = f"the file cannot be read ({error.strerror}); check the path and its permissions"
     raise _error(Position(source=name), sentence)
 
 

@@ -46,8 +46,6 @@ def points_in_disc(streams: Sequence[np.random.PCG64], number: int, least: float
     least : their squared radius is larger
     """
     found = np.empty((len(streams), number, 2))
-    if number == 0 or not streams:
-        return found
     points = 2.0 * uniforms(streams, number + number // 2 + 8) - 1.0
     squares = points[..., 0] ** 2 + points[..., 1] ** 2
     inside = (squares > least) & (squares <= 1.0)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from decimal import ROUND_CEILING, Context
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,7 @@ def starting_scene(experiment: Experiment, repeat: int) -> Scene:
 
 
 def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scene]:
-    """The scenes at the start of repeats of a point; they share what is the same in all.
+    """The scenes at the start of one or more repeats of a point; they share what is the same.
 
     Each point has random numbers of its own, or with common_random those of all points.
     Raises ``SceneError`` if balls overlap or stick out of the container.
@@ -77,8 +77,7 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
         for k, scene in enumerate(scenes):
             if k == 0 or scene.positions is not scenes[k - 1].positions:
                 check(scene)
-        if scenes:
-            check_speeds(scenes[0], velocities)
+        check_speeds(scenes[0], velocities)
     except SceneError as error:
         if error.ball is not None and error.ball < len(placed):
             home = "balls.list" if isinstance(balls, BallList) else "balls"
@@ -100,9 +99,10 @@ def _on_rings(balls: Rings, container_radius: float) -> Floats:
         choices.append(f"set rings to {fewer} or less")
     if margin > 0:
         needed = balls.radius * max(2 * balls.rings / balls.ring_extent, 1 / margin)
-        rounded = float(Context(4, ROUND_CEILING).create_decimal(repr(needed * (1 - 1e-13))))
-        choices.append(f"set balls.radius to {largest!r} or less")
-        choices.append(f"set container.radius to {rounded:g} or more")
+        most = Context(4, ROUND_FLOOR).create_decimal(repr(largest * (1 + 1e-13)))
+        least = Context(4, ROUND_CEILING).create_decimal(repr(needed * (1 - 1e-13)))
+        choices.append(f"set balls.radius to {float(most):g} or less")
+        choices.append(f"set container.radius to {float(least):g} or more")
     problem = (
         f"rings: {balls.rings} with balls of radius {balls.radius:.6g} m are too large for a "
         f"container of radius {container_radius:.6g} m"

@@ -2,7 +2,6 @@
 
 from snooker_cli.runs.folder import RUNS as RUNS
 from snooker_cli.runs.folder import create as create
-from snooker_cli.runs.folder import holds_results as holds_results
 from snooker_cli.runs.folder import locked as locked
 from snooker_cli.runs.folder import locked_for_part as locked_for_part
 from snooker_cli.runs.folder import open_run as open_run

@@ -17,7 +17,7 @@ from typing import Any
 
 from snooker_cli import __version__, store
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import RunError, error_text
+from snooker_cli.errors import RunError, StoreError, error_text
 from snooker_cli.files import discard
 from snooker_cli.formatting import listed
 from snooker_cli.runs.batch import (
@@ -126,7 +126,7 @@ def _opened(remote: RemoteRun) -> Run:
         if (run.identity, run.engine) == (remote.identity, remote.engine):
             return run
         problem = f"{remote.directory}: holds another run"
-    except RunError as error:
+    except (RunError, StoreError) as error:
         problem = error.problem
     raise RunError(
         f"{problem} as the worker on {platform.node()} sees it",

@@ -21,6 +21,7 @@ from typing import Any, Self, TypeAlias, TypeVar
 from snooker_cli import store
 from snooker_cli.errors import RunError
 from snooker_cli.files import discard
+from snooker_cli.formatting import counted
 from snooker_cli.runs.batch import (
     CHECKPOINT_INTERVAL,
     Batch,
@@ -241,7 +242,7 @@ def execute(
     executor: Executor | None = None,
     interval: float = CHECKPOINT_INTERVAL,
     command: str = "",
-    part: tuple[int, int] | None = None,
+    part: Set[tuple[int, int]] | None = None,
     processes: bool = False,
 ) -> list[RepeatResult]:
     """Simulate what is missing of a run. Returns all results, by point and repeat.
@@ -251,25 +252,21 @@ def execute(
     executor : simulates instead of these threads, which then only check files
     interval : seconds after which a long repeat saves a checkpoint
     command : stored in each provenance [the command line of this process]
-    part : k of n does every n-th batch from the k-th on and deletes nothing, so that parts can run
-        at the same time
+    part : of ``share_of``; does only this and deletes nothing, so that parts can run at the same
+        time
     processes : whether processes may simulate many short repeats, instead of threads. A new process
         imports the main module again.
 
     An error in one repeat does not stop the others. The caller handles signals: it sets
     ``cancelled``. Saved fits and comparisons of fewer repeats are deleted. Raises ``RunError``
-    if the run's folder is gone or another one; ``cancelled`` is then set.
+    if the run's folder is gone or another one; ``cancelled`` is then set. Raises ``DeniedError``
+    for a file that cannot be read, before anything is simulated.
     """
     results: list[RepeatResult] = []
     missing: list[tuple[int, int]] = []
     found: dict[int, list[RepeatStatus]] = {point.index: [] for point in run.points}
     kept: set[Path] = set()
     manifest = manifest_number(run.directory)
-    own = None
-    if part is not None:
-        everything = product((point.index for point in run.points), range(run.experiment.repeats))
-        mine = _batches(run, everything)[part[0] - 1 :: part[1]]
-        own = {(point, repeat) for point, repeats in mine for repeat in repeats}
 
     def is_lost() -> bool:  # another part may write the same manifest
         return manifest_number(run.directory) != manifest and not holds_manifest(run)
@@ -284,11 +281,13 @@ def execute(
         paths = [path for point in found for path in run.batches(point)]
         for statuses in threads.each(lambda path: run.file_statuses(path, store.check), paths):
             for status in statuses:
+                if status.denied:
+                    raise status.error
                 found[status.point].append(status)
         for point, statuses in found.items():
             best = run.best(point, statuses)
             for status in best:
-                if own is not None and (point, status.repeat) not in own:
+                if part is not None and (point, status.repeat) not in part:
                     continue
                 if result := cached(status):
                     kept.add(status.path)
@@ -298,11 +297,11 @@ def execute(
             unusable = {each.path: each for each in best if each.state is State.UNUSABLE}
             for status in unusable.values():
                 watcher.unusable(status)
-        if own is None:
+        if part is None:
             discard(run.directory / FAILURES)
         all_checked = not cancelled.is_set()
         if missing and all_checked:
-            for path in run.analyses() if own is None else ():
+            for path in run.analyses() if part is None else ():
                 path.unlink(missing_ok=True)
             simulating = executor or threads
             job = Job(run, command or _command(), interval)
@@ -319,7 +318,7 @@ def execute(
                 "run the same command again",
                 code="lost",
             )
-        if own is None and not cancelled.is_set() and not any(each.error for each in results):
+        if part is None and not cancelled.is_set() and not any(each.error for each in results):
             run.delete_all_but(kept)
     # Again, because temporary files that filled the disk are gone.
     recorded = failures(run)
@@ -327,6 +326,18 @@ def execute(
         if each.error and (each.point, each.repeat) not in recorded:
             record_failure(run, each.point, each.repeat, each.error)
     return sorted(results, key=lambda result: (result.point, result.repeat))
+
+
+def share_of(run: Run, k: int, n: int) -> tuple[set[tuple[int, int]], str]:
+    """The point and number of each repeat in every n-th batch from the k-th on.
+
+    Also gives a sentence if there is none.
+    """
+    everything = product((point.index for point in run.points), range(run.experiment.repeats))
+    batches = _batches(run, everything)
+    idle = f"part {k} of {n} has nothing to do: the run has {counted(len(batches), 'batch')}"
+    share = {(point, repeat) for point, repeats in batches[k - 1 :: n] for repeat in repeats}
+    return share, "" if share else idle
 
 
 def _batches(run: Run, missing: Iterable[tuple[int, int]]) -> list[Batch]:

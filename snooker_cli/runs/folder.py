@@ -13,7 +13,13 @@ from typing import Any
 
 from snooker_cli import store
 from snooker_cli.config import LIMITS, Experiment, Point, digest, extends, points, validated
-from snooker_cli.errors import UNREADABLE, DamagedError, RunError, StoreError, error_text
+from snooker_cli.errors import (
+    UNREADABLE,
+    DeniedError,
+    RunError,
+    StoreError,
+    error_text,
+)
 from snooker_cli.files import discard, unfinished, write_json
 from snooker_cli.formatting import listed, plain, printable
 from snooker_cli.runs.run import ANALYSES, MANIFEST, Run, State
@@ -37,7 +43,7 @@ def create(run: Run, *, fresh: bool = False) -> str:
     be written.
     """
     change = planned_change(run, fresh=fresh)
-    with _writing(run.directory):
+    with writing(run.directory):
         if fresh:
             for old in (*run.directory.glob("point-*/repeat*.h5"), *run.figures()):
                 old.unlink()
@@ -56,8 +62,9 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
     """How ``create`` will extend or reduce the results in the folder; empty if it does not.
 
     Writes nothing. Raises ``RunError`` if the folder is not a run's, or holds results that this
-    run cannot use and not ``fresh``. A run may end earlier than before if no repeat in the folder
-    is longer. So a user can undo an extension until its first repeat is done.
+    run cannot use and not ``fresh``, and ``StoreError`` if its manifest cannot be read. A run may
+    end earlier than before if no repeat in the folder is longer. So a user can undo an extension
+    until its first repeat is done.
     """
     directory = run.directory
     if not _is_run(directory):
@@ -141,8 +148,7 @@ def _has_longer_repeat(run: Run) -> bool:
 def open_run(name: str | Path) -> Run:
     """A run by its folder, or by its name under ``runs/``.
 
-    Raises ``RunError`` if there is none, and its subclass ``DamagedError`` if its manifest cannot
-    be read.
+    Raises ``RunError`` if there is none, and ``StoreError`` if its manifest cannot be read.
     """
     directory = next(filter(_is_run, (Path(name), RUNS / name)), None)
     if directory is None and Path(name).is_file():
@@ -169,11 +175,13 @@ def open_run(name: str | Path) -> Run:
         run = Run(directory, experiment, points(experiment), engine, engine_version)
         if [point["digest"] for point in content["points"]] != list(run.digests):
             raise ValueError("its points are not those of its experiment")
+    except PermissionError:
+        raise DeniedError(manifest) from None
     except UNREADABLE as error:
-        raise DamagedError(
-            f"{manifest}: cannot be read ({printable(error_text(error))})",
+        raise StoreError(
+            manifest,
+            f"cannot be read ({printable(error_text(error))})",
             "put a copy of it back, or run the config with --fresh, which replaces the results",
-            code="damaged",
         ) from None
     if version != store.SCHEMA_VERSION:
         raise RunError(
@@ -203,10 +211,11 @@ def holds_results(path: Path) -> bool:
         return False
     if path.name in (MANIFEST, FAILURES, *ANALYSES):
         return _is_run(path.parent)
-    with suppress(StoreError):
+    try:
         store.read_headers(path)
-        return True
-    return False
+    except StoreError as error:
+        return isinstance(error, DeniedError)
+    return True
 
 
 @contextmanager
@@ -252,8 +261,8 @@ def _is_run(path: Path) -> bool:
 
 
 @contextmanager
-def _writing(directory: Path) -> Iterator[None]:
-    """Turn what the system refuses into a ``RunError``."""
+def writing(directory: Path) -> Iterator[None]:
+    """Turn what the system refuses into a ``RunError`` about a folder."""
     try:
         yield
     except OSError as error:
@@ -271,12 +280,12 @@ def locked(directory: Path, shared: bool = False) -> Iterator[None]:
     Raises ``RunError`` if another process has the lock or the folder cannot be made. Runs on two
     machines may share a folder: each writes its own temporary files, and the last file is kept.
     """
-    with _writing(directory):
+    with writing(directory):
         directory.mkdir(parents=True, exist_ok=True)
     if sys.platform == "win32":  # which cannot lock folders
         yield
         return
-    with _writing(directory):
+    with writing(directory):
         descriptor = os.open(directory, os.O_RDONLY)
     try:
         for wait in LOCK_WAITS:

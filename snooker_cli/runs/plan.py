@@ -2,11 +2,15 @@
 
 import math
 import shutil
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from snooker_cli import store, theory
 from snooker_cli.config import BallList, Experiment, Loaded, Point
@@ -30,9 +34,11 @@ BYTES_OF_SUMMARY = 30_000
 BYTES_OF_EVENT = 14.5
 EVENT_IN_MEMORY = 24
 
-CRITICAL = "box over critical length; vortices and clusters grow above 1 (docs/glossary.md)"
+CRITICAL = "container over critical length; vortices, then clusters grow above 1"
 """What a reader of L/L_c has to know."""
 
+ESTIMATES = ("collisions", "processor_seconds", "bytes")
+MOST_COLLISIONS = 1e18  # of an estimate
 COLD = 2.0**-104  # the part of the energy that is left when speeds are those of rounding
 
 
@@ -42,6 +48,7 @@ class SceneClass:
 
     balls : the number of balls of each point
     lengths : L/L_c of each point, see `critical_ratio`
+    rates : collisions of each point, see `starting_rates`
     models : what is modelled or recorded, and what is left out because the scenes do not need it
     """
 
@@ -49,6 +56,7 @@ class SceneClass:
     points: tuple[Point, ...]
     balls: tuple[int, ...]
     lengths: tuple[float | None, ...]
+    rates: tuple[tuple[float, float], ...]
     models: dict[str, bool]
 
 
@@ -72,7 +80,7 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated, or that
     the chosen engine cannot simulate.
     """
-    described: dict[int, tuple[Any, int, float | None]] = {}
+    described: dict[int, tuple[Any, int, float | None, tuple[float, float]]] = {}
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
@@ -91,32 +99,60 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
             wrong = error.key if isinstance(error, SceneError) else "container.shape"
             raise SceneError(wrong, f"{error}{where}") from None
         models["events"] = experiment.record == "events"
+        start = starting_rates(scene)
         for point in same:
             needed = models | _loss_models(point.experiment)
             key = type(scene.container), tuple(needed.items())
             ratio = critical_ratio(scene, point.experiment.cor)
-            described[point.index] = key, scene.number, ratio
+            described[point.index] = key, scene.number, ratio, start
     found: dict[Any, list[Any]] = {}
     for point in points:
         key, *numbers = described[point.index]
         found.setdefault(key, []).append((point, *numbers))
     classes = []
     for (shape, modelled), members in found.items():
-        alike_points, balls, lengths = zip(*members, strict=True)
-        classes.append(SceneClass(shape, alike_points, balls, lengths, dict(modelled)))
+        alike_points, balls, lengths, rates = zip(*members, strict=True)
+        classes.append(SceneClass(shape, alike_points, balls, lengths, rates, dict(modelled)))
     return classes
 
 
 def critical_ratio(scene: Scene, restitution: float) -> float | None:
-    """L/L_c: vortices and clusters grow above 1. ``None`` for elastic balls or without a theory.
+    """L/L_c: vortices and clusters grow above 1. ``None`` if nothing cools or without a theory.
 
     L is the container's `longest_wave`, L_c `theory.critical_length`.
     """
-    fluid = scene.number > 1 and scene.packing_fraction <= theory.DENSEST_FLUID
-    if restitution == 1 or not fluid or not scene.equal_balls:
+    fluid = scene.number > 2 and scene.packing_fraction <= theory.DENSEST_FLUID
+    if restitution == 1 or not fluid or not scene.equal_balls or scene.kinetic_energy == 0:
         return None
     size = scene.number, float(scene.radii[0]), scene.container
     return scene.container.longest_wave / theory.critical_length(restitution, *size)
+
+
+def starting_rates(scene: Scene) -> tuple[float, float]:
+    """Collisions of one ball with others and with the wall at the start, 1/s, by kinetic theory.
+
+    Unequal balls count with the means of their radii and squared speeds.
+    """
+    number, radius = scene.number, float(np.mean(scene.radii))
+    temperature = float(np.sum(scene.velocities**2)) / (2 * number)  # of balls of 1 kg
+    packing = min(float(scene.packing_fraction), theory.DENSEST_FLUID)
+    density, contact = (number - 1) / scene.container.area, theory.contact_value(packing)
+    wall = theory.wall_rate(theory.maxwell_mean_speed(temperature), scene.container.accessible(0))
+    pairs = theory.ball_ball_rate(density, radius, temperature, float(contact))
+    return pairs, wall * float(theory.compressibility(packing))
+
+
+def _collisions(experiment: Experiment, balls: int, rates: tuple[float, float]) -> int:
+    """The most collisions of a repeat, or about how many it has in its time by Haff's law."""
+    most = experiment.collisions
+    if experiment.time is None:
+        return most or 0
+    pairs, wall = rates
+    zeta = theory.cooling_rate(experiment.cor, pairs, experiment.effective_wall_cor, wall)
+    alpha = theory.haff_rate(zeta)
+    time = math.log1p(alpha * experiment.time) / alpha if alpha else experiment.time
+    number = min(balls * (pairs / 2 + wall) * time, MOST_COLLISIONS)  # else it may be infinite
+    return round(number if most is None else min(number, most))
 
 
 def _loss_models(experiment: Experiment) -> dict[str, bool]:
@@ -179,41 +215,54 @@ def _seconds(balls: int, in_cells: bool, collisions: float) -> float:
 
 
 def run_plan(
-    run: Run, classes: Sequence[SceneClass], workers: int, fresh: bool = False
+    run: Run,
+    classes: Sequence[SceneClass],
+    workers: int,
+    fresh: bool = False,
+    share: Set[tuple[int, int]] | None = None,
 ) -> dict[str, Any]:
     """What ``run --dry-run --json`` prints: repeats to do, classes of scenes, time and disk.
 
     workers : threads that simulate
     fresh : as if the folder were empty
+    share : the point and number of each repeat of a part [all]
 
-    Estimates are None if the number of collisions is not known beforehand. ``cools_out`` warns
-    that balls may cool until they drift together, which takes longer than estimated.
+    ``by_time`` is whether repeats end at a time, so that their collisions are only an estimate.
+    ``cools_out`` warns that balls may cool until they drift together, which takes longer than
+    estimated. Raises ``DeniedError`` for a file that cannot be read.
     """
-    to_do = dict.fromkeys((point.index for point in run.points), run.experiment.repeats)
+    if share is None:
+        share = set(product((point.index for point in run.points), range(run.experiment.repeats)))
+    done = set[tuple[int, int]]()
     if not fresh and run.directory.is_dir():
-        for point in to_do:
-            statuses = run.statuses(point, store.check)
-            to_do[point] -= sum(status.state is State.DONE for status in statuses)
-    missing = sum(to_do.values())
+        for point in run.points:
+            for status in run.statuses(point.index, store.check):
+                if status.denied:
+                    raise status.error
+                if status.state is State.DONE:
+                    done.add((status.point, status.repeat))
+    to_do = Counter(point for point, _ in share - done)
+    missing = to_do.total()
     threads = max(1, min(workers, missing))
     kinds = [_class_plan(each, to_do) for each in classes]
-    seconds = _total(kinds, "processor_seconds")
+    totals = {name: sum(kind[name] for kind in kinds) for name in ESTIMATES}
     return {
         "run": str(run.directory),
         "points": len(run.points),
         "repeats": run.experiment.repeats,
-        "cached": len(run.points) * run.experiment.repeats - missing,
+        "cached": len(share) - missing,
         "to_do": missing,
         "kinds": kinds,
-        "collisions": _total(kinds, "collisions"),
+        "collisions": totals["collisions"],
+        "by_time": any(point.experiment.time is not None for point in run.points),
         "threads": threads,
-        "seconds": None if seconds is None else seconds / threads,
+        "seconds": totals["processor_seconds"] / threads,
         "cools_out": any(
             to_do[point.index] > 0 and _cools_out(point.experiment, balls)
             for each in classes
             for point, balls in zip(each.points, each.balls, strict=True)
         ),
-        "bytes": _total(kinds, "bytes"),
+        "bytes": totals["bytes"],
         "common_random": run.experiment.common_random,
         "free_bytes": _free_bytes(run.directory),
     }
@@ -222,14 +271,13 @@ def run_plan(
 def is_excessive(plan: dict[str, Any]) -> bool:
     """Whether a run needs more disk than is free, or over ``MOST_SECONDS``."""
     free = plan["free_bytes"]
-    too_large = free is not None and (plan["bytes"] or 0.0) > free
-    return too_large or (plan["seconds"] or 0.0) > MOST_SECONDS
+    return plan["seconds"] > MOST_SECONDS or (free is not None and plan["bytes"] > free)
 
 
-def _class_plan(each: SceneClass, to_do: dict[int, int]) -> dict[str, Any]:
+def _class_plan(each: SceneClass, to_do: Mapping[int, int]) -> dict[str, Any]:
     estimates = [
-        _estimates(each, point.experiment, balls, to_do[point.index])
-        for point, balls in zip(each.points, each.balls, strict=True)
+        _estimates(each, point.experiment, balls, rates, to_do[point.index])
+        for point, balls, rates in zip(each.points, each.balls, each.rates, strict=True)
     ]
     return {
         "points": [point.as_json() for point in each.points],
@@ -239,27 +287,21 @@ def _class_plan(each: SceneClass, to_do: dict[int, int]) -> dict[str, Any]:
         "engine": "cells" if each.models["cells"] else "allpairs",
         "to_do": sum(to_do[point.index] for point in each.points),
         "models": each.models,
-        **{name: _total(estimates, name) for name in estimates[0]},
+        **dict(zip(ESTIMATES, map(sum, zip(*estimates, strict=True)), strict=True)),
     }
 
 
 def _estimates(
-    each: SceneClass, experiment: Experiment, balls: int, repeats: int
-) -> dict[str, float | None]:
-    """Collisions, time on one thread (s) and disk for some repeats; None if not known."""
-    collisions, events = experiment.collisions or 0, each.models["events"]
+    each: SceneClass, experiment: Experiment, balls: int, rates: tuple[float, float], repeats: int
+) -> tuple[int, float, int]:
+    """Collisions, time on one thread (s) and disk for some repeats."""
+    collisions, events = _collisions(experiment, balls, rates), each.models["events"]
     stored, recording = float(BYTES_OF_SUMMARY), 1.5e-6 * min(collisions, 20_000)
     if events:
         stored, recording = collisions * BYTES_OF_EVENT, 8e-7 * collisions
     seconds = _seconds(balls, each.models["cells"], collisions) + recording
-    found: dict[str, float | None] = {
-        "collisions": repeats * collisions,
-        "processor_seconds": repeats * seconds,
-        "bytes": round(repeats * (BYTES_OF_REPEAT + BYTES_OF_BALL * balls + stored)),
-    }
-    if experiment.collisions is None and repeats:
-        found |= {name: None for name in found if events or name != "bytes"}
-    return found
+    size = BYTES_OF_REPEAT + BYTES_OF_BALL * balls + stored
+    return repeats * collisions, repeats * seconds, round(repeats * size)
 
 
 def _cools_out(experiment: Experiment, balls: int) -> bool:
@@ -281,9 +323,3 @@ def _free_bytes(directory: Path) -> int | None:
     except OSError:
         return None
     return disk.free if disk.total else None
-
-
-def _total(parts: Sequence[dict[str, Any]], name: str) -> float | None:
-    """A sum; None if a part is not known."""
-    values = [part[name] for part in parts]
-    return None if None in values else sum(values)

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 from snooker_cli import store
 from snooker_cli.config import Experiment, Point, digest, extends, to_json, validated
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import UNREADABLE, AbsentError, RunError, StoreError, UserError
+from snooker_cli.errors import UNREADABLE, AbsentError, DeniedError, RunError, StoreError, UserError
 from snooker_cli.files import discard
 from snooker_cli.formatting import point_label, printable
 from snooker_cli.store import RepeatHeader
@@ -49,6 +49,7 @@ class RepeatStatus:
     path : of the batch's file
     header : None without a readable file
     reason, advice : why the repeat is not done, if there is a file, and what to do
+    denied : whether the system does not let this user read the file
     """
 
     point: int
@@ -58,11 +59,19 @@ class RepeatStatus:
     header: RepeatHeader | None = None
     reason: str = ""
     advice: str = ""
+    denied: bool = False
+
+    @property
+    def error(self) -> StoreError:
+        """Why the file cannot be used."""
+        if self.denied:
+            return DeniedError(self.path)
+        return StoreError(self.path, self.reason, self.advice)
 
     def accept(self) -> None:
         """Raise ``StoreError`` for a file that cannot be used; reading reports a missing one."""
         if self.state is State.UNUSABLE:
-            raise StoreError(self.path, self.reason, self.advice)
+            raise self.error
 
     @property
     def collisions(self) -> int:
@@ -239,8 +248,9 @@ class Run:
         except AbsentError:
             return []
         except StoreError as error:
+            why, denied = (error.reason, error.advice), isinstance(error, DeniedError)
             return [
-                RepeatStatus(point, repeat, path, State.UNUSABLE, None, error.reason, error.advice)
+                RepeatStatus(point, repeat, path, State.UNUSABLE, None, *why, denied)
                 for repeat in repeats[: self.experiment.repeats]
             ]
         return [self._classified(path, point, header) for header in headers]

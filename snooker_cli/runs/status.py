@@ -59,7 +59,9 @@ def run_status(run: Run) -> dict[str, Any]:
                 remark = "; ".join(filter(None, (status.reason, status.advice)))
         row[state] += 1
         if remark:
-            row["remarks"].append({"repeat": status.repeat, "remark": remark})
+            unusable = state == "to_do" and status.state is State.UNUSABLE
+            file = {"file": str(status.path)} if unusable else {}
+            row["remarks"].append({"repeat": status.repeat, "remark": remark} | file)
     totals = {name: sum(row[name] for row in ledger) for name in numbers}
     state = "unfinished" if totals["failed"] + totals["to_do"] else "done"
     header = written = None
@@ -92,9 +94,14 @@ def target_of(part: Path) -> Path:
 COMPLETE = (StopReason.COLLISIONS, StopReason.TIME)  # reasons of repeats that did not end early
 
 
+def ending(reason: str) -> str:
+    """The word for a stop reason: ``complete``, or why the repeat ended early."""
+    return "complete" if reason in COMPLETE else reason.replace("_", " ")
+
+
 def ended(point: Mapping[str, Any]) -> str:
     """How many of a point's repeats are complete, and how many ended early for each reason."""
-    counts: Counter[str] = Counter()
+    counts = Counter(complete=0)
     for reason, count in point["ended"].items():
-        counts["complete" if reason in COMPLETE else reason.replace("_", " ")] += count
-    return ", ".join(f"{count} {reason}" for reason, count in counts.items())
+        counts[ending(reason)] += count
+    return ", ".join(f"{count} {word}" for word, count in counts.items() if count)

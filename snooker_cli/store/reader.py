@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import SHAPES, Circle, Container
-from snooker_cli.errors import UNREADABLE, AbsentError, StoreError, error_text
+from snooker_cli.errors import UNREADABLE, AbsentError, DeniedError, StoreError, error_text
 from snooker_cli.scene import Scene
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
@@ -122,6 +122,8 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         raise AbsentError(
             path, "there is no such result", "run the config, which simulates what is missing"
         ) from None
+    except PermissionError:
+        raise DeniedError(path) from None
     except UNREADABLE as error:
         reason = f"not a readable result of snooker ({error_text(error)})"
         if path.is_dir():

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
-from snooker_cli.errors import AbsentError, error_text
+from snooker_cli.errors import AbsentError, error_text, room_advice
 from snooker_cli.files import discard, move_into_place, temporary_path
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
@@ -199,7 +199,7 @@ class Recorder:
             raise AbsentError(
                 self.path,
                 f"cannot write the result ({error_text(error)})",
-                "make room or choose another folder with --out",
+                f"{room_advice(error)} or choose another folder with --out",
             ) from None
 
 

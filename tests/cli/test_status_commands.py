@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from command_line import Snooker
@@ -22,6 +23,7 @@ from snooker_cli.engine.clock import LEAST_EVENTS
 from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs.execution import execute
 from snooker_cli.runs.folder import is_locked, record_failure
+from snooker_cli.runs.status import ended as endings
 from snooker_cli.runs.verification import verify
 from snooker_cli.trace import StopReason
 
@@ -66,6 +68,12 @@ def test_each_repeat_is_in_one_column(separate: Path, snooker: Snooker) -> None:
     assert second["remarks"] == [{"repeat": 2, "remark": "cut"}]
 
 
+def test_complete_repeats_are_counted_first() -> None:
+    counts = {"wall_trap": 136, "time": 3, "collisions": 61}
+    assert endings({"ended": counts}) == "64 complete, 136 wall trap"
+    assert endings({"ended": {"wall_trap": 2}}) == "2 wall trap"
+
+
 def test_a_damaged_run_does_not_hide_the_others(finished: Path, snooker: Snooker) -> None:
     damaged = shutil.copytree(finished, finished.with_name("damaged"))
     (damaged / "run.json").write_text("{")
@@ -76,6 +84,44 @@ def test_a_damaged_run_does_not_hide_the_others(finished: Path, snooker: Snooker
     first, second = json.loads(snooker("ls", "--json").out)
     assert "cannot be read" in first["error"]
     assert second["done"] == 6
+
+
+@pytest.mark.parametrize("command", ["show", "fit", "verify", "ls", "run", "run --dry-run"])
+@pytest.mark.parametrize("name", ["run.json", "point-0001/repeats-0000-0002.h5"])
+def test_a_file_that_may_not_be_read_is_kept(
+    name: str, command: str, finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Permissions hide an intact file: no advice to delete it, and no run replaces it."""
+    path, whole = Path("runs/small", name), (finished / name).read_bytes()
+    os.utime(path)  # so that no header is remembered
+    opened, read_text = h5py.File, Path.read_text
+
+    def refuse(file: object) -> None:
+        if str(file) == str(path):
+            raise PermissionError(13, "Permission denied")
+
+    def open_h5(file: Any, *given: Any, **how: Any) -> h5py.File:
+        refuse(file)
+        return opened(file, *given, **how)
+
+    def read(file: Path, *given: Any) -> str:
+        refuse(file)
+        return read_text(file, *given)
+
+    monkeypatch.setattr(h5py, "File", open_h5)
+    monkeypatch.setattr(Path, "read_text", read)
+    words = command.split()
+    if words[0] == "run":
+        words.insert(1, "small.yaml")
+    ended = snooker(*words, *([] if command == "ls" or words[0] == "run" else ["small"]))
+    sentence = f"{path}: cannot be read (permission denied); check its permissions"
+    if not (command == "ls" and path.suffix == ".h5"):
+        assert (ended.out + ended.err).count(sentence) == 1
+    assert "delete" not in ended.out + ended.err
+    assert (finished / name).read_bytes() == whole
+    if words[0] == "run":
+        assert ended.code == 2
+        assert not (finished / "failures.jsonl").exists()
 
 
 def test_a_locked_folder_is_running(separate: Path, snooker: Snooker) -> None:

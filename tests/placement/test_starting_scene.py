@@ -177,22 +177,22 @@ def test_a_ball_outside_is_refused(place, container):
 
 @pytest.mark.parametrize(
     ("changes", "largest"),
-    [({"radius": 1.5}, "1.3333333333333333"), ({"radius": 1.1, "ring_extent": 0.9}, "1.0")],
+    [({"radius": 1.5}, "1.333"), ({"radius": 1.1, "ring_extent": 0.9}, "1")],
 )
 def test_rings_that_are_too_tight_are_refused_with_the_radius_that_fits(changes, largest):
     error = error_of(experiment(**changes))
     assert error.key == "balls"
     assert f"set balls.radius to {largest} or less" in str(error)
     starting_scene(experiment(**(changes | {"radius": float(largest)})), 0)
-    error_of(experiment(**(changes | {"radius": float(largest) + 1e-9})))
+    error_of(experiment(**(changes | {"radius": float(largest) + 1e-3})))
 
 
 @pytest.mark.parametrize(
     ("changes", "advice"),
     [
-        ({"rings": 30}, "set rings to 4 or less, or set balls.radius to 0.13333333333333333 or "),
+        ({"rings": 30}, "set rings to 4 or less, or set balls.radius to 0.1333 or "),
         ({"rings": 30}, "or set container.radius to 75 or more"),
-        ({"radius": 2.2}, "; lower ring_extent, or set balls.radius to 1.3333333333333333 or less"),
+        ({"radius": 2.2}, "; lower ring_extent, or set balls.radius to 1.333 or less"),
         ({"radius": 2.2}, "or set container.radius to 16.5 or more"),
         ({"rings": 1, "radius": 3}, "or set container.radius to 15 or more"),
         ({"ring_extent": 1.0}, "container of radius 10 m; lower ring_extent"),
@@ -474,7 +474,6 @@ def test_all_repeats_at_once(start):
             assert np.array_equal(getattr(scene, name), expected), name
         for array in (scene.positions, scene.velocities, scene.radii, scene.masses):
             assert not array.flags.writeable
-    assert starting_scenes(start, []) == []
 
 
 def test_repeats_share_what_is_the_same():

@@ -186,7 +186,7 @@ def test_a_read_only_folder_is_read_and_nothing_else(
     assert more[0] == 2
     assert f"{folder}: cannot be written ({refused}); give --out for another folder" in more[2]
     assert rest[0] == 4
-    assert f"cannot write the result ({refused}); make room or choose" in rest[2]
+    assert f"cannot write the result ({refused}); check the folder and" in rest[2]
     assert [(code, err) for code, _, err in looks] == [(0, "")] * 2
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 import threading
@@ -14,7 +15,7 @@ from repeating import batches_of, contents, created, done, made, run_of
 from snooker_cli import runs
 from snooker_cli.errors import RunError
 from snooker_cli.runs import open_run
-from snooker_cli.runs.execution import Watcher, execute
+from snooker_cli.runs.execution import Watcher, execute, share_of
 
 SWEEP = ("cor=0.8:1.0:8",)
 
@@ -37,7 +38,7 @@ def test_parts_make_the_files_of_a_plain_run_and_nothing_twice(parts: int, tmp_p
                 workers=1,
                 watcher=Watcher(),
                 cancelled=threading.Event(),
-                part=(part, parts),
+                part=share_of(shared, part, parts)[0],
             )
             simulated += [(each.point, each.repeat) for each in found if not each.cached]
     assert len(simulated) == len(set(simulated)) == 14
@@ -57,7 +58,8 @@ def test_parts_delete_nothing_and_a_plain_run_does(tmp_path: Path) -> None:
     (run.directory / "fit.json").write_text("{}")
     before = names(run.directory)
     for part in (1, 2):
-        execute(longer, workers=1, watcher=Watcher(), cancelled=threading.Event(), part=(part, 2))
+        share = share_of(longer, part, 2)[0]
+        execute(longer, workers=1, watcher=Watcher(), cancelled=threading.Event(), part=share)
     assert names(run.directory) > before
     done(longer)
     assert len([*longer.directory.glob("point-*/*.h5")]) < len(before)
@@ -75,6 +77,20 @@ def test_parts_share_the_lock_with_parts_of_the_same_config_only(tmp_path: Path)
             assert caught.value.code == "locked"
     with runs.locked(run.directory), pytest.raises(RunError), runs.locked_for_part(run):
         pytest.fail("locked")
+
+
+def test_a_part_is_planned_alone_and_may_be_empty(here: Path, snooker: Snooker) -> None:
+    plans = [
+        json.loads(snooker("run", "small.yaml", *part, "--dry-run", "--json").out)
+        for part in ([], ["--part", "1/2"], ["--part", "2/2"])
+    ]
+    for name in ("to_do", "collisions", "bytes"):
+        assert plans[0][name] == plans[1][name] + plans[2][name]
+        assert plans[1][name] > 0
+    sentence = "part 3 of 16 has nothing to do: the run has 2 batches\n"
+    for dry in (["--dry-run"], []):
+        ended = snooker("run", "small.yaml", "--part", "3/16", *dry)
+        assert (ended.code, ended.out) == (0, sentence)
 
 
 @pytest.mark.parametrize("part", ["0/3", "4/3", "3", "a/b", "1/0"])

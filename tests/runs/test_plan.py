@@ -9,7 +9,9 @@ import pytest
 from snooker_cli import theory
 from snooker_cli.config import parse, points
 from snooker_cli.containers import Circle
+from snooker_cli.engine import simulate
 from snooker_cli.errors import SceneError
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run
 from snooker_cli.runs.plan import (
     BATCH_BYTES,
@@ -124,7 +126,7 @@ def test_points_with_and_without_losses_are_of_two_classes(small_config: str) ->
 
 
 def test_a_class_has_the_box_length_over_the_critical_one() -> None:
-    """It grows as the CoR falls; one ball, elastic balls and a solid have no ratio."""
+    """It grows as the CoR falls; two balls, those at rest, elastic ones and a solid have none."""
     circle, solid = Circle(20.0), ("container={shape: periodic, width: 20}", "balls.radius=0.944")
     expected = [
         circle.longest_wave / theory.critical_length(e, 20, 0.3, circle) for e in (0.9, 0.7)
@@ -132,7 +134,8 @@ def test_a_class_has_the_box_length_over_the_critical_one() -> None:
     (one,) = classes_of(GAS, "container.radius=20", "balls.count=20", "cor=0.9,0.7")
     assert one.lengths == pytest.approx(expected, rel=1e-12)
     assert expected[0] < expected[1]
-    for others in (["cor=1"], [*solid, "cor=0.9"], ["balls.count=1", "cor=0.9"]):
+    few, rest = ["balls.count=2", "cor=0.9"], ["balls.speed=0", "cor=0.9"]
+    for others in (["cor=1"], [*solid, "cor=0.9"], few, rest):
         (one,) = classes_of(GAS, *others)
         assert one.lengths == (None,), others
 
@@ -177,6 +180,47 @@ def test_the_time_of_a_plan_is_near_a_measured_one() -> None:
     every, classes = checked(loaded)
     plan = run_plan(Run(Path("absent"), loaded.experiment, every, None), classes, workers=2)
     assert 59 / 1.5 < plan["seconds"] < 59 * 1.5
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        [],
+        ["cor=0.9", "balls.radius=0.6", "collapse=slide"],
+        ["container={shape: periodic, width: 20}", "cor=0.9", "time=50"],
+        ["balls=[{radius: 1, count: 1, speed: 0.1}, {count: 60, radius: 0.1, speed: 9}]"],
+        ["time=1e6", "collisions=70"],
+    ],
+)
+def test_the_collisions_of_a_repeat_that_ends_at_a_time_are_estimated(
+    overrides: list[str],
+) -> None:
+    timed = GAS.replace("collisions: 10", "time: 5")
+    loaded = parse(timed, overrides=overrides)
+    every, classes = checked(loaded)
+    plan = run_plan(Run(Path("absent"), loaded.experiment, every), classes, workers=1)
+    (point,) = every
+    scene, experiment = starting_scene(point.experiment, 0), point.experiment
+    found = simulate(scene, time=experiment.time, collisions=experiment.collisions)
+    assert found.stop.reason.complete
+    assert plan["collisions"] == pytest.approx(found.collisions, rel=0.15)
+    assert plan["by_time"]
+    assert plan["seconds"] > 0
+    assert plan["bytes"] > 14 * plan["collisions"]
+
+
+def test_a_repeat_without_an_end_is_planned() -> None:
+    loaded = parse(GAS, overrides=["collisions=null", "time=1e308"])
+    every, classes = checked(loaded)
+    plan = run_plan(Run(Path("absent"), loaded.experiment, every), classes, workers=1)
+    assert plan["collisions"] == 1e18
+    assert is_excessive(plan)
+
+
+def test_balls_at_rest_are_planned() -> None:
+    still = TWO_BALLS.replace("[1, 0.1]", "[0, 0]").replace("[-1, 0]", "[0, 0]")
+    (one,) = classes_of(still.replace("collisions: 10", "time: 1"))
+    assert one.rates == ((0.0, 0.0),)
 
 
 def sizes(*overrides: str, engine: str | None = None) -> list[int]:
