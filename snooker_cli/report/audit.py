@@ -25,8 +25,9 @@ from snooker_cli.report.source_values import COEFFICIENTS, SOURCE_VALUES, OurVal
 # Verdicts
 REPRODUCED = "reproduced"
 FOLLOWS = "from its own numbers"
-EXPLAINED = "explained"
-ALONE = "explained by itself only"
+FORMULA = "one formula fits"
+EXPLAINED = "one setting fits"
+ALONE = "fits by itself only"
 UNEXPLAINED = "not explained"
 
 
@@ -140,7 +141,7 @@ def _row(number: SourceValue, stated: StatedResults, found: Search) -> AuditRow:
         return AuditRow(number, ours, common, REPRODUCED)
     for formulas, verdict in (
         (arithmetic(), FOLLOWS),
-        (_path_and_section(stated, found.factor), EXPLAINED),
+        (_path_and_section(stated, found.factor), FORMULA),
     ):
         if number.name in formulas:
             text, value = formulas[number.name]

@@ -3,7 +3,6 @@
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from typing import Any
 
 import yaml
@@ -17,6 +16,7 @@ from snooker_cli.figures.selection import distinct
 from snooker_cli.formatting import listed, with_error
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.audit import Audit
+from snooker_cli.report.packaged import packaged
 from snooker_cli.report.setting_search import DECIDED, FREEDOM, LIKELY, PARTS, RESAMPLES, TARGETS
 from snooker_cli.report.source_values import (
     COEFFICIENTS,
@@ -33,9 +33,7 @@ from snooker_cli.validation.study import machine
 Runs = Mapping[str, "Run"]
 Record = Mapping[str, Any]
 
-REPORT_FIGURES: dict[str, dict[str, Any]] = yaml.safe_load(
-    (files("snooker_cli.report") / "figures.yaml").read_text(encoding="utf-8")
-)
+REPORT_FIGURES: dict[str, dict[str, Any]] = yaml.safe_load(packaged("figures.yaml"))
 """All figures by file; figures.yaml explains their keys."""
 
 RUNS = (*dict.fromkeys(one["run"] for one in REPORT_FIGURES.values() if "run" in one), "audit")

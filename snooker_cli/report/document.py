@@ -8,17 +8,21 @@ import json
 import re
 import tempfile
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import yaml
+
 from snooker_cli.errors import UserError
 from snooker_cli.files import atomic_write, write_text
 from snooker_cli.formatting import counted, listed, ratio, rough, short, with_error
+from snooker_cli.report.packaged import packaged
 
 EPOCH = 0  # date of the PDF, s since 1970: the same bytes each time
 LONG_CELL = 28  # characters of a cell that wraps
+NOTATION: dict[str, str] = yaml.safe_load(packaged("notation.yaml"))
+"""What the pages print instead of matches of a pattern."""
 
 Document: TypeAlias = dict[str, Any]
 """``title``, ``summary`` (paragraphs) and ``blocks``.
@@ -26,7 +30,7 @@ Document: TypeAlias = dict[str, Any]
 A block is a dict with ``kind``: heading has ``level`` (1 or 2) and ``text``; paragraph and code
 have ``text``; barrier has nothing; figure has ``label``, ``file``, ``caption``, ``alt`` and
 ``float``; table has ``label``, ``caption``, ``columns`` (each with ``heading``, ``width`` and
-``right``) and ``rows`` of cells.
+``right``) and ``rows`` of cells; a row of one cell is a heading of the rows below it.
 """
 
 
@@ -70,23 +74,32 @@ def document(
             number = rest or 1 + sum(block["kind"] == "table" for block in blocks)
             blocks.append({"kind": "table", "label": f"Table {number}", **_table(lines)})
         elif blocks:
-            blocks.append({"kind": "paragraph", "text": " ".join(chunk.split())})
+            blocks.append({"kind": "paragraph", "text": unbroken(" ".join(chunk.split()))})
         else:
-            summary.append(" ".join(chunk.split()))
+            summary.append(unbroken(" ".join(chunk.split())))
     return {"title": title, "summary": summary, "blocks": blocks}
 
 
 def _table(lines: Sequence[str]) -> dict[str, Any]:
     """Caption, columns and rows of a table in the template."""
     head, *rows = [
-        [cell.strip() for cell in line.strip()[1:-1].split("|")] for line in lines if line[0] == "|"
+        [unbroken(cell.strip()) for cell in line.strip()[1:-1].split("|")]
+        for line in lines
+        if line[0] == "|"
     ]
     columns = []
     for cell in head:
         heading, side, width = re.fullmatch(r"(.*) ([<>])(\d+)", cell).groups()  # type: ignore[union-attr]
         columns.append({"heading": heading, "width": int(width), "right": side == ">"})
     caption = " ".join(line.strip() for line in lines if line[0] != "|")
-    return {"caption": caption, "columns": columns, "rows": rows}
+    return {"caption": unbroken(caption), "columns": columns, "rows": rows}
+
+
+def unbroken(text: str) -> str:
+    """A text with one notation of units, which does not break inside a value, a unit or a ratio."""
+    for pattern, printed in NOTATION.items():
+        text = re.sub(pattern, printed, text)
+    return text
 
 
 def _row(*cells: object) -> str:
@@ -96,7 +109,8 @@ def _row(*cells: object) -> str:
 def _text_table(headings: str, rows: Sequence[Sequence[str]]) -> str:
     """Rows under ``name | >number`` as lines of a template; long texts wrap in their columns."""
     columns = []
-    for heading, *cells in zip(headings.split(" | "), *rows, strict=True):
+    whole = [row for row in rows if len(row) > 1]
+    for heading, *cells in zip(headings.split(" | "), *whole, strict=True):
         name = heading.removeprefix(">")
         width = 3 + min(LONG_CELL, max(len(cell) for cell in (name, *cells)))
         columns.append(f"{name} {'<>'[heading != name]}{width}")
@@ -125,7 +139,7 @@ def write_pdf(document: Document, folder: Path) -> Path:
     with tempfile.TemporaryDirectory(dir=folder) as name:
         # Typst reads only files below its root, the folder that has the figures.
         scratch = Path(name)
-        (scratch / "report.typ").write_text(_template("report.typ"), encoding="utf-8")
+        (scratch / "report.typ").write_text(packaged("templates/report.typ"), encoding="utf-8")
         (scratch / "document.json").write_text(json.dumps(document), encoding="utf-8")
         source, root = str(scratch / "report.typ"), str(folder.resolve())
         try:
@@ -157,14 +171,11 @@ def rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> s
         "counted": counted,
         "listed": lambda words: listed(list(words)),
         "general": lambda value: f"{value:g}",
+        "powers": lambda text: re.sub(r"\b[\d.]+e-?\d+", lambda e: short(float(e[0])), text),
     }
     environment.globals |= {
         "with_error": with_error,
         "row": _row,
         "text_table": _text_table,
     }
-    return environment.from_string(_template(name)).render(values)
-
-
-def _template(name: str) -> str:
-    return (files("snooker_cli.report") / "templates" / name).read_text(encoding="utf-8")
+    return environment.from_string(packaged(f"templates/{name}")).render(values)

@@ -12,7 +12,7 @@ from snooker_cli.errors import FigureError
 from snooker_cli.figures import FigureData
 from snooker_cli.figures.drawing import save
 from snooker_cli.formatting import point_label, printable
-from snooker_cli.report.document import document, require_libraries, write_html, write_pdf
+from snooker_cli.report.document import document, require_libraries, unbroken, write_html, write_pdf
 from snooker_cli.runs import Run
 from snooker_cli.runs.execution import follow_parent
 
@@ -40,10 +40,13 @@ class Pages(AbstractContextManager["Pages"]):
             process.kill()  # it may be at a figure that takes a minute
         self.other.shutdown()
 
-    def add_figure(self, file: str, picture: FigureData, label: str = "") -> FigureData:
-        """Let a figure be drawn; without a label it gets the next number."""
+    def add_figure(
+        self, file: str, picture: FigureData, label: str = "", known: str = ""
+    ) -> FigureData:
+        """Let a figure be drawn: by default with the next number, and all of its caption."""
         label = label or f"Figure {len(self.figures) + 1}"
-        self.figures[file] = {"label": label, "caption": picture.caption, "alt": picture.alt}
+        caption = unbroken(" ".join(picture.caption.replace(known, "").split()))
+        self.figures[file] = {"label": label, "caption": caption, "alt": picture.alt}
         self._drawing.append(self.other.submit(save, picture, self.out / "figures" / file))
         return picture
 

@@ -3,6 +3,7 @@
 import json
 import shlex
 from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,7 @@ from snooker_cli.analysis.tables import (
     PAIRED,
     compare_cells,
     fit_cells,
-    note_lines,
-    share_complete,
+    point_heading,
     usual,
 )
 from snooker_cli.config import Point, to_json
@@ -33,7 +33,7 @@ from snooker_cli.report.pages import Pages
 from snooker_cli.runs import Run
 from snooker_cli.runs.status import ended, run_status
 
-MOST_ROWS = 60  # rows of a table; more are those of an even choice of points
+MOST_ROWS = 100  # rows of a table; of more, it has fewer models and points
 MOST_POINTS = 2  # points that have players, and figures of their own: the first and the last
 
 
@@ -47,10 +47,13 @@ def run_report(
     """
     with Pages(out) as pages:
         chapters = []
-        for number, run in enumerate(runs, 1):
-            report_progress(printable(run.name))
-            chapters.append(_chapter(run, number, pages))
-        return pages.write("run.md.j2", {"chapters": chapters, "version": __version__})
+        configs = [_config(run, out) for run in runs]  # before the work: the folder may be refused
+        for number, (run, config) in enumerate(zip(runs, configs, strict=True), 1):
+            report_progress(f"writing the chapter on {printable(run.name)}")
+            chapters.append({"config": config, **_chapter(run, number, pages)})
+        columns = FIT_COLUMNS, COMPARE_COLUMNS.replace("in errors", "difference / error")
+        values = {"chapters": chapters, "version": __version__, "columns": columns}
+        return pages.write("run.md.j2", {**values, "notes": (f"{SAMPLING} {JUDGEMENT}", PAIRED)})
 
 
 def _chapter(run: Run, number: int, pages: Pages) -> dict[str, Any]:
@@ -58,44 +61,37 @@ def _chapter(run: Run, number: int, pages: Pages) -> dict[str, Any]:
     points = selected(run, Selection())
     # The other process makes figures while this one makes the analyses.
     made = {
-        f"{number}-{file}": pages.other.submit(_figure, run, name, selection)
+        f"{number}-{file}": (name, pages.other.submit(_figure, run, name, selection))
         for file, name, selection in _figures(run, points)
     }
     status, found, compared = run_status(run), fits(run), comparisons(run)
-    figures = {file: picture for file, each in made.items() if (picture := each.result())}
-    alone = any(FIGURES[picture.kind].each_point for picture in figures.values())
-    for file, picture in figures.items():
-        pages.add_figure(file, picture)
+    title = printable(run.experiment.title or "")
+    scene = setting(run, points, Selection())
+    figures, left_out = dict[str, str](), dict[str, str]()
+    for file, (name, each) in made.items():
+        if isinstance(picture := each.result(), FigureData):
+            figures[file] = pages.add_figure(file, picture, known=scene).kind
+        else:
+            left_out[name] = picture
+    drawn = set(figures.values())
     both = zip(status["ledger"], run.points, strict=True)
     rows, fewer = _few([row | {"point": point} for row, point in both])
     return {
         "run": run,
         "status": status,
-        "title": printable(run.experiment.title or run.name),
+        "title": title[:1].upper() + title[1:] or printable(run.name),
         "name": printable(run.name),
         "file": shlex.quote(run.name),
-        "config": _config(run, pages.out),
-        "scene": setting(run, points, Selection()),
+        "scene": scene,
         "swept": {key: distinct(run.points, key) for key in varying(run.points)},
         "points": [_point_cells(run, row) for row in rows],
         "fewer_points": fewer,
         "figures": list(figures),
-        "few_points": len(points) > MOST_POINTS and alone,
+        "left_out": [(name, why) for name, why in left_out.items() if name not in drawn],
+        "few_points": len(points) > MOST_POINTS and any(FIGURES[one].each_point for one in drawn),
         "analyses": [
-            {
-                "title": "Decay constants",
-                "command": "fit",
-                "columns": FIT_COLUMNS,
-                "notes": f"{SAMPLING} {JUDGEMENT}",
-                **_cells(run, found, [row for row in found.rows if not row["elastic"]], fit_cells),
-            },
-            {
-                "title": "Comparison with theory",
-                "command": "compare",
-                "columns": COMPARE_COLUMNS,
-                "notes": PAIRED,
-                **_cells(run, compared, usual(compared.rows), compare_cells),
-            },
+            _cells(run, found, fit_cells),
+            _cells(run, compared, compare_cells),
         ],
         "no_players": filter(None, [pages.add_player(run, p) for p in spread(points, MOST_POINTS)]),
     }
@@ -112,33 +108,38 @@ def _figures(run: Run, points: Sequence[Point]) -> Iterator[tuple[str, str, Sele
                 yield f"{spec.name}-{point.index}", spec.name, Selection(dict(point.parameters))
 
 
-def _figure(run: Run, name: str, selection: Selection) -> FigureData | None:
-    """A figure if the run can give it; `snooker plot` gives the reasons for others."""
+def _figure(run: Run, name: str, selection: Selection) -> FigureData | str:
+    """A figure if the run can give it, or else the reason."""
     try:
         return FIGURES[name].make(run, selection)
-    except FigureError:
-        return None
+    except FigureError as error:
+        return str(error)
 
 
 def _few(rows: Records) -> tuple[Records, str]:
-    """The rows of an even choice of points, and how many of the points these are if not all."""
+    """The rows, or those of fewer models and of an even choice of points, and what is left out."""
+    if len(rows) <= MOST_ROWS:
+        return rows, ""
+    last = {(point_label(row["parameters"]), row.get("quantity")): row for row in rows}
     groups: dict[str, Records] = {}
-    for row in rows:
-        groups.setdefault(point_label(row["parameters"]), []).append(row)
-    most = max(1, MOST_ROWS // max(map(len, groups.values()), default=1))
-    chosen = spread(list(groups), most)
-    fewer = f"{len(chosen)} of {len(groups)} points" if len(chosen) < len(groups) else ""
-    return [row for label in chosen for row in groups[label]], fewer
+    for (label, _), row in last.items():
+        groups.setdefault(label, []).append(row)
+    chosen = spread(list(groups), max(1, MOST_ROWS // max(map(len, groups.values()))))
+    fewer = f"{len(chosen)} of {len(groups)} points" if len(chosen) < len(groups) else "all points"
+    models = ", with the last model of each quantity" if len(last) < len(rows) else ""
+    return [row for label in chosen for row in groups[label]], fewer + models
 
 
 def _cells(
-    run: Run, found: RunAnalysis, rows: Records, cells: Callable[[dict[str, Any]], list[str]]
+    run: Run, found: RunAnalysis, cells: Callable[[dict[str, Any]], list[str]]
 ) -> dict[str, Any]:
-    """Rows of an analysis with their points and numbers of complete repeats, and its notes."""
-    few, fewer = _few(rows)
-    whole = [[point_label(row["parameters"]), *cells(row), share_complete(row)] for row in few]
-    found_notes = "; ".join(note_lines(found.notes, len(run.points))).rstrip(".")
-    return {"rows": whole, "fewer": fewer, "found_notes": found_notes}
+    """Rows of an analysis below a heading of each point, and its notes."""
+    few, fewer = _few([row for row in usual(found.rows) if not row.get("elastic")])
+    table: list[list[str]] = []
+    for label, group in groupby(few, point_heading):
+        table += [[label]] * (len(run.points) > 1) + [cells(row) for row in group]
+    notes = [one["note"] for one in usual(found.notes)]
+    return {"rows": table, "fewer": fewer, "found_notes": notes}
 
 
 def _point_cells(run: Run, row: dict[str, Any]) -> list[str]:
@@ -149,7 +150,8 @@ def _point_cells(run: Run, row: dict[str, Any]) -> list[str]:
         path = short(rates.mean_free_path if rates else None)
         balls = [f"{scene.number:,}", short(scene.packing_fraction), path]
     done = f"{row['done']} of {run.experiment.repeats}"
-    return [point_label(row["parameters"]), *balls, done, ended(row), f"{row['collisions']:,}"]
+    cells = [point_label(row["parameters"]), *balls, done, ended(row), f"{row['collisions']:,}"]
+    return cells[len(run.points) == 1 :]
 
 
 def _config(run: Run, out: Path) -> str:

@@ -5,13 +5,13 @@ Source report: "Effect of Coefficient of Restitution on Thermodynamic Properties
 
 import math
 from dataclasses import dataclass
-from importlib.resources import files
 from typing import Any
 
 import yaml
 
 from snooker_cli.analysis.observables import ROUNDING
 from snooker_cli.formatting import with_error
+from snooker_cli.report.packaged import packaged
 
 LORD = 0.507  # 95 % half width of the mean of five normal values, over their range (Lord 1947)
 
@@ -108,9 +108,7 @@ def value_text(one: Any) -> str:
     return "" if one is None else with_error(one.value, one.error)
 
 
-_DATA: dict[str, Any] = yaml.safe_load(
-    (files("snooker_cli.report") / "source_values.yaml").read_text(encoding="utf-8")
-)
+_DATA: dict[str, Any] = yaml.safe_load(packaged("source_values.yaml"))
 TITLE: str = _DATA["title"]
 SOURCE_VALUES = {name: SourceValue(name, **fields) for name, fields in _DATA["values"].items()}
 CLAIMS: dict[str, dict[str, Any]] = _DATA["claims"]

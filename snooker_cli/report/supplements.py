@@ -5,7 +5,6 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
 from snooker_cli.report.document import rendered
+from snooker_cli.report.packaged import packaged
 from snooker_cli.runs import Run
 from snooker_cli.trace import SLIDE, StopReason, Trace
 
@@ -25,9 +25,7 @@ MEASUREMENTS = ("error", "hard", "billion", "physics")
 @cache
 def measurement(name: str) -> dict[str, Any]:
     """A saved measurement."""
-    path = files("snooker_cli.report") / "measured" / f"{name}.json"
-    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return found
+    return dict(json.loads(packaged(f"measured/{name}.json")))
 
 
 def sliding_figure(run: Run, selection: Selection) -> FigureData:

@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
+from single_fit import fit
 
 from snooker_cli.analysis.decay import QUANTITIES, Curve, curve, fit_curves
-from snooker_cli.analysis.fitting import fit
 from snooker_cli.analysis.observables import ROUNDING, mean_pressure, mean_speed
 from snooker_cli.config import load, parse, points
 from snooker_cli.engine import simulate

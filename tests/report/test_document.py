@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from pypdf import PdfReader
 
-from snooker_cli.report.document import write_html, write_pdf
+from snooker_cli.report.document import unbroken, write_html, write_pdf
 
 SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><path d="M0 0h9v9z"/></svg>'
 
@@ -53,3 +53,63 @@ def test_the_last_rows_of_a_table_stay_together(tmp_path: Path) -> None:
     most, *_ = rows_on_pages(100, tmp_path)
     for more in (1, 2):
         assert rows_on_pages(most + more, tmp_path) == [most + more - 3, 3]
+
+
+def test_a_lone_figure_has_its_caption_below_it(tmp_path: Path) -> None:
+    """Not beside it, below the caption of the figure above."""
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "square.svg").write_text(SQUARE, encoding="utf-8")
+    figure = {"kind": "figure", "file": "square", "caption": "C.", "alt": "a square"}
+    blocks = [{**figure, "label": f"Figure {number}"} for number in (1, 2, 3)]
+    path = write_pdf({"title": "Squares", "summary": [], "blocks": blocks}, tmp_path)
+    lefts: dict[str, float] = {}
+
+    def seen(text: str, matrix: Any, place: Any, *_: Any) -> None:
+        if "Figure" in text:
+            lefts[text.strip()[:8]] = place[4] * matrix[0] + matrix[4]
+
+    PdfReader(path).pages[0].extract_text(visitor_text=seen)
+    assert lefts["Figure 3"] == lefts["Figure 1"] < lefts["Figure 2"]
+
+
+def test_a_heading_stays_with_the_table_below_its_paragraph(tmp_path: Path) -> None:
+    column = {"heading": "Column", "width": 9, "right": False}
+    rows = [[f"cell-{each}"] for each in range(9)]
+    table = {"kind": "table", "label": "Table 1", "caption": "", "columns": [column], "rows": rows}
+    last = [
+        {"kind": "heading", "level": 1, "text": "Its heading"},
+        {"kind": "paragraph", "text": "A paragraph."},
+        table,
+    ]
+    for number in range(18, 30):
+        filler = [{"kind": "paragraph", "text": f"Line {each}."} for each in range(number)]
+        path = write_pdf({"title": "T", "summary": [], "blocks": [*filler, *last]}, tmp_path)
+        texts = [page.extract_text() for page in PdfReader(path).pages]
+        (page,) = (text for text in texts if "Its heading" in text)
+        assert "cell-0" in page, number
+
+
+def test_a_row_of_one_cell_is_a_heading(tmp_path: Path) -> None:
+    """It spans the table, and is repeated on the next page."""
+    columns = [{"heading": name, "width": 9, "right": False} for name in ("one", "two")]
+    rows = [["group"], *([f"a-{each}", f"b-{each}"] for each in range(80))]
+    table = {"kind": "table", "label": "Table 1", "caption": "", "columns": columns, "rows": rows}
+    content = {"title": "A table", "summary": [], "blocks": [table]}
+    pages = PdfReader(write_pdf(content, tmp_path)).pages
+    assert [page.extract_text().count("group") for page in pages] == [1, 1]
+    page = write_html(content, [], tmp_path).read_text(encoding="utf-8")
+    assert '<th colspan="2" scope="rowgroup">group</th>' in page
+
+
+@pytest.mark.parametrize(
+    ("text", "printed"),
+    [
+        ("1.0 ± 0.1 1/s at CoR 0.8", "1.0_±_0.1_s⁻¹ at CoR_0.8"),
+        ("2 Pa m, 3 %, r = 0.001 m", "2_Pa·m, 3_%, r_=_0.001_m"),
+        ("rings to 0.7 R, speed / 10, 2 × 10⁻⁶ s", "rings to 0.7_R, speed_/_10, 2_×_10⁻⁶_s"),
+        ("2 marks in 5 m/s and PV/NT", "2 marks in 5_m/+s and PV/+NT"),
+        ("docs/glossary.md", "docs/glossary.md"),
+    ],
+)
+def test_values_and_units_do_not_break(text: str, printed: str) -> None:
+    assert unbroken(text) == printed.replace("_", "\u00a0").replace("+", "\u2060")

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +20,16 @@ from browser import CHROMIUM, Browser
 from command_line import Ended
 from pypdf import PdfReader
 
+from snooker_cli.analysis.decay import NO_LOSSES
 from snooker_cli.analysis.run_analysis import fits
-from snooker_cli.analysis.tables import fit_cells, share_complete
+from snooker_cli.analysis.tables import fit_cells, point_heading, usual
 from snooker_cli.config import digest, load
 from snooker_cli.errors import FigureError
+from snooker_cli.figures import Selection
+from snooker_cli.figures.captions import setting
 from snooker_cli.formatting import point_label
 from snooker_cli.report import run_report as module
+from snooker_cli.report.document import unbroken
 from snooker_cli.report.pages import Pages
 from snooker_cli.report.run_report import MOST_POINTS, MOST_ROWS, run_report
 from snooker_cli.runs import Run, open_run
@@ -47,7 +52,7 @@ def page(folder: Path) -> str:
 def words(folder: Path) -> str:
     """The text of the HTML page with single spaces."""
     text = re.sub(r"<style>.*?</style>|<[^>]*>", " ", page(folder), flags=re.DOTALL)
-    return " ".join(html.unescape(text).split())
+    return " ".join(html.unescape(text).replace("\u2060", "").split())
 
 
 @pytest.fixture(scope="module")
@@ -110,13 +115,39 @@ def test_its_config_makes_the_same_points(small: Path, finished_run: Run) -> Non
 
 def test_its_tables_are_the_rows_of_the_commands(small: Path, finished_run: Run) -> None:
     rows = [
-        [html.unescape(cell).strip() for cell in re.findall(r"<td[^>]*>(.*?)</td>", row)]
+        [html.unescape(cell).strip() for cell in re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row)]
         for row in ROW.findall(page(small))
     ]
-    expected = [row for row in fits(finished_run).rows if not row["elastic"]]
+    expected = [row for row in usual(fits(finished_run).rows) if not row["elastic"]]
     assert len(expected) > 3
-    for row in expected:
-        assert [point_label(row["parameters"]), *fit_cells(row), share_complete(row)] in rows
+    heading = [point_heading(expected[0])]
+    first = rows.index(heading) + 1
+    for row, shown in zip(expected, rows[first:], strict=False):
+        assert [unbroken(cell) for cell in fit_cells(row)] == shown
+
+
+def test_its_captions_do_not_repeat_the_scene(small: Path, finished_run: Run) -> None:
+    """Those of a single point have one of their own, as the saved figures have."""
+    scene = setting(finished_run, finished_run.points, Selection())
+    assert words(small).count(scene) == 1
+    assert words(small).count("Scene: ") > 3
+    saved = (small / "figures" / "1-energy.json").read_text(encoding="utf-8")
+    assert scene in json.loads(saved)["caption"]
+
+
+def test_figures_that_are_left_out_have_reasons(small: Path, both: Path) -> None:
+    assert "pressure-number it needs points at two or more values of balls.rings" in words(small)
+    assert "van-der-waals it needs" in words(both)
+    shown = re.findall(r"<td>(.*?)</td>", page(small))
+    assert all("energy-fit" not in cell.split(", ") for cell in shown)
+
+
+def test_its_notes_leave_out_early_endings_and_the_source_report(small: Path) -> None:
+    """Table 1 has the endings, and its rows have no formula of the source report."""
+    found = words(small)
+    assert "averages over collisions leave them out" not in found
+    assert "(source report" not in found
+    assert f"Notes: {NO_LOSSES.removesuffix('.')} (1 of 2 points)." in found
 
 
 def test_every_image_has_an_alt_text_of_title_and_axes(small: Path) -> None:
@@ -174,11 +205,25 @@ def test_the_page_fits_a_phone_and_has_white_figures(
 def test_two_runs_have_chapters(both: Path) -> None:
     text = page(both)
     assert re.findall(r"<h2 [^>]*>(.*?)</h2>", text)[:2] == ["decaying", "warm"]
+    assert text.count("snooker report decaying warm</pre>") == 1
+    assert "snooker fit decaying" in text
+    assert "snooker fit warm" not in text
     assert len(re.findall(r"<h3 [^>]*>How to reproduce this run</h3>", text)) == 2
     labels = re.findall(r"<b>(Figure|Table) (\d+)\.", text)
     for noun in ("Figure", "Table"):
         numbers = [int(number) for name, number in labels if name == noun]
         assert numbers == list(range(1, len(numbers) + 1))
+
+
+def test_a_title_begins_with_a_capital_and_sweeps_are_listed(
+    decaying: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(module, "_figures", lambda run, points: iter(()))
+    titled = decaying.experiment.model_copy(update={"title": "decay of a Gas"})
+    found = words(made(tmp_path, replace(decaying, experiment=titled)))
+    assert found.startswith("Decay of a Gas ")
+    assert "Swept: cor = " in found
+    assert " ;" not in found[: found.index("Table 1")]
 
 
 def test_a_summary_has_no_player_and_a_sentence_why(both: Path) -> None:
@@ -215,17 +260,30 @@ def test_a_run_without_repeats_is_refused(finished_run: Run, tmp_path: Path) -> 
         made(tmp_path / "report", open_run(tmp_path / "small"))
 
 
-def test_long_tables_show_an_even_choice_of_points() -> None:
-    rows = [{"parameters": {"cor": k / 10}, "row": n} for k in range(11) for n in range(20)]
-    few, fewer = module._few(rows)
-    assert len(few) <= MOST_ROWS
-    assert fewer == "3 of 11 points"
-    assert list(dict.fromkeys(point_label(row["parameters"]) for row in few)) == [
-        "cor=0.0",
-        "cor=0.5",
-        "cor=1.0",
+def test_long_tables_show_fewer_models_and_an_even_choice_of_points() -> None:
+    rows = [
+        {"parameters": {"cor": k / 20}, "quantity": f"quantity {n // 2}", "model": n % 2}
+        for k in range(21)
+        for n in range(20)
     ]
-    assert module._few(rows[:40]) == (rows[:40], "")
+    few, fewer = module._few(rows)
+    assert len(few) == MOST_ROWS
+    assert fewer == "10 of 21 points, with the last model of each quantity"
+    assert {row["model"] for row in few} == {1}
+    labels = list(dict.fromkeys(point_label(row["parameters"]) for row in few))
+    assert labels[:: len(labels) - 1] == ["cor=0.0", "cor=1.0"]
+    assert module._few(rows[:100]) == (rows[:100], "")
+    assert module._few(rows[:120])[1] == "all points, with the last model of each quantity"
+    points = [{"parameters": {"cor": k}} for k in range(MOST_ROWS + 1)]
+    assert module._few(points)[1] == f"{MOST_ROWS} of {MOST_ROWS + 1} points"
+
+
+def test_a_refused_folder_is_an_error_before_the_work(finished_run: Run, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    begun: list[str] = []
+    with pytest.raises(OSError, match="file"):
+        run_report([finished_run], tmp_path / "file", begun.append)
+    assert begun == []
 
 
 def test_an_error_ends_the_figures_of_the_other_process(tmp_path: Path) -> None:
