@@ -39,6 +39,8 @@ MASKS = (
     (r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\+00:00", "TIME"),
     (r"Unable to synchronously open", "Unable to open"),
     (r"(?m)^snooker \d+\.\d+\S*$", "snooker VERSION"),
+    # Rounding in sums of NumPy.
+    (r"\d[\d.]* × 10⁻¹\d", "ROUNDING"),
     # One record a line.
     (r"(?<=\}), (?=\{)", ",\n "),
 )

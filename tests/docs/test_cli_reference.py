@@ -30,10 +30,11 @@ The [tutorial](tutorial.md) shows the commands at work.
 MEANINGS = {
     "DONE": "done",
     "UNEXPECTED": "a bug in snooker, or a result file that is damaged or of another run",
-    "USAGE": "a wrong command, or results that are missing or cannot be written",
+    "USAGE": "a wrong command, or files that are missing or cannot be read or written",
     "CONFIG": "a config that is missing or cannot be used",
     "SOME_FAILED": "some repeats failed, or a measurement does not agree",
-    "COLLAPSED": "some repeats ended in a wall trap or collapse, with `run --no-collapse`",
+    "COLLAPSED": "with `run --no-collapse`: some repeats ended in a wall trap or collapse; the key "
+    "`collapse` of the config continues such repeats",
     "INTERRUPTED": "interrupted",
 }
 
