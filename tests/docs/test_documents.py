@@ -132,6 +132,7 @@ def test_commands_print_what_the_documents_show(
 ) -> None:
     prepare(session, tmp_path)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
     shown = [found for path in SESSIONS[session] for found in CONSOLE.findall(text_of(path))]
     assert len(shown) >= 5
     for number, (command, output) in enumerate(shown):

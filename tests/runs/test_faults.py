@@ -112,7 +112,7 @@ def test_a_full_disk_keeps_what_was_written_before(
         ended = snooker(*command.split())
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, unlimited)
-    assert ended.code == 2
+    assert ended.code == (0 if command.startswith("fit") else 2)  # fit prints its result, too
     reason = "ffmpeg could not write it" if "mp4" in command else "File too large"
     assert reason in ended.err
     assert written[0].name in ended.err or len(written) > 1
