@@ -423,7 +423,7 @@ def test_a_scene_that_cannot_be_is_refused(changes: dict[str, Any], sentence: st
 @pytest.mark.parametrize(
     ("limits", "sentence"),
     [
-        ({}, "a run needs a number of collisions or a time"),
+        ({}, "a simulation needs a number of collisions or a time"),
         ({"collisions": 0}, "collisions=0: give a number above 0"),
         ({"time": float("nan")}, "time=nan: give a number above 0"),
         ({"time": "1"}, "time='1': give a number above 0"),

@@ -17,7 +17,7 @@ from snooker_cli.engine.prediction import is_trapped
 from snooker_cli.engine.sampling import Grid, next_sample, sample_until
 
 CROSSINGS_AT_ONCE = 64
-"""Crossings, for each event of the limit, after which the kernel returns so that a run without
+"""Crossings, for each event of the limit, after which the kernel returns so that a repeat without
 events can be stopped too."""
 
 

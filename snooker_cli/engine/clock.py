@@ -1,4 +1,4 @@
-"""Clocks that keep their precision in long runs, and the reasons why a kernel stops.
+"""Clocks that keep their precision in long repeats, and the reasons why a kernel stops.
 
 After a number of events all clocks are set back by a shift. The epoch, the time (s) at which they
 show zero, moves on by as much. The stored time of an event is epoch and clock as one rounded
@@ -57,12 +57,12 @@ def clocks(epoch: float, events: Events) -> Floats:
 # Endings
 
 # Answers of ``advance``; TIME to COLLAPSE have the places that they have in ``StopReason``. After
-# FULL the run continues with the next chunk. The last two are for ``InCells``: make cells larger,
-# or put them round the container's new place.
+# FULL the repeat continues with the next chunk. The last two are for ``InCells``: make cells
+# larger, or put them round the container's new place.
 FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, CELL_FULL, OUT_OF_MARGIN = range(7)
 
 STALL_LIMIT = 64
-"""Events per ball in a row, without the clock moving, after which a run has collapsed.
+"""Events per ball in a row, without the clock moving, after which a repeat has collapsed.
 
 A rack of touching balls settles an impact in a few collisions per ball.
 """
@@ -73,7 +73,7 @@ CLOCK_DIGITS = 4 * 2.0**-52
 
 @inlined
 def begin_event(i: int, j: int, now: float, sums: Floats, counts: Integers) -> None:
-    """Move the run's clock to the event of balls i and j."""
+    """Move the repeat's clock to the event of balls i and j."""
     stalls = now - sums[ks.NOW] <= CLOCK_DIGITS * (sums[ks.EPOCH] + now)
     counts[ks.STALLED] = counts[ks.STALLED] + 1 if stalls else 0
     counts[ks.FIRST], counts[ks.SECOND] = i, j

@@ -40,7 +40,7 @@ So the same source gives the same bits on every processor.
 HELPER_OPTIONS: dict[str, Any] = OPTIONS | {"no_cpython_wrapper": True}
 INLINE_OPTIONS: dict[str, Any] = HELPER_OPTIONS | {"forceinline": True}
 
-NOTICE = "compiling this type of scene (first use on this machine, about 10 to 20 s)"
+NOTICE = "compiling this type of scene (first use on this machine, about 10 to 30 s)"
 NOTICE_AFTER = 1.0  # seconds of compilation before the notice
 
 UNUSABLE = (

@@ -1,4 +1,4 @@
-"""The arrays of a run, and the names of their rows.
+"""The arrays of a repeat, and the names of their rows.
 
 Compiled loops over a row of a C-contiguous array run in vector registers. A value is ``None`` if
 the scene has no such part. Numba removes a branch on ``None`` only if the value is an argument of
@@ -31,8 +31,8 @@ NOT_SEARCHED = -3  # nothing has been searched yet
 X, Y, U, V, CLOCK, BALL_ROWS = range(6)
 
 # Elements of ``sums``: how long a contact lasts, the time at which clocks show zero, the clock at
-# the last event, and what clocks show when the run ends (s); the impulse on the wall (kg m/s), the
-# virial of the ball-ball collisions (kg m^2/s), and what rounding has cut off from these two.
+# the last event, and what clocks show when the repeat ends (s); the impulse on the wall (kg m/s),
+# the virial of the ball-ball collisions (kg m^2/s), and what rounding has cut off from these two.
 CONTACT_LASTS, EPOCH, NOW, TIME_LIMIT = range(4)
 WALL_IMPULSE, PAIR_VIRIAL, WALL_IMPULSE_REST, PAIR_VIRIAL_REST, SUMS = range(4, 9)
 REST = WALL_IMPULSE_REST - WALL_IMPULSE
@@ -47,7 +47,7 @@ LINE = 64  # bytes of a line of the processor's cache
 
 
 class Setup(NamedTuple):
-    """The constants of a run, in SI units.
+    """The constants of a repeat, in SI units.
 
     radius, mass : of every ball if they are equal, else of the first
     contact_path : m, what a ball flies while a contact lasts in the TC model; zero without it
@@ -86,7 +86,7 @@ class Setup(NamedTuple):
 
 
 class State(NamedTuple):
-    """The state of a run, as both engines and a replay have it.
+    """The state of a repeat, as both engines and a replay have it.
 
     The states of many repeats of one point are one state too, with stacked arrays: balls,
     container, slides, sums, counts and scratch have one axis more, the first.

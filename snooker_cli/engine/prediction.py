@@ -132,7 +132,7 @@ def is_trapped(
     """Whether ball i, just off the wall, will hit it infinitely often before anything else.
 
     The chords last 2 a e^k v_n / (e^2k v_n^2 + v_t^2), together at most 2 a v_n / ((1 - e) v_t^2).
-    The ball is trapped if the run does not end within that time, no other event happens and no
+    The ball is trapped if the repeat does not end within that time, no other event happens and no
     ball can come near. The bounces push a free container, together by no more than its share of
     (1 + e) v_n / (1 - e), and its wall must not reach the others either.
 

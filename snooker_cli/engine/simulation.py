@@ -1,4 +1,4 @@
-"""A scene in, a trace out: both engines, and a run in chunks that can be watched and stopped."""
+"""A scene in, a trace out: both engines, and a repeat in chunks that can be watched and stopped."""
 
 import math
 from abc import ABC, abstractmethod
@@ -32,7 +32,7 @@ from snooker_cli.trace import (
 
 Sink: TypeAlias = Callable[[Events], None]
 CHUNK, SMALL_CHUNK = 65536, 8192
-"""Events until the user can stop a run, some 30 ms of work; and of ``REORDERED`` balls or more."""
+"""Events until the user can stop a repeat, some 30 ms; and of ``REORDERED`` balls or more."""
 
 MOST_EVENTS, MOST_SUMMARIES = 700_000, 64
 """Events of a chunk of many repeats, and summaries of one call: some 16 MB."""
@@ -81,7 +81,7 @@ class Engine(ABC):
         summary: bool = False,
     ) -> None:
         if collisions is None and time is None:
-            raise ValueError("a run needs a number of collisions or a time to end at")
+            raise ValueError("a simulation needs a number of collisions or a time to end at")
         self.scenes, repeats = scenes, len(scenes)
         self.wanted = ks.NO_LIMIT if collisions is None else collisions
         self.time_limit = math.inf if time is None else time
@@ -466,7 +466,7 @@ def few_at(packing_fraction: float, *, free: bool) -> int:
     return int(min((FEW_IN_FREE if free else FEW) / (root * math.sqrt(root)), MOST))
 
 
-# A run
+# A repeat
 
 
 def simulate(
@@ -485,7 +485,7 @@ def simulate(
     collisions : ball-ball and wall collisions together
     time : s
     summary : record observables on a grid of times instead of the events
-    watch : called after each chunk with the number of new events; a true answer stops the run
+    watch : called after each chunk with the number of new events; a true answer stops the repeat
     sink : called with the events of each chunk; the trace then has none, so memory stays bounded
     engine : "allpairs" or "cells" instead of the faster one
     checkpoint : of the trace of the same call that ``watch`` stopped; the repeat then goes on from

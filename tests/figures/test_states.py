@@ -176,7 +176,9 @@ def test_energy_without_the_flow_is_all_energy_at_equilibrium(periodic: Run) -> 
 
 
 def test_reasons_for_missing_structure(periodic: Run, warm: Run) -> None:
-    assert "it needs 2 to 6 species of balls, not 1" in why_not(periodic, "species-temperature", cor=1)
+    assert "it needs 2 to 6 species of balls, not 1" in why_not(
+        periodic, "species-temperature", cor=1
+    )
     for kind in ("pair-correlation", "hexatic-order", "local-energy"):
         assert "record: events" in why_not(warm, kind)
     assert len(layers(shown(warm, "a2"), Line)) > 1  # a summary has a2
