@@ -90,15 +90,10 @@ def _pade_coefficients() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 _PADE_CONTACT, _PADE_DENOMINATOR = _pade_coefficients()
 
 
-def _pade_slope() -> Polynomial:
-    """s = f'g − f g', where 2P = f/g with P = η Z, as a polynomial of x = 2η."""
-    below = Polynomial(_PADE_DENOMINATOR)
-    above = Polynomial((0, 1)) * below + Polynomial((0, 0, *_PADE_CONTACT))
-    return above.deriv() * below - above * below.deriv()
-
-
-_PADE_SLOPE = _pade_slope()
-
+# f, g and s = f'g − f g', where 2P = f/g with P = η Z, as polynomials of x = 2η.
+_PADE_BELOW = Polynomial(_PADE_DENOMINATOR)
+_PADE_ABOVE = Polynomial((0, 1)) * _PADE_BELOW + Polynomial((0, 0, *_PADE_CONTACT))
+_PADE_SLOPE = _PADE_ABOVE.deriv() * _PADE_BELOW - _PADE_ABOVE * _PADE_BELOW.deriv()
 
 DENSEST_FLUID = 0.65
 """Packing fraction above which disks begin to order, where no theory here holds."""
@@ -133,7 +128,7 @@ def missing_ratio(packing: float, number: float) -> float:
 
 def _bending(packing: float) -> float:
     """P''/P' of P = η Z(η): with P' = 2s/g² in x = 2η it is 2(s'/s − 2g'/g)."""
-    x, slope, below = 2 * packing, _PADE_SLOPE, Polynomial(_PADE_DENOMINATOR)
+    x, slope, below = 2 * packing, _PADE_SLOPE, _PADE_BELOW
     return float(2 * (slope.deriv()(x) / slope(x) - 2 * below.deriv()(x) / below(x)))
 
 

@@ -136,7 +136,11 @@ def _seal(made_from: str, entry: dict[str, Any]) -> str:
 def _made(run: Run, point: Point, present: Sequence[int], analyse: Analyse) -> dict[str, Any]:
     """Rows and notes of a point; of an unfinished run, of the repeats that it has."""
     parameters, rows = {"parameters": point.as_json()}, Records()
-    notes = [decay.Note(one) for one in _notes_on_repeats(run, point, len(present))]
+    wanted, there = run.experiment.repeats, len(present)
+    are = "the repeat is not" if wanted == 1 else f"{there} of {wanted} repeats are"
+    missing = f"{are} there; run the config again for the rest" if there < wanted else ""
+    texts = missing, shorter_note(run.shorter(point), there), *run.common_random_notes
+    notes = [decay.Note(text) for text in texts if text]
     if present:
         found, others = analyse(read(run, point, present))
         rows, notes = [parameters | one.as_json() for one in found], notes + others
@@ -147,12 +151,3 @@ def read(run: Run, point: Point, present: Sequence[int]) -> Iterator[Trace]:
     """These repeats of a point, measured in threads; a terminal shows how many have been read."""
     label = f"point {point.index + 1} of {len(run.points)}"
     return measured_ahead(counting(run.traces(point, present), label, len(present)))
-
-
-def _notes_on_repeats(run: Run, point: Point, present: int) -> list[str]:
-    """Sentences on a point's repeats: those missing or short, and common starts."""
-    wanted = run.experiment.repeats
-    are = "the repeat is not" if wanted == 1 else f"{present} of {wanted} repeats are"
-    rest = f"{are} there; run the config again for the rest" if present < wanted else ""
-    short = shorter_note(run.shorter(point), present)
-    return [*filter(None, [rest, short]), *run.common_random_notes]
