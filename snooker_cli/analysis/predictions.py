@@ -58,6 +58,15 @@ def scene_rates(scene: Scene, temperature: float) -> theory.CollisionRates | Non
     return theory.collision_rates(scene.number, temperature, radius, scene.container, mass)
 
 
+def haff_rate(scene: Scene) -> float | None:
+    """Haff's α by Enskog's rates at the start of a scene, 1/s; ``None`` as in `scene_state`."""
+    rates = scene_rates(scene, observables.meeting_temperature(scene.kinetic_energy, scene))
+    if rates is None:
+        return None
+    losses = scene.restitution, rates.ball_ball, scene.wall_restitution, rates.wall
+    return theory.haff_rate(theory.cooling_rate(*losses))
+
+
 def at_rest(scene: Scene) -> bool:
     """Whether the balls' centre of mass is at rest, but for rounding."""
     return drift_energy(scene) <= observables.ROUNDING * scene.kinetic_energy
@@ -205,15 +214,12 @@ def cooling(trace: Trace) -> Iterator[Row]:
     yield "decay constant of energy", "source report, −2 ln e/τ", k, reported
     k = repeat_fits(trace, "pressure")["exponential"].value
     yield "decay constant of pressure", "source report, −ln e/τ", k, reported / 2
-    start = observables.meeting_temperature(scene.kinetic_energy, scene)
-    e, wall_e, enskog = scene.restitution, scene.wall_restitution, scene_rates(scene, start)
-    if enskog is not None:
-        alpha = theory.haff_rate(theory.cooling_rate(e, enskog.ball_ball, wall_e, enskog.wall))
+    if (alpha := haff_rate(scene)) is not None:
         yield "Haff's α", "Enskog rates at the start", energy["haff"].value, alpha
     calm = observables.before_collapse(trace)
     left = observables.energy_ratio(observables.series(calm))[-1]
-    events = calm.pair_events, wall_e, calm.wall_events
-    expected = theory.energy_ratio_by_events(scene.number, e, *events)
+    events = calm.pair_events, scene.wall_restitution, calm.wall_events
+    expected = theory.energy_ratio_by_events(scene.number, scene.restitution, *events)
     yield "energy left at the end", "by event count", left, expected
 
 

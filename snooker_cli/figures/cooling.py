@@ -205,12 +205,10 @@ def haff_time(build: FigureBuilder) -> FigureData:
         if not (math.isfinite(k) and math.isfinite(alpha)):
             raise FigureError("a point's repeats are too short to be fitted; run longer")
         floor = float(np.mean([predictions.floor(trace.start) for trace in traces]))
-        start = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
         laws: dict[str, tuple[float, float]] = {"fitted": (alpha, 0.0)}
         record: dict[str, Any] = {"k": k, "alpha": alpha, "floor": floor, "windows": len(rates)}
-        if start is not None:
-            losses = scene.restitution, start.ball_ball, scene.wall_restitution, start.wall
-            expected = record["theory_alpha"] = theory.haff_rate(theory.cooling_rate(*losses))
+        if (expected := predictions.haff_rate(scene)) is not None:
+            record["theory_alpha"] = expected
             laws["theory"] = (expected, 0.0)
             if floor >= FLOOR_MATTERS * left:
                 laws["floor"] = (expected, floor)

@@ -10,7 +10,7 @@ import yaml
 from snooker_cli import theory
 from snooker_cli.analysis.decay import range_held
 from snooker_cli.analysis.fitting import LAWS, LEAST_PROBABILITY
-from snooker_cli.analysis.predictions import scene_rates
+from snooker_cli.analysis.predictions import haff_rate, scene_rates
 from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.selection import distinct
 from snooker_cli.formatting import listed, with_error
@@ -18,13 +18,7 @@ from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.audit import Audit
 from snooker_cli.report.packaged import packaged
 from snooker_cli.report.setting_search import DECIDED, FREEDOM, LIKELY, PARTS, RESAMPLES, TARGETS
-from snooker_cli.report.source_values import (
-    COEFFICIENTS,
-    LORD,
-    SOURCE_VALUES,
-    TITLE,
-    value_text,
-)
+from snooker_cli.report.source_values import COEFFICIENTS, LORD, SOURCE_VALUES, TITLE, value_text
 from snooker_cli.report.supplements import MEASUREMENTS, measurement, sliding_figure
 from snooker_cli.runs import Run
 from snooker_cli.validation.accuracy_study import error_against_cost, error_growth
@@ -148,12 +142,10 @@ def kinetic_theory(run: Run, points: Sequence[Record]) -> list[dict[str, Any]]:
     scenes = {point.experiment.cor: starting_scene(point.experiment, 0) for point in run.points}
     for one in points:
         scene = scenes[one["parameters"]["cor"]]
-        rates = scene_rates(scene, scene.kinetic_energy / scene.number)
-        assert rates is not None
-        e, wall_e = scene.restitution, scene.wall_restitution
-        alpha = theory.haff_rate(theory.cooling_rate(e, rates.ball_ball, wall_e, rates.wall))
+        alpha = haff_rate(scene)
+        assert alpha is not None
         share, in_errors = ((alpha - one["alpha"]) / one[key] for key in ("alpha", "alpha_error"))
-        row = {"cor": e, "theory": alpha, "excess": share, "in_errors": in_errors}
+        row = {"cor": scene.restitution, "theory": alpha, "excess": share, "in_errors": in_errors}
         rows.append(row | {"size": abs(share)})
     return rows
 
