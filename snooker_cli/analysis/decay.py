@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import product
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -49,7 +48,6 @@ COLLISION_ROUNDING = 8 * EPSILON
 class Quantity:
     """A quantity whose decay is fitted.
 
-    label : for an axis
     course : a repeat -> times (s) and values over the first
     at : a repeat and times -> values there, in any unit; ``None`` if no law is judged
     starts_at_one : whether the fit holds the amplitude at 1, at the first of the times
@@ -57,7 +55,6 @@ class Quantity:
     laws : that are fitted
     """
 
-    label: str
     course: Callable[[Trace], TimeCourse]
     at: Callable[[Trace, Array], Array] | None = None
     starts_at_one: bool = False
@@ -65,7 +62,7 @@ class Quantity:
     laws: tuple[str, ...] = tuple(LAWS)
 
 
-def _from_start(label: str, column: Callable[[Series], Array]) -> Quantity:
+def _from_start(column: Callable[[Series], Array]) -> Quantity:
     """A quantity that only collisions change, as a column of the series."""
 
     def course(trace: Trace) -> TimeCourse:
@@ -75,7 +72,7 @@ def _from_start(label: str, column: Callable[[Series], Array]) -> Quantity:
     def at(trace: Trace, times: Array) -> Array:
         return so_far(trace, column(observables.series(trace)), times)
 
-    return Quantity(label, course, at, starts_at_one=True)
+    return Quantity(course, at, starts_at_one=True)
 
 
 def _pressure(trace: Trace) -> TimeCourse:
@@ -111,20 +108,14 @@ def _local_energies(trace: Trace, edges: Array) -> Array:
 
 
 QUANTITIES: dict[str, Quantity] = {
-    "kinetic_energy": _from_start("kinetic energy, E(t)/E(0)", observables.energy_ratio),
-    "temperature": _from_start("temperature, T(t)/T(0)", lambda found: found.kinetic_energy),
-    "pressure": Quantity(
-        f"pressure, P(t)/P({SKIPPED_COLLISIONS} collisions)", _pressure, _pressure_at, is_mean=True
+    "kinetic_energy": _from_start(observables.energy_ratio),
+    "temperature": _from_start(lambda found: found.kinetic_energy),
+    "pressure": Quantity(_pressure, _pressure_at, is_mean=True),
+    "pressure_amplitude_1": Quantity(  # as in the source report
+        _pressure, starts_at_one=True, is_mean=True, laws=("exponential",)
     ),
-    "pressure_amplitude_1": Quantity(
-        "pressure as in the source report, amplitude 1",
-        _pressure,
-        starts_at_one=True,
-        is_mean=True,
-        laws=("exponential",),
-    ),
-    "local_pressure": Quantity("pressure in windows of time", _in_windows(_local_pressures)),
-    "local_energy": Quantity("energy in windows of time, E/E(0)", _in_windows(_local_energies)),
+    "local_pressure": Quantity(_in_windows(_local_pressures)),
+    "local_energy": Quantity(_in_windows(_local_energies)),
 }
 """Every quantity that is fitted, by its name in ``fit.json``."""
 
@@ -262,19 +253,16 @@ def curve(trace: Trace, quantity: str, since: float = 0.0, until: float = math.i
 
 
 def fit_curves(curves: Sequence[Curve], law: str) -> list[FitResult]:
-    """Fit repeats' curves of a quantity with a law; a mean since the start with its mean model."""
+    """Fit a point's curves of a quantity with a law; a mean since the start with its mean model."""
     model, first = LAWS[law], curves[0]
-    fitted = fit_all(
-        [(one.time, one.value, one.rounding) for one in curves if not one.elastic],
+    if first.elastic:
+        return [FitResult(law, False, NO_LOSSES, len(one.time), math.nan) for one in curves]
+    return fit_all(
+        [(one.time, one.value, one.rounding) for one in curves],
         (first.quantity.is_mean and model.mean_model) or law,
         amplitude=1.0 if first.held else None,
         start=0.0 if model.has_pole else None,
     )
-    results = iter(fitted)
-    return [
-        FitResult(law, False, NO_LOSSES, len(one.time), math.nan) if one.elastic else next(results)
-        for one in curves
-    ]
 
 
 _FITS: WeakKeyDictionary[Trace, dict[Any, dict[str, FitResult]]] = WeakKeyDictionary()
@@ -350,12 +338,10 @@ def decays(
     for some in _together(traces):
         reasons += [trace.stop.reason for trace in some]
         walls, lossless = some[0].start.container.has_wall, elastic(some[0].start)
-        found: dict[str, list[Curve]] = {name: [] for name in quantities}
-        for trace, name in product(some, quantities):
-            found[name].append(curve(trace, name, since, until))
-            curves[name].append(_logarithms(trace, found[name][-1]))
         for name in quantities:
-            fits[name] += _fitted(some, found[name], name, since, until)
+            found = [curve(trace, name, since, until) for trace in some]
+            curves[name] += map(_logarithms, some, found)
+            fits[name] += _fitted(some, found, name, since, until)
     judged = [row for row, reason in enumerate(reasons) if reason.complete]
     judged = judged if len(judged) > 2 else list(range(len(reasons)))
     ended, result = Counter(reasons), []

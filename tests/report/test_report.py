@@ -93,7 +93,7 @@ def counted(fit: Callable[..., Any], fitted: Counter[Any]) -> Callable[..., Any]
 
     def fit_and_count(curves: Sequence[decay.Curve], law: str) -> Any:
         for one in curves:
-            fitted[one.quantity.label, one.time.tobytes(), one.value.tobytes(), law] += 1
+            fitted[one.quantity, one.time.tobytes(), one.value.tobytes(), law] += 1
         return fit(curves, law)
 
     return fit_and_count
