@@ -4,17 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from snooker_cli.analysis import predictions
-from snooker_cli.analysis.observables import (
-    at_collisions,
-    cumulative_pressure,
-    energy_ratio,
-    mean_and_error,
-    meeting_temperature,
-    momentum,
-    series,
-    settled_top,
-)
+from snooker_cli.analysis import observables, predictions
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder, require_motion
 from snooker_cli.figures.figure_data import (
@@ -42,8 +32,8 @@ def energy(build: FigureBuilder) -> FigureData:
         courses.append([])
         for trace in build.traces(point):
             require_motion(trace.start)
-            found = series(trace)
-            courses[-1].append((found.time, energy_ratio(found)))
+            found = observables.series(trace)
+            courses[-1].append((found.time, observables.energy_ratio(found)))
     log = more_than_a_decade(ratios for curves in courses for _, ratios in curves)
     for index, (point, curves) in enumerate(zip(build.points, courses, strict=True)):
         build.add_course(index, point, curves, logarithmic=log)
@@ -93,7 +83,7 @@ def pressure(build: FigureBuilder) -> FigureData:
     expected: list[float] = []
     for scene in (build.start(point) for point in build.points if elastic(point)):
         # Without walls balls meet at a temperature of their own.
-        met = meeting_temperature(scene.kinetic_energy, scene)
+        met = observables.meeting_temperature(scene.kinetic_energy, scene)
         drift = scene.number * (scene.kinetic_energy / scene.number - met)
         state = predictions.scene_state(scene, met)
         if state and (value := state.pressure + drift / scene.container.area) not in expected:
@@ -104,9 +94,9 @@ def pressure(build: FigureBuilder) -> FigureData:
     for index, point in enumerate(build.points):
         curves = [_pressure(trace) for trace in build.traces(point)]
         build.add_course(index, point, curves, steps=False)
-        top = max([top, *(settled_top(*curve) for curve in curves)])
+        top = max([top, *(observables.settled_top(*curve) for curve in curves)])
         times, rows = at_common_times(curves)
-        final = mean_and_error(rows[:, -1])
+        final = observables.mean_and_error(rows[:, -1])
         build.record(point, with_error(*final, "Pa·m"), time=float(times[-1]), pressure=final)
     if not any(record["pressure"] for record in build.records):
         raise FigureError("nothing hits the wall, so there is no pressure; run longer")
@@ -122,8 +112,8 @@ def _momentum(trace: Trace, name: str) -> Curve:
     scene, component = trace.start, "xy".index(name)
     if scene.container.has_wall and not scene.free:
         raise FigureError("fixed walls take momentum; give a circle a finite container.mass")
-    states = at_collisions(trace)
-    total = momentum(states.velocities, states.container_velocities, scene)[:, component]
+    states = observables.at_collisions(trace)
+    total = observables.momentum(states.velocities, states.container_velocities, scene).T[component]
     parts = np.abs(scene.masses * scene.velocities[:, component])
     if abs(total[0]) <= scene.number * EPSILON * float(np.sum(parts)):
         raise FigureError(f"the momentum in {name} is zero at the start, so it has no ratio to it")
@@ -133,7 +123,7 @@ def _momentum(trace: Trace, name: str) -> Curve:
 def _pressure(trace: Trace) -> Curve:
     """Times (s) and mean pressures since the start (Pa·m): at first 0, without walls the ideal."""
     scene = trace.start
-    time, values = cumulative_pressure(trace, series(trace))
+    time, values = observables.cumulative_pressure(trace, observables.series(trace))
     if not len(time):
         raise FigureError("nothing happens after the start of a repeat, so it has no pressure")
     first = 0.0 if scene.container.has_wall else scene.kinetic_energy / scene.container.area

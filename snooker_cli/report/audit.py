@@ -5,21 +5,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from snooker_cli import theory
-from snooker_cli.report.reproduction import (
-    Runs,
-    StatedResults,
-    arithmetic,
-    checked_claims,
-    stated_results,
-)
-from snooker_cli.report.setting_search import (
-    FREEDOM,
-    PARTS,
-    TARGETS,
-    Candidate,
-    Search,
-    simplest,
-)
+from snooker_cli.report import reproduction
+from snooker_cli.report.reproduction import Runs, StatedResults
+from snooker_cli.report.setting_search import FREEDOM, PARTS, TARGETS, Candidate, Search, simplest
 from snooker_cli.report.source_values import COEFFICIENTS, SOURCE_VALUES, OurValue, SourceValue
 
 # Verdicts
@@ -121,10 +109,10 @@ def audit(runs: Runs, found: Search) -> Audit:
 
     Raises ``RunError`` or ``StoreError`` for a run that cannot be read.
     """
-    stated = stated_results(runs)
+    stated = reproduction.stated_results(runs)
     return Audit(
         rows=tuple(_row(number, stated, found) for number in SOURCE_VALUES.values()),
-        claims=checked_claims(runs, stated),
+        claims=reproduction.checked_claims(runs, stated),
         search=found,
         stated=stated,
         repeats=len(COEFFICIENTS) * runs["restitution"].experiment.repeats,
@@ -140,7 +128,7 @@ def _row(number: SourceValue, stated: StatedResults, found: Search) -> AuditRow:
     if ours.agrees(number):
         return AuditRow(number, ours, common, REPRODUCED)
     for formulas, verdict in (
-        (arithmetic(), FOLLOWS),
+        (reproduction.arithmetic(), FOLLOWS),
         (_path_and_section(stated, found.factor), FORMULA),
     ):
         if number.name in formulas:

@@ -28,9 +28,8 @@ from snooker_cli.analysis.observables import (
     reduced_speed_counts,
     series,
 )
-from snooker_cli.config import Point
+from snooker_cli.analysis.predictions import speed_laws
 from snooker_cli.figures import Selection, selected
-from snooker_cli.figures.distributions import REDUCED_TEMPERATURE
 from snooker_cli.figures.selection import distinct, value_at
 from snooker_cli.formatting import listed, ratio, short
 from snooker_cli.placement.starting_scene import starting_scene
@@ -46,7 +45,7 @@ from snooker_cli.report.source_values import (
 )
 from snooker_cli.runs import Run
 from snooker_cli.scene import Scene
-from snooker_cli.trace import SPEED_BIN, Trace
+from snooker_cli.trace import Trace
 
 Runs = Mapping[str, "Run"]
 Laws = Mapping[tuple[str, str], Decay]
@@ -72,7 +71,7 @@ class StatedResults:
 def stated_results(runs: Runs) -> StatedResults:
     """Our value of every printed number, and what the claims are checked with."""
     run = runs["restitution"]
-    elastic = complete_repeats(run.traces(_points(run, {"cor": 1.0})[0]))
+    elastic = complete_repeats(run.traces(selected(run, Selection({"cor": 1.0}))[0]))
     scene = elastic[0].start
     samples: dict[tuple[str, float | None], Sample] = {
         ("pressure", None): Sample(map(mean_pressure, elastic))
@@ -80,7 +79,7 @@ def stated_results(runs: Runs) -> StatedResults:
     laws: dict[float, Laws] = {}
     for cor in COEFFICIENTS:
         # The figures have read and fitted these repeats.
-        traces = complete_repeats(run.traces(_points(run, {"cor": cor})[0]))
+        traces = complete_repeats(run.traces(selected(run, Selection({"cor": cor}))[0]))
         laws[cor] = {(one.quantity, one.law): one for one in decays(traces)}
         for quantity, sample in _cooling(cor, traces, laws[cor]).items():
             samples[quantity, cor] = sample
@@ -106,10 +105,6 @@ def stated_results(runs: Runs) -> StatedResults:
     ]
     whole, relaxed = (OurValue(*mean_and_error(column)) for column in np.array(paths).T)
     return StatedResults(numbers, scene, laws, whole, relaxed)
-
-
-def _points(run: Run, where: Mapping[str, object]) -> Sequence[Point]:
-    return selected(run, Selection(where))
 
 
 def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[str, Sample]:
@@ -155,7 +150,7 @@ def _ideal_gas_limit(runs: Runs, number: SourceValue) -> OurValue:
         point = min(run.points, key=lambda point: float(value_at(point, "balls.radius")))
     else:
         run = runs["dilute"]
-        (point,) = _points(run, {"cor": 1.0, "balls.radius": number.radius})
+        (point,) = selected(run, Selection({"cor": 1.0, "balls.radius": number.radius}))
     traces = complete_repeats(run.traces(point))
     scene = traces[0].start
     radius = float(scene.radii[0])
@@ -262,7 +257,7 @@ def _error_propagation() -> Checks:
 
 def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
     """Claims on energy, temperature and pressure, for the stated scene."""
-    (elastic,) = _points(run, {"cor": 1.0})
+    (elastic,) = selected(run, Selection({"cor": 1.0}))
     off = max(float(np.abs(energy_ratio(series(t)) - 1).max()) for t in run.traces(elastic))
     exponential, judged, local = True, [], []
     for cor, laws in stated.laws.items():
@@ -293,7 +288,7 @@ def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
 
 def _ideal_gas_checks(run: Run) -> Checks:
     """Claims on elastic balls and the ideal gas law."""
-    points = _points(run, {"balls.speed": getattr(run.experiment.balls, "speed", 0.0)})
+    points = selected(run, Selection({"balls.speed": getattr(run.experiment.balls, "speed", 0.0)}))
     radii = distinct(points, "balls.radius")
     means = [float(np.mean([ideal_gas_ratio(t) for t in run.traces(point)])) for point in points]
     above = means[radii.index(min(radii))] - 1
@@ -311,7 +306,8 @@ def _tiny_ball_checks(run: Run) -> Checks:
     """
     radius = SOURCE_VALUES["ratio_caption"].radius
     means, at_end, warm = [], [], []
-    points = _points(run, {"balls.radius": radius, "cor": COEFFICIENTS, "collapse": "slide"})
+    where = {"balls.radius": radius, "cor": COEFFICIENTS, "collapse": "slide"}
+    points = selected(run, Selection(where))
     for point in points:
         temperatures = []
         for trace in complete_repeats(run.traces(point)):
@@ -341,11 +337,8 @@ def _tiny_ball_checks(run: Run) -> Checks:
 def _speed_check(run: Run) -> tuple[bool, dict[str, Any]]:
     """The distribution of speeds against that of Maxwell and Boltzmann."""
     counts = sum(reduced_speed_counts(trace) for point in run.points for trace in run.traces(point))
-    shares = np.cumsum(counts) / np.sum(counts)
-    edges = np.arange(1, len(shares) + 1, dtype=np.float64) * np.float64(SPEED_BIN)
-    # The reduced speed v √(m/2T) is the speed of a ball of mass 1 at this temperature.
-    law = theory.maxwell_speed_cdf(edges, REDUCED_TEMPERATURE)
-    number = starting_scene(run.experiment, 0).number
-    finite = theory.fixed_energy_speed_cdf(edges, number, REDUCED_TEMPERATURE)
-    off, expected = (float(np.abs(each - law)[:-1].max()) for each in (shares, finite))
-    return off < CLOSE, {"off": off, "expected": expected, "number": number}
+    shares = np.cumsum(counts)[:-1] / np.sum(counts)
+    scene = starting_scene(run.experiment, 0)
+    maxwell, fixed_energy, *_ = (law.shares[1:] for law in speed_laws(scene))
+    off, expected = (float(np.abs(each - maxwell).max()) for each in (shares, fixed_energy))
+    return off < CLOSE, {"off": off, "expected": expected, "number": scene.number}

@@ -10,18 +10,10 @@ from typing import Any
 import yaml
 
 from snooker_cli import __version__
+from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.predictions import scene_rates
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
-from snooker_cli.analysis.tables import (
-    COMPARE_COLUMNS,
-    FIT_COLUMNS,
-    PAIRED,
-    compare_cells,
-    fit_cells,
-    point_heading,
-    usual,
-)
 from snooker_cli.config import Point, to_json
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
@@ -51,9 +43,14 @@ def run_report(
         for number, (run, config) in enumerate(zip(runs, configs, strict=True), 1):
             report_progress(f"writing the chapter on {printable(run.name)}")
             chapters.append({"config": config, **_chapter(run, number, pages)})
-        columns = FIT_COLUMNS, COMPARE_COLUMNS.replace("in errors", "difference / error")
-        values = {"chapters": chapters, "version": __version__, "columns": columns}
-        return pages.write("run.md.j2", {**values, "notes": (f"{SAMPLING} {JUDGEMENT}", PAIRED)})
+        compared = tables.COMPARE_COLUMNS.replace("in errors", "difference / error")
+        values = {
+            "chapters": chapters,
+            "version": __version__,
+            "columns": (tables.FIT_COLUMNS, compared),
+            "notes": (f"{SAMPLING} {JUDGEMENT}", tables.PAIRED),
+        }
+        return pages.write("run.md.j2", values)
 
 
 def _chapter(run: Run, number: int, pages: Pages) -> dict[str, Any]:
@@ -90,8 +87,8 @@ def _chapter(run: Run, number: int, pages: Pages) -> dict[str, Any]:
         "left_out": [(name, why) for name, why in left_out.items() if name not in drawn],
         "few_points": len(points) > MOST_POINTS and any(FIGURES[one].each_point for one in drawn),
         "analyses": [
-            _cells(run, found, fit_cells),
-            _cells(run, compared, compare_cells),
+            _cells(run, found, tables.fit_cells),
+            _cells(run, compared, tables.compare_cells),
         ],
         "no_players": filter(None, [pages.add_player(run, p) for p in spread(points, MOST_POINTS)]),
     }
@@ -134,11 +131,11 @@ def _cells(
     run: Run, found: RunAnalysis, cells: Callable[[dict[str, Any]], list[str]]
 ) -> dict[str, Any]:
     """Rows of an analysis below a heading of each point, and its notes."""
-    few, fewer = _few([row for row in usual(found.rows) if not row.get("elastic")])
+    few, fewer = _few([row for row in tables.usual(found.rows) if not row.get("elastic")])
     table: list[list[str]] = []
-    for label, group in groupby(few, point_heading):
+    for label, group in groupby(few, tables.point_heading):
         table += [[label]] * (len(run.points) > 1) + [cells(row) for row in group]
-    notes = [one["note"] for one in usual(found.notes)]
+    notes = [one["note"] for one in tables.usual(found.notes)]
     return {"rows": table, "fewer": fewer, "found_notes": notes}
 
 
