@@ -15,7 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from snooker_cli.exit_codes import STOPPING, bug_message, handling
 from snooker_cli.formatting import counted, printable
-from snooker_cli.runs import RepeatStatus, Run, create, locked, locked_for_part
+from snooker_cli.runs import Run, create, locked, locked_for_part
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.trace import StopReason, Trace
@@ -81,10 +81,10 @@ class RunProgress(Watcher):
         """Time since the simulation began, s; 0 if it never has."""
         return 0.0 if self._began is None else time.perf_counter() - self._began
 
-    def unusable(self, status: RepeatStatus) -> None:
+    def unusable(self, problem: str) -> None:
         self._unusable += 1
         if self._unusable <= MOST_FAILURES:
-            notice(f"{status.path}: {status.reason}; simulating it again")
+            notice(f"{problem}; simulating it again")
         if self._unusable == MOST_FAILURES:
             notice("more files like these are simulated again, without a message")
 

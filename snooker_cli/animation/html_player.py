@@ -31,7 +31,9 @@ def page(film: Film, *, pace: Pace = "time", seconds: float | None = None) -> st
     seconds : length at speed 1; without it, the player chooses
     """
     data = _content(film, pace, seconds)
-    content = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    content = json.dumps(
+        data, ensure_ascii=False, allow_nan=False, separators=(",", ":"), default=_packed
+    )
     parts = {
         "title": html.escape(film.title),
         "style": _part("player.css"),
@@ -42,7 +44,7 @@ def page(film: Film, *, pace: Pace = "time", seconds: float | None = None) -> st
 
 
 def _content(film: Film, pace: Pace, seconds: float | None) -> dict[str, Any]:
-    """The player's data: the film's own, the view's, and the scene's; arrays as base64."""
+    """The player's data: the film's own, the view's, and the scene's."""
     scene, opening = film.trace.start, film.opening
     own = {
         re.sub(r"_(\w)", lambda found: found[1].upper(), name): value
@@ -51,7 +53,7 @@ def _content(film: Film, pace: Pace, seconds: float | None) -> dict[str, Any]:
     }
     # Rows, ball by ball: position, velocity, radius.
     balls = np.vstack([opening.positions[0].T, opening.velocities[0].T, scene.radii])
-    content = own | {
+    return own | {
         "contacts": film.contacts.astype(np.float32),
         "pressureGain": film.pressure_gain if film.pressure_gain.any() else "",
         "pressureTop": film.pressure_top,
@@ -65,10 +67,6 @@ def _content(film: Film, pace: Pace, seconds: float | None) -> dict[str, Any]:
         "colours": SPEED_COLOURS,
         "pace": pace,
         "seconds": seconds,
-    }
-    return {
-        name: _packed(value) if isinstance(value, np.ndarray) else value
-        for name, value in content.items()
     }
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache, lru_cache
 from importlib.metadata import version
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from snooker_cli import __version__, store
 from snooker_cli.config import Experiment, to_json
@@ -65,6 +65,9 @@ class RepeatResult:
     error: str | None = None
     traceback: str = ""
     unstored: bool = False
+
+
+Results: TypeAlias = list[RepeatResult] | None  # of a batch; None for an abandoned one
 
 
 class AbandonedError(Exception):
@@ -144,7 +147,7 @@ class Job:
 
 def simulate_and_store(
     job: Job, batch: Batch, begun: Begun, events: Callable[[int], object] = lambda _: None
-) -> list[RepeatResult] | None:
+) -> Results:
     """Simulate and store a batch; None if it was abandoned.
 
     begun : of the run in this process

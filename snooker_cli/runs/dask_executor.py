@@ -15,7 +15,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-from snooker_cli import __version__, store
+from snooker_cli import __version__
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import RunError, StoreError, error_text
 from snooker_cli.files import discard
@@ -25,6 +25,7 @@ from snooker_cli.runs.batch import (
     Begun,
     Job,
     RepeatResult,
+    Results,
     cached,
     compile_for,
     simulate_and_store,
@@ -88,7 +89,7 @@ def stop(name: str) -> set[Batch]:
     return begun(name).stop()
 
 
-def simulate_remotely(remote: RemoteRun, batch: Batch) -> list[RepeatResult] | None:
+def simulate_remotely(remote: RemoteRun, batch: Batch) -> Results:
     """Simulate and store a batch; None if its run was interrupted before that.
 
     A batch is not simulated again if a worker stored it and died before it could report.
@@ -100,7 +101,7 @@ def simulate_remotely(remote: RemoteRun, batch: Batch) -> list[RepeatResult] | N
         if remote.software != software():
             raise _other_software(f"the worker on {platform.node()}", software(), remote.software)
         run = _opened(remote)
-        stored = [cached(status) for status in run.file_statuses(run.path(*batch), store.check)]
+        stored = [cached(status) for status in run.file_statuses(run.path(*batch), check=True)]
         if len(stored) == len(batch.repeats) and all(stored):
             return [replace(result, cached=False) for result in stored if result]
         compile_for(run.points[batch.point].experiment, run.engine)
@@ -199,9 +200,7 @@ class DaskExecutor(Executor):
         with suppress(Exception):  # of a scheduler that is gone
             self._exits.close()
 
-    def simulate(
-        self, job: Job, missing: Sequence[Batch], watcher: Watcher
-    ) -> Iterator[list[RepeatResult] | None]:
+    def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
         watcher.simulating(0.0)  # each worker compiles what it needs
         run, folder = job.run, job.run.directory.absolute()
         remote = RemoteRun(

@@ -16,10 +16,9 @@ from multiprocessing import get_context, parent_process
 from operator import itemgetter
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any, Self, TypeAlias, TypeVar
+from typing import Any, Self, TypeVar
 
-from snooker_cli import store
-from snooker_cli.errors import RunError
+from snooker_cli.errors import DeniedError, RunError
 from snooker_cli.files import discard
 from snooker_cli.formatting import counted
 from snooker_cli.runs.batch import (
@@ -28,6 +27,7 @@ from snooker_cli.runs.batch import (
     Begun,
     Job,
     RepeatResult,
+    Results,
     cached,
     compile_for,
     simulate_and_store,
@@ -47,7 +47,6 @@ LEAST_FOR_PROCESS = 6  # batches of short repeats for each process; its start ta
 MOST_PROCESSES = 61  # that Windows can wait for
 
 Result = TypeVar("Result")
-Results: TypeAlias = list[RepeatResult] | None  # of a batch; None for an abandoned one
 
 
 def processors() -> int:
@@ -60,7 +59,7 @@ def processors() -> int:
 class Watcher:
     """Callbacks of `execute`, which any thread may call."""
 
-    def unusable(self, status: RepeatStatus) -> None:
+    def unusable(self, problem: str) -> None:
         """A file is damaged or of another run; its repeat is simulated again."""
 
     def simulating(self, compiling: float) -> None:
@@ -91,9 +90,7 @@ class Executor(ABC):
         """Leave the pool."""
 
     @abstractmethod
-    def simulate(
-        self, job: Job, missing: Sequence[Batch], watcher: Watcher
-    ) -> Iterator[list[RepeatResult] | None]:
+    def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
         """The results of the missing batches as they come; None for an abandoned one.
 
         watcher : its ``simulating`` and ``events`` are called
@@ -151,9 +148,7 @@ class ThreadExecutor(Executor):
     def __exit__(self, *_error: object) -> None:
         self._pool.shutdown(wait=not self._cancelled.is_set(), cancel_futures=True)
 
-    def simulate(
-        self, job: Job, missing: Sequence[Batch], watcher: Watcher
-    ) -> Iterator[list[RepeatResult] | None]:
+    def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
         clock, run = time.perf_counter(), job.run
         points = [run.points[point] for point in sorted({point for point, _ in missing})]
         scenes = [same[0].experiment for same in alike(points).values()]
@@ -167,8 +162,7 @@ class ThreadExecutor(Executor):
                 yield from others.simulate(job, missing, watcher)
             return
         yield from self.each(
-            lambda batch: simulate_and_store(job, batch, self._begun, watcher.events),
-            missing,
+            lambda batch: simulate_and_store(job, batch, self._begun, watcher.events), missing
         )
 
     def _stored(self) -> Set[Any]:
@@ -187,9 +181,7 @@ class ProcessExecutor(Executor):
     def __exit__(self, *_error: object) -> None:
         self._pool.shutdown(cancel_futures=True)
 
-    def simulate(
-        self, job: Job, missing: Sequence[Batch], watcher: Watcher
-    ) -> Iterator[list[RepeatResult] | None]:
+    def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
         self._given = set(missing)
         try:
             yield from self.counted(_simulate_here, missing, watcher)
@@ -227,7 +219,7 @@ def _end_with_parent() -> None:
     os._exit(1)
 
 
-def _simulate_here(batch: Batch) -> list[RepeatResult] | None:
+def _simulate_here(batch: Batch) -> Results:
     """The results of a batch in this process; None for an abandoned one."""
     job, begun = _process
     return simulate_and_store(job, batch, begun)
@@ -279,9 +271,9 @@ def execute(
 
     with ThreadExecutor(workers, cancelled, processes) as threads:
         paths = [path for point in found for path in run.batches(point)]
-        for statuses in threads.each(lambda path: run.file_statuses(path, store.check), paths):
+        for statuses in threads.each(lambda path: run.file_statuses(path, check=True), paths):
             for status in statuses:
-                if status.denied:
+                if isinstance(status.error, DeniedError):
                     raise status.error
                 found[status.point].append(status)
         for point, statuses in found.items():
@@ -294,9 +286,9 @@ def execute(
                     finish(result)
                 else:
                     missing.append((point, status.repeat))
-            unusable = {each.path: each for each in best if each.state is State.UNUSABLE}
-            for status in unusable.values():
-                watcher.unusable(status)
+            unusable = {each.path: each.error for each in best if each.state is State.UNUSABLE}
+            for error in filter(None, unusable.values()):
+                watcher.unusable(error.problem)
         if part is None:
             discard(run.directory / FAILURES)
         all_checked = not cancelled.is_set()

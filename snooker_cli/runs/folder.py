@@ -13,13 +13,7 @@ from typing import Any
 
 from snooker_cli import store
 from snooker_cli.config import LIMITS, Experiment, Point, digest, extends, points, validated
-from snooker_cli.errors import (
-    UNREADABLE,
-    DeniedError,
-    RunError,
-    StoreError,
-    error_text,
-)
+from snooker_cli.errors import UNREADABLE, DeniedError, RunError, StoreError, error_text
 from snooker_cli.files import discard, unfinished, write_json
 from snooker_cli.formatting import listed, plain, printable
 from snooker_cli.runs.run import ANALYSES, MANIFEST, Run, State

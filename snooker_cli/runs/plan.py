@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from snooker_cli import store, theory
+from snooker_cli import theory
 from snooker_cli.config import BallList, Experiment, Loaded, Point
 from snooker_cli.containers import Circle, Container
 from snooker_cli.engine import specialisation
-from snooker_cli.errors import SceneError
+from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import Run, State
@@ -236,8 +236,8 @@ def run_plan(
     done = set[tuple[int, int]]()
     if not fresh and run.directory.is_dir():
         for point in run.points:
-            for status in run.statuses(point.index, store.check):
-                if status.denied:
+            for status in run.statuses(point.index, check=True):
+                if isinstance(status.error, DeniedError):
                     raise status.error
                 if status.state is State.DONE:
                     done.add((status.point, status.repeat))

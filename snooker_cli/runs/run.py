@@ -3,19 +3,19 @@
 import hashlib
 import json
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property, lru_cache
 from itertools import chain, groupby
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from snooker_cli import store
 from snooker_cli.config import Experiment, Point, digest, extends, to_json, validated
 from snooker_cli.engine import ENGINE_VERSION
-from snooker_cli.errors import UNREADABLE, AbsentError, DeniedError, RunError, StoreError, UserError
+from snooker_cli.errors import UNREADABLE, AbsentError, RunError, StoreError, UserError
 from snooker_cli.files import discard
 from snooker_cli.formatting import point_label, printable
 from snooker_cli.store import RepeatHeader
@@ -27,9 +27,6 @@ REMEMBERED_SIZE = 1_000_000  # bytes of a file up to which its repeats stay in m
 REPLACES = "run the config again, which replaces it"
 
 FIGURE_KEYS = {"kind", "title", "caption", "numbers", "layers"}  # in the JSON beside a figure
-
-
-ReadsFile: TypeAlias = Callable[[Path], list[RepeatHeader]]
 
 
 class State(StrEnum):
@@ -48,8 +45,7 @@ class RepeatStatus:
 
     path : of the batch's file
     header : None without a readable file
-    reason, advice : why the repeat is not done, if there is a file, and what to do
-    denied : whether the system does not let this user read the file
+    error : why the repeat is not done, if there is a file, and what to do
     """
 
     point: int
@@ -57,20 +53,11 @@ class RepeatStatus:
     path: Path
     state: State
     header: RepeatHeader | None = None
-    reason: str = ""
-    advice: str = ""
-    denied: bool = False
-
-    @property
-    def error(self) -> StoreError:
-        """Why the file cannot be used."""
-        if self.denied:
-            return DeniedError(self.path)
-        return StoreError(self.path, self.reason, self.advice)
+    error: StoreError | None = None
 
     def accept(self) -> None:
         """Raise ``StoreError`` for a file that cannot be used; reading reports a missing one."""
-        if self.state is State.UNUSABLE:
+        if self.error and self.state is State.UNUSABLE:
             raise self.error
 
     @property
@@ -205,9 +192,9 @@ class Run:
         """Whether a repeat is done, by the header of its file."""
         return self.statuses(point)[repeat]
 
-    def statuses(self, point: int, read: ReadsFile | None = None) -> list[RepeatStatus]:
+    def statuses(self, point: int, *, check: bool = False) -> list[RepeatStatus]:
         """Whether each repeat of a point is done, as ``file_statuses``."""
-        found = (self.file_statuses(path, read) for path in self.batches(point))
+        found = (self.file_statuses(path, check=check) for path in self.batches(point))
         return self.best(point, chain.from_iterable(found))
 
     def best(self, point: int, statuses: Iterable[RepeatStatus]) -> list[RepeatStatus]:
@@ -229,18 +216,18 @@ class Run:
             if path not in kept and named(path)[1].stop <= self.experiment.repeats:
                 discard(path)
 
-    def file_statuses(self, path: Path, read: ReadsFile | None = None) -> list[RepeatStatus]:
+    def file_statuses(self, path: Path, *, check: bool = False) -> list[RepeatStatus]:
         """Whether the repeats of a file belong to this run and are complete.
 
-        read : ``store.check``, or ``None`` to trust the content; headers are then read once, as
-            long as the file's size and age stay
+        check : check the content too; otherwise headers are read once, as long as the file's size
+            and age stay
         """
         point, repeats = named(path)
         try:
             info = store.file_info(path)
             if info is None:  # another process has just deleted it
                 return []
-            headers = read(path) if read else _headers(path, info)
+            headers = store.check(path) if check else _headers(path, info)
             for header in headers:
                 if header.provenance.point != point or header.repeat not in repeats:
                     reason = f"is repeat {header.repeat} of point {header.provenance.point}"
@@ -248,9 +235,8 @@ class Run:
         except AbsentError:
             return []
         except StoreError as error:
-            why, denied = (error.reason, error.advice), isinstance(error, DeniedError)
             return [
-                RepeatStatus(point, repeat, path, State.UNUSABLE, None, *why, denied)
+                RepeatStatus(point, repeat, path, State.UNUSABLE, error=error)
                 for repeat in repeats[: self.experiment.repeats]
             ]
         return [self._classified(path, point, header) for header in headers]
@@ -272,8 +258,9 @@ class Run:
         elif header.stop.reason is StopReason.INTERRUPTED:
             state, reason, advice = State.INTERRUPTED, printable(header.stop.message), ""
         else:
-            state, advice = State.DONE, ""
-        return RepeatStatus(point, header.repeat, path, state, header, reason, advice)
+            return RepeatStatus(point, header.repeat, path, State.DONE, header)
+        error = StoreError(path, reason, advice)
+        return RepeatStatus(point, header.repeat, path, state, header, error)
 
     # Files that are made from the repeats.
 

@@ -55,8 +55,8 @@ def run_status(run: Run) -> dict[str, Any]:
             state, remark = "failed", printable(f"failed: {failed[item]}")
         else:
             state = "to_do"
-            if status.reason:
-                remark = "; ".join(filter(None, (status.reason, status.advice)))
+            if status.error:
+                remark = "; ".join(filter(None, (status.error.reason, status.error.advice)))
         row[state] += 1
         if remark:
             unusable = state == "to_do" and status.state is State.UNUSABLE

@@ -10,7 +10,7 @@ from pathlib import Path
 from snooker_cli import store
 from snooker_cli.config import validated
 from snooker_cli.engine import ENGINE_VERSION, simulate
-from snooker_cli.errors import RunError
+from snooker_cli.errors import RunError, StoreError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import ThreadExecutor
 from snooker_cli.runs.run import RepeatStatus, Run, State
@@ -35,7 +35,7 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
     cancelled = threading.Event()
 
     def verified(path: Path) -> list[RepeatStatus]:
-        found = run.file_statuses(path, store.check)
+        found = run.file_statuses(path, check=True)
         return [_repeated(run, each, cancelled) for each in found] if replay else found
 
     with ThreadExecutor(workers, cancelled) as threads:
@@ -76,4 +76,5 @@ def _repeated(run: Run, status: RepeatStatus, cancelled: threading.Event) -> Rep
     if fingerprint.content(again) == header.fingerprint or cancelled.is_set():
         return status
     reason = f"simulating repeat {status.repeat} again gives other bits"
-    return replace(status, state=State.UNUSABLE, reason=reason, advice="delete it and run again")
+    error = StoreError(status.path, reason, "delete it and run again")
+    return replace(status, state=State.UNUSABLE, error=error)

@@ -18,6 +18,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli import __version__
 from snooker_cli.containers import Box, Circle, Container
 from snooker_cli.files import sources_hash, user_hash
 from snooker_cli.scene import Scene
@@ -217,8 +218,6 @@ def _bytes(value: NDArray[Any] | float | str) -> Any:
 
 def write_h5md_group(file: h5py.File) -> None:
     """Write the ``h5md`` group; H5MD wants its names as strings of fixed length."""
-    from snooker_cli import __version__
-
     header = file.create_group("h5md")
     header.attrs["version"] = np.array([1, 1], dtype=np.int32)
     header.create_group("author").attrs["name"] = np.bytes_("snooker user")

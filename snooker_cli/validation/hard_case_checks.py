@@ -140,9 +140,8 @@ def _states(trace: Trace) -> tuple[States, Floats]:
 def longest_run(events: Events) -> int:
     """The largest number of wall hits in a row of one ball."""
     runs, longest = Counter[int](), 0
-    for i, j, at_wall in zip(
-        *map(np.ndarray.tolist, (events.i, events.j, events.at_wall)), strict=True
-    ):
+    columns = (events.i.tolist(), events.j.tolist(), events.at_wall.tolist())
+    for i, j, at_wall in zip(*columns, strict=True):
         if at_wall:
             runs[i] += 1
             longest = max(longest, runs[i])

@@ -233,14 +233,9 @@ def haff_rows(gas: GasSample, dilute: bool = False) -> Iterator[Record]:
     if not dilute:
         return
     quantity = "slope of √(E0/E), later over earlier half"
-    yield known_value(
-        *(HAFF, quantity, gas, even, 1.0, "Haff 1983"),
-        systematic=systematic,
-    )
-    yield known_value(
-        *(SHAPE, "a2", gas, a2, theory.sonine_coefficient(gas.cor), SONINE),
-        systematic=SONINE_ERROR,
-    )
+    yield known_value(HAFF, quantity, gas, even, 1.0, "Haff 1983", systematic=systematic)
+    expected = theory.sonine_coefficient(gas.cor)
+    yield known_value(SHAPE, "a2", gas, a2, expected, SONINE, systematic=SONINE_ERROR)
 
 
 def mean_cube(free: int) -> float:

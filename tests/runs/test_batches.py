@@ -212,7 +212,10 @@ def test_a_file_with_other_repeats_than_its_name_has_is_not_used(
     shutil.copy(run.path(0, [2, 3]), run.path(0, [0, 1]))
     states = [status.state for status in run.statuses(0)]
     assert states == [State.UNUSABLE] * 2 + [State.DONE] * 2
-    assert {status.reason for status in run.statuses(0)} == {"is repeat 2 of point 0", ""}
+    assert {status.error and status.error.reason for status in run.statuses(0)} == {
+        "is repeat 2 of point 0",
+        None,
+    }
     assert [each.cached for each in done(run)] == [False, False, True, True]
     assert contents(run) == bits
 

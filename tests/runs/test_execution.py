@@ -18,7 +18,7 @@ from snooker_cli.config import digest, parse
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.errors import RunError, StoreError
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs import RepeatStatus, Run
+from snooker_cli.runs import Run
 from snooker_cli.runs.batch import AbandonedError, Batch, Begun, RepeatResult
 from snooker_cli.runs.execution import ThreadExecutor, Watcher, execute
 from snooker_cli.runs.folder import FAILURES, failures, record_failure
@@ -33,10 +33,10 @@ class Notes(Watcher):
     def __init__(self) -> None:
         self.collisions = self.begun = 0
         self.results: list[RepeatResult] = []
-        self.refused: list[RepeatStatus] = []
+        self.refused: list[str] = []
 
-    def unusable(self, status: RepeatStatus) -> None:
-        self.refused.append(status)
+    def unusable(self, problem: str) -> None:
+        self.refused.append(problem)
 
     def simulating(self, compiling: float) -> None:
         assert compiling > 0
@@ -127,7 +127,7 @@ def test_one_bad_file_is_done_again_and_only_that(
     assert after == before
     assert contents(copied) == contents(finished_run)
     assert len(notes.refused) == (reason != "")
-    assert all(each.reason.startswith(reason) for each in notes.refused)
+    assert all(each.startswith(f"{path}: {reason}") for each in notes.refused)
 
 
 def test_new_repeats_delete_what_was_made_of_fewer(copied: Run, small_config: str) -> None:
