@@ -15,9 +15,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from snooker_cli.exit_codes import STOPPING, bug_message, handling
 from snooker_cli.formatting import counted, printable
-from snooker_cli.runs import Run, create, locked, locked_for_part
+from snooker_cli.runs import Run, create, locked
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
+from snooker_cli.runs.folder import locked_for_part
 from snooker_cli.trace import StopReason, Trace
 
 MOST_FAILURES = 10  # failures that are printed as they come; a full disk fails every repeat

@@ -99,10 +99,8 @@ def joined(parts: Sequence[Events]) -> Events:
         residual = np.concatenate(
             [np.zeros_like(part.time) if part.residual is None else part.residual for part in parts]
         )
-    time, i, j, impulse = (
-        np.concatenate([getattr(part, name) for part in parts])
-        for name in ("time", "i", "j", "impulse")
-    )
+    columns = zip(*((part.time, part.i, part.j, part.impulse) for part in parts), strict=True)
+    time, i, j, impulse = map(np.concatenate, columns)
     return Events(time, i, j, impulse, residual)
 
 

@@ -243,13 +243,11 @@ Group = Annotated[
 ]
 """One ball at its place, or a species."""
 
-Groups = Annotated[tuple[Group, ...], Field(min_length=1), _FROM_LIST]
-
 Balls = Annotated[
     Annotated[Rings, Tag("rings")]
     | Annotated[BallList, Tag("list")]
     | Annotated[BallCount, Tag("count")]
-    | Annotated[Groups, Tag("species")],
+    | Annotated[tuple[Group, ...], Field(min_length=1), _FROM_LIST, Tag("species")],
     Discriminator(_tag),
 ]
 
@@ -455,19 +453,18 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
             sentence = f"{each.start} is given where another species has {experiment.start}"
             yield Problem((*path, "start"), f"{sentence}; give one for all")
     without = [path for path, each in zip(paths, species, strict=True) if each.radius is None]
-    packings = [container.packing, balls.packing if isinstance(balls, BallCount) else None]
     there = {
         size: container.given is not None,
         "the radius of the balls": not without,
-        "container.packing": packings[0] is not None,
-        "balls.packing": packings[1] is not None,
+        "container.packing": container.packing is not None,
+        "balls.packing": isinstance(balls, BallCount) and balls.packing is not None,
     }
     given = [name for name, is_there in there.items() if is_there]
     packed = [name for name in given if name.endswith("packing")]
     if without and len(without) < len(species):
         sentence = "the radius is missing; give one to each species, or to none if packing is given"
         yield from (Problem((*path, "radius"), sentence, about_key=True) for path in without)
-    elif len(given) != 2 or None not in packings:
+    elif len(given) != 2 or len(packed) == 2:
         sentence = (
             f"two of {size}, the radius of the balls and packing are needed, and the third "
             f"follows; given is {listed(given) or 'none'}"

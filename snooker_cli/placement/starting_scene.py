@@ -178,8 +178,7 @@ def _velocities(experiment: Experiment, masses: Floats, repeats: Sequence[int]) 
     for each in species:
         part = slice(first, first + each.count)
         if each.speeds == "maxwell":
-            drawn = normals[:, part]
-            for velocity, normal in zip(velocities[:, part], drawn, strict=True):
+            for velocity, normal in zip(velocities[:, part], normals[:, part], strict=True):
                 velocity[:] = normal / math.sqrt(_sum_of_squares(normal) / each.count)
         velocities[:, part] *= each.speed
         first += each.count

@@ -6,17 +6,18 @@ import signal
 import sys
 import threading
 import time
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from concurrent import futures
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import AbstractContextManager
 from itertools import groupby, product
 from multiprocessing import get_context, parent_process
 from operator import itemgetter
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any, Self, TypeVar
+from typing import Any, TypeVar
 
 from snooker_cli.errors import DeniedError, RunError
 from snooker_cli.files import discard
@@ -72,7 +73,7 @@ class Watcher:
         """A repeat has ended."""
 
 
-class Executor(ABC):
+class Executor(AbstractContextManager["Executor"]):
     """Simulates repeats: threads or processes of this machine, or workers on other machines.
 
     at_once : items that are given to the pool at a time
@@ -81,13 +82,6 @@ class Executor(ABC):
 
     def __init__(self, pool: futures.Executor, at_once: int, cancelled: threading.Event) -> None:
         self._pool, self._at_once, self._cancelled = pool, at_once, cancelled
-
-    def __enter__(self) -> Self:
-        return self
-
-    @abstractmethod
-    def __exit__(self, *_error: object) -> None:
-        """Leave the pool."""
 
     @abstractmethod
     def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:

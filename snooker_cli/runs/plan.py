@@ -185,9 +185,7 @@ def batch_size(experiment: Experiment, engine: str | None) -> int:
     scene = first_scene(experiment, 0)
     collisions = _most_collisions(experiment, scene)
     seconds = _seconds(scene.number, specialisation(scene, engine=engine)["cells"], collisions)
-    stored = EVENT_IN_MEMORY * collisions
-    if experiment.record == "summary":
-        stored = BYTES_OF_SUMMARY
+    stored = BYTES_OF_SUMMARY if experiment.record == "summary" else EVENT_IN_MEMORY * collisions
     size = stored + BYTES_OF_REPEAT + BYTES_OF_BALL * scene.number
     return max(1, int(min(BATCH_SECONDS / seconds, BATCH_BYTES / size)))
 

@@ -248,9 +248,8 @@ class Run:
         if source.engine_version != self.engine_version:
             reason = f"is of engine version {source.engine_version}, not {self.engine_version}"
         elif source.engine != self.engine:
-            reason = "was simulated without --engine"
-            if source.engine:
-                reason = f"was simulated with --engine {source.engine}"
+            how = f"with --engine {source.engine}" if source.engine else "without --engine"
+            reason = f"was simulated {how}"
         elif source.digest != self.digests[point]:
             reason = "is of another config"
             if _is_extended(source.config, source.digest, own.experiment):

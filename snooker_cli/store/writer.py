@@ -6,10 +6,10 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import h5py
 import numpy as np
@@ -47,7 +47,7 @@ def write(path: Path, repeats: Sequence[tuple[int, Trace]], provenance: Provenan
         recorder.finish(provenance)
 
 
-class Recorder:
+class Recorder(AbstractContextManager["Recorder"]):
     """Takes the events of one repeat after another and writes their file, in bounded memory.
 
     Another thread compresses and writes events beyond the first chunk. Without ``finish``, the
@@ -73,9 +73,6 @@ class Recorder:
         if continues:
             with self._refusals():
                 self._continue()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_error: object) -> None:
         self._thread.shutdown(cancel_futures=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
-from snooker_cli.config import Experiment, load, parse
+from snooker_cli.config import Experiment, load
 from snooker_cli.placement.places import DIGITS
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
@@ -51,17 +51,15 @@ def rings(
 
     A repeat has the same directions in all scenes: tests/reference has results of these starts.
     """
-    experiment = parse(
-        f"""
-        container: {{radius: 10.0, mass: {str(container_mass).replace("inf", ".inf")}}}
-        balls: {{rings: {number}, radius: {radius}, speed: 10.0, ring_extent: 0.8}}
-        cor: {restitution}
-        collisions: 500
-        seed: 1
-        common_random: true
-        """
-    ).experiment
-    return starting_scene(experiment, repeat)
+    known = {
+        "container": {"radius": 10.0, "mass": container_mass},
+        "balls": {"rings": number, "radius": radius, "speed": 10.0, "ring_extent": 0.8},
+        "cor": restitution,
+        "collisions": 500,
+        "seed": 1,
+        "common_random": True,
+    }
+    return starting_scene(load(known).experiment, repeat)
 
 
 def mixture() -> Scene:
