@@ -78,7 +78,7 @@ class Container(ABC):
     @property
     def period(self) -> tuple[float, float] | None:
         """Width and height of a periodic box, m; None for other containers."""
-        return None
+        return None if self.has_wall else self.size
 
     @property
     @abstractmethod
@@ -246,8 +246,7 @@ class Circle(Container):
         """Disk line picking."""
         diameter = self.longest_distance(radius)
         s = np.clip(distances / diameter, 0.0, 1.0)
-        density = 16 * s / math.pi * (np.arccos(s) - s * np.sqrt(1 - s * s)) / diameter
-        return np.asarray(density)
+        return np.asarray(16 * s / math.pi * (np.arccos(s) - s * np.sqrt(1 - s * s)) / diameter)
 
 
 @dataclass(frozen=True)
@@ -331,10 +330,6 @@ class PeriodicBox(_Rectangle):
     name: ClassVar[ShapeName] = "periodic"
     title: ClassVar[str] = "periodic box"
     has_wall: ClassVar[bool] = False
-
-    @property
-    def period(self) -> tuple[float, float]:
-        return self.size
 
     def accessible(self, radius: float) -> AccessibleRegion:
         return AccessibleRegion(self.width * self.height, 0.0, 0.0)

@@ -11,23 +11,14 @@ from typing import Any
 
 from snooker_cli.config.axes import overridden, unzipped
 from snooker_cli.config.models import BallCount, BallList, Experiment, Rings
-from snooker_cli.config.points import (
-    LIMITS,
-    Point,
-    digest,
-    extends,
-    points,
-    stream_seed,
-    to_json,
-    validated,
-)
+from snooker_cli.config.points import LIMITS, Point, digest, extends, points, to_json, validated
 from snooker_cli.config.problems import NOWHERE, ConfigError, Problem, given, key_path, shown
 from snooker_cli.config.yaml_document import Mark, YamlDocument, document, text_of
 from snooker_cli.formatting import plain
 
 __all__ = ["EXAMPLES", "LIMITS", "SCHEMA_FILE", "BallCount", "BallList", "Rings"]
 __all__ += ["ConfigError", "Experiment", "Loaded", "Point", "load", "parse", "points", "validated"]
-__all__ += ["digest", "extends", "stream_seed", "to_json"]
+__all__ += ["digest", "extends", "to_json"]
 
 
 _PACKAGE = Path(__file__).parents[1]

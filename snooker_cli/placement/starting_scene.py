@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from snooker_cli.config import BallList, Experiment, Rings, stream_seed
+from snooker_cli.config import BallList, Experiment, Rings
+from snooker_cli.config.points import stream_seed
 from snooker_cli.containers import Container
 from snooker_cli.errors import JammedError, SceneError
 from snooker_cli.neighbours import Floats
@@ -31,7 +32,6 @@ def starting_scene(experiment: Experiment, repeat: int) -> Scene:
 def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scene]:
     """The scenes at the start of one or more repeats of a point; they share what is the same.
 
-    Each point has random numbers of its own, or with common_random those of all points.
     Raises ``SceneError`` if balls overlap or stick out of the container.
     """
     container, balls = experiment.container.given, experiment.balls

@@ -80,7 +80,7 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated, or that
     the chosen engine cannot simulate.
     """
-    described: dict[int, tuple[Any, int, float | None, tuple[float, float]]] = {}
+    found: dict[Any, list[tuple[Point, int, float | None, tuple[float, float]]]] = {}
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
@@ -104,16 +104,13 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
             needed = models | _loss_models(point.experiment)
             key = type(scene.container), tuple(needed.items())
             ratio = critical_ratio(scene, point.experiment.cor)
-            described[point.index] = key, scene.number, ratio, start
-    found: dict[Any, list[Any]] = {}
-    for point in points:
-        key, *numbers = described[point.index]
-        found.setdefault(key, []).append((point, *numbers))
+            found.setdefault(key, []).append((point, scene.number, ratio, start))
     classes = []
     for (shape, modelled), members in found.items():
-        alike_points, balls, lengths, rates = zip(*members, strict=True)
-        classes.append(SceneClass(shape, alike_points, balls, lengths, rates, dict(modelled)))
-    return classes
+        members.sort(key=lambda each: each[0].index)
+        ordered, balls, lengths, rates = zip(*members, strict=True)
+        classes.append(SceneClass(shape, ordered, balls, lengths, rates, dict(modelled)))
+    return sorted(classes, key=lambda each: each.points[0].index)
 
 
 def critical_ratio(scene: Scene, restitution: float) -> float | None:

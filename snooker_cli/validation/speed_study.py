@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from snooker_cli.config import parse
+from snooker_cli.config import load
 from snooker_cli.engine import simulate, simulate_batch, simulation
 from snooker_cli.errors import UNREADABLE, UserError, error_text
 from snooker_cli.placement.starting_scene import starting_scene, starting_scenes
@@ -27,15 +27,13 @@ from snooker_cli.validation.study import LEGENDS, Cells, Record, Study, header_l
 
 MASS = 1e7  # mass of a free container, kg; balls have 1 kg
 
-SHORT = """
-container: {{radius: 10.0}}
-balls: {{rings: 3, radius: 0.1, speed: 10.0}}
-cor: 0.9
-collisions: 500
-repeats: {repeats}
-seed: 1
-record: {record}
-"""
+SHORT = {
+    "container": {"radius": 10.0},
+    "balls": {"rings": 3, "radius": 0.1, "speed": 10.0},
+    "cor": 0.9,
+    "collisions": 500,
+    "seed": 1,
+}
 
 
 class SpeedCase(NamedTuple):
@@ -158,7 +156,7 @@ def _short_run(kept: str, repeats: int) -> tuple[float, float]:
     The run places balls, simulates and writes files. The share is the processor time of simulating
     the same batches again, without placing and storing, divided by the processor time of the run.
     """
-    loaded = parse(SHORT.format(record=kept, repeats=repeats))
+    loaded = load(SHORT | {"record": kept, "repeats": repeats})
     with tempfile.TemporaryDirectory() as folder:
         run = Run(Path(folder, "short"), loaded.experiment, loaded.points())
         began, clock = time.perf_counter(), time.process_time()
