@@ -20,10 +20,10 @@ from snooker_cli.config import (
     extends,
     parse,
     points,
-    stream_seed,
     to_json,
 )
 from snooker_cli.config.models import Ball, ContainerConfig, Species
+from snooker_cli.config.points import stream_seed
 
 # Points
 
