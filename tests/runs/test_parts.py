@@ -16,6 +16,7 @@ from snooker_cli import runs
 from snooker_cli.errors import RunError
 from snooker_cli.runs import open_run
 from snooker_cli.runs.execution import Watcher, execute, share_of
+from snooker_cli.runs.folder import locked_for_part
 
 SWEEP = ("cor=0.8:1.0:8",)
 
@@ -70,12 +71,12 @@ def test_parts_delete_nothing_and_a_plain_run_does(tmp_path: Path) -> None:
 def test_parts_share_the_lock_with_parts_of_the_same_config_only(tmp_path: Path) -> None:
     run = created(tmp_path / "run", run_of(tmp_path, SMALL).experiment)
     other = run_of(run.directory, SMALL, "repeats=9")
-    with runs.locked_for_part(run), runs.locked_for_part(run):
-        for refused in (runs.locked(run.directory), runs.locked_for_part(other)):
+    with locked_for_part(run), locked_for_part(run):
+        for refused in (runs.locked(run.directory), locked_for_part(other)):
             with pytest.raises(RunError) as caught, refused:
                 pytest.fail("locked")
             assert caught.value.code == "locked"
-    with runs.locked(run.directory), pytest.raises(RunError), runs.locked_for_part(run):
+    with runs.locked(run.directory), pytest.raises(RunError), locked_for_part(run):
         pytest.fail("locked")
 
 
