@@ -249,25 +249,19 @@ def search(run: Run, elastic: Run) -> Search:
             slip.text.format(factor=f"{factor:g}"): slip != SLIPS[0],
         }
         made = tuple(text for text, changed in changes.items() if changed)
-        given: list[tuple[str, float | None, Array, float]] = []
+        found: dict[tuple[str, float | None], Array] = {}
         if radius in pressures:
-            given.append(("pressure", None, pressures[radius], factor**slip.pressure))
+            found["pressure", None] = factor**slip.pressure * pressures[radius]
         decay = factor**slip.decay
         for (place, cor), values in measured.items():
             if place == scene:
-                energy, pressure = (values[quantity, window, fixed] for quantity in FITTED)
-                given += [
-                    ("mean speed", cor, values["mean speed"], factor**slip.speed),
-                    ("energy decay", cor, energy, decay),
-                    ("temperature decay", cor, energy, decay),  # the same, but for the container
-                    ("pressure decay", cor, pressure, decay),
-                    ("pressure decay, doubled", cor, pressure, 2 * decay),
-                ]
-        samples = {
-            (quantity, cor): Sample(times * each)
-            for quantity, cor, each, times in given
-            if np.count_nonzero(np.isfinite(each)) > 1
-        }
+                energy, pressure = (decay * values[quantity, window, fixed] for quantity in FITTED)
+                found["mean speed", cor] = factor**slip.speed * values["mean speed"]
+                found["energy decay", cor] = energy
+                found["temperature decay", cor] = energy  # the same, but for the container
+                found["pressure decay", cor] = pressure
+                found["pressure decay, doubled", cor] = 2 * pressure
+        samples = {key: Sample(each) for key, each in found.items() if np.isfinite(each).sum() > 1}
         candidates.append(Candidate(*scene, window, fixed, slip, made, samples))
     candidates.sort(key=lambda one: (one.score, len(one.changes)))
     return Search(tuple(candidates), factor, stated.balls.ring_extent, early)

@@ -60,9 +60,7 @@ class SourceValue:
     @property
     def half_digit(self) -> float:
         """Half a unit of the last printed digit; rounding for an exact number."""
-        if self.exact:
-            return ROUNDING * abs(self.value)
-        return 0.5 * 10.0**-self.decimals
+        return ROUNDING * abs(self.value) if self.exact else 0.5 * 10.0**-self.decimals
 
     @property
     def standard_error(self) -> float:
