@@ -55,11 +55,9 @@ class Comparison:
     @property
     def in_errors(self) -> float:
         """The difference in standard errors; nan if the repeats agree but for rounding."""
-        if not self.difference_error > observables.ROUNDING * max(
-            abs(self.measured), abs(self.predicted)
-        ):
-            return math.nan
-        return self.difference / self.difference_error
+        rounding = observables.ROUNDING * max(abs(self.measured), abs(self.predicted))
+        known = self.difference_error > rounding  # false for nan
+        return self.difference / self.difference_error if known else math.nan
 
     def as_json(self) -> dict[str, Any]:
         """A row of ``compare.json``; what is not a number is null."""

@@ -28,7 +28,6 @@ from snooker_cli.trace import (
 
 Array = NDArray[np.float64]
 
-
 INSTANT = 1e-9  # collisions nearer than this share of the time since the start are at one instant
 
 # Limits: the points of a curve; balls times collisions that are measured (about a second); the rows

@@ -98,9 +98,7 @@ def floor(scene: Scene) -> float:
     light = scene.container_mass < HEAVY * float(np.sum(scene.masses))
     if not isinstance(container, Circle) or light or not scene.equal_balls:
         return math.nan
-    x, y = (scene.positions - scene.container_position).T
-    u, v = (scene.velocities - scene.container_velocity).T
-    turning = float(np.sum(scene.masses * (x * v - y * u)))
+    turning = observables.total_angular_momentum(scene)  # the centre starts at the origin
     reach, mass = container.radius - float(scene.radii[0]), float(scene.masses[0])
     least = theory.angular_momentum_floor(turning, scene.number, reach, mass)
     return least / scene.kinetic_energy

@@ -89,9 +89,7 @@ def pair_correlation(
             shares = container.ring_shares(places[k : k + ROWS], rings.ravel(), float(radius))
             reached = (density[k : k + ROWS] @ shares).reshape(rings.shape)
             expected += np.sum(reached * areas, axis=1)
-    return np.asarray(
-        np.divide(counts, expected, np.full_like(counts, math.nan), where=expected > 0)
-    )
+    return np.asarray(counts / np.where(expected > 0, expected, math.nan))
 
 
 def bond_order(positions: Array, velocities: Array, scene: Scene) -> NDArray[np.complex128]:
