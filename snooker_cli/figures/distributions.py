@@ -145,10 +145,8 @@ def speeds(build: FigureBuilder) -> FigureData:
     for index, (point, scene) in enumerate(zip(build.points, starts, strict=True)):
         if scene.number < 2 or scene.kinetic_energy == 0:
             raise FigureError("it needs two or more balls that move")
-        counts = np.zeros(SPEED_BINS)
-        for trace in build.traces(point):
-            counts += reduced_speed_counts(trace)
-        total = counts.sum()
+        counts = np.sum([reduced_speed_counts(trace) for trace in build.traces(point)], axis=0)
+        total = float(counts.sum())
         if total < LEAST_SPEEDS:
             raise FigureError(
                 f"{total:.0f} speeds after enough collisions are no distribution; run longer or "

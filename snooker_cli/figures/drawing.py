@@ -201,7 +201,6 @@ def _legend(figure: Figure, artists: list[Any], labels: list[str]) -> int:
 
 # Figure data -> SVG, PNG and JSON, the same bytes every time.
 
-
 METADATA: dict[str, dict[str, str | None]] = {
     "svg": {"Date": None, "Creator": "snooker"},
     "png": {"Software": None},

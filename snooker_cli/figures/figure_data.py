@@ -110,10 +110,9 @@ class FigureData:
     @property
     def alt(self) -> str:
         """The figure in a sentence, for readers who cannot see it: title, axes and legend."""
-        named = [getattr(layer, "label", None) for layer in self.layers]
         scales = [" (logarithmic)" if log else "" for log in (self.y_log, self.x_log)]
         axes = f"{self.y_label}{scales[0]} against {self.x_label}{scales[1]}"
-        legend = "; ".join(dict.fromkeys(filter(None, named)))
+        legend = "; ".join(dict.fromkeys(layer.label for layer in self.layers if layer.label))
         return f"{self.title}. {axes}{f'. Legend: {legend}' if legend else ''}."
 
 

@@ -82,15 +82,13 @@ class FigureSpec:
         return self.draw(build)
 
 
-_AXES = FigureData.__dataclass_fields__.keys() - {"title"}
-
-
 def _read() -> dict[str, FigureSpec]:
     """The figures of registry.yaml."""
     text = (files("snooker_cli.figures") / "registry.yaml").read_text(encoding="utf-8")
+    fields = FigureData.__dataclass_fields__.keys() - {"title"}
     specs = {}
     for name, entry in yaml.safe_load(text).items():
-        axes = {key: entry.pop(key) for key in _AXES if key in entry}
+        axes = {key: entry.pop(key) for key in fields if key in entry}
         module, function = entry.pop("draw").split(".")
         draw = getattr(import_module(f"snooker_cli.figures.{module}"), function)
         if "of" in entry:
