@@ -39,10 +39,10 @@ def fit(
     quantity: Names = None,
     model: Names = None,
     since: Annotated[
-        float, typer.Option("--from", metavar="S", help="Fit from this time on, s.")
+        float, typer.Option("--from", metavar="T", help="Fit from this time on, s.")
     ] = 0.0,
     until: Annotated[
-        float | None, typer.Option("--until", metavar="S", help="Fit up to this time, s.")
+        float | None, typer.Option("--until", metavar="T", help="Fit up to this time, s.")
     ] = None,
     every: All = False,
     as_json: AsJson = False,

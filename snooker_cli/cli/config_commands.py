@@ -8,11 +8,10 @@ from typing import Annotated
 import typer
 
 from snooker_cli.cli.options import ConfigPath, Overrides
-from snooker_cli.cli.output import print_line
+from snooker_cli.cli.output import print_line, print_table
 from snooker_cli.config import EXAMPLES, SCHEMA_FILE, load
 from snooker_cli.errors import UserError, check_name
 from snooker_cli.files import write_text
-from snooker_cli.formatting import text_table
 from snooker_cli.progress import notice
 from snooker_cli.runs.plan import checked
 
@@ -62,7 +61,7 @@ def init(
     if template is None or list_all:
         shown = found if list_all else templates()
         rows = [[name, purpose(each)] for name, each in shown.items()]
-        print_line("\n".join(text_table(["template", "what it is"], rows)))
+        print_table(["template", "what it is"], rows)
         return
     check_name(template, found, "template", "snooker init --list")
     text = found[template].read_text(encoding="utf-8")

@@ -1,7 +1,6 @@
 """``snooker plot`` and ``animate``: figures and films of runs."""
 
 import re
-import textwrap
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,7 @@ import typer
 from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.animation import film, page
 from snooker_cli.cli.options import RUN, PointNumber, RepeatNumber, RunName, Where, conditions
-from snooker_cli.cli.output import first, print_line
+from snooker_cli.cli.output import first, print_line, print_table, print_wrapped
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
@@ -67,11 +66,14 @@ def plot(
         if not list_figures:
             raise UserError("give the RUN to plot, or --list for the names of the figures")
         rows = [
-            [one.name, ", ".join(map(str, one.report_figures)) or "–", one.title, one.needs]
+            [
+                one.name,
+                ", ".join(map(str, one.report_figures)) or "–",
+                f"{one.title}; for {one.needs[0].lower()}{one.needs[1:]}",
+            ]
             for one in FIGURES.values()
         ]
-        headings = ["figure", "source report's", "shows", "needs"]
-        print_line("\n".join(text_table(headings, rows)))
+        print_table(["figure", "source report's", "what it shows, and for which runs"], rows)
         return
     for name in figures or ():
         check_name(name, FIGURES, "figure", "snooker plot --list")
@@ -110,14 +112,18 @@ def plot(
             folder = out or opened.figures_folder
             with writing(folder):
                 files = save(figure, folder / _stem(spec, one), wanted, inches, dpi)
-            print_line("\n".join([*map(str, files), *(_explained(figure) if figures else ())]))
+            print_line("\n".join(map(str, files)))
+            if figures:
+                print_wrapped([figure.caption], indent=0)
+                for line in _table(figure):
+                    print_line(line)
     left_out = []
     for (name, why), times in impossible.items():
         where_not = f" at {times} of {len(opened.points)} points" if name in drawn else ""
         left_out.append(f"{name} left out{where_not}: {why}")
     if list_figures:
         fitting = [f"{spec.name}: {spec.title}" for spec in specs if spec.name in drawn]
-        print_line("\n".join(fitting + left_out))
+        print_wrapped(fitting + left_out)
     elif figures or not drawn:
         for line in left_out:
             notice(line)
@@ -126,9 +132,9 @@ def plot(
         raise UserError(f"{opened.name} cannot give {', '.join(missing)}; see the reasons above")
 
 
-def _explained(figure: FigureData) -> list[str]:
-    """The caption, and the numbers of several points as a table."""
-    lines, rows = textwrap.wrap(figure.caption, 100), figure.numbers.get("points", [])
+def _table(figure: FigureData) -> list[str]:
+    """The numbers of several points as a table; empty if there are none."""
+    rows = figure.numbers.get("points", [])
     floats = [name for row in rows[:1] for name in row if isinstance(row[name], float)]
     names = [name for name in floats if not name.endswith("_error")]
     if names and rows[1:]:
@@ -139,8 +145,8 @@ def _explained(figure: FigureData) -> list[str]:
             [point_label(row["parameters"]), *cell] for row, cell in zip(rows, cells, strict=True)
         ]
         headings = ["point", *(f">{name.replace('_', ' ')}" for name in names)]
-        lines += first(text_table(headings, table), rest=" points in the JSON file")
-    return lines
+        return first(text_table(headings, table), rest=" points in the JSON file")
+    return []
 
 
 def _inches(text: str | None) -> tuple[float, float] | None:
@@ -171,7 +177,7 @@ def animate(
     repeat: RepeatNumber = 0,
     since: Annotated[float, typer.Option("--from", metavar="T", help="Start time, s.")] = 0.0,
     until: Annotated[
-        float | None, typer.Option("--to", metavar="T", help="End time, s [the end].")
+        float | None, typer.Option("--until", metavar="T", help="End time, s [the end].")
     ] = None,
     collisions: Annotated[
         int | None, typer.Option(metavar="N", min=1, help="Largest number of collisions [10,000].")
@@ -216,8 +222,8 @@ def animate(
         raise UserError(f"repeat {repeat} of {opened.name} {error}") from None
     if made.left_out and collisions is None:
         notice(
-            f"the film ends after {len(made):,} collisions, at {made.end:.6g} s; --from, --to and "
-            "--collisions choose others"
+            f"the film ends after {len(made):,} collisions, at {made.end:.6g} s; --from, "
+            "--until and --collisions choose others"
         )
     if ending == ".html":
         write_text(out, page(made, pace=pace, seconds=seconds))

@@ -11,7 +11,7 @@ from typing import Any
 
 import typer
 
-from snooker_cli.formatting import printable
+from snooker_cli.formatting import printable, text_table
 
 
 @contextmanager
@@ -34,10 +34,23 @@ def print_result(
     content: Any, as_json: bool, lines: Iterable[str], notes: Iterable[str] = ()
 ) -> None:
     """Print a result: as one line of JSON, or as lines and notes wrapped to the terminal."""
-    width = min(100, shutil.get_terminal_size((100, 0)).columns)
-    text = [*lines, *(textwrap.fill(note, width, subsequent_indent="  ") for note in notes)]
-    for line in [json.dumps(content, allow_nan=False)] if as_json else text:
+    for line in [json.dumps(content, allow_nan=False)] if as_json else lines:
         print_line(line)
+    print_wrapped(() if as_json else notes)
+
+
+def print_wrapped(lines: Iterable[str], indent: int = 2) -> None:
+    """Print lines wrapped to the terminal, at most 100 columns; indent what follows the first."""
+    width = min(100, shutil.get_terminal_size((100, 0)).columns)
+    later = " " * min(indent, width // 2)
+    for line in lines:
+        print_line(textwrap.fill(line, width, subsequent_indent=later, break_on_hyphens=False))
+
+
+def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print rows under headings; the last column is wrapped to the terminal."""
+    lines = text_table(headings, rows)
+    print_wrapped(lines, indent=lines[0].rindex(headings[-1]))
 
 
 def first(
