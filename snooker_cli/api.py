@@ -381,10 +381,8 @@ def new_scene(
     except (TypeError, ValueError):
         fit = False
     if not fit:
-        raise UserError(
-            "the arrays do not fit each other",
-            "give positions and velocities of shape (N, 2), and N or one radius and mass",
-        )
+        shapes = "give positions and velocities of shape (N, 2), and N or one radius and mass"
+        raise UserError("the arrays do not fit each other", shapes)
     names = ("position", "velocity", "radius", "mass")
     rows = zip(*(column.tolist() for column in columns), strict=True)
     data = {

@@ -112,10 +112,7 @@ def film(
     """
     events, scene = trace.events, trace.start
     if events is None:
-        raise FigureError(
-            "was recorded as a summary, which has no collisions to show; run it with "
-            "`record: events`"
-        )
+        raise FigureError("was recorded as a summary; run it with `record: events` to get a film")
     if scene.number > MOST_BALLS:
         raise FigureError(f"has {scene.number:,} balls; a film shows at most {MOST_BALLS:,}")
     end = trace.stop.time if until is None else until

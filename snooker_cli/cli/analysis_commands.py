@@ -9,14 +9,13 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import RunAnalysis, comparisons, fits
 from snooker_cli.analysis.tables import PAIRED, named, note_lines, shown_name, table_lines, usual
 from snooker_cli.cli.options import RUN, AsJson, RunName, Where, conditions
-from snooker_cli.cli.output import print_line, print_result
+from snooker_cli.cli.output import make_folder, print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
+from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import EXAMPLES
 from snooker_cli.errors import RunError, UserError
 from snooker_cli.figures.selection import Selection, matching
@@ -25,12 +24,9 @@ from snooker_cli.progress import notice
 from snooker_cli.runs import open_run
 from snooker_cli.runs.status import run_status
 
-All = Annotated[bool, typer.Option("--all", help="Print more columns and rows.")]
+All = Annotated[bool, flag("--all", "Print more columns and rows.")]
 
-Names = Annotated[
-    list[str] | None,
-    typer.Option(metavar="NAME", help="Only rows with this in that name. Can be repeated."),
-]
+Names = Annotated[list[str] | None, option("NAME", "Only rows with NAME in it. Can be repeated.")]
 
 
 def fit(
@@ -38,12 +34,8 @@ def fit(
     where: Where = None,
     quantity: Names = None,
     model: Names = None,
-    since: Annotated[
-        float, typer.Option("--from", metavar="T", help="Fit from this time on, s.")
-    ] = 0.0,
-    until: Annotated[
-        float | None, typer.Option("--until", metavar="T", help="Fit up to this time, s.")
-    ] = None,
+    since: Annotated[float, option("T", "Fit from this time on, s.", "--from")] = 0.0,
+    until: Annotated[float | None, option("T", "Fit up to this time, s.", "--until")] = None,
     every: All = False,
     as_json: AsJson = False,
 ) -> None:
@@ -56,7 +48,6 @@ def fit(
     source report's error, the bootstrap error, the temperature, and A = 1 for the pressure, which
     the source report has. The fits of all times are saved in RUN/fit.json. With --from or --until
     they are only printed; from a later time on, the amplitude is free.
-    With --where, --quantity or --model, the explanations below the table are left out.
     """
     analyse = partial(fits, since=since, until=math.inf if until is None else until)
     footer = [SAMPLING, JUDGEMENT]
@@ -76,7 +67,6 @@ def compare(
     The theory is the ideal gas and kinetic theory. Each row has the measured mean, the prediction,
     and the difference with its standard error, also in such errors. --all adds the standard error
     of the mean and the formulas of the source report. The result is saved in RUN/compare.json.
-    With --where, --quantity or --model, the explanations below the table are left out.
     """
     footer = f"{PAIRED} --all also has these errors and the formulas of the source report."
     _print_analysis(run, where, quantity, model, comparisons, as_json, every, [footer])
@@ -106,9 +96,7 @@ def _print_analysis(
         rows, notes = named(rows, field, parts), named(notes, field, parts)
         if names and not rows:
             given, present = " ".join(parts), listed([*names])
-            raise UserError(
-                f"--{field} {given}: no {field} has this in its name; there are {present}"
-            )
+            raise UserError(f"--{field} {given}: no {field} contains this; there are {present}")
     lines = table_lines(rows if every else usual(rows) or rows, every)
     if where or quantity or model or not lines:
         footer = []
@@ -119,9 +107,7 @@ def _print_analysis(
 
 def report(
     runs: Annotated[list[str], RUN],
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="The report's folder [RUN/report].")
-    ] = None,
+    out: Annotated[Path | None, option("DIR", "The report's folder [RUN/report].")] = None,
 ) -> None:
     """Write a report on runs as HTML and PDF.
 
@@ -137,10 +123,8 @@ def report(
 
 
 def reproduce(
-    runs: Annotated[
-        Path, typer.Option(metavar="DIR", help="The folder with the runs of configs/.")
-    ] = Path("runs"),
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Its folder.")] = Path("runs/report"),
+    runs: Annotated[Path, option("DIR", "The folder with the runs of configs/.")] = Path("runs"),
+    out: Annotated[Path, option("DIR", "The report's folder.")] = Path("runs/report"),
 ) -> None:
     """Write the reproduction of the source report.
 
@@ -152,6 +136,7 @@ def reproduce(
     from snooker_cli.report.document import require_libraries
 
     require_libraries()  # before the simulations
+    make_folder(out)
     for name in RUNS:
         state = ""
         with suppress(RunError):

@@ -4,8 +4,8 @@ from importlib import import_module
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
 
+from snooker_cli.cli.typer_classes import Command, Group, flag
 from snooker_cli.exit_codes import end_interrupted, handling
 
 COMMANDS = {
@@ -38,17 +38,17 @@ def loaded(name: str) -> Any:
     if isinstance(command, typer.Typer):
         return typer.main.get_command(command)
     alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-    alone.command(name)(command)
+    alone.command(name, cls=Command)(command)
     return typer.main.get_command(alone)
 
 
-class Commands(TyperGroup):
+class Commands(Group):
     """The group of all commands, which knows only their names and first sentences."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
         for name, (_, sentence) in COMMANDS.items():
-            self.add_command(TyperCommand(name, help=sentence, hidden=name in HIDDEN))
+            self.add_command(Command(name, help=sentence, hidden=name in HIDDEN))
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command that the arguments name, loaded, and its arguments."""
@@ -77,9 +77,7 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def _root(
     context: typer.Context,
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
-    ] = False,
+    version: Annotated[bool, flag("--version", "Show the version.", callback=_version)] = False,
 ) -> None:
     from snooker_cli.progress import showing_notices
 

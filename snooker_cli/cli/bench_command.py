@@ -9,24 +9,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from snooker_cli.cli.options import AsJson
+from snooker_cli.cli.output import make_folder
+from snooker_cli.cli.typer_classes import Command, Group, flag, option
 from snooker_cli.errors import ExitCode
 from snooker_cli.progress import notice
 
 if TYPE_CHECKING:
     from snooker_cli.validation.study import Study
 
-Out = Annotated[
-    Path | None,
-    typer.Option(
-        "--out", metavar="DIR", help="Also write tables, JSON and figures to this folder."
-    ),
-]
+Out = Annotated[Path | None, option("DIR", "Also write tables, JSON and figures here.", "--out")]
 
-Quick = Annotated[
-    bool, typer.Option("--quick", help="A small one, in seconds: do not quote its results.")
-]
+Quick = Annotated[bool, flag("--quick", "A small measurement, in seconds; do not quote it.")]
 
 bench = typer.Typer(
+    cls=Group,
     help="Measure the engine: speed, errors, physics, hard cases.",
     no_args_is_help=True,
     add_completion=False,
@@ -34,13 +30,10 @@ bench = typer.Typer(
 )
 
 
-@bench.command()
+@bench.command(cls=Command)
 def speed(
     quick: Quick = False,
-    compare: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Compare with the speed.json of an earlier --out."),
-    ] = None,
+    compare: Annotated[Path | None, option("FILE", "Compare with this earlier speed.json.")] = None,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -56,7 +49,7 @@ def speed(
     _carry_out(replace(study, earlier=earlier), out, as_json)
 
 
-@bench.command()
+@bench.command(cls=Command)
 def error(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> None:
     """Compare errors and costs of several methods with an exact result.
 
@@ -69,7 +62,7 @@ def error(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> Non
     _carry_out(AccuracyStudy.planned("quick" if quick else "full"), out, as_json)
 
 
-@bench.command()
+@bench.command(cls=Command)
 def physics(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> None:
     """Compare pressure, cooling and speeds with known values.
 
@@ -81,7 +74,7 @@ def physics(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> N
     _carry_out(PhysicsStudy.planned("quick" if quick else "full"), out, as_json)
 
 
-@bench.command()
+@bench.command(cls=Command)
 def hard(
     cases: Annotated[
         list[str] | None,
@@ -105,6 +98,8 @@ def _carry_out(study: Study, out: Path | None, as_json: bool) -> None:
     """Measure and print; write files if there is a folder for them; exit code 4 for a failure."""
     from snooker_cli.validation.study import text_of
 
+    if out is not None:
+        make_folder(out)
     record = study.measure(notice)
     typer.echo(text_of(record) if as_json else "\n".join(study.tables(record)))
     if out is not None:

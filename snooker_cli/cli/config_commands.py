@@ -9,6 +9,7 @@ import typer
 
 from snooker_cli.cli.options import ConfigPath, Overrides
 from snooker_cli.cli.output import print_line, print_table
+from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import EXAMPLES, SCHEMA_FILE, load
 from snooker_cli.errors import UserError, check_name
 from snooker_cli.files import write_text
@@ -40,15 +41,10 @@ def purpose(config: Path) -> str:
 
 def init(
     template: Annotated[
-        str | None,
-        typer.Argument(metavar="TEMPLATE", help="A name of the list [list the templates]."),
+        str | None, typer.Argument(metavar="TEMPLATE", help="A name [list the templates].")
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The config; - prints it [TEMPLATE.yaml].")
-    ] = None,
-    list_all: Annotated[
-        bool, typer.Option("--list", help="List the templates and all example configs.")
-    ] = False,
+    out: Annotated[Path | None, option("FILE", "The config; - prints it [TEMPLATE.yaml].")] = None,
+    list_all: Annotated[bool, flag("--list", "List templates and example configs.")] = False,
 ) -> None:
     """Write a commented config; without TEMPLATE, list all templates.
 

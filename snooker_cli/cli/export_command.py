@@ -1,6 +1,7 @@
 """``snooker export``: a repeat's events or states, or a run's table, for other programs."""
 
 import json
+import math
 import sys
 from collections.abc import Iterable
 from dataclasses import asdict
@@ -8,13 +9,13 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-import typer
 from numpy.typing import NDArray
 
 from snooker_cli import __version__, api, store
 from snooker_cli import export as exporting
 from snooker_cli.cli.options import PointNumber, RepeatNumber, RunName, Where, conditions
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
+from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import to_json
 from snooker_cli.errors import UserError
 from snooker_cli.runs.folder import holds_results
@@ -29,29 +30,16 @@ def export(
     point: PointNumber = 0,
     where: Where = None,
     repeat: RepeatNumber = 0,
-    states: Annotated[
-        bool, typer.Option("--states", help="Export positions and velocities, not events.")
-    ] = False,
+    states: Annotated[bool, flag("--states", "Export positions and velocities.")] = False,
     times: Annotated[
-        str | None,
-        typer.Option(
-            metavar="T,T,…", help="States: times in s, or start:stop:count [0 and the end]."
-        ),
+        str | None, option("T,T,…", "States: times in s, or start:stop:count [0 and the end].")
     ] = None,
-    every: Annotated[
-        float | None, typer.Option(metavar="T", help="States: one every T s from 0.")
-    ] = None,
+    every: Annotated[float | None, option("T", "States: one every T s from 0.")] = None,
     frames: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=2, max=MOST_FRAMES, help="States: number of even times."),
+        int | None, option("N", "States: number of even times.", min=2, max=MOST_FRAMES)
     ] = None,
-    table: Annotated[
-        bool, typer.Option("--table", help="Export a row for each repeat of all points.")
-    ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="A .csv, .parquet, .h5md or .xyz [CSV, stdout]."),
-    ] = None,
+    table: Annotated[bool, flag("--table", "Export a row for each repeat of all points.")] = False,
+    out: Annotated[Path | None, option("FILE", "A .csv, .parquet, .h5md, .xyz [stdout].")] = None,
 ) -> None:
     """Export collisions or states of a repeat, or the table of a run.
 
@@ -60,7 +48,7 @@ def export(
     container. Numbers have enough digits to read back the same doubles. A Parquet file has the
     same columns, their units and the provenance. An H5MD file has states in three dimensions with
     z = 0, for programs that read molecular trajectories. An .xyz file (extended XYZ) has them for
-    OVITO and ASE. The name of the written file is printed.
+    OVITO and ASE.
 
     With --table each repeat of each point is a row: swept keys, how and when it ended, collisions,
     mean temperature, pressure and speed, the energy at the end over that at the start, and the
@@ -70,10 +58,7 @@ def export(
         raise UserError(f"--out {out}: this file holds results of a run", "give another name")
     form = "CSV" if out is None else FORMATS.get(out.suffix.lower())
     if form is None:
-        raise UserError(
-            f"--out {out}: no format has this ending",
-            "give a name that ends in .csv, .parquet, .h5md, .h5 or .xyz",
-        )
+        raise UserError(f"--out {out}: give a name in .csv, .parquet, .h5md, .h5 or .xyz")
     states = states or form in ("H5MD", "XYZ")
     ways = {"--times": times, "--every": every, "--frames": frames}
     given = [name for name, value in ways.items() if value is not None]
@@ -159,9 +144,9 @@ def _times(
 ) -> NDArray[np.float64]:
     """The times of the states, s, with at most one of three options. Raises ``UserError``."""
     if every is not None:
-        if not every > end / MOST_FRAMES:
-            least = f"{end / MOST_FRAMES:.2g} s, so that there are at most {MOST_FRAMES:,} frames"
-            raise UserError(f"--every {every:g}: give a time above {least}")
+        if not end / MOST_FRAMES < every < math.inf:
+            least = f"{end / MOST_FRAMES:.2g} s"
+            raise UserError(f"--every {every:g}: give a finite time above {least}")
         found = np.arange(int(end / every) + 2) * every
         return np.asarray(found[found <= end], dtype=np.float64)
     if number is not None:
@@ -172,8 +157,9 @@ def _times(
         if ":" not in times:
             return np.array([float(time) for time in times.split(",")])
         start, stop, count = times.split(":")
-        if int(count) > 0:
+        if 0 < int(count) <= MOST_FRAMES and math.isfinite(float(stop) - float(start)):
             return np.linspace(float(start), float(stop), int(count))
     except ValueError:
         pass
-    raise UserError(f"--times {times}: give times in s as 0,0.5,1 or as start:stop:count")
+    ways = f"give times in s as 0,0.5,1 or as start:stop:count, at most {MOST_FRAMES:,}"
+    raise UserError(f"--times {times}: {ways}")

@@ -12,6 +12,7 @@ from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.animation import film, page
 from snooker_cli.cli.options import RUN, PointNumber, RepeatNumber, RunName, Where, conditions
 from snooker_cli.cli.output import first, print_line, print_table, print_wrapped
+from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
@@ -23,6 +24,7 @@ from snooker_cli.runs import open_run
 from snooker_cli.runs.folder import writing
 
 MOST_TO_LIST = 1_000_000  # collisions that --list may read; of more it reads each first repeat
+MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 
 
 def plot(
@@ -31,27 +33,13 @@ def plot(
         list[str] | None,
         typer.Argument(metavar="FIGURE", help="Names of figures [all that are possible for RUN]."),
     ] = None,
-    list_figures: Annotated[
-        bool,
-        typer.Option(
-            "--list",
-            help="List the figures and what each needs; with RUN, which fit.",
-        ),
-    ] = False,
+    list_figures: Annotated[bool, flag("--list", "List figures; with RUN those that fit.")] = False,
     where: Where = None,
-    repeat: Annotated[
-        int | None, typer.Option(metavar="K", min=0, help="Only this repeat [the first, or all].")
-    ] = None,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder [RUN/figures].")] = None,
-    formats: Annotated[
-        str, typer.Option("--format", metavar="F,F,…", help="Formats: svg, png, pdf.")
-    ] = "svg,png",
-    size: Annotated[
-        str | None, typer.Option(metavar="WxH", help="Inches, as 6x4 [a column of a page].")
-    ] = None,
-    dpi: Annotated[
-        int | None, typer.Option(metavar="N", min=20, max=2000, help="PNG: pixels per inch [200].")
-    ] = None,
+    repeat: Annotated[int | None, option("K", "Only this one [the first, or all].", min=0)] = None,
+    out: Annotated[Path | None, option("DIR", "Folder [RUN/figures].")] = None,
+    formats: Annotated[str, option("F,F,…", "Formats: svg, png, pdf.", "--format")] = "svg,png",
+    size: Annotated[str | None, option("WxH", "Inches, as 6x4 [a column of a page].")] = None,
+    dpi: Annotated[int | None, option("N", "PNG: pixels per inch [200].", min=20, max=2000)] = None,
 ) -> None:
     """Draw figures of RUN as SVG, PNG and JSON.
 
@@ -59,7 +47,7 @@ def plot(
     drawn; RUN --list prints why others are not. Figures of single points are drawn for each point.
     The names of the written files are printed, and of figures that you name the captions.
     """
-    wanted, inches = list(dict.fromkeys(formats.lower().split(","))), _inches(size)
+    wanted, inches = list(dict.fromkeys(formats.lower().split(","))), _inches(size, dpi)
     if not set(wanted) <= {"svg", "png", "pdf"}:
         raise UserError(f"--format {formats}: give svg, png or pdf, or several with commas")
     if run is None:
@@ -149,12 +137,14 @@ def _table(figure: FigureData) -> list[str]:
     return []
 
 
-def _inches(text: str | None) -> tuple[float, float] | None:
+def _inches(text: str | None, dpi: int | None) -> tuple[float, float] | None:
     """Width and height of ``--size``. Raises ``UserError``."""
     match = re.fullmatch(r"(\d*\.?\d+)x(\d*\.?\d+)", text or "")
     found = (float(match[1]), float(match[2])) if match else None
     if text is not None and not (found and all(1.5 <= side <= 50 for side in found)):
         raise UserError(f"--size {text}: give width and height from 1.5 to 50 inches, as in 6x4")
+    if found and dpi and max(found) * dpi > MOST_PIXELS:
+        raise UserError(f"--size {text} --dpi {dpi}: give at most {MOST_PIXELS:,} pixels a side")
     return found
 
 
@@ -170,30 +160,20 @@ def _stem(spec: FigureSpec, selection: Selection) -> str:
 
 def animate(
     run: RunName,
-    out: Annotated[
-        Path, typer.Option(metavar="FILE", help="The film: a name in .html, .gif or .mp4.")
-    ],
+    out: Annotated[Path, option("FILE", "The film: a name in .html, .gif or .mp4.")],
     point: PointNumber = 0,
     repeat: RepeatNumber = 0,
-    since: Annotated[float, typer.Option("--from", metavar="T", help="Start time, s.")] = 0.0,
-    until: Annotated[
-        float | None, typer.Option("--until", metavar="T", help="End time, s [the end].")
-    ] = None,
-    collisions: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Largest number of collisions [10,000].")
-    ] = None,
+    since: Annotated[float, option("T", "Start time, s.", "--from")] = 0.0,
+    until: Annotated[float | None, option("T", "End time, s [the end].", "--until")] = None,
+    collisions: Annotated[int | None, option("N", "At most this many [10,000].", min=1)] = None,
     pace: Annotated[
         Literal["time", "events"],
         typer.Option(help="Time passes evenly, or each collision takes as long."),
     ] = "time",
     seconds: Annotated[
-        float | None,
-        typer.Option(metavar="S", min=0.1, max=3600, help="Length [12; a page: by its content]."),
+        float | None, option("S", "Length [12; a page: by its content].", min=0.1, max=3600)
     ] = None,
-    fps: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=1, max=60, help="GIF, MP4: frames per second [20]."),
-    ] = None,
+    fps: Annotated[int | None, option("N", "GIF, MP4: frames/s [20].", min=1, max=60)] = None,
 ) -> None:
     """Make a film of a repeat: HTML page, GIF or MP4.
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config.axes import option_values
 from snooker_cli.config.problems import PathError
 from snooker_cli.errors import UserError
@@ -17,29 +18,25 @@ ConfigPath = Annotated[
 ]
 Overrides = Annotated[
     list[str] | None,
-    typer.Option(
+    option(
+        "KEY=VALUE",
+        "Set a key; `-o cor=0.8,0.9`, `-o cor=0.5:1.0:11` and `-o balls.rings=range(1,6)` "
+        "sweep it. Can be repeated.",
         "-o",
         "--override",
-        metavar="KEY=VALUE",
-        help="Set a key; `-o cor=0.8,0.9`, `-o cor=0.5:1.0:11` and `-o balls.rings=range(1,6)` "
-        "sweep it. Can be repeated.",
     ),
 ]
 RUN = typer.Argument(metavar="RUN", help="A run's folder, or its name in runs/.")
 RunName = Annotated[str, RUN]
-PointNumber = Annotated[int, typer.Option("--point", metavar="N", min=0, help="Point, from 0.")]
-RepeatNumber = Annotated[int, typer.Option("--repeat", metavar="N", min=0, help="Repeat, from 0.")]
+PointNumber = Annotated[int, option("N", "Point, from 0.", "--point", min=0)]
+RepeatNumber = Annotated[int, option("N", "Repeat, from 0.", "--repeat", min=0)]
 Where = Annotated[
     list[str] | None,
-    typer.Option(
-        metavar="KEY=VALUE",
-        help="Only points with this value, as `cor=0.8` or `cor=0.8,0.9`. Can be repeated.",
-    ),
+    option("KEY=VALUE", "Only points with this, as `cor=0.8` or `cor=0.8,0.9`. Can be repeated."),
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
+AsJson = Annotated[bool, flag("--json", "Print JSON on stdout.")]
 Jobs = Annotated[
-    int | None,
-    typer.Option("-j", "--jobs", metavar="N", min=1, max=1024, help="At once [all cores]."),
+    int | None, option("N", "Repeats at a time [all cores].", "-j", "--jobs", min=1, max=1024)
 ]
 
 

@@ -7,11 +7,21 @@ import sys
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 import typer
 
 from snooker_cli.formatting import printable, text_table
+from snooker_cli.runs.folder import writing
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder before long work. Raises ``RunError`` if no file can be written there."""
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        TemporaryFile(dir=folder).close()
 
 
 @contextmanager

@@ -17,6 +17,7 @@ import typer
 from snooker_cli import runs
 from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Jobs, Overrides
 from snooker_cli.cli.output import first, print_result
+from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import load
 from snooker_cli.errors import ExitCode, UserError
 from snooker_cli.formatting import (
@@ -43,43 +44,24 @@ if TYPE_CHECKING:
 
 def run(
     config: ConfigPath,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="The run's folder [runs/CONFIG's name].")
-    ] = None,
+    out: Annotated[Path | None, option("DIR", "The run's folder [runs/CONFIG's name].")] = None,
     override: Overrides = None,
     jobs: Jobs = None,
-    executor: Annotated[
-        str, typer.Option(metavar="NAME", help="threads, or dask=tcp://HOST:PORT of a scheduler.")
-    ] = "threads",
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Replace the results in the folder, of any config.")
-    ] = False,
-    part: Annotated[
-        str | None, typer.Option(metavar="K/N", help="Only every N-th batch from the K-th on.")
-    ] = None,
-    engine: Annotated[
-        EngineName | None, typer.Option(hidden=True, help="Of all points [the best for each].")
-    ] = None,
+    executor: Annotated[str, option("NAME", "threads, or dask=tcp://HOST:PORT.")] = "threads",
+    fresh: Annotated[bool, flag("--fresh", "Replace all results in the folder.")] = False,
+    part: Annotated[str | None, option("K/N", "Only every N-th batch from the K-th on.")] = None,
+    engine: Annotated[EngineName | None, typer.Option(hidden=True)] = None,
     checkpoint: Annotated[
-        float, typer.Option(metavar="MINUTES", min=0.0, help="Save unfinished repeats this often.")
+        float, option("MINUTES", "Save unfinished repeats this often.", min=0)
     ] = CHECKPOINT_INTERVAL / 60,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Only show the engine, time and disk.")
-    ] = False,
-    verbose: Annotated[
-        bool, typer.Option("--verbose", help="--dry-run: also what is modelled and left out.")
-    ] = False,
-    yes: Annotated[
-        bool, typer.Option("--yes", help="Allow a run over a week or over the free disk space.")
-    ] = False,
+    dry_run: Annotated[bool, flag("--dry-run", "Only show the engine, time and disk.")] = False,
+    verbose: Annotated[bool, flag("--verbose", "--dry-run: also what is modelled or not.")] = False,
+    yes: Annotated[bool, flag("--yes", "Allow runs over a week or the free disk space.")] = False,
     no_collapse: Annotated[
-        bool,
-        typer.Option(
-            "--no-collapse", hidden=True, help="Exit code 5 after a wall trap or collapse."
-        ),
+        bool, flag("--no-collapse", "Exit code 5 after a collapse.", hidden=True)
     ] = False,
     as_json: AsJson = False,
-    no_progress: Annotated[bool, typer.Option("--no-progress", help="No progress bar.")] = False,
+    no_progress: Annotated[bool, flag("--no-progress", "No progress bar.")] = False,
 ) -> None:
     """Simulate all points and repeats of CONFIG and store them.
 
@@ -123,11 +105,8 @@ def run(
         if not yes and is_excessive(run_plan(target, scene_classes, threads, True, share)):
             found = run_plan(target, scene_classes, threads, fresh, share)
             if is_excessive(found):
-                raise UserError(
-                    _estimate(found),
-                    "set fewer collisions or repeats, set `record: summary` to save disk, or give "
-                    "--yes",
-                )
+                ways = "set fewer collisions or repeats, or `record: summary`, or give --yes"
+                raise UserError(_estimate(found), ways)
         analyses = [] if fresh else target.analyses()
         outcomes, watcher = execute_watched(
             target,
@@ -168,10 +147,7 @@ def _cluster(executor: str, at_once: int | None, cancelled: threading.Event) -> 
     if executor == "threads":
         return None
     if name != "dask":
-        raise UserError(
-            f"--executor {executor}: there is no such executor",
-            "give threads, or dask=tcp://HOST:PORT for the workers of a dask scheduler",
-        )
+        raise UserError(f"--executor {executor}: give threads, or dask=tcp://HOST:PORT")
     from snooker_cli.runs.dask_executor import DaskExecutor
 
     cluster = DaskExecutor(address, at_once, cancelled)

@@ -12,6 +12,7 @@ from rich.progress import track
 
 from snooker_cli.cli.options import AsJson, Jobs, RunName
 from snooker_cli.cli.output import first, print_result
+from snooker_cli.cli.typer_classes import flag
 from snooker_cli.errors import ExitCode, RunError, StoreError
 from snooker_cli.formatting import counted, listed, point_label, printable, size, text_table
 from snooker_cli.progress import notice
@@ -113,10 +114,7 @@ def _local_time(text: str | None) -> str:
 
 def verify(
     run: RunName,
-    replay: Annotated[
-        bool,
-        typer.Option("--replay", help="Also simulate every repeat again and compare all bits."),
-    ] = False,
+    replay: Annotated[bool, flag("--replay", "Simulate every repeat again, and compare.")] = False,
     jobs: Jobs = None,
     as_json: AsJson = False,
 ) -> None:

@@ -146,7 +146,7 @@ def open_run(name: str | Path) -> Run:
     """
     directory = next(filter(_is_run, (Path(name), RUNS / name)), None)
     if directory is None and Path(name).is_file():
-        raise RunError(f"{name}: is a file, not a run's folder")
+        raise RunError(f"{name}: is a file, not a run's folder", "give a folder of `snooker run`")
     if directory is None:
         folder = RUNS if len(Path(name).parts) == 1 else Path(name).parent
         others = [path.parent.name for path in folder.glob(f"*/{MANIFEST}")]

@@ -164,10 +164,7 @@ def _short_run(kept: str, repeats: int) -> tuple[float, float]:
         results = execute(run, workers=processors(), watcher=Watcher(), cancelled=threading.Event())
         seconds, of_run = time.perf_counter() - began, time.process_time() - clock
         if failed := [each.error for each in results if each.error]:
-            raise UserError(
-                f"a repeat in the temporary folder failed: {failed[0]}",
-                "make room there, or set TMPDIR to another folder",
-            )
+            raise UserError(f"a repeat failed: {failed[0]}", "set TMPDIR to another folder")
         limits = Job(run, "").limits(0)
     (point,) = run.points
     size, of_kernel = batch_size(point.experiment, None), 0.0

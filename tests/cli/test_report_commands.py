@@ -34,3 +34,14 @@ def test_without_its_libraries_nothing_is_simulated(
     assert (ended.code, ended.out) == (2, "")
     assert "typst is not installed; install it with" in ended.err
     assert not (here / "runs" / RUNS[0]).exists()
+
+
+def test_a_folder_that_cannot_be_written_is_found_before_the_simulations(
+    here: Path, snooker: Snooker
+) -> None:
+    ended = snooker("reproduce", "--out", "small.yaml")
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err == (
+        "snooker: small.yaml: cannot be written (File exists); give --out for another folder\n"
+    )
+    assert not (here / "runs").exists()

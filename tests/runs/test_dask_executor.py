@@ -159,7 +159,7 @@ def test_an_interrupt_keeps_what_is_done_and_what_is_under_way(
 @pytest.mark.parametrize(
     ("executor", "sentence"),
     [
-        ("ray=tcp://host:1", "--executor ray=tcp://host:1: there is no such executor; "),
+        ("ray=tcp://host:1", "--executor ray=tcp://host:1: give threads, or dask=tcp://HOST:PORT"),
         ("dask=host:8786", "--executor dask=host:8786: no address of a scheduler"),
         ("dask=tcp://host:65536", "--executor dask=tcp://host:65536: no address of a scheduler"),
         ("dask=tls://127.0.0.1:9", "--executor dask=tls://127.0.0.1:9: dask's configuration names"),
