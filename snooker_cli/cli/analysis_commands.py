@@ -50,8 +50,7 @@ def fit(
     they are only printed; from a later time on, the amplitude is free.
     """
     analyse = partial(fits, since=since, until=math.inf if until is None else until)
-    footer = [SAMPLING, JUDGEMENT]
-    _print_analysis(run, where, quantity, model, analyse, as_json, every, footer)
+    _print_analysis(run, where, quantity, model, analyse, as_json, every, [SAMPLING, JUDGEMENT])
 
 
 def compare(
@@ -118,7 +117,9 @@ def report(
     opened = [open_run(name) for name in dict.fromkeys(runs)]
     from snooker_cli.report.run_report import run_report  # takes a second to load
 
-    for path in run_report(opened, out or opened[0].directory / "report", notice):
+    folder = out or opened[0].directory / "report"
+    make_folder(folder)
+    for path in run_report(opened, folder, notice):
         print_line(str(path))
 
 

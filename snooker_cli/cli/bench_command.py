@@ -77,8 +77,7 @@ def physics(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> N
 @bench.command(cls=Command)
 def hard(
     cases: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="CASE", help="Only these [all but those that take minutes]."),
+        list[str] | None, typer.Argument(metavar="CASE", help="Only these [all but the slow ones].")
     ] = None,
     out: Out = None,
     as_json: AsJson = False,

@@ -55,6 +55,8 @@ def init(
     """
     found = templates() | examples()
     if template is None or list_all:
+        if out is not None:
+            raise UserError(f"--out {out}: give the TEMPLATE to write; `snooker init` lists them")
         shown = found if list_all else templates()
         rows = [[name, purpose(each)] for name, each in shown.items()]
         print_table(["template", "what it is"], rows)

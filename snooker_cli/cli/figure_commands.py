@@ -30,8 +30,7 @@ MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 def plot(
     run: Annotated[str | None, RUN] = None,
     figures: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="FIGURE", help="Names of figures [all that are possible for RUN]."),
+        list[str] | None, typer.Argument(metavar="FIGURE", help="Names of figures [all possible].")
     ] = None,
     list_figures: Annotated[bool, flag("--list", "List figures; with RUN those that fit.")] = False,
     where: Where = None,
@@ -63,10 +62,10 @@ def plot(
         ]
         print_table(["figure", "source report's", "what it shows, and for which runs"], rows)
         return
+    opened = open_run(run)  # first, because a user may swap RUN and FIGURE
     for name in figures or ():
         check_name(name, FIGURES, "figure", "snooker plot --list")
     specs = [FIGURES[name] for name in dict.fromkeys(figures or FIGURES)]
-    opened = open_run(run)
     selection = Selection(conditions(where), repeat)
     points = selected(opened, selection)
     if missing_repeats := unfinished(opened, selection):
@@ -167,8 +166,7 @@ def animate(
     until: Annotated[float | None, option("T", "End time, s [the end].", "--until")] = None,
     collisions: Annotated[int | None, option("N", "At most this many [10,000].", min=1)] = None,
     pace: Annotated[
-        Literal["time", "events"],
-        typer.Option(help="Time passes evenly, or each collision takes as long."),
+        Literal["time", "events"], option("time|events", "Time or collisions pass evenly.")
     ] = "time",
     seconds: Annotated[
         float | None, option("S", "Length [12; a page: by its content].", min=0.1, max=3600)
