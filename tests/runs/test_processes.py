@@ -70,6 +70,15 @@ def test_few_batches_or_one_worker_need_no_process(small_config: str, tmp_path: 
         assert watcher.processes == 0
 
 
+class StopsLate(StopsAfter):
+    """Stops a run after the processes had time to store all batches that they were given."""
+
+    def events(self, number: int) -> None:
+        if not self.cancelled.is_set():
+            time.sleep(0.5)
+        super().events(number)
+
+
 def test_an_interrupt_abandons_batches_and_a_later_run_completes_them(
     small_config: str, tmp_path: Path
 ) -> None:
@@ -77,7 +86,7 @@ def test_an_interrupt_abandons_batches_and_a_later_run_completes_them(
     first = execute(
         run,
         workers=2,
-        watcher=StopsAfter(1, cancelled),
+        watcher=StopsLate(1, cancelled),
         cancelled=cancelled,
         processes=True,
     )
