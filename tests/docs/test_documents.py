@@ -5,6 +5,7 @@ Numbers in docs/accuracy.md are those of the saved measurements and of the audit
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import runpy
@@ -175,8 +176,9 @@ def test_the_configs_shown_are_the_files() -> None:
 def test_the_schema_of_the_command_and_of_the_configs_is_that_of_the_models(
     snooker: Callable[..., Any],
 ) -> None:
-    assert in_process("snooker schema", snooker) == make_schema.text()
-    assert text_of(make_schema.FILE) == make_schema.text()
+    made = json.loads(make_schema.text())  # some versions of pydantic write 0.0 for 0
+    assert json.loads(in_process("snooker schema", snooker)) == made
+    assert json.loads(text_of(make_schema.FILE)) == made
 
 
 @pytest.mark.parametrize(
