@@ -74,9 +74,10 @@ def measured_ahead(traces: Iterable[Trace]) -> Iterator[Trace]:
     with ThreadPoolExecutor(most) as pool:
         for trace in traces:
             waiting.append(trace)
-            _ahead[trace] = pool.submit(_measured, trace)
-            if len(waiting) == 1:
-                _ahead[trace].exception()  # waits: only one thread compiles the kernel
+            if trace not in _kept:
+                _ahead[trace] = pool.submit(_measured, trace)
+                if len(waiting) == 1:
+                    _ahead[trace].exception()  # waits: only one thread compiles the kernel
             while len(waiting) > most or sum(each.collisions for each in waiting) > MOST_ROWS:
                 yield waiting.popleft()
         yield from waiting

@@ -322,6 +322,16 @@ def test_series_that_threads_compute_are_those_of_their_repeats(
     assert (number, len(read)) == (5, 6)
 
 
+def test_threads_leave_out_series_that_are_kept(
+    simulated: Trace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept, computed = series(simulated), list[Trace]()
+    monkeypatch.setattr(observables, "_measured", logged(computed))
+    (trace,) = observables.measured_ahead([simulated])
+    assert series(trace) is kept
+    assert computed == []
+
+
 def test_an_error_of_a_thread_is_that_of_its_repeat(simulated: Trace) -> None:
     bare = replace(simulated, events=None)
     for trace in observables.measured_ahead([simulated, bare]):
