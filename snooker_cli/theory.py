@@ -21,6 +21,7 @@ e, e_w    coefficient of restitution between balls, and at the wall
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -89,7 +90,6 @@ def _pade_coefficients() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 _PADE_CONTACT, _PADE_DENOMINATOR = _pade_coefficients()
 
-
 # f, g and s = f'g − f g', where 2P = f/g with P = η Z, as polynomials of x = 2η.
 _PADE_BELOW = Polynomial(_PADE_DENOMINATOR)
 _PADE_ABOVE = Polynomial((0, 1)) * _PADE_BELOW + Polynomial((0, 0, *_PADE_CONTACT))
@@ -120,8 +120,8 @@ def compressibility(packing: Real) -> Real:
 def missing_ratio(packing: float, number: float) -> float:
     """What Z lacks with exactly N balls in a periodic box: η P''/(2 N P') with P = η Z(η).
 
-    To first order in 1/N, because the equation of state is that of a mean number of balls, whose
-    variance N/P' takes part in it. In a dilute gas this is 2η/N: a ball meets N − 1 others.
+    Z is that of a mean number of balls with variance N/P'. This is the first order in 1/N of
+    keeping the number, see `fluid_state`. In a dilute gas it is 2η/N: a ball meets N − 1 others.
     """
     return packing * _bending(packing) / (2 * number)
 
@@ -148,6 +148,7 @@ class FluidState:
     virial_ratio: float
 
 
+@lru_cache(maxsize=16)  # the repeats of a point have one state
 def fluid_state(
     number: float, temperature: float, ball_radius: float, container: Container
 ) -> FluidState:
@@ -167,8 +168,8 @@ def fluid_state(
     `compressibility`, which is better in bulk than that of scaled particle theory.
 
     So far N is the mean of a fluctuating number. For exactly N balls the free energy is larger by
-    T/2 ln⟨δN²⟩, where ⟨δN²⟩ is T n_b dN/dn_b over dP_b/dn_b (Lebowitz & Percus 1961). Its change
-    with the walls and with the scale, at fixed N, takes 1/N of what collisions add in a dilute gas.
+    T/2 ln⟨δN²⟩, where ⟨δN²⟩ is T n_b dN/dn_b over dP_b/dn_b (Lebowitz & Percus 1961). This lowers
+    the force and the virial; in a dilute gas they lose 1/N of what collisions add.
 
     Raises ValueError when a fluid of N balls does not fit.
     """

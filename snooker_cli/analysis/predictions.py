@@ -131,8 +131,7 @@ def pressures(trace: Trace, since: float) -> Iterator[Row]:
         if model.startswith("hard disks"):
             yield "PV/NT", model, found, ratio
     if state is not None and walls:
-        bulk = theory.compressibility(packing)
-        yield "PV/NT by the virial", "hard disks, Padé", virial, bulk
+        yield "PV/NT by the virial", "hard disks, Padé", virial, theory.compressibility(packing)
         yield "PV/NT by the virial", _here(scene.container), virial, state.virial_ratio
     published = theory.published_ratio(packing)
     if published is not None and elastic(scene) and not walls:
