@@ -193,7 +193,7 @@ def _legend(figure: Figure, artists: list[Any], labels: list[str]) -> int:
     """Add the legend below the axes; the most columns, up to three, in which it fits the width."""
     for columns in (3, 2, 1):
         legend = figure.legend(artists, labels, loc="outside lower center", ncols=columns)
-        if legend.get_window_extent().width <= LEGEND_SHARE * figure.bbox.width or columns == 1:
+        if columns == 1 or legend.get_window_extent().width <= LEGEND_SHARE * figure.bbox.width:
             break
         legend.remove()
     return columns

@@ -315,10 +315,7 @@ def execute(
 
 
 def share_of(run: Run, k: int, n: int) -> tuple[set[tuple[int, int]], str]:
-    """The point and number of each repeat in every n-th batch from the k-th on.
-
-    Also gives a sentence if there is none.
-    """
+    """The points and numbers of repeats of every n-th batch from the k-th; a sentence if none."""
     everything = product((point.index for point in run.points), range(run.experiment.repeats))
     batches = _batches(run, everything)
     idle = f"part {k} of {n} has nothing to do: the run has {counted(len(batches), 'batch')}"
