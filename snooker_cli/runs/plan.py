@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -226,17 +225,17 @@ def run_plan(
     ``cools_out`` warns that balls may cool until they drift together, which takes longer than
     estimated. Raises ``DeniedError`` for a file that cannot be read.
     """
-    if share is None:
-        share = set(product((point.index for point in run.points), range(run.experiment.repeats)))
-    done = set[tuple[int, int]]()
+    to_do = Counter({point.index: run.experiment.repeats for point in run.points})
+    if share is not None:
+        to_do = Counter(point for point, _ in share)
+    total = to_do.total()
     if not fresh and run.directory.is_dir():
         for point in run.points:
             for status in run.statuses(point.index, check=True):
                 if isinstance(status.error, DeniedError):
                     raise status.error
-                if status.state is State.DONE:
-                    done.add((status.point, status.repeat))
-    to_do = Counter(point for point, _ in share - done)
+                mine = share is None or (status.point, status.repeat) in share
+                to_do[status.point] -= mine and status.state is State.DONE
     missing = to_do.total()
     threads = max(1, min(workers, missing))
     kinds = [_class_plan(each, to_do) for each in classes]
@@ -245,7 +244,7 @@ def run_plan(
         "run": str(run.directory),
         "points": len(run.points),
         "repeats": run.experiment.repeats,
-        "cached": len(share) - missing,
+        "cached": total - missing,
         "to_do": missing,
         "kinds": kinds,
         "collisions": totals["collisions"],
