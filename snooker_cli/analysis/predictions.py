@@ -197,7 +197,8 @@ def rates(trace: Trace, since: float) -> Iterator[Row]:
     source = theory.source_mean_free_path(density, radius)
     yield "mean free path", "Boltzmann", path, theory.mean_free_path(density, radius)
     yield "mean free path", "Enskog", path, enskog.mean_free_path
-    yield "mean free path", _here(container), path, speed / here
+    if container.has_wall or at_rest(scene):  # a drift adds to the path of each ball
+        yield "mean free path", _here(container), path, speed / here
     yield "mean free path", "source report, 1/(√2 n 2πr)", path, source
 
 
@@ -272,7 +273,7 @@ def notes(scene: Scene) -> Iterator[Note]:
             if not at_rest(scene):
                 why = "the balls' centre of mass moves on for ever"
             missing = f"the law of speeds at fixed energy is missing, because {why}"
-            yield Note(missing, "mean speed, kurtosis of speeds")
+            yield Note(missing, "mean speed, kurtosis of speeds, mean free path")
     absent = ["equations of state", "collision rates", "mean free path"]
     cooling = ["decay constants", "energy left"]
     if scene.number == 1:

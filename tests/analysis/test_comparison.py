@@ -378,6 +378,18 @@ def test_few_balls_in_a_periodic_box_collide_with_the_others_only(packing: float
         assert abs(row(found, quantity, bulk).in_errors) > 5
 
 
+def test_a_gas_that_drifts_has_no_law_of_speeds_and_paths() -> None:
+    """Its balls meet as often as those of a gas at rest, and fly farther from ball to ball."""
+    rest = gas("periodic", 16, 0.3)
+    drifting = replace(rest, velocities=rest.velocities + np.array([30.0, 0.0]))
+    for scene, known in ((rest, True), (drifting, False)):
+        found = compare([simulate(scene, collisions=1000, summary=True)])
+        assert FINITE in models(found, "ball-ball rate of a ball")
+        for quantity, model in (("mean speed", "fixed energy"), ("mean free path", FINITE)):
+            assert (model in models(found, quantity)) == known
+        assert any("moves on for ever" in note for note in found[1]) != known
+
+
 def test_a_box_has_straight_walls() -> None:
     """Left out are second orders of r over half a side."""
     scenes = [gas("box", 37, 0.15, aspect=1.4, seed=seed) for seed in range(12)]
