@@ -88,7 +88,8 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     build.bands = bands(started, 0, label, steps=not known.is_mean, logarithmic=log)
     (time, value), kept = curves[row], thinned(curves[row][0])
     time, value, label = time[kept], value[kept], f"simulation, repeat {number}"
-    for band in build.bands if not one else []:
+    if build.bands and not one:
+        (band,) = build.bands
         value = np.sqrt(band.low * band.high) if log else (band.low + band.high) / 2
         time, label = band.x, f"simulation, mean of {len(started)} repeats"
     build.lines.append(Line(time, value, label, steps=not known.is_mean, broad=True))
