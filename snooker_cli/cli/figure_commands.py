@@ -44,7 +44,7 @@ def plot(
 
     The JSON file has the numbers that a figure shows. Without names, all possible figures are
     drawn; RUN --list prints why others are not. Figures of single points are drawn for each point.
-    The names of the written files are printed, and of figures that you name the captions.
+    The command prints the names of the written files, and the captions of figures that you name.
     """
     wanted, inches = list(dict.fromkeys(formats.lower().split(","))), _inches(size, dpi)
     if not set(wanted) <= {"svg", "png", "pdf"}:
