@@ -12,7 +12,7 @@ from typing import Annotated
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import RunAnalysis, comparisons, fits
 from snooker_cli.analysis.tables import PAIRED, named, note_lines, shown_name, table_lines, usual
-from snooker_cli.cli.options import RUN, AsJson, RunName, Where, conditions
+from snooker_cli.cli.options import RUN, AsJson, Names, RunName, Where, conditions
 from snooker_cli.cli.output import make_folder, print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
 from snooker_cli.cli.typer_classes import flag, option
@@ -25,8 +25,6 @@ from snooker_cli.runs import open_run
 from snooker_cli.runs.status import run_status
 
 All = Annotated[bool, flag("--all", "Print more columns and rows.")]
-
-Names = Annotated[list[str] | None, option("NAME", "Only rows with NAME in it. Can be repeated.")]
 
 
 def fit(

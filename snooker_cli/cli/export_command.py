@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from snooker_cli import __version__, api, store
 from snooker_cli import export as exporting
-from snooker_cli.cli.options import PointNumber, RepeatNumber, RunName, Where, conditions
+from snooker_cli.analysis.tables import named
+from snooker_cli.cli.options import Names, PointNumber, RepeatNumber, RunName, Where, conditions
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
 from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import to_json
@@ -39,6 +40,8 @@ def export(
         int | None, option("N", "States: number of even times.", min=2, max=MOST_FRAMES)
     ] = None,
     table: Annotated[bool, flag("--table", "Export a row for each repeat of all points.")] = False,
+    quantity: Names = None,
+    model: Names = None,
     out: Annotated[Path | None, option("FILE", "A .csv, .parquet, .h5md, .xyz [stdout].")] = None,
 ) -> None:
     """Export collisions or states of a repeat, or the table of a run.
@@ -52,7 +55,7 @@ def export(
 
     With --table each repeat of each point is a row: swept keys, how and when it ended, collisions,
     mean temperature, pressure and speed, the energy at the end over that at the start, and the
-    fitted constants k and α of exp(−kt) and of Haff's law.
+    fitted constants k and α of exp(−kt) and of Haff's law. --quantity and --model choose columns.
     """
     if out is not None and holds_results(out):
         raise UserError(f"--out {out}: this file holds results of a run", "give another name")
@@ -66,13 +69,14 @@ def export(
         raise UserError(f"{given[0]} needs --states")
     if len(given) > 1:
         raise UserError(f"{given[0]} and {given[1]} both choose times", "give one of them")
+    table = bool(table or quantity or model)
     if table and (states or given):
         raise UserError("--table is for all repeats, not for states, H5MD or XYZ")
     opened = api.open(run)
     selected = conditions(where)
     points = opened.matching(**selected)
     if table:
-        rows = opened.table(**selected)
+        rows = _chosen(opened.table(**selected), quantity or [""], model or [""])
         units = {name: api.UNITS.get(name, "") for name in rows}
         about = {"rows": len(rows["point"]), "config": json.loads(to_json(opened.experiment))}
         _write_tables(units, [rows], out, about)
@@ -118,16 +122,24 @@ def export(
         _write_tables(units, tables, out, about)
 
 
-def _write_tables(
-    units: dict[str, str],
-    tables: Iterable[exporting.Table],
-    out: Path | None,
-    about: dict[str, Any],
-) -> None:
-    """Write tables as a file and print its name, or print them.
+def _chosen(table: exporting.Table, quantity: list[str], model: list[str]) -> exporting.Table:
+    """The columns about a repeat, and results with these parts of names. Raises ``UserError``."""
+    names, laws = [*table], {"k": "exponential", "alpha": "haff"}  # of the kinetic energy
+    first = names.index("complete") + 1
+    results = [
+        {"": name, "quantity": name + " kinetic_energy" * (name in laws), "model": laws.get(name)}
+        for name in names[first:]
+    ]
+    found = [one[""] for one in named(named(results, "quantity", quantity), "model", model)]
+    if not found:
+        raise UserError("no result has these names; `snooker export RUN --table` has all")
+    return {name: table[name] for name in names[:first] + found}
 
-    about : how much the tables hold, and where they come from; for a Parquet file
-    """
+
+def _write_tables(
+    units: dict[str, str], tables: Iterable[exporting.Table], out: Path | None, about: Any
+) -> None:
+    """Write tables as a file and print its name, or print them; `about` is for a Parquet file."""
     if out is None:
         with until_the_reader_leaves():
             sys.stdout.writelines(exporting.csv_lines(units, tables))
@@ -149,10 +161,8 @@ def _times(
             raise UserError(f"--every {every:g}: give a finite time above {least}")
         found = np.arange(int(end / every) + 2) * every
         return np.asarray(found[found <= end], dtype=np.float64)
-    if number is not None:
-        return np.linspace(0.0, end, number)
     if times is None:
-        return np.array([0.0, end])
+        return np.linspace(0.0, end, number or 2)
     try:
         if ":" not in times:
             return np.array([float(time) for time in times.split(",")])

@@ -34,6 +34,7 @@ Where = Annotated[
     list[str] | None,
     option("KEY=VALUE", "Only points with this, as `cor=0.8` or `cor=0.8,0.9`. Can be repeated."),
 ]
+Names = Annotated[list[str] | None, option("NAME", "Only what has NAME in it. Can be repeated.")]
 AsJson = Annotated[bool, flag("--json", "Print JSON on stdout.")]
 Jobs = Annotated[
     int | None, option("N", "Repeats at a time [all cores].", "-j", "--jobs", min=1, max=1024)
