@@ -4,7 +4,7 @@ import re
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -24,6 +24,8 @@ from snooker_cli.runs import open_run
 from snooker_cli.runs.folder import writing
 
 MOST_TO_LIST = 1_000_000  # collisions that --list may read; of more it reads each first repeat
+GIVEN = "temperature", "area", "packing"  # in tables only where they differ between points
+WIDEST = 100  # columns of a table; what does not fit follows in another one
 MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 
 
@@ -120,20 +122,32 @@ def plot(
 
 
 def _table(figure: FigureData) -> list[str]:
-    """The numbers of several points as a table; empty if there are none."""
+    """The numbers of several points, in tables of at most ``WIDEST``; empty if there are none."""
     rows = figure.numbers.get("points", [])
-    floats = [name for row in rows[:1] for name in row if isinstance(row[name], float)]
-    names = [name for name in floats if not name.endswith("_error")]
-    if names and rows[1:]:
-        cells = [
-            [with_error(row.get(name), row.get(f"{name}_error")) for name in names] for row in rows
-        ]
-        table = [
-            [point_label(row["parameters"]), *cell] for row, cell in zip(rows, cells, strict=True)
-        ]
-        headings = ["point", *(f">{name.replace('_', ' ')}" for name in names)]
-        return first(text_table(headings, table), rest=" points in the JSON file")
-    return []
+    columns: list[list[str]] = []
+    for name in [name for row in rows[:1] for name in row if isinstance(row[name], float)]:
+        cells = [with_error(row.get(name), row.get(f"{name}_error")) for row in rows]
+        if rows[1:] and not name.endswith("_error") and (name not in GIVEN or len(set(cells)) > 1):
+            columns.append([name.replace("_", " "), *cells])
+    points = ["point", *map(point_label, _varying([row["parameters"] for row in rows]))]
+    tables: list[list[list[str]]] = []
+    for column in columns:
+        table = tables[-1] if tables else []
+        if not table or sum(2 + max(map(len, each)) for each in [*table, column]) > WIDEST + 2:
+            tables.append(table := [points])
+        table.append(column)
+    lines: list[str] = []
+    for table in tables:
+        (point, *headings), *shown = zip(*table, strict=True)
+        found = text_table([point, *(f">{heading}" for heading in headings)], shown)
+        lines += first(found, rest=" points in the JSON file")
+    return lines
+
+
+def _varying(parameters: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The keys that differ between these points, with their values."""
+    keys = {key for each in parameters for key in each if each[key] != parameters[0][key]}
+    return [{key: value for key, value in each.items() if key in keys} for each in parameters]
 
 
 def _inches(text: str | None, dpi: int | None) -> tuple[float, float] | None:

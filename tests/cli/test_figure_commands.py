@@ -83,3 +83,27 @@ def test_the_list_reads_all_repeats_if_a_first_one_has_no_collisions(
     read.clear()
     assert snooker("plot", "small", "--list").code == 0
     assert read == {0, 1, 2}
+
+
+def test_tables_of_figures_have_what_differs_and_fit_the_terminal(
+    tmp_path: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert snooker("init", "haff", "--out", "haff.yaml").code == 0
+    small = ["-o", "balls.count=40", "-o", "collisions=800", "-o", "repeats=3"]
+    swept = ["-o", "cor=0.7,0.9", "-o", "balls.radius=1,2"]
+    assert snooker("run", "haff.yaml", *small, *swept).code == 0
+    chosen = ["--where", "balls.radius=1"]
+    printed = snooker("plot", "haff", "haff-time", *chosen).out.splitlines()
+    heads = [line for line in printed if line.startswith("point ")]
+    assert len(heads) == 2  # one table is too wide
+    assert max(map(len, printed)) <= 100
+    assert [line.split()[0] for line in printed[-2:]] == ["cor=0.7", "cor=0.9"]
+    names = " ".join(heads)
+    assert all(name in names for name in ("theory alpha", "first rate", "fitted last rate"))
+    (head,) = (
+        line
+        for line in snooker("plot", "haff", "ideal-ratio", *chosen).out.splitlines()
+        if line.startswith("point ")
+    )
+    assert "over ideal" in head
