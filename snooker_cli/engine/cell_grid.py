@@ -37,6 +37,9 @@ CENTRE_X, CENTRE_Y, WIDTH, UNTIL = range(4)
 ROUNDING = 1.0 + 1e-9
 """A cell is this much wider than a ball: crossings are timed with a rounding or two."""
 
+MOST_IN_ROW = 64
+"""Cells in a row at most, for each ball: a slender box does not need more."""
+
 MARGIN = 0.1
 """Way of a free container, in cells, until all is predicted again."""
 
@@ -131,8 +134,9 @@ def new_mesh(scene: Scene, side: float) -> Mesh:
     Raises ``SceneError`` if a periodic box is too small: a ball that enters a cell looks as far as
     two cells, which must be less than half of the box.
     """
-    side = max(side, 2.0 * float(np.max(scene.radii)) * ROUNDING)
     width, height = scene.container.size
+    slender = max(width, height) / (MOST_IN_ROW * scene.number)
+    side = max(side, slender, 2.0 * float(np.max(scene.radii)) * ROUNDING)
     if scene.container.period is not None:
         scene.container.check_radii(scene.radii)
         columns = max(int(width / side), PERIODIC_DIAMETERS)

@@ -16,9 +16,8 @@ from snooker_cli.engine.kernel_state import Recorded, State
 from snooker_cli.engine.prediction import is_trapped
 from snooker_cli.engine.sampling import Grid, next_sample, sample_until
 
-CROSSINGS_AT_ONCE = 64
-"""Crossings, for each event of the limit, after which the kernel returns so that a repeat without
-events can be stopped too."""
+CROSSINGS_AT_ONCE = 1_000_000
+"""Crossings after which the kernel returns, so that a repeat with few events can be stopped too."""
 
 
 @kernel
@@ -44,7 +43,7 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid | None, l
         if large:
             chains = fetch_ahead(now, chains, state, cells)
         if balls[cell_grid.CONTACT_TIME, i] > now:
-            if crossings == CROSSINGS_AT_ONCE * limit:
+            if crossings == CROSSINGS_AT_ONCE:
                 return clock.FULL
             crossings += 1
             if not cell_prediction.cross(i, now, state, cells):

@@ -175,9 +175,14 @@ class Engine(ABC):
         self.times[active] = epochs + clocks
         if self.grids is None:
             rows = active.tolist(), epochs.tolist(), (done - before).tolist()
-            for each, i, j, impulse, repeat, epoch, new in zip(*records, *rows, strict=True):
-                time, residual = clock.times(epoch, each[:new])
-                events = Events(time, i[:new], j[:new], impulse[:new], residual)
+            for *columns, repeat, epoch, new in zip(*records, *rows, strict=True):
+                if new == 0 and self.chunks[repeat]:
+                    continue
+                if new < limit:  # a view would keep the whole chunk in memory
+                    columns = [column[:new].copy() for column in columns]
+                each, i, j, impulse = columns
+                time, residual = clock.times(epoch, each)
+                events = Events(time, i, j, impulse, residual)
                 (self.chunks[repeat].append if sink is None else sink)(events)
         for row in np.flatnonzero((done > before) & (done % epoch_length == 0)).tolist():
             following = clock.following(float(epochs[row]), float(clocks[row]))
@@ -365,7 +370,7 @@ class InCells(Engine):
                 self._renew_margin(float(self.cells.margin.place[cell_grid.UNTIL]))
                 self._fill()
                 renewals += 1
-                if renewals * (RENEWAL + self.scene.number) >= cells.CROSSINGS_AT_ONCE * limit:
+                if renewals * (RENEWAL + self.scene.number) >= cells.CROSSINGS_AT_ONCE:
                     answer = FULL
         idle = answer == FULL and self.state.collisions == begun
         answers[0] = NOTHING_LEFT if idle and self._moves_as_one() else answer

@@ -247,3 +247,25 @@ def test_cells_that_overflow_get_more_room(shape, container_mass, drift):
     assert overflows > 5
     if drift > 0:
         assert engine.state.container[ks.X] > 100 * engine.cells.mesh.width
+
+
+def test_balls_that_seldom_meet_take_no_memory():
+    """Balls of 1 m in a box of 18,000 km: millions of crossings between two collisions."""
+    engine = InCells([gas("periodic", 4, 4e-14)], 3, None)
+    calls = 0
+    while len(engine.active):
+        engine.chunk()
+        calls += 1
+    (kept,) = engine.chunks
+    assert calls > 5 * 3
+    assert [len(events) for events in kept if len(events)] == [1] * 3
+    assert len(kept) <= 4
+    held = [events.i if events.i.base is None else events.i.base for events in kept]
+    assert sum(each.size for each in held) <= 2 * 3
+
+
+@pytest.mark.parametrize("name", ["box", "periodic"])
+def test_a_slender_box_has_no_more_cells_than_its_balls_need(name):
+    scene = gas(name, 6, 1e-18, aspect=1e12)
+    mesh = InCells([scene], 10, None).cells.mesh
+    assert 100 < mesh.columns <= cell_grid.MOST_IN_ROW * scene.number + 2
