@@ -77,6 +77,8 @@ def bug_message(error: str, trace: str) -> str:
     if os.environ.get(TRACEBACK, "") not in ("", "0"):
         print(trace, file=sys.stderr)
         where = ""
+    if "MemoryError" in error.partition(":")[0]:
+        return f"there is too little memory ({error}); use fewer balls, or a smaller --jobs{where}"
     return (
         f"unexpected {error}; this is a bug in snooker, please report it with the command and the "
         f"config{where}"

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command_line import Snooker
 
@@ -102,6 +103,21 @@ def test_an_unexpected_error_is_a_sentence_and_a_traceback_on_request(
     assert len(printed) == 10
     assert all(" failed: unexpected KeyError: 'lost'; " in line for line in printed)
     assert ended.err.count("Traceback") == (10 if wanted == "1" else 0)
+
+
+def too_large(*_arguments: object, **_options: object) -> None:
+    np.empty(2**56)
+
+
+def test_too_little_memory_is_a_sentence(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("snooker_cli.runs.batch.versions", too_large)
+    ended = snooker("run", "small.yaml", "--no-progress", "-j", "1", "--fresh")
+    assert ended.code == 4
+    assert "there is too little memory (" in ended.err
+    assert "use fewer balls, or a smaller --jobs" in ended.err
+    assert "bug" not in ended.err
 
 
 @pytest.mark.parametrize(
