@@ -74,12 +74,17 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
     choice = f"the keys here are {', '.join(known)}"
     if "." in key:
         return f"{named} is given, but dotted keys are for sweep and -o only; {choice}", ""
+    homes = [place for place, home in _MODELS.items() if key in home.model_fields]
+    if homes and () not in homes and model is Experiment:
+        parts = dict.fromkeys(place[0] for place in homes)
+        dotted = " or ".join(f"{part}.{key}" for part in parts)
+        where = f"{' or '.join(parts)}; with -o it is {dotted}"
+        return f"{named} is given, but this key belongs to {where}", ""
+    if homes:
+        name = " with ".join(homes[0][:2]) or "the top level, without indentation"
+        return f"{named} is given, but this key belongs to {name}; {choice}", ""
     if close := difflib.get_close_matches(key.lower(), known, n=1):
         return f"there is no such key; did you mean {close[0]}?", close[0]
-    for place, home in _MODELS.items():
-        if key in home.model_fields and home is not model:
-            name = " with ".join(place[:2]) or "the top level, without indentation"
-            return f"{named} is given, but this key belongs to {name}; {choice}", ""
     return f"there is no such key; {choice}", ""
 
 

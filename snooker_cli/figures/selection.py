@@ -69,7 +69,9 @@ def value_at(point: Point, key: str) -> Any:
     value: Any = point.experiment
     for name in key.split("."):
         if name not in getattr(type(value), "model_fields", ()):
-            raise FigureError(f"the experiment has no key {key}; name one that its config has")
+            longer = [each for each in parameters if each.endswith(f".{key}")]
+            advice = f"did you mean {longer[0]}?" if longer else "name one that its config has"
+            raise FigureError(f"the experiment has no key {key}; {advice}")
         value = getattr(value, name)
     return value
 
