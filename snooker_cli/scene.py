@@ -133,8 +133,8 @@ def check_speeds(scene: Scene, velocities: NDArray[np.float64]) -> None:
     """
     shortest = min(scene.container.shortest_way(scene.radii), 1.0)
     longest = max(4 * max(scene.container.size), 1.0)
-    speeds = np.hypot(velocities[..., 0], velocities[..., 1])
     with np.errstate(over="ignore", under="ignore"):
+        speeds = np.hypot(velocities[..., 0], velocities[..., 1])
         slow = (speeds > 0) & ((speeds * shortest) ** 2 < TINY)
         wrong = slow | ~np.isfinite((speeds * longest) ** 2)
         energies = np.sum(scene.masses * speeds**2, axis=1) / 2

@@ -65,8 +65,11 @@ Pair = Annotated[
     tuple[Coordinate, Coordinate], _FROM_LIST, _needs("a pair of finite numbers [x, y]", False)
 ]
 Positive = Annotated[float, Field(gt=0), _needs("a finite number above 0")]
-Mass = Annotated[float, Field(ge=1e-100, le=1e100), _needs("a number from 1e-100 to 1e100")]
-NotNegative = Annotated[float, Field(ge=0), _ZERO, _needs("a finite number of 0 or more")]
+Amount = Annotated[float, Field(ge=1e-50, le=1e50), _needs("a number above 0 (from 1e-50 to 1e50)")]
+"""A length or a mass: areas and energies are doubles."""
+Speed = Annotated[
+    float, Field(ge=0, le=1e150), _ZERO, _needs("a number of 0 or more (at most 1e150)")
+]
 Fraction = Annotated[float, Field(gt=0, le=1), _needs("a number above 0, at most 1")]
 Restitution = Annotated[float, Field(ge=0, le=1), _ZERO, _needs("a number from 0 to 1")]
 Count = Annotated[
@@ -125,11 +128,11 @@ class ContainerConfig(_Sparse):
 
     shape: ShapeName = Circle.name
     """Shape: a circle, a box with four walls, or a periodic box without walls."""
-    radius: Positive | None = None
+    radius: Amount | None = None
     """Inner radius of the circle, m; absent: follows from packing."""
-    width: Positive | None = None
+    width: Amount | None = None
     """Inner width of the box, along x, m; absent: follows from packing."""
-    height: Positive | None = None
+    height: Amount | None = None
     """Inner height of the box, along y, m; absent: as width, a square."""
     packing: Fraction | None = None
     """Fraction of the container's area that balls given by count cover. Two of this, the
@@ -159,11 +162,11 @@ class Rings(Model):
 
     rings: RingNumber
     """Number of rings n around the central ball; 1 + 3n(n+1) balls."""
-    radius: Positive
+    radius: Amount
     """Radius of every ball, m."""
-    mass: Mass = 1.0
+    mass: Amount = 1.0
     """Mass of every ball, kg."""
-    speed: NotNegative
+    speed: Speed
     """Speed of every ball at the start, m/s."""
     ring_extent: Fraction = 0.8
     """Radius of the outermost ring, as a fraction of the container radius."""
@@ -176,9 +179,9 @@ class Ball(Model):
     """Position [x, y] of the ball's centre at the start, m."""
     velocity: Pair
     """Velocity [u, v] at the start, m/s."""
-    radius: Positive
+    radius: Amount
     """Radius of the ball, m."""
-    mass: Mass = 1.0
+    mass: Amount = 1.0
     """Mass of the ball, kg."""
 
 
@@ -194,11 +197,11 @@ class Species(_Sparse):
 
     count: Number
     """Number of balls."""
-    radius: Positive | None = None
+    radius: Amount | None = None
     """Radius of every ball, m; absent: follows from packing."""
-    mass: Mass = 1.0
+    mass: Amount = 1.0
     """Mass of every ball, kg."""
-    speed: NotNegative
+    speed: Speed
     """Speed of every ball at the start, m/s; with speeds: maxwell the root mean square. In a
     periodic box the total momentum of balls given by count is set to zero at the same energy."""
     speeds: Literal["equal", "maxwell"] = "equal"

@@ -68,10 +68,13 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             counts = [each.count for each in experiment.species]
             of_gas = np.repeat([each.mass for each in experiment.species], counts)
             positions = _positions(experiment, container, sizes, (places, radii), repeats)
-            drawn = _velocities(experiment, of_gas, repeats)
+            drawn = _velocities(experiment, repeats)
             velocities = np.concatenate([velocities, drawn], axis=1)
             radii = np.append(radii, np.repeat(sizes, counts))
             masses = np.append(masses, of_gas)
+            if not container.has_wall:
+                check_speeds(Scene(positions[0], velocities[0], radii, masses, **same), velocities)
+                _set_at_rest(velocities[:, len(placed) :], of_gas)
         pairs = zip(positions, velocities, strict=True)
         scenes = [Scene(*one, radii, masses, **same) for one in pairs]
         for k, scene in enumerate(scenes):
@@ -164,13 +167,13 @@ def _positions(
     return [np.concatenate([placed[0], places]) for places in shuffles]
 
 
-def _velocities(experiment: Experiment, masses: Floats, repeats: Sequence[int]) -> Floats:
+def _velocities(experiment: Experiment, repeats: Sequence[int]) -> Floats:
     """Random velocities; (*repeats*, *N*, 2), m/s.
 
-    Each species has the kinetic energy of balls that all have its speed. In a periodic box the
-    total momentum is zero, and one factor restores the energy.
+    Each species has the kinetic energy of balls that all have its speed.
     """
-    species, number, seed = experiment.species, len(masses), stream_seed(experiment)
+    species, seed = experiment.species, stream_seed(experiment)
+    number = sum(each.count for each in species)
     velocities = random_directions(number, seed, repeats)
     if any(each.speeds == "maxwell" for each in species):
         normals = random_normals(number, seed, repeats)
@@ -182,8 +185,14 @@ def _velocities(experiment: Experiment, masses: Floats, repeats: Sequence[int]) 
                 velocity[:] = normal / math.sqrt(_sum_of_squares(normal) / each.count)
         velocities[:, part] *= each.speed
         first += each.count
-    if experiment.container.shape_class.has_wall:
-        return velocities
+    return velocities
+
+
+def _set_at_rest(velocities: Floats, masses: Floats) -> None:
+    """Take the momentum from each repeat's velocities, (*repeats*, *N*, 2), m/s, in place.
+
+    One factor restores the energy.
+    """
     roots = np.sqrt(masses)[:, None]
     mass = math.fsum(masses.tolist())
     for velocity in velocities:
@@ -193,7 +202,6 @@ def _velocities(experiment: Experiment, masses: Floats, repeats: Sequence[int]) 
         left = _sum_of_squares(roots * velocity)
         if left > 0:
             velocity *= math.sqrt(energy / left)
-    return velocities
 
 
 def _sum_of_squares(values: Floats) -> float:

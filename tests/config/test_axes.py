@@ -115,7 +115,7 @@ def test_values_of_a_zip_are_checked_together() -> None:
     [
         ("cor=0.5", BASE.replace("cor: 0.8", "cor: 0.5")),
         (" cor = 0.5 # half", BASE.replace("cor: 0.8", "cor: 0.5")),
-        ("balls.radius=1e-300:1e300:3", BASE + "sweep: {balls.radius: [1e-300, 5e299, 1e300]}\n"),
+        ("balls.speed=1e-300:1e150:3", BASE + "sweep: {balls.speed: [1e-300, 5e149, 1e150]}\n"),
         ("container.mass=.inf", BASE.replace("1.0e7", ".inf")),
         ("time=1e1", BASE + "time: 10\n"),
         ("wall_cor=null", BASE),

@@ -139,7 +139,7 @@ def test_schema_knows_what_can_be_swept() -> None:
     document = made_schema()
     sweep = document["properties"]["sweep"]
     assert list(sweep["properties"]) == [*SWEPT.split(), "zip"]
-    for key, types in {"cor": "'maximum': 1", "balls.radius": "'exclusiveMinimum': 0"}.items():
+    for key, types in {"cor": "'maximum': 1", "balls.radius": "'minimum': 1e-50"}.items():
         entry: Any = document
         for part in sweep["properties"][key]["items"]["$ref"].split("/")[1:]:
             entry = entry[part]

@@ -169,10 +169,10 @@ POSITIVE = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
 PLANE = st.tuples(*2 * [st.floats(allow_nan=False, allow_infinity=False)])
 RESTITUTION = st.floats(0, 1)
 FRACTIONS = st.floats(0, 1, exclude_min=True)
-MASS = st.floats(1e-100, 1e100)
-EQUAL = {"mass": MASS, "speed": st.floats(min_value=0, allow_infinity=False)}
-RINGS = st.builds(Rings, rings=st.integers(0, 9), radius=POSITIVE, ring_extent=FRACTIONS, **EQUAL)
-BALLS = st.builds(Ball, position=PLANE, velocity=PLANE, radius=POSITIVE, mass=MASS)
+AMOUNT = st.floats(1e-50, 1e50)
+EQUAL = {"mass": AMOUNT, "speed": st.floats(0, 1e150)}
+RINGS = st.builds(Rings, rings=st.integers(0, 9), radius=AMOUNT, ring_extent=FRACTIONS, **EQUAL)
+BALLS = st.builds(Ball, position=PLANE, velocity=PLANE, radius=AMOUNT, mass=AMOUNT)
 LISTS = st.builds(BallList, list=st.lists(BALLS, min_size=1, max_size=3))
 COUNT = EQUAL | {"count": st.integers(2, 10**6), "speeds": st.sampled_from(["equal", "maxwell"])}
 STARTS = st.none() | st.sampled_from(["lattice", "random"])
@@ -180,15 +180,15 @@ BOXES = st.sampled_from(["box", "periodic"])
 PACKED = st.builds(ContainerConfig, shape=BOXES | st.just("circle"), packing=FRACTIONS)
 FILLED = (
     st.tuples(
-        st.builds(ContainerConfig, radius=POSITIVE, mass=POSITIVE | st.just(math.inf)),
+        st.builds(ContainerConfig, radius=AMOUNT, mass=POSITIVE | st.just(math.inf)),
         RINGS | LISTS,
     )
     | st.tuples(
-        st.builds(ContainerConfig, shape=BOXES, width=POSITIVE, height=st.none() | POSITIVE),
+        st.builds(ContainerConfig, shape=BOXES, width=AMOUNT, height=st.none() | AMOUNT),
         LISTS | st.builds(BallCount, **COUNT, start=STARTS, packing=FRACTIONS),
     )
-    | st.tuples(PACKED, st.builds(BallCount, **COUNT, start=STARTS, radius=POSITIVE))
-    | st.tuples(PACKED, st.tuples(*2 * [st.builds(Species, **COUNT, radius=POSITIVE)]))
+    | st.tuples(PACKED, st.builds(BallCount, **COUNT, start=STARTS, radius=AMOUNT))
+    | st.tuples(PACKED, st.tuples(*2 * [st.builds(Species, **COUNT, radius=AMOUNT)]))
 )
 """Two of the container's size, the radius and packing; and places in a container with a size."""
 

@@ -228,9 +228,19 @@ def test_overlaps_with_images_are_seen(places, apart):
     starting_scene(listed(*(ball(*place, 0.7) for place in places), **PERIODIC), 0)
 
 
-@pytest.mark.parametrize("speed", [1e-160, 1e160])
-def test_speeds_beyond_the_squares_of_doubles_are_refused(speed):
-    assert error_of(counted("radius: 9", f"{{rings: 1, radius: 1, speed: {speed}}}")).key == "balls"
+@pytest.mark.parametrize("speed", [1e-160, 1e150])
+@pytest.mark.parametrize(
+    ("container", "balls"),
+    [
+        ("radius: 1e9", "{rings: 1, radius: 1, speed: SPEED}"),
+        ("radius: 1e9", "{count: 9, radius: 1, mass: 1e50, speed: SPEED, speeds: maxwell}"),
+        ("shape: periodic, width: 20", "{count: 9, radius: 1, mass: 1e50, speed: SPEED}"),
+    ],
+)
+def test_speeds_beyond_the_squares_of_doubles_are_refused(container, balls, speed):
+    error = error_of(counted(container, balls.replace("SPEED", str(speed))))
+    assert error.key == "balls"
+    assert "nearer to 1" in str(error)
 
 
 # Balls by count: of size, radius and packing the third follows

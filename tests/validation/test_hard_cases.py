@@ -76,8 +76,8 @@ def lone(radius: float = 1.0, speed: float = 1.0, mass: float = 1.0) -> Scene:
         {"radius": 10.0},
         {"radius": math.nextafter(10.0, 11.0)},
         *({"speed": speed} for speed in (1e-155, 1e-200, 1e200)),
-        {"mass": 1e100, "speed": 1e150},
-        {"mass": 1e-100, "speed": 1e-150},
+        {"mass": 1e50, "speed": 1e140},
+        {"mass": 1e-50, "speed": 1e-140},
     ],
 )
 def test_balls_that_do_not_fit_and_energies_that_are_no_doubles_are_refused(
