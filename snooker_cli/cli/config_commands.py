@@ -71,6 +71,8 @@ def init(
     path = out or Path(f"{template}.yaml")
     if os.path.lexists(path):
         raise UserError(f"{path}: exists already", "give --out for another name")
+    commands = rf"^(#   snooker \w+ ){template}\b"  # in comments; they name the file
+    text = re.sub(commands, lambda one: one[1] + path.stem, text, flags=re.MULTILINE)
     schema_text = SCHEMA_FILE.read_text("utf-8")
     for written, content in ((path, text), (path.with_name(SCHEMA), schema_text)):
         write_text(written, content)

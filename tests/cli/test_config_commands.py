@@ -57,6 +57,14 @@ def test_every_key_is_explained_and_commands_use_the_templates_name(
         assert snooker(command, "--help").code == 0
 
 
+def test_commands_in_a_template_have_the_name_of_the_file(here: Path, snooker: Snooker) -> None:
+    assert snooker("init", "haff", "--out", "my-gas.yaml").code == 0
+    text = Path("my-gas.yaml").read_text(encoding="utf-8")
+    commands = re.findall(r"^#   snooker (.*)", text, flags=re.MULTILINE)
+    about = ["run my-gas.yaml", "fit my-gas", "compare my-gas", "plot my-gas energy-fit"]
+    assert commands == about
+
+
 def test_the_template_report_is_configs_decay(here: Path, snooker: Snooker) -> None:
     snooker("init", "report")
     ours, theirs = load("report.yaml").experiment, load(CONFIGS / "decay.yaml").experiment
