@@ -213,3 +213,73 @@ def test_overrides(
     snooker: Snooker, command: tuple[str, ...], text: str, overrides: list[str]
 ) -> None:
     check(snooker, command, text, *overrides)
+
+
+CALM = """\
+container: {radius: 10}
+balls: {count: 3, radius: 0.1, speed: 0}
+cor: 1
+time: 1
+"""
+"""No ball moves."""
+
+SHORT = CALM.replace("speed: 0", "speed: 10").replace("time: 1", "time: 0.001")
+"""Nothing happens."""
+
+CALM_SPECIES = """\
+container: {radius: 10}
+balls: [{count: 20, radius: 0.3, speed: 10}, {count: 5, radius: 0.2, mass: 5, speed: 0}]
+cor: 1
+time: 0.001
+"""
+
+ALONE = """\
+container: {radius: 10}
+balls: {count: 1, radius: 0.01, speed: 1}
+cor: 0.5
+wall_cor: 0
+collapse: {elastic_below: 0.01}
+collisions: 2000
+"""
+"""After the first collision it slides along the wall: the pressure falls, the energy stays."""
+
+SLOWING = """\
+container: {shape: box, width: 10, height: 40}
+balls: {count: 2, radius: 0.3, speed: 1}
+cor: 0.5
+collisions: 2000
+repeats: 5
+"""
+"""Haff's law with a rate whose square is no double."""
+
+SMALL_RUNS = st.builds(
+    "container: {{{}}}\nballs: {{count: {}, radius: {}, speed: {}, speeds: {}}}\ncor: {}\n"
+    "{}\nrepeats: {}\nrecord: {}\n".format,
+    st.sampled_from(["radius: 10", "radius: 30", "shape: periodic, width: 20, height: 40"]),
+    st.sampled_from([2, 7, 20]),
+    st.sampled_from([0.01, 0.1, 0.5]),
+    st.sampled_from([1, 10]),
+    st.sampled_from(["equal", "maxwell"]),
+    st.sampled_from([0, 0.5, 0.9, 1]),
+    st.sampled_from(["collisions: 1", "collisions: 500", "time: 0.01", "time: 5"]),
+    st.integers(1, 3),
+    st.sampled_from(["events", "summary"]),
+)
+
+
+@given(SMALL_RUNS)
+@example(CALM)
+@example(SHORT)
+@example(CALM_SPECIES)
+@example(ALONE)
+@example(SLOWING)
+@settings(FUZZ, max_examples=max(1, CASES // 30))
+def test_results_of_small_runs_have_no_warnings(snooker: Snooker, here: Path, text: str) -> None:
+    """Runs with few balls or events, which leave means empty and errors unknown."""
+    (here / "small.yaml").write_text(text)
+    ended = snooker("run", "small.yaml", "--fresh", "--no-progress", "--out", "small")
+    assert ended.code in (0, 4, 5), ended.err
+    commands = (("fit", "--all"), ("compare", "--all"), ("plot",), ("export", "--table"))
+    for command, *options in commands:
+        ended = snooker(command, "small", *options)
+        assert ended.code == 0, (command, ended.err)

@@ -34,8 +34,9 @@ HEAVY = 1000.0
 def fluid(
     number: float, temperature: float, radius: float, container: Container
 ) -> theory.FluidState | None:
-    """The state of equal hard disks; ``None`` if they are too dense to be a fluid."""
-    if container.packing_fraction(number * radius**2) > theory.DENSEST_FLUID:
+    """The state of equal hard disks; ``None`` at rest, or if they are too dense to be a fluid."""
+    packing = container.packing_fraction(number * radius**2)
+    if temperature == 0.0 or packing > theory.DENSEST_FLUID:
         return None
     try:
         return theory.fluid_state(number, temperature, radius, container)

@@ -81,6 +81,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     found = decays(traces, (quantity,))
     if not any(decay.fits[row].converged for decay in found):
         raise FigureError(f"repeat {number} cannot be fitted: {found[0].fits[row].message}")
+    found = [decay for decay in found if any(each.converged for each in decay.fits)]
     curves = [(each.time, each.value) for each in (curve(trace, quantity) for trace in traces)]
     started = [each for each in curves if len(each[0]) > 1]
     log = more_than_a_decade(values for _, values in started)
@@ -246,8 +247,9 @@ def _haff_energy(time: Array, alpha: float, floor: float) -> Array:
 
 def _haff_rate(time: Array, alpha: float, floor: float) -> Array:
     """The decay rate −d ln E/dt of that energy, s⁻¹."""
-    slope = 2 * alpha * (1 - floor) / (1 + alpha * time) ** 3
-    return np.asarray(slope / _haff_energy(time, alpha, floor))
+    slower = 1 + alpha * time
+    above = floor * slower**2 if floor else 0.0  # α may be so large that the square is no double
+    return np.asarray(2 * alpha * (1 - floor) / (slower * (above + 1 - floor)))
 
 
 def _local_rates(traces: Sequence[Trace]) -> tuple[Array, Array, Array, float]:

@@ -173,10 +173,11 @@ def _scale(axes: Axes, data: FigureData) -> None:
         axes.autoscale()
     for axis, limits in ((axes.xaxis, data.x_limits), (axes.yaxis, data.y_limits)):
         _, highest = axis.get_data_interval()
-        if limits[0] is not None and limits[1] is None and np.isfinite(highest):
+        least, most = limits
+        if least is not None and most is None and least < highest < np.inf:
             # Matplotlib's margin is a share of the data's span, which may be nothing.
-            high = highest + MARGIN * (highest - limits[0])
-            axis.set_view_interval(limits[0], high, ignore=True)
+            high = highest + MARGIN * (highest - least)
+            axis.set_view_interval(least, high, ignore=True)
         if axis.get_scale() == "log":
             low, high = axis.get_view_interval()
             few = ticker.LogLocator(subs=(1, 2, 5))

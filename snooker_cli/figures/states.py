@@ -113,7 +113,9 @@ def species_temperature(build: FigureBuilder) -> FigureData:
         for index, name in enumerate(names):
             build.add_means(index, name, times, rows[..., index])
             build.result(name, with_error(*mean_and_error(means[:, index]), "J"))
-        build.record(point, species=names, ratio=mean_and_error(means[:, 0] / means[:, -1]))
+        first, last = means[:, 0], means[:, -1]
+        ratio = mean_and_error(first / last) if np.all(last > 0) else None
+        build.record(point, species=names, ratio=ratio)
     when = "Mean over the second half" if kept else "At the end"
     return build.figure(f"{when}: {build.results_text}.", logarithmic=_covers_decades(build))
 
