@@ -9,7 +9,7 @@ TESTS_READY := .venv/.ready-for-tests
 
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-RUNS := decay temperature area number radius dilute speeds restitution elastic-wall sliding audit
+RUNS := decay temperature area number radius dilute speeds restitution elastic-wall mixed sliding audit
 DONE := $(RUNS:%=runs/%/.done)
 REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.* snooker_cli/report/templates/* snooker_cli/report/measured/* snooker_cli/animation/player/*)
 

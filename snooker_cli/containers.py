@@ -231,7 +231,7 @@ class Circle(Container):
         """That of two opposite vortices, ψ = [J₁(kr) − J₁(kR) r/R] cos φ.
 
         Without shear stress ∂²ψ/∂r² = (∂ψ/∂r)/R at the wall, so 2 J₂(kR) = kR J₃(kR). The rotation
-        of all balls as one never decays (see ``theory.angular_momentum_floor``).
+        of all balls as one never decays (see ``theory.rotation_energy``).
         """
         return 2 * math.pi * self.radius / 3.0542369282271404
 

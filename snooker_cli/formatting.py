@@ -84,6 +84,11 @@ def ratio(value: float | None) -> str:
     return short(value, 2) if value is None or not 10 <= value < 1e6 else rough(value)
 
 
+def probability(value: float | None) -> str:
+    """A probability to two digits, ``<0.001`` below that; a dash for none."""
+    return "<0.001" if value is not None and value < 0.001 else short(value, 2)
+
+
 def plain(value: Any) -> Any:
     """A value as JSON has it: lists for arrays and tuples, ``None`` for what is not finite."""
     if hasattr(value, "tolist"):

@@ -130,8 +130,9 @@ SAMPLING = (
 """What a reader of fits has to know."""
 
 JUDGEMENT = (
-    "χ² is that of ln y in windows of time, with errors over complete repeats (three or more). "
-    f"A law is refused where χ² has a probability below {LEAST_PROBABILITY:g}. "
+    "p is the probability that a law which holds deviates as much from ln y in windows of time "
+    "(Hotelling's test over the complete repeats, three or more). "
+    f"A law is refused where p is below {LEAST_PROBABILITY:g}. "
     '"Holds" is the time until which the law holds, out of the judged time. "End/fit" is '
     "the value at the end over the fit. Local quantities are not judged."
 )

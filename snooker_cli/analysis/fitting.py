@@ -303,7 +303,9 @@ def mean_over_repeats(results: Sequence[FitResult]) -> RepeatMean:
         float(standard_errors(values)),
         count,
         failed,
-        bootstrap_error=float(values[draws].mean(axis=1).std(ddof=1)),
+        # A resample of n repeats scatters by the spread with n instead of n − 1 degrees of freedom.
+        bootstrap_error=float(values[draws].mean(axis=1).std(ddof=1))
+        * math.sqrt(count / (count - 1)),
         max_min_half_range=float(np.ptp(values)) / 2,
     )
 
@@ -314,7 +316,8 @@ class Goodness:
 
     judged_repeats : number of repeats that are judged
     judged_from, judged_to : the judged times (s), in which all these repeats have values
-    chi_squared_per_degree, degrees_of_freedom : its mean is nearly 1 if the law holds
+    chi_squared_per_degree, degrees_of_freedom : F of Hotelling's test; if the law holds, its mean
+        over n repeats is (n − d)/(n − d − 2) with d degrees: 1 for many repeats, 3 for few
     probability : that of a deviation at least as large if the law holds
     holds_to : end of the longest range from ``judged_from`` in which the law holds (s)
     end_over_fit, end_over_fit_error : y over its fit at ``judged_to``, the geometric mean, and its

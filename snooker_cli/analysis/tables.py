@@ -8,9 +8,9 @@ from typing import Any
 from snooker_cli.analysis.comparison import CHI_SQUARE
 from snooker_cli.analysis.decay import FURTHER, range_held
 from snooker_cli.analysis.run_analysis import Records
-from snooker_cli.formatting import point_label, ratio, short, text_table, with_error
+from snooker_cli.formatting import point_label, probability, ratio, short, text_table, with_error
 
-FIT_COLUMNS = "quantity | model | A | >constant, 1/s | >χ²/dof | >holds, s | >end/fit"
+FIT_COLUMNS = "quantity | model | A | >constant, 1/s | >p | >holds, s | >end/fit"
 COMPARE_COLUMNS = "quantity | model | >measured | >predicted | >difference | >in errors"
 """Columns of a point's table. It fits 100 columns of a terminal."""
 
@@ -69,7 +69,7 @@ def fit_cells(one: dict[str, Any], every: bool = False) -> list[str]:
         one["model"],
         "1" if one["amplitude"] == "fixed at 1" else "free",
         with_error(one["value"], one["error"]),
-        ratio(one["chi_squared_per_degree"]),
+        probability(one["probability"]),
         range_held(one),
         ratio(one["end_over_fit"]),
     ]

@@ -40,8 +40,8 @@ def fit(
     """Fit decay constants of energy, temperature and pressure.
 
     The models are exponential decay and Haff's law, 1/(1 + αt)². Each repeat is fitted. A table
-    shows the mean over the repeats with its standard error, χ² per degree of freedom, and the time
-    until which the law holds within the errors over repeats. A is the amplitude, 1 or free. The
+    shows the mean over the repeats with its standard error, the probability p of deviations as
+    large if the law holds, and the time until which it holds. A is the amplitude, 1 or free. The
     last column is the value at the end over the fit. --all adds half of the range, which is the
     source report's error, the bootstrap error, the temperature, and A = 1 for the pressure, which
     the source report has. The fits of all times are saved in RUN/fit.json. With --from or --until

@@ -51,7 +51,7 @@ FLOOR_MATTERS = 0.1  # the floor is drawn where it is at least this share of the
 SAME_FLOOR = 0.01  # floors that differ by less are one line
 
 _FLOORS = {
-    "L": " The angular momentum L keeps the energy L²/(2mNa²), a = R − r.",
+    "L": " L keeps the energy L²/2I of a rotation, I at the end.",
     "p": " The momentum p keeps the energy p²/(2Nm).",
 }
 """The floor of the energy in a circle, and in a periodic box."""
@@ -206,7 +206,7 @@ def haff_time(build: FigureBuilder) -> FigureData:
         k, alpha = rate["exponential"], rate["haff"]
         if not (math.isfinite(k) and math.isfinite(alpha)):
             raise FigureError("a point's repeats are too short to be fitted; run longer")
-        floor = float(np.mean([predictions.floor(trace.start) for trace in traces]))
+        floor = float(np.mean([predictions.floor(trace) for trace in traces]))
         laws: dict[str, tuple[float, float]] = {"fitted": (alpha, 0.0)}
         record: dict[str, Any] = {"k": k, "alpha": alpha, "floor": floor, "windows": len(rates)}
         if (expected := predictions.haff_rate(scene)) is not None:
@@ -289,6 +289,7 @@ def _local_rates(traces: Sequence[Trace]) -> tuple[Array, Array, Array, float]:
 
 def event_decay(build: FigureBuilder) -> FigureData:
     """The energy against collisions, where kinetic theory has an exponential at any density."""
+    drawn: list[float] = []
     for index, point in enumerate(build.points):
         traces = list(build.traces(point))
         scene = traces[0].start
@@ -302,7 +303,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
         counts = np.unique(np.linspace(0.0, shortest, COUNTS + 1).round())
         rows = np.array([_against_counts(series(trace), scene, counts) for trace in calm])
         energies, expected = rows[:, 0], rows[:, 1]
-        floors = np.array([predictions.floor(trace.start) for trace in traces])[:, None]
+        floors = np.array([predictions.floor(trace) for trace in traces])[:, None]
         x, final = counts / scene.number, mean_and_error(energies[:, -1])
         build.add_points(index, point, x, energies)
         floor, alone = float(floors.mean()), expected.mean(axis=0)
@@ -311,18 +312,21 @@ def event_decay(build: FigureBuilder) -> FigureData:
             record["theory"] = alone[-1]
             text += f", expected {short(alone[-1])}"
             build.lines.append(Line(x, alone, None, index, "solid"))
-            if floor >= FLOOR_MATTERS * final[0]:
-                above = (floors + (1 - floors) * expected).mean(axis=0)
-                build.lines.append(Line(x, above, None, index, "dashed"))
+            if math.isfinite(floor):
+                above = (floors + (1 - floors) * rows[:, 2]).mean(axis=0)
                 record["theory_above_floor"] = above[-1]
+                if floor >= FLOOR_MATTERS * final[0]:
+                    build.lines.append(Line(x, above, None, index, "dashed"))
+                    drawn.append(floor)
         build.record(point, text, **record, final_ratio=final)
     kept, caption = _kept(build.points), f"E/E(0) in the end: {build.results_text}."
     if any("theory" in record for record in build.records):
         build.lines.append(legend_line("expected from the counted collisions", "solid"))
-        caption += " Lines: a collision between balls takes (1 − e²)E/N"
+        shared = "(N + ½)" if kept == "L" else "(N − ½)"
+        caption += f" Lines: a collision between balls takes (1 − e²)E/{shared}"
         lossy = kept == "L" and any(one.experiment.effective_wall_cor < 1 for one in build.points)
-        caption += ", one with the wall of CoR e′ (1 − e′²)E/N." if lossy else "."
-    if drawn := [each["floor"] for each in build.records if "theory_above_floor" in each]:
+        caption += f", one with the wall of CoR e′ (1 − e′²)E/{shared}." if lossy else "."
+    if drawn:
         build.lines.append(legend_line(f"the same above the energy kept by {kept}", "dashed"))
         caption += _FLOORS[kept]
         if max(drawn) - min(drawn) < SAME_FLOOR * max(drawn):
@@ -332,8 +336,11 @@ def event_decay(build: FigureBuilder) -> FigureData:
     return build.figure(caption)
 
 
-def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, Array]:
-    """A repeat's energy ratio after these collisions, and the ratio expected from them."""
+def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, Array, Array]:
+    """A repeat's energy ratio after these collisions; the ratio expected from them.
+
+    Last, the ratio of the energy above the kept one: in a circle a component less shares it.
+    """
     events = found.wall_events + found.pair_events
     # A summary's rows may share a count: the last of them counts.
     last = np.append(events[1:] > events[:-1], True)
@@ -341,10 +348,14 @@ def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, 
         np.interp(counts, events[last], column[last])
         for column in (energy_ratio(found), found.wall_events, found.pair_events)
     )
-    expected = theory.energy_ratio_by_events(
-        scene.number, scene.restitution, pairs, scene.wall_restitution, wall
+    shared = predictions.components(scene)
+    free, above = (
+        theory.energy_ratio_by_events(
+            number, scene.restitution, pairs, scene.wall_restitution, wall
+        )
+        for number in (shared, shared - scene.container.has_wall)
     )
-    return ratio, np.asarray(expected)
+    return ratio, free, above
 
 
 def _kept(points: Sequence[Point]) -> str:

@@ -6,16 +6,15 @@ from typing import Any
 
 from snooker_cli import theory
 from snooker_cli.report import reproduction
+from snooker_cli.report.explanations import COMBINATIONS, LIKELY, TARGETS, Explanations
 from snooker_cli.report.reproduction import Runs, StatedResults
-from snooker_cli.report.setting_search import FREEDOM, PARTS, TARGETS, Candidate, Search, simplest
 from snooker_cli.report.source_values import COEFFICIENTS, SOURCE_VALUES, OurValue, SourceValue
 
 # Verdicts
 REPRODUCED = "reproduced"
 FOLLOWS = "from its own numbers"
 FORMULA = "one formula fits"
-EXPLAINED = "one setting fits"
-ALONE = "fits by itself only"
+EXPLAINED = "an explanation fits"
 UNEXPLAINED = "not explained"
 
 
@@ -24,8 +23,9 @@ class AuditRow:
     """A printed number and the verdict on it.
 
     ours : our value for the stated scene
-    common : our value for the best setting of all; ``None`` if it gives none
-    explanation, explained : the best explanation of this number alone, in words and as a value
+    common : our value for the best combination of all; ``None`` if it gives none
+    explanation, explained : the first that agrees with this number alone, or the nearest: in words,
+        and its value
     """
 
     number: SourceValue
@@ -59,15 +59,10 @@ class Audit:
 
     rows: tuple[AuditRow, ...]
     claims: list[dict[str, Any]]
-    search: Search
+    explanations: Explanations
     stated: StatedResults
     repeats: int
     complete: int
-
-    @property
-    def best(self) -> Candidate:
-        """The setting that explains the measured numbers best."""
-        return self.search.ranked[0]
 
     def row(self, name: str) -> AuditRow:
         """The row of a printed number."""
@@ -75,37 +70,34 @@ class Audit:
 
     def as_json(self) -> dict[str, Any]:
         """All numbers of the audit."""
-        found = self.search
+        found = self.explanations
         return {
-            "settings": len(found.candidates),
-            "ranked": len(found.ranked),
-            "near": found.near,
             "slip": found.factor,
-            "free_slip": asdict(found.free),
-            "freedom": FREEDOM,
-            "support": {part: found.support(part) for part in PARTS},
+            "freedom": len(TARGETS),
+            "limit": LIKELY,
+            "combinations": len(COMBINATIONS),
             "mean_free_path": asdict(self.stated.mean_free_path),
             "complete": self.complete,
-            "profile": [
+            "explanations": [
                 {
-                    "setting": one.description,
-                    "score": one.score,
-                    "wins": found.wins[found.ranked.index(one)],
-                    "complete": one.complete,
+                    "name": one.name,
+                    "score": one.score if math.isfinite(one.score) else None,
+                    "rejected": one.rejected,
                     "values": {
-                        each.name: asdict(one.samples[each.quantity, each.cor].our_value(each))
-                        for each in TARGETS
+                        number.name: None if ours is None else asdict(ours)
+                        for number in TARGETS
+                        for ours in [one.our_value(number)]
                     },
                 }
-                for one in found.profile
+                for one in found.named
             ],
             "numbers": [row.as_json() for row in self.rows],
             "claims": self.claims,
         }
 
 
-def audit(runs: Runs, found: Search) -> Audit:
-    """The audit from the runs of the reproduction and the search in two of them.
+def audit(runs: Runs, found: Explanations) -> Audit:
+    """The audit from the runs of the reproduction and the explanations from two of them.
 
     Raises ``RunError`` or ``StoreError`` for a run that cannot be read.
     """
@@ -113,7 +105,7 @@ def audit(runs: Runs, found: Search) -> Audit:
     return Audit(
         rows=tuple(_row(number, stated, found) for number in SOURCE_VALUES.values()),
         claims=reproduction.checked_claims(runs, stated),
-        search=found,
+        explanations=found,
         stated=stated,
         repeats=len(COEFFICIENTS) * runs["restitution"].experiment.repeats,
         complete=sum(
@@ -122,9 +114,9 @@ def audit(runs: Runs, found: Search) -> Audit:
     )
 
 
-def _row(number: SourceValue, stated: StatedResults, found: Search) -> AuditRow:
-    """The verdict: from the stated scene if that agrees, else from a formula, else a setting."""
-    ours, common = stated.numbers[number.name], found.ranked[0].our_value(number)
+def _row(number: SourceValue, stated: StatedResults, found: Explanations) -> AuditRow:
+    """The verdict: from the stated scene if that agrees, else a formula, else an explanation."""
+    ours, common = stated.numbers[number.name], found.best.our_value(number)
     if ours.agrees(number):
         return AuditRow(number, ours, common, REPRODUCED)
     for formulas, verdict in (
@@ -135,19 +127,11 @@ def _row(number: SourceValue, stated: StatedResults, found: Search) -> AuditRow:
             text, value = formulas[number.name]
             verdict = verdict if value.rounds_to(number) else UNEXPLAINED
             return AuditRow(number, ours, common, verdict, text, value)
-    # The stated scene with our own rings has been compared already, with more repeats.
-    others = [one for one in found.candidates if one.changes or one.extent != found.extent]
-    offer = simplest(others, number)
+    offer = found.simplest(number)
     if offer is None:
         return AuditRow(number, ours, common, UNEXPLAINED)
-    setting, value = offer
-    if not value.agrees(number):
-        verdict = UNEXPLAINED
-    elif not setting.changes:
-        verdict = REPRODUCED  # the source report does not state where the balls start
-    else:
-        verdict = EXPLAINED if common is not None and common.agrees(number) else ALONE
-    return AuditRow(number, ours, common, verdict, setting.description, value)
+    verdict = EXPLAINED if offer[1].agrees(number) else UNEXPLAINED
+    return AuditRow(number, ours, common, verdict, offer[0].name, offer[1])
 
 
 def _path_and_section(stated: StatedResults, factor: float) -> dict[str, tuple[str, OurValue]]:

@@ -8,8 +8,8 @@ from snooker_cli.analysis.run_analysis import fits
 from snooker_cli.files import write_json
 from snooker_cli.report.audit import audit
 from snooker_cli.report.content import REPORT_FIGURES, RUNS, figure_data, values
+from snooker_cli.report.explanations import explain
 from snooker_cli.report.pages import Pages
-from snooker_cli.report.setting_search import search
 from snooker_cli.runs import open_run
 
 
@@ -20,9 +20,9 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
     ``FigureError`` for one without the data of its figure, and ``UserError``.
     """
     opened = {name: open_run(runs / name) for name in RUNS}
-    # The other process searches, then draws the figures. This one has all other fits, made once.
+    # The other process makes the explanations, then draws. This one has all other fits, made once.
     with Pages(out) as pages:
-        searching = pages.other.submit(search, opened["audit"], opened["temperature"])
+        explaining = pages.other.submit(explain, opened["audit"], opened["temperature"])
         pictures = {}
         for file, entry in REPORT_FIGURES.items():
             report_progress(entry["label"])
@@ -30,7 +30,7 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
             pictures[file] = pages.add_figure(file, picture, entry["label"])
         decays = fits(opened["decay"]).rows
         report_progress("audit: every printed number compared with ours")
-        judged = audit(opened, searching.result())
+        judged = audit(opened, explaining.result())
         for point in opened["decay"].points:
             pages.add_player(opened["decay"], point)
         numbers = {

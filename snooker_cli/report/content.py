@@ -1,6 +1,7 @@
 """Results -> the figures of the reproduction, and the values in its text."""
 
 import math
+import operator
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -8,17 +9,25 @@ from typing import Any
 import yaml
 
 from snooker_cli import theory
-from snooker_cli.analysis.decay import range_held
+from snooker_cli.analysis.decay import decays, number_complete, range_held
 from snooker_cli.analysis.fitting import LAWS, LEAST_PROBABILITY
-from snooker_cli.analysis.predictions import haff_rate, scene_rates
+from snooker_cli.analysis.predictions import finite_haff_rate, haff_rate, scene_rates
 from snooker_cli.figures import FIGURES, FigureData, Selection
 from snooker_cli.figures.selection import distinct
-from snooker_cli.formatting import listed, with_error
+from snooker_cli.formatting import with_error
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.audit import Audit
+from snooker_cli.report.explanations import COMBINATIONS, LIKELY, TARGETS
 from snooker_cli.report.packaged import packaged
-from snooker_cli.report.setting_search import DECIDED, FREEDOM, LIKELY, PARTS, RESAMPLES, TARGETS
-from snooker_cli.report.source_values import COEFFICIENTS, LORD, SOURCE_VALUES, TITLE, value_text
+from snooker_cli.report.reproduction import WINDOWS, at_each_coefficient
+from snooker_cli.report.source_values import (
+    COEFFICIENTS,
+    LORD,
+    SOURCE_VALUES,
+    TITLE,
+    Sample,
+    value_text,
+)
 from snooker_cli.report.supplements import MEASUREMENTS, measurement, sliding_figure
 from snooker_cli.runs import Run
 from snooker_cli.validation.accuracy_study import error_against_cost, error_growth
@@ -30,7 +39,10 @@ Record = Mapping[str, Any]
 REPORT_FIGURES: dict[str, dict[str, Any]] = yaml.safe_load(packaged("figures.yaml"))
 """All figures by file; figures.yaml explains their keys."""
 
-RUNS = (*dict.fromkeys(one["run"] for one in REPORT_FIGURES.values() if "run" in one), "audit")
+RUNS = (
+    *dict.fromkeys(one["run"] for one in REPORT_FIGURES.values() if "run" in one),
+    *("mixed", "audit"),
+)
 """The runs of the reproduction: those of the configs with these names."""
 
 
@@ -71,11 +83,11 @@ def values(
             for cor, laws in audit.stated.laws.items()
         ],
         "range_held": range_held,
-        "freedom": FREEDOM,
-        "parts": PARTS,
-        "resamples": RESAMPLES,
-        "decided": DECIDED,
+        "combinations": len(COMBINATIONS),
         "factors": _source_factors(audit),
+        "slower": slower_pressure(audit),
+        "windows": WINDOWS,
+        "mixed": mixed_starts(runs["mixed"]),
         "stated_rates": scene_rates(audit.stated.scene, 1.0),
         "kinetic_theory": {
             entry["run"]: kinetic_theory(runs[entry["run"]], pictures[file].numbers["points"])
@@ -98,38 +110,83 @@ def values(
         "swept": lambda name, key: [float(value) for value in distinct(runs[name].points, key)],
         "repeats_of": lambda name: len(runs[name].points) * experiments[name].repeats,
         "machine": machine,
-        "at_each": _at_each,
+        "at_each": at_each_coefficient,
         "ours": lambda name: audit.row(name).ours,
         "value": value_text,
         "zip": zip,
     }
 
 
-def _at_each(texts: Sequence[str]) -> str:
-    """``a at CoR 0.8 and b at CoR 0.9``."""
-    return listed([f"{text} at CoR {cor:g}" for text, cor in zip(texts, COEFFICIENTS, strict=True)])
+def _source_factors(audit: Audit) -> list[tuple[str, list[float]]]:
+    """The mistakes of the source report's formula for k and what they do to it, by CoR.
 
-
-def _source_factors(audit: Audit) -> dict[str, Any]:
-    """The mistakes of the source report's formula for k, in words, and what is left of them."""
+    Two rows follow: their product, the formula's k over the loss ζ of kinetic theory at the start;
+    and that k over the fitted one.
+    """
     scene = audit.stated.scene
-    rates = scene_rates(scene, scene.kinetic_energy / scene.number)
+    warm = scene.kinetic_energy / scene.number
+    rates = scene_rates(scene, warm)
     assert rates is not None
     contact = theory.contact_value(scene.packing_fraction)
-    each = [
-        theory.source_factors(cor, contact, rates.ball_ball, cor, rates.wall)
-        for cor in COEFFICIENTS
+    factors, left = [], []
+    for cor in COEFFICIENTS:
+        speed = audit.row(f"speed_{cor}").ours.value / theory.maxwell_mean_speed(warm)
+        losses = rates.ball_ball, cor, rates.wall
+        factors.append(theory.source_factors(cor, contact, *losses, speed))
+        both = (audit.row(f"{name}_{cor}").ours.value for name in ("theory", "energy_mean"))
+        left.append(operator.truediv(*both))
+    words = {
+        "loss": "all energy falls to e² in a collision; only the normal motion loses that much",
+        "section": "the cross-section is 2πr; that of disks is 4r",
+        "density": "balls are points between collisions; their size makes collisions more frequent",
+        "wall": "the wall takes no energy",
+        "speed": "the speed is the mean over all collisions; that at the start is higher",
+    }
+    rows = [(text, [getattr(one, name) for one in factors]) for name, text in words.items()]
+    rows.append(
+        ("product: k of the formula over the loss at the start", [*map(math.prod, factors)])
+    )
+    return [*rows, ("k of the formula over the fitted k", left)]
+
+
+def slower_pressure(audit: Audit) -> list[str]:
+    """The fitted rate of the mean pressure over that of the energy, over the repeats, by CoR."""
+    return [
+        value_text(
+            Sample(
+                pressure.value / energy.value
+                for pressure, energy in zip(
+                    laws["pressure_amplitude_1", "exponential"].fits,
+                    laws["kinetic_energy", "exponential"].fits,
+                    strict=True,
+                )
+            )
+        )
+        for laws in audit.stated.laws.values()
     ]
-    left = [
-        audit.row(f"theory_{cor}").ours.value / audit.row(f"energy_mean_{cor}").ours.value
-        for cor in COEFFICIENTS
-    ]
-    texts: dict[str, Any] = {"left": _at_each([f"{one:.2f}" for one in left])}
-    for name in theory.SourceFactors._fields:
-        values = [f"{max(one, 1 / one):.2f}" for one in (getattr(row, name) for row in each)]
-        texts[name] = values[0] if len(set(values)) == 1 else _at_each(values)
-    # Less than half of the least mistake in the logarithm.
-    return texts | {"cancel": all(abs(math.log(one)) < math.log(math.pi / 2) / 2 for one in left)}
+
+
+def mixed_starts(run: Run) -> list[dict[str, Any]]:
+    """Haff's α of repeats that start mixed, beside kinetic theory's; a row for each CoR.
+
+    Keys: ``cor``; ``stated`` and ``elastic``, for the wall: α and its error, 1/s, and what Enskog's
+    rates (``enskog``) and those of N balls in the container (``finite``) exceed it by, as shares.
+    """
+    rows: dict[float, dict[str, Any]] = {}
+    for point in run.points:
+        scene = starting_scene(point.experiment, 0)
+        (haff,) = (
+            one for one in decays(run.traces(point), ("kinetic_energy",)) if one.law == "haff"
+        )
+        alpha, error = haff.over_repeats.value, haff.over_repeats.error
+        enskog, finite = haff_rate(scene), finite_haff_rate(scene)
+        assert enskog is not None
+        assert finite is not None
+        wall = "elastic" if scene.wall_restitution == 1.0 else "stated"
+        found = {"alpha": alpha, "error": error, "complete": number_complete(haff.ended)}
+        found |= {"enskog": enskog / alpha - 1, "finite": finite / alpha - 1}
+        rows.setdefault(scene.restitution, {"cor": scene.restitution})[wall] = found
+    return [*rows.values()]
 
 
 def kinetic_theory(run: Run, points: Sequence[Record]) -> list[dict[str, Any]]:

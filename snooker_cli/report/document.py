@@ -16,7 +16,7 @@ import yaml
 
 from snooker_cli.errors import UserError
 from snooker_cli.files import atomic_write, write_text
-from snooker_cli.formatting import counted, listed, ratio, rough, short, with_error
+from snooker_cli.formatting import counted, listed, probability, ratio, rough, short, with_error
 from snooker_cli.report.packaged import packaged
 
 EPOCH = 0  # date of the PDF, s since 1970: the same bytes each time
@@ -168,6 +168,7 @@ def rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> s
         "short": short,
         "rough": rough,
         "ratio": ratio,
+        "probability": probability,
         "counted": counted,
         "listed": lambda words: listed(list(words)),
         "general": lambda value: f"{value:g}",

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,21 +25,24 @@ from snooker_cli.analysis.observables import (
     mean_temperature,
     momentum,
     pair_distances,
+    pressures,
     reduced_speed_counts,
     series,
+    standard_errors,
+    time_means,
 )
 from snooker_cli.analysis.predictions import speed_laws
 from snooker_cli.figures import Selection, selected
 from snooker_cli.figures.selection import distinct, value_at
 from snooker_cli.formatting import listed, ratio, short
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report.setting_search import Sample
 from snooker_cli.report.source_values import (
     CLAIMS,
     CLOSE,
     COEFFICIENTS,
     SOURCE_VALUES,
     OurValue,
+    Sample,
     SourceValue,
     value_text,
 )
@@ -59,6 +62,7 @@ class StatedResults:
     scene : the start of a repeat
     laws : by CoR, the decay constants by quantity and law
     mean_free_path, relaxed_path : measured at CoR 1, of the whole repeats and after relaxation, m
+    windows : by CoR, the gas in windows of time
     """
 
     numbers: dict[str, OurValue]
@@ -66,6 +70,34 @@ class StatedResults:
     laws: Mapping[float, Laws]
     mean_free_path: OurValue
     relaxed_path: OurValue
+    windows: Mapping[float, "InWindows"]
+
+
+class InWindows(NamedTuple):
+    """A gas in ``WINDOWS`` equal windows of time, up to the end of the shortest repeat.
+
+    ratios : P V/(N T) of the means over repeats, in each window, with standard errors
+    cooling : T of the first window over that of the last
+    """
+
+    ratios: list[OurValue]
+    cooling: float
+
+
+WINDOWS = 8
+
+
+def in_windows(traces: Sequence[Trace]) -> InWindows:
+    """The repeats' means of P V and N T in windows of time, and their ratio."""
+    edges = np.linspace(0.0, min(trace.stop.time for trace in traces), WINDOWS + 1)
+    area = traces[0].start.container.area
+    work = area * np.array([pressures(trace, edges) for trace in traces])
+    energy = np.array([time_means(t, series(t).kinetic_energy, edges) for t in traces])
+    ratios = work.mean(axis=0) / energy.mean(axis=0)
+    errors = standard_errors(work - ratios * energy) / energy.mean(axis=0)  # to first order
+    return InWindows(
+        list(map(OurValue, ratios, errors)), float(energy[:, 0].mean() / energy[:, -1].mean())
+    )
 
 
 def stated_results(runs: Runs) -> StatedResults:
@@ -77,10 +109,12 @@ def stated_results(runs: Runs) -> StatedResults:
         ("pressure", None): Sample(map(mean_pressure, elastic))
     }
     laws: dict[float, Laws] = {}
+    windows: dict[float, InWindows] = {}
     for cor in COEFFICIENTS:
         # The figures have read and fitted these repeats.
         traces = complete_repeats(run.traces(selected(run, Selection({"cor": cor}))[0]))
         laws[cor] = {(one.quantity, one.law): one for one in decays(traces)}
+        windows[cor] = in_windows(traces)
         for quantity, sample in _cooling(cor, traces, laws[cor]).items():
             samples[quantity, cor] = sample
     density = scene.number / scene.container.area
@@ -104,7 +138,7 @@ def stated_results(runs: Runs) -> StatedResults:
         for trace in elastic
     ]
     whole, relaxed = (OurValue(*mean_and_error(column)) for column in np.array(paths).T)
-    return StatedResults(numbers, scene, laws, whole, relaxed)
+    return StatedResults(numbers, scene, laws, whole, relaxed, windows)
 
 
 def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[str, Sample]:
@@ -160,6 +194,11 @@ def _ideal_gas_limit(runs: Runs, number: SourceValue) -> OurValue:
     if inverted:
         ratios, expected = 1 / ratios, 1 / expected
     return OurValue(*mean_and_error(ratios), abs(expected - 1))
+
+
+def at_each_coefficient(texts: Sequence[str]) -> str:
+    """``a at CoR 0.8 and b at CoR 0.9``."""
+    return listed([f"{text} at CoR {cor:g}" for text, cor in zip(texts, COEFFICIENTS, strict=True)])
 
 
 # The claims
@@ -305,23 +344,29 @@ def _tiny_ball_checks(run: Run) -> Checks:
     Most repeats would end in a wall trap, so these are the ones with balls that slide on.
     """
     radius = SOURCE_VALUES["ratio_caption"].radius
-    means, at_end, warm = [], [], []
+    means, at_end, warm, windows = [], [], [], []
     where = {"balls.radius": radius, "cor": COEFFICIENTS, "collapse": "slide"}
     points = selected(run, Selection(where))
     for point in points:
-        temperatures = []
-        for trace in complete_repeats(run.traces(point)):
+        traces, temperatures = complete_repeats(run.traces(point)), []
+        for trace in traces:
             temperatures.append(mean_temperature(trace))
             means.append(ideal_gas_ratio(trace))
             last = trace.finish.kinetic_energy / trace.finish.number
             at_end.append(means[-1] * temperatures[-1] / last)
         warm.append(Sample(temperatures))
+        windows.append([one.value for one in in_windows(traces).ratios])
     ratio, (low, high) = Sample(means), warm
+    spans = [f"{min(each):.2f} to {max(each):.2f}" for each in windows]
     return {
         "pressure_excess": (
             ratio.value - 1 > max(2 * ratio.error, CLOSE),
             {
                 "ratio": value_text(ratio),
+                "least": min(means),
+                "most": max(means),
+                "spans": at_each_coefficient(spans),
+                "number": WINDOWS,
                 "at_end": np.mean(at_end),
                 "complete": len(means),
                 "total": len(points) * run.experiment.repeats,

@@ -4,9 +4,11 @@ Source report: "Effect of Coefficient of Restitution on Thermodynamic Properties
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import yaml
 
 from snooker_cli.analysis.observables import ROUNDING
@@ -99,6 +101,29 @@ class OurValue:
     def rounds_to(self, number: SourceValue) -> bool:
         """Whether the value rounds to the printed digits; exact halves round either way."""
         return abs(self.value - number.value) <= (1 + ROUNDING) * number.half_digit
+
+
+class Sample:
+    """A quantity over the repeats of a point, at least two of which count.
+
+    each : (*n*,) by repeat; nan for a repeat that does not count, because it ended early
+    count : number of repeats that count
+    value : mean over these, nan for fewer than two
+    deviation, error : standard deviation of one, standard error of the mean
+    """
+
+    def __init__(self, values: Iterable[float]) -> None:
+        self.each = np.array(list(values))
+        counted = self.each[np.isfinite(self.each)]
+        self.count = len(counted)
+        self.value = self.deviation = self.error = math.nan
+        if self.count > 1:
+            self.value, self.deviation = float(counted.mean()), float(counted.std(ddof=1))
+            self.error = self.deviation / math.sqrt(self.count)
+
+    def our_value(self, number: SourceValue) -> OurValue:
+        """The mean, with the standard error for a printed mean and the deviation for one run."""
+        return OurValue(self.value, self.error if number.mean else self.deviation)
 
 
 def value_text(one: Any) -> str:

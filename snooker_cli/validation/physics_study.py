@@ -227,7 +227,7 @@ def haff_rows(gas: GasSample, dilute: bool = False) -> Iterator[Record]:
     yield known_value(
         *(HAFF, "Haff's rate, 1/s", gas, slope, alpha, haff),
         # N balls collide less often, and at fixed energy.
-        known=alpha * (gas.met_share * mean_cube(gas.free) - 1),
+        known=alpha * (gas.met_share * finite_loss(gas) - 1),
         systematic=systematic * alpha,
     )
     if not dilute:
@@ -238,12 +238,13 @@ def haff_rows(gas: GasSample, dilute: bool = False) -> Iterator[Record]:
     yield known_value(SHAPE, "a2", gas, a2, expected, SONINE, systematic=SONINE_ERROR)
 
 
-def mean_cube(free: int) -> float:
-    """Mean |u|³ of a velocity component of N balls at fixed energy, over Maxwell's.
+def finite_loss(gas: GasSample) -> float:
+    """Loss per second of N balls at fixed energy over that of Maxwell's speeds, as many balls meet.
 
-    N^(3/2) Γ(N)/Γ(N + 3/2): the 2N components are uniform on a sphere.
+    The mean relative speed has the factor c_N, and N collisions of (N E) `share_in_collision`.
     """
-    return theory.fixed_energy_factor(free) * free / (free + 0.5)
+    share = gas.balls * theory.share_in_collision(2 * gas.free)
+    return theory.fixed_energy_factor(gas.free) * share
 
 
 def slopes_and_shape(gas: GasSample, series: Series) -> tuple[float, float, float]:

@@ -362,8 +362,8 @@ def test_ensemble_by_hand():
     assert (found.repeats, found.failed, found.value, found.max_min_half_range) == (5, 2, 3.0, 3.5)
     # Squared deviations 4 + 2.25 + 1 + 0.25 + 25 = 32.5, over n − 1 = 4.
     assert found.error == pytest.approx(math.sqrt(32.5 / 20), rel=1e-14)
-    # The bootstrap's own variance is Σ(x − x̄)²/n², found to 1/√(2·2000) = 1.6 %: four of those.
-    assert found.bootstrap_error == pytest.approx(math.sqrt(32.5) / 5, rel=0.064)
+    # The same, found to 1/√(2·2000) = 1.6 %: four of those. Without √(n/(n − 1)) it is 11 % less.
+    assert found.bootstrap_error == pytest.approx(math.sqrt(32.5 / 20), rel=0.064)
     assert mean_over_repeats(results_with([1.0, 1.5, 2.0, 2.5, 8.0], failed=2)) == found
 
 

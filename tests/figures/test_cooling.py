@@ -46,10 +46,11 @@ def collapsing(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 def floor_of(trace: Trace) -> float:
-    """Least energy over that at the start, for balls of 1 kg and 1 m in 10 m."""
+    """Energy of a rigid rotation in the end over that at the start, for balls of 1 kg."""
     x, v = trace.start.positions, trace.start.velocities
     turning = float(np.sum(x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]))
-    return turning**2 / (2 * len(x) * 9.0**2) / (0.5 * float(np.sum(v**2)))
+    inertia = float(np.sum((trace.finish.positions - trace.finish.container_position) ** 2))
+    return turning**2 / (2 * inertia) / (0.5 * float(np.sum(v**2)))
 
 
 @pytest.mark.parametrize(
@@ -236,7 +237,7 @@ def test_local_rates_and_the_forms_of_haffs_law(decaying: Run) -> None:
     )
     labels = [line.label for line in layers(found, Line)]
     assert "the same above the energy kept by L" in labels
-    assert "The angular momentum L keeps the energy" in found.caption
+    assert "L keeps the energy L²/2I of a rotation" in found.caption
     alpha = record["alpha"]
     assert fitted.y[0] == 2 * alpha
     assert fitted.y[-1] == pytest.approx(2 * alpha / (1 + alpha * fitted.x[-1]))
@@ -284,11 +285,19 @@ def test_energy_against_collisions(decaying: Run) -> None:
     assert points.y[-1] == pytest.approx(np.mean(finals), rel=1e-5)
     pairs = np.array([trace.pair_events for trace in traces(decaying, 1)])
     line = layers(found, Line)[0]
-    assert line.y[-1] == pytest.approx(np.mean(np.exp(-(1 - 0.9**2) * pairs / 19)), rel=1e-13)
+    expected = np.mean((1 - (1 - 0.9**2) / 19.5) ** pairs)
+    assert line.y[-1] == pytest.approx(expected, rel=1e-12)
+    (record,) = found.numbers["points"]
+    floors = np.array([floor_of(trace) for trace in traces(decaying, 1)])
+    # The rotation counts for theory also where its energy is too small to be drawn.
+    above = np.mean(floors + (1 - floors) * (1 - (1 - 0.9**2) / 19) ** pairs)
+    assert record["theory_above_floor"] == pytest.approx(above, rel=1e-12)
+    assert record["floor"] < 0.1 * record["final_ratio"]
+    assert not layers(found, Reference)
     found = shown(decaying, "event-decay", cor=0.8)
     alone, above = layers(found, Line)[:2]
     expected = [
-        (f := floor_of(trace)) + (1 - f) * math.exp(-(1 - 0.8**2) * trace.pair_events / 19)
+        (f := floor_of(trace)) + (1 - f) * (1 - (1 - 0.8**2) / 19) ** trace.pair_events
         for trace in traces(decaying, 0)
     ]
     assert above.y[-1] == pytest.approx(np.mean(expected), rel=1e-12)

@@ -4,36 +4,30 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from repeating import done, made
 from scipy import stats
 from single_fit import fit
 
-from snooker_cli.analysis.decay import QUANTITIES, Curve, curve, fit_curves
-from snooker_cli.analysis.observables import ROUNDING, mean_pressure, mean_speed
-from snooker_cli.config import load, parse, points
-from snooker_cli.engine import simulate
-from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report import content, reproduction, setting_search
-from snooker_cli.report.setting_search import (
-    FREEDOM,
+from snooker_cli.analysis.decay import QUANTITIES, Curve
+from snooker_cli.analysis.observables import ROUNDING
+from snooker_cli.config import load, points
+from snooker_cli.report import content, explanations, reproduction
+from snooker_cli.report.explanations import (
     LIKELY,
-    PARTS,
-    SLIPS,
     TARGETS,
-    Candidate,
-    Sample,
-    Search,
+    Explanation,
+    Explanations,
     decay_constants,
-    simplest,
+    explain,
 )
-from snooker_cli.report.source_values import LORD, SOURCE_VALUES, OurValue, SourceValue
+from snooker_cli.report.source_values import LORD, SOURCE_VALUES, OurValue, Sample, SourceValue
 from snooker_cli.runs import Run
 
 ROOT = Path(__file__).parents[2]
@@ -104,19 +98,16 @@ def test_what_follows_from_other_printed_numbers_has_the_printed_digits() -> Non
 
 
 def test_likely_is_the_95_percent_point_of_chi_square() -> None:
-    """The degrees of freedom are the targets less the choices of a setting."""
-    assert set(PARTS) == {one.name for one in fields(Candidate)} - {"changes", "samples"}
-    assert len(TARGETS) - len(PARTS) == FREEDOM > 0
-    assert pytest.approx(stats.chi2.ppf(0.95, FREEDOM), abs=0.005) == LIKELY
+    assert pytest.approx(stats.chi2.ppf(0.95, len(TARGETS)), abs=0.005) == LIKELY
 
 
 def test_mean_free_path_is_ten_times_that_of_the_stated_balls() -> None:
     experiment = load(ROOT / "configs" / "audit.yaml").experiment
     run = Run(ROOT / "nowhere", experiment, points(experiment))
-    assert setting_search.slip_factor(run) == 10.0
+    assert explanations.slip_factor(run) == 10.0
 
 
-# The search
+# The explanations
 
 
 def sample(number: SourceValue, factor: float = 1.0, share: float = 0.1) -> Sample:
@@ -124,22 +115,13 @@ def sample(number: SourceValue, factor: float = 1.0, share: float = 0.1) -> Samp
     return Sample(number.value * factor * (1 + share * math.sqrt(19 / 20) * np.tile([1, -1], 10)))
 
 
-def candidate(factor: float = 1.0, share: float = 0.1, **changes: Any) -> Candidate:
-    """A setting whose decay constants are the printed ones times a factor."""
-    parts = {
-        "radius": 1.0,
-        "elastic_wall": False,
-        "extent": 0.8,
-        "window": 500,
-        "fixed_amplitude": True,
-        "slip": SLIPS[0],
-        **changes,
-    }
+def explanation(factor: float = 1.0, share: float = 0.1) -> Explanation:
+    """An explanation whose decay constants are the printed ones times a factor."""
     samples = {}
     for one in TARGETS:
         decays = one.quantity.endswith("decay")
         samples[one.quantity, one.cor] = sample(one, *((factor, share) if decays else (1.0, 0.01)))
-    return Candidate(**parts, changes=tuple(changes), samples=samples)
+    return Explanation(f"{factor:g}", samples)
 
 
 def test_a_printed_mean_has_the_standard_error_and_one_run_the_deviation() -> None:
@@ -147,58 +129,84 @@ def test_a_printed_mean_has_the_standard_error_and_one_run_the_deviation() -> No
     deviation = math.sqrt(14 / 3)
     assert several.our_value(number("3 ± 1", mean=True)).error == pytest.approx(deviation / 2)
     assert several.our_value(number("3 ± 1")).error == pytest.approx(deviation)
-
-
-def searched(*candidates: Candidate) -> Search:
-    return Search(candidates, factor=10.0, extent=0.8, early=0)
+    assert math.isnan(Sample([1.0, math.nan]).value)
 
 
 def test_the_score_is_zero_for_the_printed_numbers_and_counts_all_targets() -> None:
-    right = candidate()
+    right = explanation()
     assert right.score == pytest.approx(0, abs=1e-20)
+    assert not right.rejected
     assert all(map(right.predicts, TARGETS))
-    assert candidate(1.5).score > LIKELY
+    assert explanation(1.5).rejected
     for one in TARGETS[-3:]:
         samples = {**right.samples, (one.quantity, one.cor): sample(one, 0.1)}
-        assert replace(right, samples=samples).score > LIKELY, one.name
+        assert replace(right, samples=samples).rejected, one.name
 
 
-def test_a_setting_with_much_scatter_predicts_nothing() -> None:
-    energy, wide = SOURCE_VALUES["energy_mean_0.8"], candidate(share=0.6)
+def test_much_scatter_and_few_repeats_predict_nothing() -> None:
+    energy, wide = SOURCE_VALUES["energy_mean_0.8"], explanation(share=0.6)
     assert not wide.predicts(energy)
     assert wide.predicts(SOURCE_VALUES["speed_0.8"])
-    assert simplest([wide], energy) is None
-    assert searched(wide).ranked == []
-
-
-def test_a_setting_whose_repeats_mostly_end_early_is_not_ranked() -> None:
-    energy, right = SOURCE_VALUES["energy_mean_0.8"], candidate()
-    key = energy.quantity, energy.cor
+    right, key = explanation(), (energy.quantity, energy.cor)
     for early, predicts in ((10, True), (11, False)):
         each = right.samples[key].each.copy()
         each[:early] = math.nan
         cut = replace(right, samples={**right.samples, key: Sample(each)})
         assert cut.predicts(energy) is predicts
-        assert cut.complete == 20 - early
+        assert math.isfinite(cut.score) is predicts
 
 
-def test_the_ranking_is_resampled() -> None:
-    """Two settings that chance alone decides between both win; one far off never does."""
-    found = searched(candidate(1.01), candidate(0.99, extent=0.7), candidate(2.0, window=100))
-    assert sum(found.wins) == pytest.approx(1)
-    assert min(found.wins[:2]) > 0.1
-    assert found.wins[2] == 0
-    assert found.support("window") == 1
-    assert found.support("extent") == found.wins[0]
-    assert found.cost("window") == found.ranked[2].score - found.ranked[0].score
+def test_the_first_that_agrees_or_the_nearest_explains_a_number() -> None:
+    energy = SOURCE_VALUES["energy_mean_0.8"]
+    stated, near, nearer, far = map(explanation, (1.0, 1.03, 1.01, 2.0))
+
+    def simplest(*named: Explanation) -> tuple[Explanation, OurValue] | None:
+        return Explanations(named, 10.0, 0, 0).simplest(energy)
+
+    assert simplest(stated, far, near, nearer) == (near, near.our_value(energy))
+    assert simplest(stated, explanation(3.0), far) == (far, far.our_value(energy))
+    assert simplest(stated, explanation(share=0.6)) is None
 
 
-def test_resampled_means_scatter_by_the_standard_error() -> None:
-    each = np.append(np.random.default_rng(3).normal(5.0, 1.0, 200), [math.nan] * 20)
-    one = Sample(each)
-    assert (one.count, one.value) == (200, pytest.approx(np.nanmean(each)))
-    assert np.std(one.resampled_means()) == pytest.approx(one.error, rel=0.1)
-    assert np.mean(one.resampled_means()) == pytest.approx(one.value, abs=0.1 * one.error)
+AUDIT = """
+container: {radius: 10.0, mass: 1.0e7}
+balls: {rings: 3, radius: 1.0, speed: 10.0}
+cor: 0.8
+collisions: 120
+repeats: 4
+common_random: true
+"""
+
+
+@pytest.fixture(scope="module")
+def explained(tmp_path_factory: pytest.TempPathFactory) -> Explanations:
+    """The explanations of a small audit."""
+    folder = tmp_path_factory.mktemp("audit")
+    swept = "sweep: {cor: [0.8, 0.9], balls.radius: [0.1, 1.0], wall_cor: [null, 1.0]}"
+    elastic = AUDIT.replace("0.8", "1.0") + "sweep: {balls.radius: [0.1, 0.5, 1.0]}"
+    runs = [made(folder / name, text) for name, text in (("a", AUDIT + swept), ("b", elastic))]
+    for run in runs:
+        done(run)
+    return explain(*runs)
+
+
+def test_each_explanation_has_the_values_of_its_setting(explained: Explanations) -> None:
+    stated, slip, *_, mixed, best = explained.named
+    assert [one.name for one in explained.named[:3]] == [
+        *("as stated", "time axis of the fits × 10", "elastic wall")
+    ]
+    assert mixed.name == "balls of 0.1 m in the fits only, elastic wall, first 48 collisions"
+    energy = SOURCE_VALUES["energy_mean_0.8"].quantity, 0.8
+    speed, pressure = ("mean speed", 0.8), ("pressure", None)
+    assert slip.samples[energy].value == pytest.approx(stated.samples[energy].value / 10)
+    assert slip.samples[speed].value == stated.samples[speed].value
+    elastic, small = explained.named[2], explained.named[5]
+    assert mixed.samples[speed].value == elastic.samples[speed].value
+    assert mixed.samples[pressure].value == stated.samples[pressure].value
+    assert small.samples[pressure].value < stated.samples[pressure].value / 1.5
+    assert mixed.samples[energy].value < elastic.samples[energy].value / 2
+    assert best.score <= min(one.score for one in explained.named)
+    assert explained.repeats == 32
 
 
 def test_the_audit_has_enough_repeats() -> None:
@@ -217,7 +225,7 @@ def test_many_curves_are_fitted_as_one_is(fixed: bool) -> None:
         curves.append(Curve(QUANTITIES["pressure"], time, value, 0.0, fixed))
     ends = np.array([one.time[-1] for one in curves])
     ends[1:3] = curves[1].time[30], math.nan
-    found = decay_constants(curves, ends, fixed=fixed)
+    found = decay_constants(curves, ends, held=fixed)
     for value, one, end in zip(found, curves, ends, strict=True):
         kept = one.time <= end
         expected = fit(one.time[kept], one.value[kept], amplitude=1.0 if fixed else None)
@@ -236,56 +244,6 @@ def test_deviations_from_the_laws_are_in_standard_errors() -> None:
     assert one["theory"] == pytest.approx(1.116, abs=0.001)
     assert one["excess"] == pytest.approx(one["theory"] - 1)
     assert one["in_errors"] == pytest.approx(100 * one["excess"])
-
-
-def test_simplest_is_the_one_with_fewest_changes_or_the_nearest() -> None:
-    one = SOURCE_VALUES["energy_mean_0.8"]
-    exact, near, far = candidate(fixed_amplitude=False), candidate(1.02), candidate(2.0, window=100)
-    assert simplest([exact, near, far], one) == (near, near.our_value(one))
-    assert simplest([far, candidate(3.0)], one) == (far, far.our_value(one))
-    assert simplest([exact], SOURCE_VALUES["density"]) is None
-
-
-def test_profile_has_the_best_of_every_choice() -> None:
-    ranked = [
-        candidate(),
-        candidate(1.1, elastic_wall=True),
-        candidate(1.2, elastic_wall=True, radius=0.1),
-        candidate(1.3, elastic_wall=True, window=100),
-    ]
-    assert searched(*ranked).profile == ranked
-    assert searched(*ranked, candidate(1.4, radius=0.1)).profile == ranked
-
-
-def test_the_free_slip_is_found() -> None:
-    found = searched(candidate(1.05)).free
-    assert found.value == pytest.approx(10.5, rel=1e-12)
-    assert 0 < found.error < 0.5
-    assert searched(candidate()).free.value == pytest.approx(10.0, rel=1e-12)
-
-
-def test_slips_are_what_slower_balls_do() -> None:
-    """The same repeat at a sixteenth of the speed, by which doubles scale exactly."""
-    config = """
-container: {radius: 10.0, mass: 1.0e7}
-balls: {rings: 3, radius: 1.0, speed: 16.0}
-cor: 0.9
-collisions: 300
-common_random: true
-"""
-    fast, slow = (
-        simulate(starting_scene(parse(config.replace("16.0", speed)).experiment, 0), collisions=300)
-        for speed in ("16.0", "1.0")
-    )
-    slip = SLIPS[-1]
-    assert mean_speed(slow) == pytest.approx(mean_speed(fast) * 16.0**slip.speed, rel=1e-12)
-    assert mean_pressure(slow) == pytest.approx(
-        mean_pressure(fast) * 16.0**slip.pressure, rel=1e-12
-    )
-    for quantity in setting_search.FITTED:
-        curves = [curve(one, quantity) for one in (fast, slow)]
-        constants = [one.value for one in fit_curves(curves, "exponential")]
-        assert constants[1] == pytest.approx(constants[0] * 16.0**slip.decay, rel=1e-9)
 
 
 def test_no_result_is_typed_in_the_text_of_the_report() -> None:

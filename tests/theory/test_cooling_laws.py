@@ -24,7 +24,7 @@ def test_elastic_balls_do_not_cool():
     assert theory.source_decay_constant(1.0, 1.5, 9.0) == 0
     assert theory.cooling_rate(1.0, 13.0, 1.0, 1.6) == 0
     assert theory.haff_ratio(5.0, 0.0) == 1
-    assert theory.energy_ratio_by_events(N, 1.0, 400.0, 1.0, 100.0) == 1
+    assert theory.energy_ratio_by_events(2 * N, 1.0, 400.0, 1.0, 100.0) == 1
 
 
 def test_haff_solves_its_equation():
@@ -108,27 +108,37 @@ def test_haff_predicts_the_simulated_cooling(restitution, wall, measured, time, 
 
 
 def test_energy_by_events_agrees_with_haff_in_time():
-    # Both ways of counting the same Maxwellian loss: events as a function of time, then energy.
+    # Both ways of counting the same loss: events as a function of time, then energy.
     e, rate, t = 0.9, 240.0, np.linspace(0, 8, 30)
-    alpha = (1 - e**2) * rate / N / 2
+    alpha = -math.log1p(-(1 - e**2) / (N + 0.5)) * rate / 2
     events, none = rate / alpha * np.log1p(alpha * t), np.zeros_like(t)
     for found in (
-        theory.energy_ratio_by_events(N, e, events, 1.0, none),
-        theory.energy_ratio_by_events(N, 1.0, none, e, events),
+        theory.energy_ratio_by_events(2 * N, e, events, 1.0, none),
+        theory.energy_ratio_by_events(2 * N, 1.0, none, e, events),
     ):
-        np.testing.assert_allclose(found, theory.haff_ratio(t, alpha), rtol=1e-13)
+        np.testing.assert_allclose(found, theory.haff_ratio(t, alpha), rtol=1e-12)
 
 
-def test_angular_momentum_floor():
-    # Balls that all circle at a with one speed are at the floor.
+@pytest.mark.parametrize("components", [3, 14, 73, 74])
+def test_share_of_a_collision_in_the_energy(components):
+    """The mean of x with the weight √x, over random directions in as many dimensions."""
+    draws = np.random.default_rng(components).standard_normal((100_000, components))
+    x = draws[:, 0] ** 2 / np.sum(draws**2, axis=1)
+    share = np.sum(x**1.5) / np.sum(np.sqrt(x))
+    error = np.std((x - share) * np.sqrt(x)) / np.mean(np.sqrt(x)) / math.sqrt(len(x))
+    assert share == pytest.approx(theory.share_in_collision(components), abs=4 * error)
+
+
+def test_rotation_energy():
+    # Balls that all circle at a with one speed have no other energy.
     speed, mass = 4.0, 3.0
     energy = N * mass * speed**2 / 2
-    assert theory.angular_momentum_floor(N * mass * 9.0 * speed, N, 9.0, mass) == pytest.approx(
-        energy, rel=1e-15
-    )
-    # Random directions: ⟨L²⟩ = N ⟨ρ²⟩ T with ⟨ρ²⟩ = a²/2 leaves 1/(4N), about 0.7 % of E0.
-    typical = math.sqrt(N * (9.0**2 / 2) * T)
-    assert digits(100 * theory.angular_momentum_floor(typical, N, 9.0) / (N * T), "0.7")
+    found = theory.rotation_energy(N * mass * 9.0 * speed, N * mass * 9.0**2)
+    assert found == pytest.approx(energy, rel=1e-15)
+    # Random directions: ⟨L²⟩ = I T, so the rotation has the energy of one component, E0/(2N).
+    inertia = N * 9.0**2 / 2
+    typical = math.sqrt(inertia * T)
+    assert theory.rotation_energy(typical, inertia) == pytest.approx(T / 2, rel=1e-15)
 
 
 def test_mistakes_of_the_source_report_are_factors_of_its_decay_constant() -> None:
@@ -136,10 +146,10 @@ def test_mistakes_of_the_source_report_are_factors_of_its_decay_constant() -> No
     for e in (0.5, 0.8, 0.9):
         density, radius, heat, contact = 37 / (100 * math.pi), 1.0, 50.0, 2.1
         pairs = theory.ball_ball_rate(density, radius, heat, contact)
-        wall = 1.653
+        wall, slower = 1.653, 0.41
         path = theory.source_mean_free_path(density, radius)
-        k = theory.source_decay_constant(e, path, theory.maxwell_mean_speed(heat))
-        factors = theory.source_factors(e, contact, pairs, e, wall)
+        k = theory.source_decay_constant(e, path, slower * theory.maxwell_mean_speed(heat))
+        factors = theory.source_factors(e, contact, pairs, e, wall, slower)
         expected = k / theory.cooling_rate(e, pairs, e, wall)
         assert math.prod(factors) == pytest.approx(expected, rel=1e-12)
         assert factors.section == pytest.approx(theory.mean_free_path(density, radius) / path)

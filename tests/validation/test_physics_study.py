@@ -7,6 +7,7 @@ import math
 import re
 from typing import Any
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -125,12 +126,15 @@ def test_cooling_and_speeds_are_those_of_theory(record: Record) -> None:
         assert row["expected"] in exact
 
 
-def test_the_mean_cube_of_a_component_on_a_sphere() -> None:
-    # One ball: |cos³| is 4/3π on average, at a radius of √2 for a variance of 1, over √(8/π).
-    assert measurements.mean_cube(1) == pytest.approx(
-        2 * math.sqrt(2) * 4 / (3 * math.pi) / math.sqrt(8 / math.pi)
-    )
-    assert measurements.mean_cube(10_000) == pytest.approx(1 - 3 / 80_000, abs=1e-8)
+@pytest.mark.parametrize("shape", ["box", "periodic"])
+def test_the_loss_at_fixed_energy_is_that_of_a_mean_cube(shape: str) -> None:
+    """N⟨|u|³⟩ of a component on a sphere, over Maxwell's, at the energy of the free velocities."""
+    gas = GasSample(balls=5, packing=0.1, settling=1, collisions=1, seeds=1, shape=shape)
+    draws = np.random.default_rng(1).standard_normal((400_000, 2 * gas.free))
+    cubes = np.abs(draws[:, 0] * math.sqrt(2 * gas.free) / np.linalg.norm(draws, axis=1)) ** 3
+    found = gas.balls / gas.free * cubes / math.sqrt(8 / math.pi)
+    error = found.std() / math.sqrt(len(found))
+    assert measurements.finite_loss(gas) == pytest.approx(found.mean(), abs=4 * error)
 
 
 def test_the_verdict_follows_the_record(record: Record) -> None:

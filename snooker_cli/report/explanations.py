@@ -1,0 +1,250 @@
+"""Named explanations of the source report's numbers, each simulated and judged by chi-square."""
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snooker_cli import theory
+from snooker_cli.analysis.decay import Curve, curve
+from snooker_cli.analysis.fitting import fit_all
+from snooker_cli.analysis.observables import complete_repeats, mean_pressure, mean_speed, series
+from snooker_cli.config import Point
+from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.report.source_values import SOURCE_VALUES, OurValue, Sample, SourceValue
+from snooker_cli.runs import Run
+from snooker_cli.trace import Trace
+
+Array = NDArray[np.float64]
+
+Samples: TypeAlias = dict[tuple[str, float | None], Sample]
+"""Results by quantity and CoR."""
+
+SHARE = 0.4  # of the collisions, from the start: what "first collisions" fits
+
+FITTED = {"energy decay": "kinetic_energy", "pressure decay": "pressure"}
+
+TARGETS = [
+    SOURCE_VALUES[name]
+    for name in (
+        *("energy_mean_0.8", "energy_mean_0.9", "pressure_mean_0.8", "pressure_mean_0.9"),
+        *("speed_0.8", "speed_0.9", "pressure"),
+    )
+]
+"""The measured numbers that an explanation has to give together."""
+
+LIKELY = 14.07
+"""95 % point of chi-square with a degree of freedom for each target; a fitted choice lowers it."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What differs from the scene and the fits that the source report states.
+
+    small_in_fits, small_elsewhere : whether balls of a tenth of the radius are behind the fits, and
+        behind mean speeds and the pressure
+    elastic_wall : whether the wall's CoR is 1 instead of the balls'
+    first_collisions : whether the fits end after ``SHARE`` of the collisions
+    free_amplitude : whether the fitted curve need not start at the first point
+    slip : whether the time axis of the fits is too long by ``Explanations.factor``
+    """
+
+    small_in_fits: bool = False
+    small_elsewhere: bool = False
+    elastic_wall: bool = False
+    first_collisions: bool = False
+    free_amplitude: bool = False
+    slip: bool = False
+
+
+COMBINATIONS = [
+    Setting(*made) for made in itertools.product((False, True), repeat=len(fields(Setting)))
+]
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A setting with its results.
+
+    name : its changes, in words
+    samples : results by quantity and CoR
+    """
+
+    name: str
+    samples: Samples
+
+    def our_value(self, number: SourceValue) -> OurValue | None:
+        """The value for a printed number; ``None`` if fewer than half of the repeats have one."""
+        sample = self.samples.get((number.quantity, number.cor))
+        if sample is None or sample.count < max(2, len(sample.each) / 2):
+            return None
+        return sample.our_value(number)
+
+    def predicts(self, number: SourceValue) -> bool:
+        """Whether the repeats scatter by less than half of their mean.
+
+        More scatter agrees with any number, so that its agreement means nothing.
+        """
+        if self.our_value(number) is None:
+            return False
+        sample = self.samples[number.quantity, number.cor]
+        return sample.value > 2 * sample.deviation
+
+    @property
+    def score(self) -> float:
+        """Sum of the squared distances from the targets (chi-square); inf if a value is missing."""
+        ours = [(number, self.our_value(number)) for number in TARGETS]
+        return sum(math.inf if one is None else one.distance(number) ** 2 for number, one in ours)
+
+    @property
+    def rejected(self) -> bool:
+        """Whether chi-square is above its 95 % point, however many choices were made."""
+        return self.score > LIKELY
+
+
+@dataclass(frozen=True)
+class Explanations:
+    """All explanations.
+
+    named : by their changes, the stated scene first, the best combination of all last
+    factor : the printed mean free path over that of the stated balls, rounded
+    early, repeats : repeats that ended early, of all that were simulated
+    """
+
+    named: tuple[Explanation, ...]
+    factor: float
+    early: int
+    repeats: int
+
+    @property
+    def best(self) -> Explanation:
+        """The combination with the least chi-square."""
+        return self.named[-1]
+
+    def simplest(self, number: SourceValue) -> tuple[Explanation, OurValue] | None:
+        """The first that agrees with a number by itself, or else the nearest; with its value."""
+        offers = [
+            (one, ours)
+            for one in self.named[1:]
+            if one.predicts(number) and (ours := one.our_value(number)) is not None
+        ]
+        agreeing = [offer for offer in offers if offer[1].agrees(number)]
+        return next(
+            iter(agreeing), min(offers, key=lambda offer: offer[1].distance(number), default=None)
+        )
+
+
+def explain(run: Run, elastic: Run) -> Explanations:
+    """All explanations from the audit's run, and from a run of elastic balls of other radii."""
+    factor = slip_factor(run)
+    stated: Any = run.experiment
+    last, early = round(SHARE * stated.collisions), 0
+    measured: dict[tuple[bool, bool, float], dict[Any, Array]] = {}
+    for point in run.points:
+        given: Any = point.experiment
+        traces = list(run.traces(point))
+        early += len(traces) - len(complete_repeats(traces))
+        key = given.balls.radius < stated.balls.radius, given.effective_wall_cor == 1.0, given.cor
+        measured[key] = _measured(traces, (last, stated.collisions))
+    gases: list[tuple[Any, Point]] = [(point.experiment.balls, point) for point in elastic.points]
+    pressures = {
+        balls.radius < stated.balls.radius: np.array(
+            [mean_pressure(trace) for trace in complete_repeats(elastic.traces(point))]
+        )
+        for balls, point in gases
+        if _same_gas(balls, stated.balls, factor)
+    }
+
+    def explanation(setting: Setting) -> Explanation:
+        window = last if setting.first_collisions else stated.collisions
+        samples: Samples = {("pressure", None): Sample(pressures[setting.small_elsewhere])}
+        for cor in dict.fromkeys(cor for *_, cor in measured):
+            fits = measured[setting.small_in_fits, setting.elastic_wall, cor]
+            rest = measured[setting.small_elsewhere, setting.elastic_wall, cor]
+            samples["mean speed", cor] = Sample(rest["mean speed"])
+            for quantity, fitted in FITTED.items():
+                found = fits[fitted, window, not setting.free_amplitude]
+                samples[quantity, cor] = Sample(found / (factor if setting.slip else 1.0))
+            samples["temperature decay", cor] = samples[
+                "energy decay", cor
+            ]  # but for the container
+            doubled = 2 * samples["pressure decay", cor].each
+            samples["pressure decay, doubled", cor] = Sample(doubled)
+        name = _name(setting, stated.balls.radius / factor, factor, last)
+        return Explanation(name, samples)
+
+    best = min(map(explanation, COMBINATIONS), key=lambda one: one.score)
+    found = (*map(explanation, NAMED), best)
+    return Explanations(found, factor, early, len(run.points) * stated.repeats)
+
+
+def _same_gas(one: Any, other: Any, factor: float) -> bool:
+    """Whether balls have the speed of others, and their radius or that over the factor."""
+    near = any(math.isclose(one.radius, radius) for radius in (other.radius, other.radius / factor))
+    return bool(near and one.speed == other.speed)
+
+
+NAMED = (
+    Setting(),
+    Setting(slip=True),
+    Setting(elastic_wall=True),
+    Setting(first_collisions=True),
+    Setting(free_amplitude=True),
+    Setting(small_in_fits=True, small_elsewhere=True),
+    Setting(small_in_fits=True, elastic_wall=True, first_collisions=True),
+)
+"""The settings with a row of their own; those of one change first."""
+
+
+def _name(setting: Setting, small: float, factor: float, last: int) -> str:
+    """The changes of a setting, in words."""
+    where = "" if setting.small_elsewhere else " in the fits only"
+    words = {
+        f"balls of {small:g} m{where}": setting.small_in_fits,
+        f"balls of {small:g} m outside of the fits": setting.small_elsewhere
+        and not setting.small_in_fits,
+        "elastic wall": setting.elastic_wall,
+        f"first {last} collisions": setting.first_collisions,
+        "free amplitude": setting.free_amplitude,
+        f"time axis of the fits × {factor:g}": setting.slip,
+    }
+    return ", ".join(text for text, made in words.items() if made) or "as stated"
+
+
+def slip_factor(run: Run) -> float:
+    """The printed mean free path over that of the stated scene, rounded."""
+    scene = starting_scene(run.experiment, 0)
+    density = scene.number / scene.container.area
+    path = theory.mean_free_path(density, float(scene.radii[0]))
+    return float(round(SOURCE_VALUES["mean_free_path"].value / path))
+
+
+def _measured(traces: Sequence[Trace], windows: Sequence[int]) -> dict[Any, Array]:
+    """Values by repeat: "mean speed", m/s; decay constants (1/s) by fit.
+
+    A fit is a quantity, its last collision, and whether the amplitude is held.
+
+    A repeat that ended before the last collision of a window has nan.
+    """
+    values: dict[Any, Array] = {"mean speed": np.array([mean_speed(t) for t in traces])}
+    times = [series(trace).time for trace in traces]
+    for quantity in FITTED.values():
+        curves = [curve(trace, quantity) for trace in traces]
+        for n, held in itertools.product(windows, (True, False)):
+            ends = np.array([time[n] if n < len(time) else math.nan for time in times])
+            values[quantity, n, held] = decay_constants(curves, ends, held=held)
+    return values
+
+
+def decay_constants(curves: Sequence[Curve], ends: Array, *, held: bool) -> Array:
+    """Exponential decay constants of curves up to their ends (s); (*n*,), 1/s.
+
+    nan where the end is nan, or where there is no fit.
+    """
+    kept = [one.time <= end for one, end in zip(curves, ends, strict=True)]
+    cut = [(one.time[rows], one.value[rows], 0.0) for one, rows in zip(curves, kept, strict=True)]
+    return np.array([found.value for found in fit_all(cut, amplitude=1.0 if held else None)])
