@@ -81,7 +81,8 @@ class Audit:
             "explanations": [
                 {
                     "name": one.name,
-                    "score": one.score if math.isfinite(one.score) else None,
+                    "score": one.score,
+                    "whole": one.whole,
                     "rejected": one.rejected,
                     "values": {
                         number.name: None if ours is None else asdict(ours)

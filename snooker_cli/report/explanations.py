@@ -96,9 +96,14 @@ class Explanation:
 
     @property
     def score(self) -> float:
-        """Sum of the squared distances from the targets (chi-square); inf if a value is missing."""
+        """Chi-square: the sum of the squared distances from the targets that have a value."""
         ours = [(number, self.our_value(number)) for number in TARGETS]
-        return sum(math.inf if one is None else one.distance(number) ** 2 for number, one in ours)
+        return sum(one.distance(number) ** 2 for number, one in ours if one is not None)
+
+    @property
+    def whole(self) -> bool:
+        """Whether it has a value for every target; else its score is a lower bound."""
+        return None not in map(self.our_value, TARGETS)
 
     @property
     def rejected(self) -> bool:
@@ -177,7 +182,8 @@ def explain(run: Run, elastic: Run) -> Explanations:
         name = _name(setting, stated.balls.radius / factor, factor, last)
         return Explanation(name, samples)
 
-    best = min(map(explanation, COMBINATIONS), key=lambda one: one.score)
+    whole = (one for one in map(explanation, COMBINATIONS) if one.whole)
+    best = min(whole, key=lambda one: one.score)
     found = (*map(explanation, NAMED), best)
     return Explanations(found, factor, early, len(run.points) * stated.repeats)
 

@@ -217,6 +217,18 @@ SONINE_ERROR = 0.005  # error of a2 itself, from the same source, at a CoR of 0.
 
 SONINE = "van Noije & Ernst 1998, linearised as by Montanero & Santos 2000"
 
+DIRECT = "direct simulation Monte Carlo, 16 × 100,000 particles"
+
+DIRECT_A2 = {
+    0.5: (0.07284, 0.00022),
+    0.6: (0.03376, 0.00031),
+    0.7: (-0.00226, 0.00020),
+    0.8: (-0.02640, 0.00028),
+    0.9: (-0.02983, 0.00012),
+    0.95: (-0.02090, 0.00015),
+}
+"""a2 and its standard error by CoR, from tests/validation/direct_simulation.py."""
+
 
 def haff_rows(gas: GasSample, dilute: bool = False) -> Iterator[Record]:
     """Haff's rate beside theory; in a dilute gas also whether it is constant, and a2."""
@@ -234,6 +246,9 @@ def haff_rows(gas: GasSample, dilute: bool = False) -> Iterator[Record]:
         return
     quantity = "slope of √(E0/E), later over earlier half"
     yield known_value(HAFF, quantity, gas, even, 1.0, "Haff 1983", systematic=systematic)
+    if gas.cor in DIRECT_A2:
+        expected, error = DIRECT_A2[gas.cor]
+        yield known_value(SHAPE, "a2", gas, a2, expected, DIRECT, expected_error=error)
     expected = theory.sonine_coefficient(gas.cor)
     yield known_value(SHAPE, "a2", gas, a2, expected, SONINE, systematic=SONINE_ERROR)
 

@@ -6,6 +6,7 @@ Numbers in docs/accuracy.md are those of the saved measurements and of the audit
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import runpy
@@ -22,10 +23,12 @@ from pathlib import Path
 from typing import Any
 
 import make_schema
+import numpy as np
 import pytest
 import yaml
 
 from snooker_cli import __version__
+from snooker_cli.analysis.decay import decays
 from snooker_cli.cli.config_commands import templates
 from snooker_cli.config import digest, load, parse
 from snooker_cli.engine.jit import NOTICE
@@ -259,6 +262,20 @@ def test_the_audit_of_the_source_report(tmp_path: Path) -> None:
     assert all(one.rejected for one in found.named)
     ratios = [mixed.our_value(one).value / one.value for one in TARGETS[:4]]
     assert f"{min(ratios):.2f} to {max(ratios):.2f} of the printed" in text
+
+
+@pytest.mark.long
+def test_the_error_of_a_single_fit_is_too_small(tmp_path: Path) -> None:
+    """The factor in the README: the spread over repeats, over the error that a fit gives."""
+    run = simulated("restitution", tmp_path)
+    factors = []
+    for point in (one for one in run.points if one.experiment.cor < 1):
+        for each in decays(run.traces(point), ("kinetic_energy",)):
+            errors = [one.error for one in each.fits]
+            spread = each.over_repeats.error * math.sqrt(each.over_repeats.repeats)
+            factors.append(spread / float(np.median(errors)))
+    text = sentences_of(ROOT / "README.md")
+    assert f"{min(factors):.0f} to {max(factors):.0f} times too small" in text
 
 
 def update() -> None:

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scenes import gas
 from scipy import optimize
 from source_scene import CIRCLE, DENSITY, SIMULATED, N, R, T, digits, packing
 
 from snooker_cli import containers, theory
+from snooker_cli.analysis.observables import mean_and_error, virial_ratio
 from snooker_cli.containers import Box, Circle, PeriodicBox
+from snooker_cli.engine import simulate
 
 
 def in_circle(number: float, radius: float) -> theory.FluidState:
@@ -148,6 +151,22 @@ def change_of_log_variance(
         )
 
     return (at(step) - at(-step)) / (2 * step)
+
+
+@pytest.mark.parametrize(
+    ("shape", "number", "packing", "aspect", "allowed"),
+    [("circle", 37, 0.37, 1, 0.01), ("circle", 19, 0.43, 1, 0.025), ("box", 40, 0.4, 8, 0.04)],
+)
+def test_the_state_is_as_accurate_as_it_states(shape, number, packing, aspect, allowed):
+    """The virial of simulations, whose own error is below 1 % (16 starts)."""
+    found = []
+    for seed in range(16):
+        scene = gas(shape, number, packing, aspect=aspect, seed=seed)
+        found.append(virial_ratio(simulate(scene, collisions=20_000)))
+    mean, error = mean_and_error(np.array(found))
+    assert error < 0.01 * mean
+    state = theory.fluid_state(number, 50.0, 1.0, scene.container)
+    assert state.virial_ratio == pytest.approx(mean, abs=allowed * mean + 4 * error)
 
 
 @settings(derandomize=True, deadline=None)

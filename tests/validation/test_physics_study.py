@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from direct_simulation import a2
 from typer.testing import CliRunner
 
 from snooker_cli import theory
@@ -118,8 +119,9 @@ def test_cooling_and_speeds_are_those_of_theory(record: Record) -> None:
     assert row["expected"] == pytest.approx(alpha, rel=1e-12)
     assert even["expected"] == 1.0
     assert denser["systematic"] > row["systematic"]
-    (shape,) = of(record, measurements.SHAPE)
-    assert shape["expected"] == theory.sonine_coefficient(gas.cor)
+    direct, shape = of(record, measurements.SHAPE)
+    assert (direct["expected"], direct["expected_error"]) == measurements.DIRECT_A2[gas.cor]
+    assert (direct["systematic"], shape["expected"]) == (0, theory.sonine_coefficient(gas.cor))
     for row in of(record, measurements.SPEEDS):
         free = row["setting"]["balls"] - (row["setting"]["shape"] == "periodic")
         exact = theory.fixed_energy_kurtosis(free), theory.fixed_energy_mean_speed(free, 50.0)
@@ -135,6 +137,13 @@ def test_the_loss_at_fixed_energy_is_that_of_a_mean_cube(shape: str) -> None:
     found = gas.balls / gas.free * cubes / math.sqrt(8 / math.pi)
     error = found.std() / math.sqrt(len(found))
     assert measurements.finite_loss(gas) == pytest.approx(found.mean(), abs=4 * error)
+
+
+@pytest.mark.parametrize("cor", [0.7, 0.95])
+def test_a2_of_direct_simulation(cor: float) -> None:
+    value, error = measurements.DIRECT_A2[cor]
+    found, own_error = a2(cor, 20_000, 8)
+    assert found == pytest.approx(value, abs=4 * math.hypot(error, own_error))
 
 
 def test_the_verdict_follows_the_record(record: Record) -> None:
