@@ -8,7 +8,7 @@ import numpy as np
 
 from snooker_cli import theory
 from snooker_cli.analysis import predictions
-from snooker_cli.analysis.decay import QUANTITIES, curve, decays, reported_constant
+from snooker_cli.analysis.decay import QUANTITIES, curve, decays
 from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.analysis.observables import (
     before_collapse,
@@ -131,7 +131,7 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     )
 
 
-# The decay constants of the energy over many CoR, beside the source report's formula and theory.
+# The decay constants of the energy over many CoR, beside theory.
 
 
 def decay_against_cor(build: FigureBuilder) -> FigureData:
@@ -144,41 +144,23 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
         traces = list(build.traces(point))
         found = decays(traces, ("kinetic_energy",))
         means = {LAWS[each.law].key: each.over_repeats for each in found}
-        reported = mean_and_error(np.array([reported_constant(trace) for trace in traces]))
         build.record(
             point,
             **{key: (mean.value, mean.error) for key, mean in means.items()},
             repeats=found[-1].over_repeats.repeats,
             ended_early=found[-1].short,
-            report_k=reported,
         )
     cors = np.array([point.experiment.cor for point in points])
     column = {name: np.array([each[name] for each in build.records]) for name in build.records[0]}
-    caption, (k_series, alpha_series) = "", _SERIES.values()
-    if np.isfinite(column["report_k"]).any():
-        name = "k by the source report"
-        build.lines.append(Line(cors, column["report_k"], name, k_series, "dashed"))
-        caption = (
-            "Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
-            "λ = 1/(√2 n 2πr). "
-        )
     if rates is not None:
-        # The logarithm has no value at CoR 0.
-        grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
-        constants = []
-        for e in map(float, grid):
-            loss = theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
-            report = theory.source_decay_constant(e, rates.mean_free_path, rates.mean_speed)
-            constants.append((report, theory.haff_rate(loss)))
-        report_k, alpha = np.array(constants).T
-        build.lines += [
-            Line(grid, report_k, "k, mean free path after Enskog", k_series, "dotted"),
-            Line(grid, alpha, "α, kinetic theory", alpha_series, "solid"),
-        ]
-        caption += (
-            "Dotted: k with ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ), χ for the size of the "
-            "balls."
+        grid = np.linspace(cors[0], cors[-1], 100)
+        losses = (
+            theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
+            for e in map(float, grid)
         )
+        alpha = np.array([theory.haff_rate(loss) for loss in losses])
+        name = "α, kinetic theory"
+        build.lines.append(Line(grid, alpha, name, _SERIES["haff"], "solid"))
     for law, model in LAWS.items():
         name, errors = f"{model.symbol}, {model.label} fitted", column[f"{model.key}_error"]
         build.lines.append(Points(cors, column[model.key], errors, name, _SERIES[law]))
@@ -186,7 +168,7 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
     if points[0].experiment.container.shape_class.has_wall:
         title = f"{title}: {described(points[0], 'wall_cor')}"
     return build.figure(
-        caption,
+        "",
         numbers={"ended_early": sum(each["ended_early"] for each in build.records)},
         title=title,
     )

@@ -19,7 +19,7 @@ from snooker_cli.report.audit import Audit
 from snooker_cli.report.packaged import packaged
 from snooker_cli.report.setting_search import DECIDED, FREEDOM, LIKELY, PARTS, RESAMPLES, TARGETS
 from snooker_cli.report.source_values import COEFFICIENTS, LORD, SOURCE_VALUES, TITLE, value_text
-from snooker_cli.report.supplements import MEASUREMENTS, measurement, sliding_figure
+from snooker_cli.report.supplements import MEASUREMENTS, decay_figure, measurement, sliding_figure
 from snooker_cli.runs import Run
 from snooker_cli.validation.accuracy_study import error_against_cost, error_growth
 from snooker_cli.validation.study import machine
@@ -42,7 +42,8 @@ def figure_data(
         draw = {"error-against-cost": error_against_cost, "error-growth": error_growth}[figure]
         found = measurement("error")
         return draw(found, found["scenes"][0])
-    make = sliding_figure if figure == "sliding" else FIGURES[figure].make
+    own = {"sliding": sliding_figure, "decay-against-cor": decay_figure}
+    make = own[figure] if figure in own else FIGURES[figure].make
     return make(runs[run], Selection(where or {}))
 
 
