@@ -7,13 +7,10 @@ together, at the place of `zip`; the groups of a list under `zip` are consecutiv
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
-from functools import reduce
 from itertools import chain, islice
-from operator import getitem
-from typing import Any, TypeAlias, cast
+from typing import Any, TypeAlias
 
 from snooker_cli.config.problems import (
     ConfigError,
@@ -126,18 +123,6 @@ def unzipped(path: KeyPath) -> KeyPath:
     if path[:2] != ("sweep", ZIP):
         return path
     return ("sweep", *(part for part in path[2:3] if isinstance(part, str)), *path[3:])
-
-
-def without_value(data: Mapping[str, Any]) -> Iterator[tuple[str, Value]]:
-    """Each swept key that the data give no value of its own, with its first swept value."""
-    for group in _groups(data.get("sweep")):
-        for key, values in group.items() if isinstance(group, Mapping) else ():
-            with suppress(PathError):
-                path, first = key_path(str(key)), _values(str(key), values)[0]
-                try:
-                    reduce(getitem, path, cast(Any, data))
-                except (KeyError, IndexError, TypeError):
-                    yield key, first
 
 
 def is_inside(key: str, outer: str) -> bool:

@@ -31,7 +31,6 @@ _MODELS: dict[tuple[str, ...], type[BaseModel]] = {
 """The model at each pydantic location, without its indices."""
 
 _SYNONYMS = {"restitution": "cor", "e": "cor", "number": "count", "n": "count", "square": "box"}
-_ABSENT = ("gravity", "friction", "drag", "spin")  # of physics that users look for
 
 
 def config_error(error: ValidationError) -> ConfigError:
@@ -53,12 +52,13 @@ def config_error(error: ValidationError) -> ConfigError:
             case "value_error":
                 found.extend(each["ctx"]["error"].problems)
             case "needs":
-                found.append(_misfit(path, value, *each["ctx"].values()))
+                needs, is_number = each["ctx"].values()
+                advice = _advice_on_number(value, path) if is_number else ""
+                found.append(_misfit(path, value, needs, advice))
             case "literal_error":
                 expected = each["ctx"]["expected"]
-                near = _nearest(str(value), re.findall("'(.*?)'", expected))
-                advice = f"did you mean {near}?" if near else "give one"
-                found.append(_misfit(path, value, expected, advice=advice))
+                near = _nearest(value, re.findall("'(.*?)'", expected))
+                found.append(_misfit(path, value, expected, near and f"did you mean {near}?"))
             case "union_tag_not_found":
                 found.append(_no_variant(path, value))
             case "missing":
@@ -76,8 +76,8 @@ def config_error(error: ValidationError) -> ConfigError:
                 found.append(_misfit(path, value, "a list"))
             case name if name != "too_short":
                 joined = isinstance(value, str) and re.match(r"\w+:\S", value)
-                advice = "write a space after the colon" if joined else "give one"
-                found.append(_misfit(path, value, "a mapping of keys to values", advice=advice))
+                advice = "write a space after the colon" if joined else ""
+                found.append(_misfit(path, value, "a mapping of keys to values", advice))
     return ConfigError([*found, *(each for each in missing if each.path not in suggested)])
 
 
@@ -87,12 +87,10 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
     named : its value, as a sentence calls it
     """
     known = list(model.model_fields)
-    if key.lower() in _ABSENT:
-        return f"snooker has no {key.lower()}; remove this key", ""
+    if key in ("gravity", "friction"):
+        return f"snooker has no {key}; remove this key", ""
     if key.isdecimal():
         return "a comma ends the number before; write a decimal point, such as 0.5", ""
-    if ":" in key:
-        return _without_space(key)
     choice = f"the keys here are {', '.join(known)}"
     if "." in key:
         return f"{named} is given, but dotted keys are for sweep and -o only; {choice}", ""
@@ -106,21 +104,23 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
         name = " with ".join(homes[0][:2]) or "the top level, without indentation"
         return f"{named} is given, but this key belongs to {name}; {choice}", ""
     if near := _nearest(key, known):
-        return f"there is no such key; did you mean {near}?", near
+        return _meant(key, near), near
     return f"there is no such key; {choice}", ""
 
 
-def _nearest(word: str, known: Collection[str]) -> str:
-    """The known word that was probably meant; empty if none is near."""
-    word = word.lower()
+def _nearest(text: Any, known: Collection[str]) -> str:
+    """The known word that a text probably means; empty if none is near."""
+    word = str(text).partition(":")[0].lower()
     near = [_SYNONYMS.get(word, ""), *difflib.get_close_matches(word, known, n=1)]
     return next((each for each in near if each in known), "")
 
 
-def _without_space(key: str) -> tuple[str, str]:
-    """The sentence about a key that holds its value too, and the key that was meant."""
-    name, _, value = key.partition(":")
-    return f"a space after the colon is missing; write {shown(f'{name}: {value}')}", name
+def _meant(key: str, near: str) -> str:
+    """The sentence about a key that probably means another, or holds its value too."""
+    _, joined, value = key.partition(":")
+    if joined:
+        return f"a space after the colon is missing; write {near}: {shown(value)}"
+    return f"there is no such key; did you mean {near}?"
 
 
 def _no_variant(path: KeyPath, value: Any) -> Problem:
@@ -134,21 +134,13 @@ def _no_variant(path: KeyPath, value: Any) -> Problem:
         sentence = f"both {both} are given; keep one of them, or replace balls as a whole"
         return Problem(path, sentence)
     for key in map(str, value):
-        near = _nearest(key.partition(":")[0], BALLS)
-        sentence = f"there is no such key; did you mean {near}?"
-        if near and ":" in key:
-            sentence, _ = _without_space(key)
-        if near:
-            return Problem((*path, key), sentence, about_key=True)
+        if near := _nearest(key, BALLS):
+            return Problem((*path, key), _meant(key, near), about_key=True)
     return Problem(path, f"neither count, rings nor list is given; give {ways}")
 
 
-def _misfit(
-    path: KeyPath, value: Any, needs: str, is_number: bool = False, advice: str = "give one"
-) -> Problem:
-    if is_number:
-        advice = _advice_on_number(value, path)
-    return Problem(path, f"{given(value)} is given where {needs} is needed; {advice}")
+def _misfit(path: KeyPath, value: Any, needs: str, advice: str = "") -> Problem:
+    return Problem(path, f"{given(value)} is given where {needs} is needed; {advice or 'give one'}")
 
 
 def _advice_on_number(value: Any, path: KeyPath) -> str:

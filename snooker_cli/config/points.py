@@ -6,14 +6,14 @@ import itertools
 import json
 import math
 import operator
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 from pydantic import ValidationError
 
-from snooker_cli.config.axes import Value, without_value
+from snooker_cli.config.axes import Value, axes
 from snooker_cli.config.messages import config_error
 from snooker_cli.config.models import Experiment
 from snooker_cli.config.problems import (
@@ -59,7 +59,13 @@ class Point:
 
 def validated(data: Mapping[str, Any]) -> Experiment:
     """The experiment of a configuration's data, with every point checked. Raises ConfigError."""
-    experiment = _validated(data)
+    try:
+        experiment = Experiment.model_validate(data)
+    except ValidationError as error:
+        unset = _unset(data)
+        if not unset:
+            raise config_error(error) from None
+        experiment = _point(0, data, unset).experiment
     total = len(points(experiment)) * experiment.repeats
     if total > MAX_REPEATS:
         advice = f"a run has at most {MAX_REPEATS:,}, so give fewer"
@@ -67,19 +73,16 @@ def validated(data: Mapping[str, Any]) -> Experiment:
     return experiment
 
 
-def _validated(data: Mapping[str, Any]) -> Experiment:
-    """The experiment of these data; a swept key needs no value of its own. Raises ConfigError."""
-    with suppress(ValidationError):
-        return Experiment.model_validate(data)
-    steps = [(key, 0, value) for key, value in without_value(data)]
-    with suppress(PathError):
-        for key, _, value in steps:
-            data = substituted(data, key_path(key), value)
-    try:
-        return Experiment.model_validate(data)
-    except ValidationError as error:
-        found = config_error(error).problems
-        raise ConfigError(_in_sweep(problem, steps) or problem for problem in found) from None
+def _unset(data: Mapping[str, Any]) -> list[_Step]:
+    """The first value of each swept key that has no value of its own; none of a bad sweep."""
+    steps: list[_Step] = []
+    with suppress(ConfigError):
+        for key, values in itertools.chain(*axes(data.get("sweep"))):
+            try:
+                functools.reduce(operator.getitem, key_path(key), cast(Any, data))
+            except (KeyError, IndexError, TypeError):
+                steps.append((key, 0, values[0]))
+    return steps
 
 
 @functools.lru_cache(maxsize=2)  # several stages of a command ask for the same points
@@ -89,13 +92,13 @@ def points(experiment: Experiment) -> tuple[Point, ...]:
     Raises ConfigError for a bad value, and for one that is given twice.
     """
     base = dict(experiment) | {"sweep": ()}
-    axes = [
+    grid = [
         [[(key, index, values[index]) for key, values in axis] for index in range(len(axis[0][1]))]
         for axis in experiment.sweep
     ]
     found: dict[Any, tuple[Point, list[_Step]]] = {}
     problems: dict[KeyPath, Problem] = {}
-    for index, combined in enumerate(itertools.product(*axes)):
+    for index, combined in enumerate(itertools.product(*grid)):
         steps = list(itertools.chain(*combined))
         try:
             point = _point(index, base, steps)
@@ -115,7 +118,7 @@ def points(experiment: Experiment) -> tuple[Point, ...]:
     return tuple(point for point, _ in found.values())
 
 
-def _point(index: int, base: Mapping[str, Any], steps: Sequence[_Step]) -> Point:
+def _point(index: int, base: Mapping[str, Any], steps: Iterable[_Step]) -> Point:
     """The point at which keys have these values. Raises ConfigError."""
     data: Any = base
     for key, _, value in steps:
@@ -127,26 +130,19 @@ def _point(index: int, base: Mapping[str, Any], steps: Sequence[_Step]) -> Point
         experiment = Experiment.model_validate(data)
     except ValidationError as error:
         found = config_error(error).problems
-        raise ConfigError(_at_point(problem, steps) for problem in found) from None
+        raise ConfigError(_in_sweep(problem, steps) for problem in found) from None
     # As the model reads them: 1.0 for a written 1.
     parameters = tuple((key, value_at(experiment, key_path(key))) for key, *_ in steps)
     return Point(index, parameters, experiment)
 
 
-def _in_sweep(problem: Problem, steps: Iterable[_Step]) -> Problem | None:
-    """The problem, placed at the swept key that causes it, if one does."""
+def _in_sweep(problem: Problem, steps: Iterable[_Step]) -> Problem:
+    """A point's problem, placed at the swept key that causes it; else with all swept values."""
     for key, index, _ in steps:
         outer, path = key_path(key), problem.path
         if all(map(operator.eq, outer, path)):
             inner = () if problem.about_key else (index, *path[len(outer) :])
             return Problem(("sweep", key, *inner), problem.sentence, problem.about_key)
-    return None
-
-
-def _at_point(problem: Problem, steps: Sequence[_Step]) -> Problem:
-    """A point's problem, placed at the swept key that causes it; else with all swept values."""
-    if placed := _in_sweep(problem, steps):
-        return placed
     at = ", ".join(f"{key}={'null' if value is None else value}" for key, _, value in steps)
     return Problem(problem.path, f"{problem.sentence} (at the point {at})", problem.about_key)
 

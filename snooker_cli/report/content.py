@@ -3,6 +3,8 @@
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import yaml
@@ -12,6 +14,7 @@ from snooker_cli.analysis.decay import range_held
 from snooker_cli.analysis.fitting import LAWS, LEAST_PROBABILITY
 from snooker_cli.analysis.predictions import haff_rate, scene_rates
 from snooker_cli.figures import FIGURES, FigureData, Selection
+from snooker_cli.figures.cooling import decay_against_cor
 from snooker_cli.figures.selection import distinct
 from snooker_cli.formatting import listed, with_error
 from snooker_cli.placement.starting_scene import starting_scene
@@ -19,7 +22,7 @@ from snooker_cli.report.audit import Audit
 from snooker_cli.report.packaged import packaged
 from snooker_cli.report.setting_search import DECIDED, FREEDOM, LIKELY, PARTS, RESAMPLES, TARGETS
 from snooker_cli.report.source_values import COEFFICIENTS, LORD, SOURCE_VALUES, TITLE, value_text
-from snooker_cli.report.supplements import MEASUREMENTS, decay_figure, measurement, sliding_figure
+from snooker_cli.report.supplements import MEASUREMENTS, measurement, sliding_figure
 from snooker_cli.runs import Run
 from snooker_cli.validation.accuracy_study import error_against_cost, error_growth
 from snooker_cli.validation.study import machine
@@ -42,9 +45,12 @@ def figure_data(
         draw = {"error-against-cost": error_against_cost, "error-growth": error_growth}[figure]
         found = measurement("error")
         return draw(found, found["scenes"][0])
-    own = {"sliding": sliding_figure, "decay-against-cor": decay_figure}
-    make = own[figure] if figure in own else FIGURES[figure].make
-    return make(runs[run], Selection(where or {}))
+    if figure == "sliding":
+        return sliding_figure(runs[run], Selection(where or {}))
+    spec = FIGURES[figure]
+    if figure == "decay-against-cor":
+        spec = replace(spec, draw=partial(decay_against_cor, source=True))
+    return spec.make(runs[run], Selection(where or {}))
 
 
 def values(

@@ -1,7 +1,4 @@
-"""Figures of the reproduction alone: past wall traps, and with the source report's formula.
-
-Also saved measurements.
-"""
+"""Results beyond the source report: saved measurements, and figure 17 past its wall traps."""
 
 import json
 import math
@@ -12,15 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from snooker_cli import theory
-from snooker_cli.analysis.decay import reported_constant
-from snooker_cli.analysis.observables import mean_and_error, meeting_temperature
-from snooker_cli.analysis.predictions import scene_rates
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
-from snooker_cli.figures.figure_data import Line
 from snooker_cli.report.document import rendered
 from snooker_cli.report.packaged import packaged
 from snooker_cli.runs import Run
@@ -65,44 +57,6 @@ def sliding_figure(run: Run, selection: Selection) -> FigureData:
         ),
         caption=" ".join(rendered("sliding.txt.j2", values).split()),
         numbers={**picture.numbers, "pairs": pairs},
-    )
-
-
-def decay_figure(run: Run, selection: Selection) -> FigureData:
-    """The decay constants against the CoR, with the source report's k: as it is, and with χ.
-
-    Raises ``FigureError`` and ``StoreError`` as the figure without k.
-    """
-    picture = FIGURES["decay-against-cor"].make(run, selection)
-    points = {point.experiment.cor: point for point in selected(run, selection)}
-    shown = [dict(record) for record in picture.numbers["points"]]
-    for one in shown:
-        found = [reported_constant(trace) for trace in run.traces(points[one["parameters"]["cor"]])]
-        one["report_k"], one["report_k_error"] = mean_and_error(np.array(found))
-    cors = np.array([one["parameters"]["cor"] for one in shown])
-    scene = run.read(points[cors[0]], 0).start
-    rates = scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
-    assert rates is not None
-    grid = np.linspace(cors[0], cors[-1], 100)
-    enskog = [
-        theory.source_decay_constant(e, rates.mean_free_path, rates.mean_speed)
-        for e in map(float, grid)
-    ]
-    report_k = np.array([one["report_k"] for one in shown])
-    lines = (
-        Line(cors, report_k, "k by the source report", 1, "dashed"),
-        Line(grid, np.array(enskog), "k, mean free path after Enskog", 1, "dotted"),
-    )
-    caption = (
-        "Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
-        "λ = 1/(√2 n 2πr). Dotted: k with ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ), χ for "
-        "the size of the balls."
-    )
-    return replace(
-        picture,
-        layers=(*lines, *picture.layers),
-        caption=f"{caption} {picture.caption}",
-        numbers={**picture.numbers, "points": shown},
     )
 
 
