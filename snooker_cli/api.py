@@ -3,10 +3,12 @@
 Units are SI with k_B = 1. Everything that a user can get wrong raises a ``SnookerError``.
 """
 
+import html
 import json
 import math
 import threading
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import chain
@@ -23,13 +25,14 @@ from snooker_cli import engine, export, runs
 from snooker_cli.config import Point
 from snooker_cli.containers import Container
 from snooker_cli.engine import States
-from snooker_cli.errors import RunError, UserError, check_name
+from snooker_cli.errors import FigureError, RunError, UserError, check_name
+from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, plain, point_label
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.progress import execute_watched, share_done, showing_notices
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.plan import checked
-from snooker_cli.runs.status import ending
+from snooker_cli.runs.status import ended, run_status
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
 
@@ -56,11 +59,14 @@ class Repeat:
     point: Point | None = None
     number: int | None = None
 
+    @property
+    def _name(self) -> str:
+        if self.point is None:
+            return "simulation"
+        return f"repeat {self.number} of {point_label(self.point.as_json())}"
+
     def __repr__(self) -> str:
-        name = "simulation"
-        if self.point is not None:
-            name = f"repeat {self.number} of {point_label(self.point.as_json())}"
-        return f"<{name}: {self.stop.message}>"
+        return f"<{self._name}: {self.stop.message}>"
 
     @property
     def scene(self) -> Scene:
@@ -126,6 +132,40 @@ class Repeat:
         found = (structure.values(observable, self.scene, states) for states in batches)
         return np.array(list(chain.from_iterable(found)))
 
+    def state(self, time: float) -> Scene:
+        """The scene at a time, s: ``simulate`` continues from it, after ``replace`` with other CoR.
+
+        Raises ``UserError`` as ``states`` does.
+        """
+        at = self.states(time)
+        return replace(
+            self.scene,
+            positions=at.positions[0],
+            velocities=at.velocities[0],
+            container_position=at.container_positions[0],
+            container_velocity=at.container_velocities[0],
+        )
+
+    def animate(self, out: str | PathLike[str] | None = None, **span: Any) -> "Page":
+        """A page that plays the repeat; a notebook shows it, and ``out`` names a file for it.
+
+        span : ``since`` and ``until`` (s) and ``most`` collisions, as of ``animation.film``
+
+        Raises ``FigureError`` for a summary, too many balls or a time outside of the repeat.
+        """
+        from snooker_cli.animation import film, page
+
+        made = Page(page(film(self.trace, self._name, **span)))
+        if out is not None:
+            write_text(Path(out), made)
+        return made
+
+    def _repr_html_(self) -> str | None:
+        """The player; a notebook shows ``repr`` where there is none."""
+        with suppress(FigureError):
+            return self.animate()._repr_html_()
+        return None
+
     def _recorded(self) -> Events:
         """The events. Raises ``UserError`` for a summary."""
         if self.trace.events is None:
@@ -142,6 +182,19 @@ class Repeat:
             raise UserError(str(error)) from None
 
 
+class Page(str):
+    """The text of an HTML page, which a notebook shows in a frame."""
+
+    def __repr__(self) -> str:
+        return f"<page of {len(self):,} characters>"
+
+    def _repr_html_(self) -> str:
+        from snooker_cli.animation import embedded
+
+        style = "<style>iframe.player {width: 100%; height: 45em; border: 0}</style>"
+        return style + embedded(self, "player")
+
+
 def _records(columns: Mapping[str, NDArray[Any]]) -> "np.recarray[Any, Any]":
     """Columns as one structured array."""
     types = [(name, column.dtype) for name, column in columns.items()]
@@ -155,9 +208,22 @@ class Run(runs.Run):
     memory at a time: a long repeat, or a batch of short ones.
     """
 
+    def __dir__(self) -> list[str]:
+        """What scripts use, for completion."""
+        return ["directory", "name", "experiment", "points", *(n for n in vars(Run) if n[0] != "_")]
+
+    def _repr_html_(self) -> str:
+        """A table of the points, in a notebook."""
+        rows = [["point", "repeats", "ended", "collisions"]]
+        for one in run_status(self)["ledger"]:
+            cells = point_label(one["parameters"]), one["done"], ended(one), one["collisions"]
+            rows.append([html.escape(str(cell)) for cell in cells])
+        table = "".join(f"<tr><td>{'<td>'.join(row)}" for row in rows)
+        return f"<p>{html.escape(self.experiment.title or self.name)}</p><table>{table}</table>"
+
     def __repr__(self) -> str:
         size = f"{counted(len(self.points), 'point')}, {counted(self.experiment.repeats, 'repeat')}"
-        return f"<run {self.directory}: {size} each>"
+        return f"<run {self.name}: {size} each>"
 
     def __getitem__(self, place: tuple[int, int]) -> Repeat:
         """A repeat, by its point and number. Raises ``UserError`` or ``StoreError``."""
@@ -196,18 +262,20 @@ class Run(runs.Run):
         (Pa m) and ``mean_speed`` (m/s) are means over the time of the repeat. ``energy_ratio`` is
         the energy at the end over that at the start. ``k`` and ``alpha`` (1/s) are fits to the
         energy: the constants of exp(−kt) and of Haff's law; nan without a fit. A swept key with
-        the name of another column gets the prefix ``config.``. Raises ``FigureError``,
+        the name of another column gets the prefix ``config.``. The rows are saved in table.json.
+        Raises ``FigureError``,
         ``StoreError``, and ``RunError`` if no repeat is there.
         """
-        from snooker_cli.analysis.run_analysis import read
+        from snooker_cli.analysis.run_analysis import results
 
+        found = results(self, points := self.matching(**where))
+        found.save()
+        places = [(point, number) for point in points for number in self.present(point)]
         rows: Records = []
-        for point in self.matching(**where):
-            if numbers := self.present(point):
-                both = zip(numbers, read(self, point, numbers), strict=True)
-                rows += [_row(Repeat(trace, point, number)) for number, trace in both]
-        if not rows:
-            raise RunError(f"{self.directory}: no repeat is there yet", "run the config again")
+        for (point, number), one in zip(places, found.rows, strict=True):
+            row = {"repeat": number} | {name: one[name] for name in one if name != "parameters"}
+            swept = {f"config.{key}" if key in row else key: each for key, each in point.parameters}
+            rows.append({"point": point.index} | swept | row)
         return {name: _column([row[name] for row in rows]) for name in rows[0]}
 
     def fit(self, since: float = 0.0, until: float = math.inf, **where: Any) -> Records:
@@ -245,37 +313,26 @@ class Run(runs.Run):
         check_name(name, FIGURES, "figure", "snooker plot --list")
         return draw(FIGURES[name].make(self, Selection(_alternatives(where), repeat), first=True))
 
+    def report(self, out: str | PathLike[str] | None = None) -> list[Path]:
+        """Write the report on this run, by default into its folder; the pages' files.
+
+        Raises ``FigureError`` without repeats, and ``UserError`` without the report's libraries.
+        """
+        from snooker_cli.report.run_report import run_report
+
+        return run_report([self], Path(out or self.directory / "report"), lambda _: None)
+
+    def export(self, out: str | PathLike[str], **where: Any) -> Path:
+        """Write ``table`` as a file in .csv or .parquet; its path. Raises as ``table``."""
+        rows, path = self.table(**where), Path(out)
+        about = {"rows": len(rows["point"]), "config": json.loads(configs.to_json(self.experiment))}
+        export.write_tables(path, {name: UNITS.get(name, "") for name in rows}, [rows], about)
+        return path
+
 
 def _alternatives(where: Mapping[str, Any]) -> dict[str, Any]:
     """The conditions of a selection, which has a tuple for a choice of values."""
     return {key: tuple(each) if isinstance(each, list) else each for key, each in where.items()}
-
-
-def _row(repeat: Repeat) -> dict[str, Any]:
-    """A repeat's row of ``Run.table``."""
-    from snooker_cli.analysis import observables
-    from snooker_cli.analysis.decay import repeat_fits
-
-    trace, point = repeat.trace, repeat.point
-    assert point is not None
-    series, fits = observables.series(trace), repeat_fits(trace, "kinetic_energy")
-    results = {
-        "repeat": repeat.number,
-        "ending": ending(trace.stop.reason),
-        "complete": trace.stop.reason.complete,
-        "time": trace.stop.time,
-        "collisions": trace.collisions,
-        "wall_collisions": trace.wall_events,
-        "pair_collisions": trace.pair_events,
-        "temperature": observables.mean_temperature(trace),
-        "pressure": observables.mean_pressure(trace),
-        "mean_speed": observables.time_mean(trace, series.mean_speed),
-        "energy_ratio": float(observables.energy_ratio(series)[-1]),
-        "k": fits["exponential"].value,
-        "alpha": fits["haff"].value,
-    }
-    swept = {f"config.{key}" if key in results else key: value for key, value in point.parameters}
-    return {"point": point.index} | swept | results
 
 
 def _column(values: list[Any]) -> NDArray[Any]:

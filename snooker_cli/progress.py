@@ -19,6 +19,7 @@ from snooker_cli.runs import Run, create, locked
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.folder import locked_for_part
+from snooker_cli.runs.plan import batch_size
 from snooker_cli.trace import StopReason, Trace
 
 MOST_FAILURES = 10  # failures that are printed as they come; a full disk fails every repeat
@@ -144,16 +145,20 @@ def execute_watched(
 
     fresh : delete what the folder holds
     part : of ``execute``; parts share the lock
-    cancelled : set by Ctrl-C and SIGTERM; the simulated part is then saved
+    cancelled : set by Ctrl-C and SIGTERM; finished batches and long repeats are then saved
     bar : whether a terminal or a notebook shows a progress bar
     how : further arguments of ``execute``
 
     Raises ``RunError`` as ``create`` and ``execute`` do.
     """
 
+    saving = "saving the current repeats"
+    if run.experiment.repeats > 1 and batch_size(run.points[0].experiment, run.engine) > 1:
+        saving = "unfinished batches of short repeats are not saved"
+
     def stop(_number: int, _frame: object) -> None:
         if not cancelled.is_set():
-            notice("stopping; saving the current repeats")
+            notice(f"stopping; {saving}")
         cancelled.set()
 
     main = threading.current_thread() is threading.main_thread()  # which gets all signals

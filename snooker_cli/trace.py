@@ -25,6 +25,7 @@ class StopReason(StrEnum):
     NOTHING_LEFT = "nothing_left"  # no further collision can happen
     WALL_TRAP = "wall_trap"  # a ball hits the wall infinitely often in finite time
     COLLAPSE = "collapse"  # collisions follow without any time between them
+    IDLE = "idle"  # very many crossings without a collision
     INTERRUPTED = "interrupted"  # the user asked to stop
 
     @property

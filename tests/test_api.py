@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 import shutil
 import signal
@@ -22,6 +23,7 @@ from snooker_cli import progress, store
 from snooker_cli.analysis import observables
 from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.config.yaml_document import document
+from snooker_cli.report import run_report
 from snooker_cli.runs.batch import RepeatResult
 
 CONFIG: dict[str, Any] = document(SMALL, "small.yaml").data
@@ -206,6 +208,7 @@ def test_a_terminal_shows_how_many_repeats_were_read(
     run: snooker.Run, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     quiet = run.table()
+    (run.directory / "table.json").unlink()
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("TERM", "xterm")
@@ -229,7 +232,7 @@ def test_only_repeats_that_are_there_have_rows(separate: Path) -> None:
     ]
     shutil.rmtree(separate / "point-0000")
     shutil.rmtree(separate / "point-0001")
-    with pytest.raises(snooker.RunError, match="no repeat is there yet"):
+    with pytest.raises(snooker.RunError, match=r"no repeat of the point .* is there yet"):
         run.table()
 
 
@@ -458,3 +461,82 @@ def test_a_simulation_needs_a_limit(limits: dict[str, Any], sentence: str) -> No
     scene = snooker.new_scene(PLACES, STILL, 1.0, container=snooker.Circle(10.0))
     with pytest.raises(snooker.UserError, match=sentence):
         snooker.simulate(scene, **limits)
+
+
+# Films, reports, files and notebooks
+
+
+def test_a_table_is_computed_once(run: snooker.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Later ones read table.json, of all points or of some, until a file changes."""
+    (run.directory / "table.json").unlink(missing_ok=True)
+    first = run.table(cor=1.0)
+    monkeypatch.setattr(observables, "mean_temperature", None)
+    np.testing.assert_equal(run.table(cor=1.0), first)
+    with pytest.raises(TypeError):
+        run.table()  # the other point has not been read
+
+
+@pytest.mark.parametrize("form", ["csv", "parquet"])
+def test_a_run_writes_its_table(form: str, run: snooker.Run, here: Path, command: Snooker) -> None:
+    if form == "parquet":
+        pytest.importorskip("pyarrow")
+    written = run.export(here / f"own.{form}", cor=1.0)
+    out = f"command.{form}"
+    assert command("export", "small", "--table", "--where", "cor=1", "--out", out).code == 0
+    assert written.read_bytes() == (here / out).read_bytes()
+    with pytest.raises(snooker.UserError, match=r"give a name in \.csv or \.parquet"):
+        run.export("own.txt")
+
+
+def test_a_run_writes_its_report(run: snooker.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same files as the command, of which other tests see the content."""
+    seen: list[Any] = []
+    monkeypatch.setattr(run_report, "run_report", lambda *given: seen.append(given) or [])
+    assert run.report("report") == []
+    ((runs, out, _),) = seen
+    assert (runs, out) == ([run], Path("report"))
+
+
+def test_a_notebook_shows_a_run_as_a_table_and_a_repeat_as_its_player(run: snooker.Run) -> None:
+    assert "<tr><td>cor=1.0<td>3<td>3 complete<td>" in run._repr_html_()
+    shown = run[0, 1]._repr_html_()
+    assert shown is not None
+    assert "<iframe" in shown
+    assert "srcdoc" in shown
+    summary = snooker.simulate(run[0, 1].scene, collisions=20, summary=True)
+    assert summary._repr_html_() is None
+
+
+def test_a_film_of_a_repeat(run: snooker.Run, here: Path) -> None:
+    repeat = run[0, 1]
+    page = repeat.animate(here / "film.html", until=repeat.stop.time / 2)
+    assert page.startswith("<!doctype html>")
+    assert (here / "film.html").read_text(encoding="utf-8") == page
+    assert len(repr(page)) < 50
+    assert page != repeat.animate()
+    with pytest.raises(snooker.FigureError):
+        repeat.animate(since=-1.0)
+
+
+def test_a_simulation_continues_from_a_state(run: snooker.Run) -> None:
+    """The same collisions follow; with another CoR the first one differs in its impulse."""
+    repeat = run[0, 1]
+    k = len(repeat.events) - 5
+    between = (repeat.events.time[k - 1] + repeat.events.time[k]) / 2
+    scene = repeat.state(between)
+    rest = snooker.simulate(scene, collisions=5).events
+    assert rest.i.tolist() == repeat.events.i[k:].tolist()
+    assert rest.j.tolist() == repeat.events.j[k:].tolist()
+    assert between + rest.time == pytest.approx(repeat.events.time[k:], rel=1e-9)
+    softer = dataclasses.replace(scene, restitution=0.1, wall_restitution=0.1)
+    (first,) = snooker.simulate(softer, collisions=1).events
+    assert (first.i, first.j, first.time) == (rest.i[0], rest.j[0], rest.time[0])
+    assert first.impulse < rest.impulse[0]
+
+
+def test_completion_shows_what_scripts_use(run: snooker.Run) -> None:
+    names = {name for name in dir(run) if not name.startswith("_")}
+    assert {"table", "fit", "plot", "export", "report", "points", "repeats"} <= names
+    assert not names & {"batches", "file_statuses", "manifest", "delete_all_but", "digests"}
+    assert all(hasattr(run, name) for name in names)
+    assert {name for name in dir(snooker) if not name.startswith("_")} == set(snooker.__all__)

@@ -380,6 +380,7 @@ _EARLY = {
     StopReason.WALL_TRAP: "in a wall trap",
     StopReason.COLLAPSE: "in a collapse",
     StopReason.NOTHING_LEFT: "with no collision ahead",
+    StopReason.IDLE: "without a collision for very long",
     StopReason.INTERRUPTED: "at an interruption",
 }
 """Why a repeat stops before the requested collisions or time."""

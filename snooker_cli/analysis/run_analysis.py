@@ -1,4 +1,4 @@
-"""The fits and comparisons of a run: read from ``fit.json`` and ``compare.json``, or made.
+"""The fits, comparisons and table of a run: read from ``fit.json`` and others, or made.
 
 A file counts only if this user's process made it from these very repeats, by this very code.
 """
@@ -10,24 +10,50 @@ import secrets
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from snooker_cli import store
-from snooker_cli.analysis import comparison, decay
-from snooker_cli.analysis.observables import measured_ahead
+from snooker_cli.analysis import comparison, decay, observables
 from snooker_cli.config import Point
 from snooker_cli.errors import UNREADABLE, RunError, UserError
 from snooker_cli.files import sources_hash, user_hash, write_json
+from snooker_cli.formatting import plain
 from snooker_cli.progress import counting, notice
 from snooker_cli.runs import Run
+from snooker_cli.runs.status import ending
 from snooker_cli.trace import Trace
 
-Found = Sequence[decay.Decay] | Sequence[comparison.Comparison]
+Found = Sequence[decay.Decay] | Sequence[comparison.Comparison] | Sequence["RepeatResults"]
 Analyse = Callable[[Iterator[Trace]], tuple[Found, list[decay.Note]]]
 
 Records: TypeAlias = list[dict[str, Any]]
 
 SOURCES = ("analysis/*.py", "engine/*.py", "*.py")  # they decide what an analysis finds
+
+
+class RepeatResults(NamedTuple):
+    """A repeat's row of ``table.json``; ``Run.table`` of ``api`` explains the columns."""
+
+    trace: Trace
+
+    def as_json(self) -> dict[str, Any]:
+        trace = self.trace
+        series, fits = observables.series(trace), decay.repeat_fits(trace, "kinetic_energy")
+        row = {
+            "ending": ending(trace.stop.reason),
+            "complete": trace.stop.reason.complete,
+            "time": trace.stop.time,
+            "collisions": trace.collisions,
+            "wall_collisions": trace.wall_events,
+            "pair_collisions": trace.pair_events,
+            "temperature": observables.mean_temperature(trace),
+            "pressure": observables.mean_pressure(trace),
+            "mean_speed": observables.time_mean(trace, series.mean_speed),
+            "energy_ratio": observables.energy_ratio(series)[-1],
+            "k": fits["exponential"].value,
+            "alpha": fits["haff"].value,
+        }
+        return dict(plain(row))
 
 
 @dataclass(frozen=True)
@@ -83,6 +109,12 @@ def comparisons(run: Run, points: Iterable[Point] | None = None) -> RunAnalysis:
     """Rows of ``Comparison.as_json``; raises ``RunError`` if the points have no repeat."""
     path = run.directory / "compare.json"
     return _analysis(run, tuple(points or run.points), comparison.compare, path)
+
+
+def results(run: Run, points: Iterable[Point]) -> RunAnalysis:
+    """A row of ``RepeatResults`` for each repeat that is there; raises ``RunError`` without one."""
+    path = run.directory / "table.json"
+    return _analysis(run, tuple(points), lambda traces: ([*map(RepeatResults, traces)], []), path)
 
 
 def shorter_note(shorter: int, present: int) -> str:
@@ -150,4 +182,4 @@ def _made(run: Run, point: Point, present: Sequence[int], analyse: Analyse) -> d
 def read(run: Run, point: Point, present: Sequence[int]) -> Iterator[Trace]:
     """These repeats of a point, measured in threads; a terminal shows how many have been read."""
     label = f"point {point.index + 1} of {len(run.points)}"
-    return measured_ahead(counting(run.traces(point, present), label, len(present)))
+    return observables.measured_ahead(counting(run.traces(point, present), label, len(present)))

@@ -3,13 +3,21 @@
 import difflib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
 from snooker_cli.config.models import BALLS, Ball, ContainerConfig, Experiment, Species
-from snooker_cli.config.problems import MOST_FOUND, ConfigError, KeyPath, Problem, given, rendered
+from snooker_cli.config.problems import (
+    MOST_FOUND,
+    ConfigError,
+    KeyPath,
+    Problem,
+    given,
+    rendered,
+    shown,
+)
 from snooker_cli.config.yaml_document import is_number
 
 _MODELS: dict[tuple[str, ...], type[BaseModel]] = {
@@ -21,6 +29,8 @@ _MODELS: dict[tuple[str, ...], type[BaseModel]] = {
     ("balls", "species", "position"): Ball,
 }
 """The model at each pydantic location, without its indices."""
+
+_SYNONYMS = {"restitution": "cor", "e": "cor", "number": "count", "n": "count", "square": "box"}
 
 
 def config_error(error: ValidationError) -> ConfigError:
@@ -42,9 +52,13 @@ def config_error(error: ValidationError) -> ConfigError:
             case "value_error":
                 found.extend(each["ctx"]["error"].problems)
             case "needs":
-                found.append(_misfit(path, value, *each["ctx"].values()))
+                needs, is_number = each["ctx"].values()
+                advice = _advice_on_number(value, path) if is_number else ""
+                found.append(_misfit(path, value, needs, advice))
             case "literal_error":
-                found.append(_misfit(path, value, each["ctx"]["expected"]))
+                expected = each["ctx"]["expected"]
+                near = _nearest(value, re.findall("'(.*?)'", expected))
+                found.append(_misfit(path, value, expected, near and f"did you mean {near}?"))
             case "union_tag_not_found":
                 found.append(_no_variant(path, value))
             case "missing":
@@ -61,7 +75,9 @@ def config_error(error: ValidationError) -> ConfigError:
             case "tuple_type":
                 found.append(_misfit(path, value, "a list"))
             case name if name != "too_short":
-                found.append(_misfit(path, value, "a mapping of keys to values"))
+                joined = isinstance(value, str) and re.match(r"\w+:\S", value)
+                advice = "write a space after the colon" if joined else ""
+                found.append(_misfit(path, value, "a mapping of keys to values", advice))
     return ConfigError([*found, *(each for each in missing if each.path not in suggested)])
 
 
@@ -71,6 +87,10 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
     named : its value, as a sentence calls it
     """
     known = list(model.model_fields)
+    if key in ("gravity", "friction"):
+        return f"snooker has no {key}; remove this key", ""
+    if key.isdecimal():
+        return "a comma ends the number before; write a decimal point, such as 0.5", ""
     choice = f"the keys here are {', '.join(known)}"
     if "." in key:
         return f"{named} is given, but dotted keys are for sweep and -o only; {choice}", ""
@@ -83,9 +103,24 @@ def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
     if homes:
         name = " with ".join(homes[0][:2]) or "the top level, without indentation"
         return f"{named} is given, but this key belongs to {name}; {choice}", ""
-    if close := difflib.get_close_matches(key.lower(), known, n=1):
-        return f"there is no such key; did you mean {close[0]}?", close[0]
+    if near := _nearest(key, known):
+        return _meant(key, near), near
     return f"there is no such key; {choice}", ""
+
+
+def _nearest(text: Any, known: Collection[str]) -> str:
+    """The known word that a text probably means; empty if none is near."""
+    word = str(text).partition(":")[0].lower()
+    near = [_SYNONYMS.get(word, ""), *difflib.get_close_matches(word, known, n=1)]
+    return next((each for each in near if each in known), "")
+
+
+def _meant(key: str, near: str) -> str:
+    """The sentence about a key that probably means another, or holds its value too."""
+    _, joined, value = key.partition(":")
+    if joined:
+        return f"a space after the colon is missing; write {near}: {shown(value)}"
+    return f"there is no such key; did you mean {near}?"
 
 
 def _no_variant(path: KeyPath, value: Any) -> Problem:
@@ -98,16 +133,14 @@ def _no_variant(path: KeyPath, value: Any) -> Problem:
         both = " and ".join(several)
         sentence = f"both {both} are given; keep one of them, or replace balls as a whole"
         return Problem(path, sentence)
-    for key in value:
-        if close := difflib.get_close_matches(str(key).lower(), BALLS, n=1):
-            sentence = f"there is no such key; did you mean {close[0]}?"
-            return Problem((*path, key), sentence, about_key=True)
+    for key in map(str, value):
+        if near := _nearest(key, BALLS):
+            return Problem((*path, key), _meant(key, near), about_key=True)
     return Problem(path, f"neither count, rings nor list is given; give {ways}")
 
 
-def _misfit(path: KeyPath, value: Any, needs: str, is_number: bool = False) -> Problem:
-    advice = _advice_on_number(value, path) if is_number else "give one"
-    return Problem(path, f"{given(value)} is given where {needs} is needed; {advice}")
+def _misfit(path: KeyPath, value: Any, needs: str, advice: str = "") -> Problem:
+    return Problem(path, f"{given(value)} is given where {needs} is needed; {advice or 'give one'}")
 
 
 def _advice_on_number(value: Any, path: KeyPath) -> str:

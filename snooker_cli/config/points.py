@@ -7,12 +7,13 @@ import json
 import math
 import operator
 from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 from pydantic import ValidationError
 
-from snooker_cli.config.axes import Value
+from snooker_cli.config.axes import Value, axes
 from snooker_cli.config.messages import config_error
 from snooker_cli.config.models import Experiment
 from snooker_cli.config.problems import (
@@ -61,12 +62,27 @@ def validated(data: Mapping[str, Any]) -> Experiment:
     try:
         experiment = Experiment.model_validate(data)
     except ValidationError as error:
-        raise config_error(error) from None
+        unset = _unset(data)
+        if not unset:
+            raise config_error(error) from None
+        experiment = _point(0, data, unset).experiment
     total = len(points(experiment)) * experiment.repeats
     if total > MAX_REPEATS:
         advice = f"a run has at most {MAX_REPEATS:,}, so give fewer"
         raise ConfigError([Problem(("repeats",), f"all repeats are {total:,} files; {advice}")])
     return experiment
+
+
+def _unset(data: Mapping[str, Any]) -> list[_Step]:
+    """The first value of each swept key that has no value of its own; none of a bad sweep."""
+    steps: list[_Step] = []
+    with suppress(ConfigError):
+        for key, values in itertools.chain(*axes(data.get("sweep"))):
+            try:
+                functools.reduce(operator.getitem, key_path(key), cast(Any, data))
+            except (KeyError, IndexError, TypeError):
+                steps.append((key, 0, values[0]))
+    return steps
 
 
 @functools.lru_cache(maxsize=2)  # several stages of a command ask for the same points
@@ -76,13 +92,13 @@ def points(experiment: Experiment) -> tuple[Point, ...]:
     Raises ConfigError for a bad value, and for one that is given twice.
     """
     base = dict(experiment) | {"sweep": ()}
-    axes = [
+    grid = [
         [[(key, index, values[index]) for key, values in axis] for index in range(len(axis[0][1]))]
         for axis in experiment.sweep
     ]
     found: dict[Any, tuple[Point, list[_Step]]] = {}
     problems: dict[KeyPath, Problem] = {}
-    for index, combined in enumerate(itertools.product(*axes)):
+    for index, combined in enumerate(itertools.product(*grid)):
         steps = list(itertools.chain(*combined))
         try:
             point = _point(index, base, steps)

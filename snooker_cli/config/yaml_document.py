@@ -36,7 +36,7 @@ _RESOLVERS = [(tag, re.compile(rf"(?:{text})\Z")) for tag, text in _CORE_SCHEMA.
 _SYNTAX = (
     ("'\\t'", "a tab is where YAML allows only spaces; replace it by spaces"),
     ("mapping values", "a second colon or a wrong indentation; give every key its own line"),
-    ("could not find expected ':'", "a key without a colon; write key: value"),
+    ("could not find expected ':'", "a key without a colon and a space; write key: value"),
     ("stream", "a bracket, brace or quote is never closed; close it"),
     ("<block end>", "the indentation does not fit the lines above; align keys of the same level"),
     ("<document start>", "there is something after the end of the configuration; remove it"),

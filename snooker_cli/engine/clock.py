@@ -56,10 +56,10 @@ def clocks(epoch: float, events: Events) -> Floats:
 
 # Endings
 
-# Answers of ``advance``; TIME to COLLAPSE have the places that they have in ``StopReason``. After
+# Answers of ``advance``; TIME to IDLE have the places that they have in ``StopReason``. After
 # FULL the repeat continues with the next chunk. The last two are for ``InCells``: make cells
 # larger, or put them round the container's new place.
-FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, CELL_FULL, OUT_OF_MARGIN = range(7)
+FULL, TIME, NOTHING_LEFT, WALL_TRAP, COLLAPSE, IDLE, CELL_FULL, OUT_OF_MARGIN = range(8)
 
 STALL_LIMIT = 64
 """Events per ball in a row, without the clock moving, after which a repeat has collapsed.

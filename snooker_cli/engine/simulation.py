@@ -4,7 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, combinations
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from snooker_cli.containers import Circle
 from snooker_cli.engine import all_pairs, cell_grid, cell_prediction, cells, clock, sampling
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.clock import CELL_FULL, FULL, NOTHING_LEFT, OUT_OF_MARGIN
+from snooker_cli.engine.clock import CELL_FULL, FULL, IDLE, NOTHING_LEFT, OUT_OF_MARGIN
 from snooker_cli.engine.event_queue import new_tree
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded, State
+from snooker_cli.engine.paths import never_meet, straight_path
 from snooker_cli.engine.sampling import Grid
 from snooker_cli.engine.sliding import chord_sum, turn_all
 from snooker_cli.scene import Scene
@@ -47,6 +48,11 @@ FEW, FEW_IN_FREE, MOST = 48, 150, 1000
 
 BALLS_PER_CELL, DILUTE = 1.0, 0.4
 """In a packed gas, and in a dilute one over the cube root of the packing."""
+
+IDLE_CALLS = 100
+"""Calls in a row of only crossings after which a repeat without a time limit ends, 10 s."""
+
+MOST_PROVEN = 1000  # balls up to which all pairs are looked at before that
 
 RENEWAL = 400  # cost of predicting all again, in crossings
 
@@ -238,6 +244,10 @@ class Engine(ABC):
             StopReason.NOTHING_LEFT: (
                 f"no further collision can happen after {events:,}, at {now:.9g} s"
             ),
+            StopReason.IDLE: (
+                f"no collision in {IDLE_CALLS * cells.CROSSINGS_AT_ONCE:,} crossings of cells "
+                f"after {events:,} collisions, at {now:.9g} s; give a time to end at"
+            ),
             StopReason.INTERRUPTED: f"interrupted after {events:,} collisions at {now:.9g} s",
         }
         if reason in messages:
@@ -330,7 +340,7 @@ class AllPairs(Engine):
 class InCells(Engine):
     """Many balls, or a box: a single repeat."""
 
-    parts = (*Engine.parts, "cells", "ordered_at", "renewed_at")
+    parts = (*Engine.parts, "cells", "ordered_at", "renewed_at", "idle")
 
     def _begin(self) -> None:
         (self.scene,) = self.scenes
@@ -341,7 +351,7 @@ class InCells(Engine):
         balls = max(BALLS_PER_CELL, DILUTE * scene.packing_fraction ** (-1 / 3))
         side = math.sqrt(balls * scene.container.area / scene.number)
         self.cells = cell_grid.new_cells(scene, side, self.state.balls, tree)
-        self.ordered_at = 0
+        self.ordered_at = self.idle = 0
         self.renewed_at = 0.0
         self._renew_margin(0.0)
         self._fill()
@@ -372,8 +382,12 @@ class InCells(Engine):
                 renewals += 1
                 if renewals * (RENEWAL + self.scene.number) >= cells.CROSSINGS_AT_ONCE:
                     answer = FULL
-        idle = answer == FULL and self.state.collisions == begun
-        answers[0] = NOTHING_LEFT if idle and self._moves_as_one() else answer
+        self.idle = self.idle + 1 if answer == FULL and self.state.collisions == begun else 0
+        # No velocity changes while a repeat is idle, and one proof is enough.
+        if self.idle == 1 and self._nothing_can_meet():
+            answer = NOTHING_LEFT
+        endless = self.state.period is not None and self.time_limit == math.inf
+        answers[0] = IDLE if endless and self.idle >= IDLE_CALLS else answer
 
     def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
         super().next_epoch(repeat, epoch, shift)
@@ -393,13 +407,23 @@ class InCells(Engine):
         sampling.sample_until(end, sampling.grid_of(grids, 0), state, None)
         sampling.sample(rows[0], histograms[0], end, state, state.container, None)
 
-    def _moves_as_one(self) -> bool:
-        """Whether no ball of a periodic box, or in a free container, moves relative to anything."""
-        velocities, container = self.state.balls[[ks.U, ks.V]], self.state.container
-        if container is not None:
-            velocities = np.column_stack([velocities, container[[ks.U, ks.V]]])
-        endless = self.state.period is not None or container is not None
-        return endless and not np.ptp(velocities, axis=1).any()
+    def _nothing_can_meet(self) -> bool:
+        """Whether it is certain that no ball meets another, or the wall of a free container."""
+        state, number = self.state, self.scene.number
+        velocities, period = state.balls[[ks.U, ks.V]], state.period
+        if state.container is not None:
+            velocities = np.column_stack([velocities, state.container[[ks.U, ks.V]]])
+        # Of the least speeds the square is zero, and predictions find no contact.
+        if not np.any(np.ptp(velocities, axis=1) ** 2):
+            return period is not None or state.container is not None
+        if period is None or number > MOST_PROVEN:
+            return False
+        paths = [straight_path(*column) for column in state.balls[: ks.BALL_ROWS].T]
+        radii, sides = self.scene.radii, period.tolist()
+        return all(
+            never_meet(paths[i], paths[k], radii[i] + radii[k], sides)
+            for i, k in combinations(range(number), 2)
+        )
 
     def _fill(self, capacity: int | None = None) -> None:
         """Put the balls into cells, perhaps of another capacity, and predict everything."""

@@ -24,6 +24,7 @@ from snooker_cli.figures.figure_data import (
     LineStyle,
     Points,
     bands,
+    legend_line,
     thinned,
 )
 from snooker_cli.figures.selection import (
@@ -205,7 +206,9 @@ class FigureBuilder:
         if self.means:
             spread, shown = MEAN_SPREAD, "means over the repeats"
         empty = np.empty(0)
-        legend = [Band(empty, empty, empty, spread, NEUTRAL)] if unnamed else []
+        legend: list[Layer] = [Band(empty, empty, empty, spread, NEUTRAL)] if unnamed else []
+        if unnamed and not self.means:
+            legend.insert(0, legend_line(f"line: {shown}", "solid"))
         layers: list[Any] = [*self.bands, *self.lines, *legend]
         owners = {getattr(layer, "series", NEUTRAL) for layer in layers} - {NEUTRAL}
         if len(owners) == 1:  # entries of the legend alone have the colour of the only series

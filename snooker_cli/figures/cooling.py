@@ -134,8 +134,8 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
 # The decay constants of the energy over many CoR, beside the source report's formula and theory.
 
 
-def decay_against_cor(build: FigureBuilder) -> FigureData:
-    """The decay constants of the energy against the CoR."""
+def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
+    """The decay constants of the energy against the CoR; with the source report's k if wanted."""
     points, scene = build.points, build.start(build.points[0])
     require_motion(scene)
     rates = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
@@ -144,18 +144,20 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
         traces = list(build.traces(point))
         found = decays(traces, ("kinetic_energy",))
         means = {LAWS[each.law].key: each.over_repeats for each in found}
-        reported = mean_and_error(np.array([reported_constant(trace) for trace in traces]))
+        constants = {key: (mean.value, mean.error) for key, mean in means.items()}
+        if source:
+            reported = np.array([reported_constant(trace) for trace in traces])
+            constants["report_k"] = mean_and_error(reported)
         build.record(
             point,
-            **{key: (mean.value, mean.error) for key, mean in means.items()},
+            **constants,
             repeats=found[-1].over_repeats.repeats,
             ended_early=found[-1].short,
-            report_k=reported,
         )
     cors = np.array([point.experiment.cor for point in points])
     column = {name: np.array([each[name] for each in build.records]) for name in build.records[0]}
     caption, (k_series, alpha_series) = "", _SERIES.values()
-    if np.isfinite(column["report_k"]).any():
+    if source:
         name = "k by the source report"
         build.lines.append(Line(cors, column["report_k"], name, k_series, "dashed"))
         caption = (
@@ -165,20 +167,20 @@ def decay_against_cor(build: FigureBuilder) -> FigureData:
     if rates is not None:
         # The logarithm has no value at CoR 0.
         grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
-        constants = []
+        curves = []
         for e in map(float, grid):
             loss = theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
             report = theory.source_decay_constant(e, rates.mean_free_path, rates.mean_speed)
-            constants.append((report, theory.haff_rate(loss)))
-        report_k, alpha = np.array(constants).T
-        build.lines += [
-            Line(grid, report_k, "k, mean free path after Enskog", k_series, "dotted"),
-            Line(grid, alpha, "α, kinetic theory", alpha_series, "solid"),
-        ]
-        caption += (
-            "Dotted: k with ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ), χ for the size of the "
-            "balls."
-        )
+            curves.append((report, theory.haff_rate(loss)))
+        report_k, alpha = np.array(curves).T
+        if source:
+            name = "k, mean free path after Enskog"
+            build.lines.append(Line(grid, report_k, name, k_series, "dotted"))
+            caption += (
+                "Dotted: k with ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ), χ for the size of "
+                "the balls."
+            )
+        build.lines.append(Line(grid, alpha, "α, kinetic theory", alpha_series, "solid"))
     for law, model in LAWS.items():
         name, errors = f"{model.symbol}, {model.label} fitted", column[f"{model.key}_error"]
         build.lines.append(Points(cors, column[model.key], errors, name, _SERIES[law]))

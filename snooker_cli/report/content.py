@@ -4,6 +4,8 @@ import math
 import operator
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import yaml
@@ -13,6 +15,7 @@ from snooker_cli.analysis.decay import decays, number_complete, range_held
 from snooker_cli.analysis.fitting import LAWS, LEAST_PROBABILITY
 from snooker_cli.analysis.predictions import finite_haff_rate, haff_rate, scene_rates
 from snooker_cli.figures import FIGURES, FigureData, Selection
+from snooker_cli.figures.cooling import decay_against_cor
 from snooker_cli.figures.selection import distinct
 from snooker_cli.formatting import with_error
 from snooker_cli.placement.starting_scene import starting_scene
@@ -54,8 +57,12 @@ def figure_data(
         draw = {"error-against-cost": error_against_cost, "error-growth": error_growth}[figure]
         found = measurement("error")
         return draw(found, found["scenes"][0])
-    make = sliding_figure if figure == "sliding" else FIGURES[figure].make
-    return make(runs[run], Selection(where or {}))
+    if figure == "sliding":
+        return sliding_figure(runs[run], Selection(where or {}))
+    spec = FIGURES[figure]
+    if figure == "decay-against-cor":
+        spec = replace(spec, draw=partial(decay_against_cor, source=True))
+    return spec.make(runs[run], Selection(where or {}))
 
 
 def values(

@@ -53,6 +53,17 @@ def test_spaced_values_are_correctly_rounded(start: Decimal, stop: Decimal, coun
 # Sweeps
 
 
+def test_a_swept_key_needs_no_value_of_its_own() -> None:
+    """Not in the file, and not with -o; a value that is there stays."""
+    without = BASE.replace("cor: 0.8\n", "")
+    whole = points(experiment(BASE, "cor=.8,.9"))
+    for text, options in ((without, ["cor=.8,.9"]), (without + "sweep: {cor: [0.8, 0.9]}\n", [])):
+        assert points(experiment(text, *options)) == whole
+    unended = BASE.replace("collisions: 500\n", "sweep: {zip: {time: [1, 2]}}\n")
+    assert [point.experiment.time for point in points(experiment(unended))] == [1.0, 2.0]
+    assert experiment(BASE, "cor=.9,1").cor == 0.8
+
+
 def test_last_key_runs_fastest() -> None:
     grid = parameters("{cor: [0.8, 1], balls.radius: [0.1, 1.0, 0.5]}")
     assert grid == [

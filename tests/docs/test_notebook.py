@@ -39,6 +39,8 @@ def outputs(source: str, names: dict[str, Any], count: int) -> list[Cell]:
         found.append({"name": "stdout", "output_type": "stream", "text": lines})
     if shown is not None:
         data: dict[str, Any] = {"text/plain": repr(shown).splitlines(keepends=True)}
+        if text := getattr(shown, "_repr_html_", lambda: None)():
+            data["text/html"] = text.splitlines(keepends=True)
         if hasattr(shown, "_repr_png_"):
             data["image/png"] = base64.b64encode(shown._repr_png_()).decode()
         result = {"data": data, "execution_count": count, "metadata": {}}
@@ -72,6 +74,7 @@ def test_the_notebook_shows_what_its_cells_give(
     stored = [cell["outputs"] for cell in code_cells(notebook)]
     assert sum("image/png" in json.dumps(each) for each in stored) == 1
     found = executed(notebook)
+    assert not list(tmp_path.iterdir())
     assert [without_images(each) for each in found] == [without_images(each) for each in stored]
 
 

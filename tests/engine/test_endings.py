@@ -19,9 +19,11 @@ from scenes import (
 from test_statistics import assert_nothing_comes_between
 from test_twin import compared
 
+from snooker_cli.config import parse
 from snooker_cli.containers import Box, PeriodicBox
-from snooker_cli.engine import clock, simulate, simulation, sliding
+from snooker_cli.engine import clock, paths, simulate, simulation, sliding
 from snooker_cli.errors import SceneError
+from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, StopReason, Trace
 
@@ -198,19 +200,6 @@ def test_balls_and_container_that_move_as_one(container):
     assert np.allclose(moved, 0.0, rtol=0, atol=8 * EPSILON * 30.0 * 7.0)
 
 
-def test_ways_that_never_meet_can_be_stopped_and_end_in_time():
-    """Two lanes of a periodic box: a run without an end, which nothing can foresee."""
-    balls = [(0.0, -4.0, 7.0, 0.0, 1.0, 1.0), (4.0, 4.0, -3.0, 0.0, 1.0, 1.0)]
-    scene = scene_of(balls, **CONTAINERS["periodic"])
-    looks: list[int] = []
-    trace = simulate(scene, collisions=10, watch=lambda new: looks.append(new) or len(looks) == 5)
-    assert trace.stop.reason is StopReason.INTERRUPTED
-    assert looks == [0] * 5
-    trace = simulate(scene, time=1000.0)
-    assert trace.stop.reason is StopReason.TIME
-    assert np.allclose(trace.finish.positions, scene.positions, rtol=0, atol=28000 * EPSILON)
-
-
 @pytest.mark.parametrize("engine", ["allpairs", "cells"])
 @pytest.mark.parametrize(
     ("speed", "container_mass", "until"),
@@ -224,6 +213,79 @@ def test_a_container_that_comes_to_balls_at_rest(speed, container_mass, until, e
     balls = [(0.0, 1.0, speed, 0.0, 1.0, 1.0), (3.0, -4.0, 0.0, 0.0, 0.5, 2.0)]
     scene = scene_of(balls, container_mass=container_mass, container_velocity=(9.0, 0.0))
     assert compared(scene, 8, until, engine).events >= 1
+
+
+# Relative velocities in a periodic box of 20 m x 16 m, with the distance of parallel images' paths.
+CLOSED = [
+    ((1.0, 0.0), 16.0),
+    ((0.0, -3.0), 20.0),
+    ((5.0, 4.0), 320 / math.hypot(20.0, 16.0)),
+    ((-5.0, 2.0), 320 / math.hypot(40.0, 16.0)),
+    ((7.0, 3.0), 320 / math.hypot(7 * 80.0, 3 * 80.0)),  # 28 times across, 15 times up
+]
+
+
+@pytest.mark.parametrize(("velocity", "apart"), CLOSED)
+def test_paths_that_never_meet(velocity, apart):
+    """By the distance of a straight path from the nearest image, over many images."""
+    images = np.stack(np.meshgrid(20.0 * np.arange(-99, 100), 16.0 * np.arange(-99, 100)), axis=-1)
+    u, v = velocity
+    for x, y in [(3.0, 5.0), (8.0, -2.5), (-1.75, 0.5)]:
+        one = paths.straight_path(x, y, u, v, 0.0)
+        other = paths.straight_path(3.0, -6.0, 0.0, 0.0, 7.0)
+        offsets = images - (x - 3.0, y + 6.0)
+        nearest = np.min(np.abs(offsets[..., 0] * v - offsets[..., 1] * u)) / math.hypot(u, v)
+        assert nearest <= apart / 2 * (1 + EPSILON)
+        for distance in (0.5 * nearest, 0.999 * nearest, 1.001 * nearest, apart):
+            found = paths.never_meet(one, other, float(distance), [20.0, 16.0])
+            assert found == (distance <= nearest)
+
+
+@pytest.mark.parametrize("velocity", [(3.0, 0.0), (5.0, 4.0)])
+def test_balls_that_pass_by_for_ever(velocity):
+    """In a periodic box, 3 m or 2.3 m apart."""
+    u, v = velocity
+    balls = [(1.0, 0.0, u, v, 1.0, 1.0), (1.0, 3.0, -u, -v, 1.0, 1.0)]
+    balls.append((9.0, 3.0 + 8.0 * v / u, -u, -v, 1.0, 1.0))  # behind the second one
+    scene = scene_of(balls, **CONTAINERS["periodic"])
+    trace = run("periodic", scene, collisions=10)
+    assert trace.stop.reason is StopReason.NOTHING_LEFT
+    assert trace.collisions == trace.stop.time == 0
+    ended = run("periodic", scene, time=1000.0)
+    assert ended.stop.reason is StopReason.TIME  # after too few crossings for a proof
+    assert ended.collisions == 0
+    # In the way of the first one, the third is hit.
+    balls[2] = (9.0, 1.0 + 8.0 * v / u, -u, -v, 1.0, 1.0)
+    assert len(run("periodic", scene_of(balls, **CONTAINERS["periodic"]), collisions=3).events) == 3
+
+
+def test_two_balls_without_rebound_stop():
+    """Each collision leaves the motion along the contact. At last its square is no double."""
+    config = "container: {shape: periodic, packing: 0.02}\ncor: 0\ncollisions: 500\nseed: 2\n"
+    balls = "balls: {count: 2, radius: 1, speed: 10, start: random}\n"
+    trace = simulate(starting_scene(parse(config + balls).experiment, 0), collisions=500)
+    assert trace.stop.reason is StopReason.NOTHING_LEFT
+    assert trace.finish.kinetic_energy == 0.0
+
+
+def test_very_many_crossings_without_a_collision(monkeypatch):
+    """Two balls approach by a rounding a second, while both cross the box: it may be for ever."""
+    monkeypatch.setattr(simulation, "IDLE_CALLS", 3)
+    balls = [(0.0, 0.0, 7.0, 3.0, 1.0, 1.0), (5.0, 0.5, math.nextafter(7.0, 0.0), 3.0, 1.0, 1.0)]
+    scene, counted = scene_of(balls, **CONTAINERS["periodic"]), []
+    trace = run("periodic", scene, collisions=10, watch=lambda new: counted.append(new))
+    assert trace.stop.reason is StopReason.IDLE
+    assert not trace.stop.reason.complete
+    assert counted == [0, 0, 0]
+    assert "no collision in 3,000,000 crossings" in trace.stop.message
+    # Interrupted and continued, it ends at the same crossing.
+    stopped = run("periodic", scene, collisions=10, watch=lambda new: True)
+    assert stopped.stop.reason is StopReason.INTERRUPTED
+    counted.clear()
+    run("periodic", scene, collisions=10, watch=counted.append, checkpoint=stopped.checkpoint)
+    assert counted == [0, 0]
+    # A time to end at is waited for.
+    assert run("periodic", scene, time=1e6).stop.reason is StopReason.TIME
 
 
 # --- wall trap --------------------------------------------------------------------------------

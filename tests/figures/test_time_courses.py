@@ -22,8 +22,9 @@ from snooker_cli.scene import EPSILON
 
 def test_energy_of_one_repeat_and_of_all(decaying: Run) -> None:
     found = shown(decaying, "energy")
-    records, lines = found.numbers["points"], layers(found, Line)
+    records, (*lines, legend) = found.numbers["points"], layers(found, Line)
     assert [line.label for line in lines] == ["CoR 0.8", "CoR 0.9", "CoR 1"]
+    assert (legend.label, legend.style, len(legend.x)) == ("line: the first repeat", "solid", 0)
     assert [record["elastic"] for record in records] == [False, False, True]
     assert f"bands: {LOG_SPREAD}." in found.caption
     assert found.y_log  # at CoR 0.8 less than a tenth is left
@@ -95,7 +96,7 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
         columns = series(trace)
         time = columns.time[1:]
         curves.append((time, columns.wall_impulse[1:] / (20 * math.pi * time)))
-    (line,) = layers(found, Line)
+    line, _ = layers(found, Line)
     assert (line.x[0], line.y[0]) == (0.0, 0.0)
     assert line.y[1:] == pytest.approx(curves[0][1], rel=1e-15)
     end = min(time[-1] for time, _ in curves)
@@ -112,7 +113,7 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
 
 def test_pressure_of_a_periodic_box_starts_at_the_ideal_gas_s(periodic: Run) -> None:
     found = shown(periodic, "pressure", cor=1.0)
-    (line,) = layers(found, Line)
+    line, _ = layers(found, Line)
     assert line.y[0] == pytest.approx(64 * 50 / 600, rel=1e-12)
     measured = observables.mean_pressure(traces(periodic, 2)[0])
     assert line.y[-1] == pytest.approx(measured, rel=1e-12)
