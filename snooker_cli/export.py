@@ -20,7 +20,7 @@ from snooker_cli.errors import UserError, error_text, room_advice
 from snooker_cli.files import atomic_write
 from snooker_cli.scene import Scene
 from snooker_cli.store import RepeatHeader, hdf5
-from snooker_cli.store.file_format import write_h5md_group
+from snooker_cli.store.file_format import PROVENANCE, write_h5md_group
 from snooker_cli.trace import CONTAINER, Events, Trace
 
 Table = dict[str, NDArray[Any]]  # columns of one length, by name
@@ -198,10 +198,9 @@ def write_states(
     with _exported(path) as part, hdf5.new_file(part) as (file, check):
         write_h5md_group(file)
         parameters = file.create_group("parameters/snooker")
-        parameters.attrs["bits"] = header.fingerprint
-        parameters.attrs["provenance"] = json.dumps(
-            asdict(header.provenance) | {"repeat": header.repeat}
-        )
+        parameters.attrs["bits"] = np.bytes_(header.fingerprint, "ascii")
+        source = json.dumps(asdict(header.provenance) | {"repeat": header.repeat})
+        hdf5.write_rows(file, PROVENANCE, np.array(source, np.bytes_))
         datasets = _create_states(file, start, times)
         row = 0
         for batch in batches:

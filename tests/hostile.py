@@ -90,7 +90,8 @@ def resealed(path: Path) -> Iterator[h5py.File]:
         held = file[layout.PARAMETERS]
         contents = [text.decode() for text in held["content"][()]]
         numbers = held["repeat"][()].tolist()
-        held.attrs["content"] = layout.seal(held.attrs["provenance"], numbers, contents)
+        source = held["provenance"][()].decode()
+        held.attrs["content"] = np.bytes_(layout.seal(source, numbers, contents), "ascii")
 
 
 def parameter(name: str, values: Any) -> Damage:
@@ -98,7 +99,7 @@ def parameter(name: str, values: Any) -> Damage:
 
     def damage(path: Path) -> None:
         with resealed(path) as file:
-            del file[f"{layout.PARAMETERS}/{name}"]
+            file[layout.PARAMETERS].pop(name, None)
             file[f"{layout.PARAMETERS}/{name}"] = values
 
     return damage
@@ -117,9 +118,9 @@ def rows(change: Callable[[Any], Any]) -> Damage:
 
 def provenance(**values: Any) -> Damage:
     def damage(path: Path) -> None:
-        with resealed(path) as file:
-            held = file[layout.PARAMETERS].attrs
-            held["provenance"] = json.dumps(json.loads(held["provenance"]) | values)
+        with h5py.File(path) as file:
+            source = json.loads(file[layout.PROVENANCE][()])
+        parameter("provenance", np.bytes_(json.dumps(source | values), "ascii"))(path)
 
     return damage
 
@@ -137,7 +138,18 @@ def ending(**values: Any) -> Damage:
 def attribute(name: str, value: Any) -> Damage:
     def damage(path: Path) -> None:
         with h5py.File(path, "r+") as file:
-            file[layout.PARAMETERS].attrs[name] = value
+            text = isinstance(value, str)
+            file[layout.PARAMETERS].attrs[name] = np.bytes_(value.encode()) if text else value
+
+    return damage
+
+
+def typed(place: str, kind: Any) -> Damage:
+    """Gives an object an attribute of this type."""
+
+    def damage(path: Path) -> None:
+        with h5py.File(path, "r+") as file:
+            file.require_group(place).attrs["scene"] = h5py.Empty(kind)
 
     return damage
 
@@ -148,7 +160,7 @@ def rules(**values: Any) -> Damage:
     def damage(path: Path) -> None:
         with h5py.File(path, "r+") as file:
             held = file[layout.PARAMETERS].attrs
-            held["scene"] = json.dumps(json.loads(held["scene"]) | values)
+            held["scene"] = np.bytes_(json.dumps(json.loads(held["scene"]) | values), "ascii")
 
     return damage
 
@@ -158,7 +170,7 @@ def dataset(name: str, make: Make) -> Damage:
 
     def damage(path: Path) -> None:
         with h5py.File(path, "r+") as file:
-            unit, rows = dict(file[name].attrs), len(file[name])
+            unit, rows = dict(file[name].attrs), file[name].size
             del file[name]
             make(file, name, rows)
             file[name].attrs.update(unit)
@@ -328,14 +340,26 @@ REPEATS: dict[str, Damage] = {
             ("unknown", 1),
         )
     },
-    "provenance: not JSON": attribute("provenance", "{"),
-    "provenance: deep": attribute("provenance", DEEP),
-    "provenance: an array": attribute("provenance", np.zeros(1000)),
+    "provenance: not JSON": parameter("provenance", np.bytes_(b"{")),
+    "provenance: deep": parameter("provenance", np.bytes_(DEEP.encode())),
+    "provenance: an array": dataset(
+        layout.PROVENANCE, lambda file, name, _: file.create_dataset(name, data=np.zeros(1000))
+    ),
     "version: text": attribute("schema_version", ESCAPES),
     "scene: deep": attribute("scene", DEEP),
     "scene: a list": attribute("scene", "[1]"),
     "scene: shape": attribute("scene", json.dumps({"shape": [1]})),
     "scene: bytes": attribute("scene", np.bytes_(b"\xff\x1b")),
+    **{
+        f"type: {name} of {place}": typed(place, kind)
+        for place in (layout.PARAMETERS, "unread")
+        for name, kind in (
+            ("text", h5py.string_dtype()),
+            ("sequence", h5py.vlen_dtype("i1")),
+            ("compound", np.dtype("f8, S9")),
+        )
+    },
+    "type: by name": parameter("named", np.dtype("f8")),
     "storage: external": dataset(TIME, external),
     "storage: virtual": dataset(TIME, virtual),
     "storage: soft link": linked(h5py.SoftLink("/observables/impulse/value")),
@@ -464,7 +488,7 @@ CHECKPOINTS: dict[str, Damage] = {
     "indices": of_checkpoint(with_large_indices),
     "no hash": of_checkpoint(lambda group: group.attrs.__delitem__("content")),
     "the hash of another key": of_checkpoint(
-        lambda group: group.attrs.__setitem__("content", "0" * 64)
+        lambda group: group.attrs.__setitem__("content", np.bytes_(b"0" * 64))
     ),
     "a number as hash": of_checkpoint(lambda group: group.attrs.__setitem__("content", 1)),
     "nothing": of_checkpoint(lambda group: group.clear()),

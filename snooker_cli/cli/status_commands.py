@@ -118,10 +118,11 @@ def verify(
     jobs: Jobs = None,
     as_json: AsJson = False,
 ) -> None:
-    """Read and check every file of RUN.
+    """Read and check every file of RUN, in other processes.
 
-    The check covers the hash of the content, and whether the file belongs to the run. A line is
-    printed for each bad file, and the exit code is then 1. Missing, interrupted and too short
+    The check covers the hash of the content, and whether the file belongs to the run. A file may
+    crash a process or take too much time or memory. A line is printed for each bad file, and the
+    exit code is then 1. Missing, interrupted and too short
     repeats are reported, but they are no error.
     """
     opened = open_run(run)

@@ -15,7 +15,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-from snooker_cli import __version__
+from snooker_cli import __version__, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import RunError, StoreError, error_text
 from snooker_cli.files import discard
@@ -101,7 +101,7 @@ def simulate_remotely(remote: RemoteRun, batch: Batch) -> Results:
         if remote.software != software():
             raise _other_software(f"the worker on {platform.node()}", software(), remote.software)
         run = _opened(remote)
-        stored = [cached(status) for status in run.file_statuses(run.path(*batch), check=True)]
+        stored = list(map(cached, run.file_statuses(run.path(*batch), check=store.check)))
         if len(stored) == len(batch.repeats) and all(stored):
             return [replace(result, cached=False) for result in stored if result]
         compile_for(run.points[batch.point].experiment, run.engine)

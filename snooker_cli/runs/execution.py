@@ -12,6 +12,7 @@ from concurrent import futures
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager
+from functools import partial
 from itertools import groupby, product
 from multiprocessing import get_context, parent_process
 from operator import itemgetter
@@ -19,6 +20,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
+from snooker_cli import store
 from snooker_cli.errors import DeniedError, RunError
 from snooker_cli.files import discard
 from snooker_cli.formatting import counted
@@ -265,7 +267,7 @@ def execute(
 
     with ThreadExecutor(workers, cancelled, processes) as threads:
         paths = [path for point in found for path in run.batches(point)]
-        for statuses in threads.each(lambda path: run.file_statuses(path, check=True), paths):
+        for statuses in threads.each(partial(run.file_statuses, check=store.check), paths):
             for status in statuses:
                 if isinstance(status.error, DeniedError):
                     raise status.error

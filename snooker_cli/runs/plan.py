@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from snooker_cli import theory
+from snooker_cli import store, theory
 from snooker_cli.config import BallList, Experiment, Loaded, Point
 from snooker_cli.containers import Circle, Container
 from snooker_cli.engine import specialisation
@@ -231,7 +231,7 @@ def run_plan(
     total = to_do.total()
     if not fresh and run.directory.is_dir():
         for point in run.points:
-            for status in run.statuses(point.index, check=True):
+            for status in run.statuses(point.index, check=store.check):
                 if isinstance(status.error, DeniedError):
                     raise status.error
                 mine = share is None or (status.point, status.repeat) in share

@@ -3,7 +3,7 @@
 import hashlib
 import json
 import re
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
@@ -25,6 +25,8 @@ MANIFEST = "run.json"
 ANALYSES = ("fit.json", "compare.json")
 REMEMBERED_SIZE = 1_000_000  # bytes of a file up to which its repeats stay in memory
 REPLACES = "run the config again, which replaces it"
+
+Check = Callable[[Path], list[RepeatHeader]]  # ``store.check``, or the same in a child process
 
 FIGURE_KEYS = {"kind", "title", "caption", "numbers", "layers"}  # in the JSON beside a figure
 
@@ -192,7 +194,7 @@ class Run:
         """Whether a repeat is done, by the header of its file."""
         return self.statuses(point)[repeat]
 
-    def statuses(self, point: int, *, check: bool = False) -> list[RepeatStatus]:
+    def statuses(self, point: int, *, check: Check | None = None) -> list[RepeatStatus]:
         """Whether each repeat of a point is done, as ``file_statuses``."""
         found = (self.file_statuses(path, check=check) for path in self.batches(point))
         return self.best(point, chain.from_iterable(found))
@@ -216,18 +218,18 @@ class Run:
             if path not in kept and named(path)[1].stop <= self.experiment.repeats:
                 discard(path)
 
-    def file_statuses(self, path: Path, *, check: bool = False) -> list[RepeatStatus]:
+    def file_statuses(self, path: Path, *, check: Check | None = None) -> list[RepeatStatus]:
         """Whether the repeats of a file belong to this run and are complete.
 
-        check : check the content too; otherwise headers are read once, as long as the file's size
-            and age stay
+        check : checks the content too; without it, headers are read once, as long as the file's
+            size and age stay
         """
         point, repeats = named(path)
         try:
             info = store.file_info(path)
             if info is None:  # another process has just deleted it
                 return []
-            headers = store.check(path) if check else _headers(path, info)
+            headers = check(path) if check else _headers(path, info)
             for header in headers:
                 if header.provenance.point != point or header.repeat not in repeats:
                     reason = f"is repeat {header.repeat} of point {header.provenance.point}"

@@ -3,9 +3,11 @@
 import json
 import threading
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
+from queue import SimpleQueue
 
 from snooker_cli import store
 from snooker_cli.config import validated
@@ -20,6 +22,8 @@ from snooker_cli.trace import StopReason
 def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
     """The status of each repeat, as they come; every file is read and checked.
 
+    Child processes read the files, because a stranger's file may crash or fill what reads it.
+
     replay : simulate each repeat again, with the same limits and engine, and compare all bits of
         start, events or summary, finish and ending, in bounded memory
     workers : threads
@@ -33,12 +37,19 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
             "verify it without --replay",
         )
     cancelled = threading.Event()
+    idle: SimpleQueue[store.IsolatedChecker] = SimpleQueue()
 
     def verified(path: Path) -> list[RepeatStatus]:
-        found = run.file_statuses(path, check=True)
+        checker = idle.get()
+        try:
+            found = run.file_statuses(path, check=checker.check)
+        finally:
+            idle.put(checker)
         return [_repeated(run, each, cancelled) for each in found] if replay else found
 
-    with ThreadExecutor(workers, cancelled) as threads:
+    with ThreadExecutor(workers, cancelled) as threads, ExitStack() as checkers:
+        for _ in range(workers):
+            idle.put(checkers.enter_context(store.IsolatedChecker()))
         try:
             for point in run.points:
                 found = threads.each(verified, run.batches(point.index))

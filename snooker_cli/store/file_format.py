@@ -24,7 +24,7 @@ from snooker_cli.files import sources_hash, user_hash
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
 
-SCHEMA_VERSION = 3  # goes up when the files change; from 3 on, a file holds the repeats of a batch
+SCHEMA_VERSION = 4  # goes up when the files change; from 4 on, all text has a fixed length
 
 BALLS, CONTAINER = "particles/balls", "particles/container"
 COLLISIONS = "connectivity/collisions"
@@ -34,8 +34,8 @@ SUMMARY = "observables/summary"
 
 PARAMETERS = "parameters/snooker"
 STEP = f"{PARAMETERS}/step"  # of all elements of H5MD: the rows of each are numbered from 0
-REPEATS, ROWS, ENDINGS, CONTENTS = (
-    f"{PARAMETERS}/{name}" for name in ("repeat", "rows", "ending", "content")
+REPEATS, ROWS, ENDINGS, CONTENTS, PROVENANCE = (
+    f"{PARAMETERS}/{name}" for name in ("repeat", "rows", "ending", "content", "provenance")
 )
 
 COUNTS = ("wall_events", "pair_events")  # of an ending, besides the fields of its stop

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 FORMAT = ("v110", "v110")  # the version whose metadata have checksums, so damage is noticed
 UNWRITABLE = (OSError, RuntimeError)  # what h5py raises for a file that cannot be written
 MOST_LINKS = 1000  # names in a file. snooker writes fewer than 100.
+TYPES = (h5t.TypeIntegerID, h5t.TypeFloatID, h5t.TypeStringID, h5t.TypeReferenceID, h5t.TypeEnumID)
 INFLATION = 1032  # the most bytes that deflate makes of one byte, https://zlib.net/zlib_tech.html
 
 ZLIB_HEADER = b"\x78\x01"  # of a zlib stream, RFC 1950
@@ -65,16 +66,6 @@ def new_file(path: Path) -> Iterator[tuple[h5py.File, Callable[[], None]]]:
         target.check()
 
 
-def open_all(group: Any) -> None:
-    """Open everything below a low-level group, and all attributes. Raises what is damaged."""
-    for name in list(group):
-        item = h5o.open(group, name)
-        for index in range(h5a.get_num_attrs(item)):
-            h5a.open(item, index=index)
-        if isinstance(item, h5g.GroupID):
-            open_all(item)
-
-
 def check_links(file: h5py.File) -> None:
     """Raise ``ValueError`` for links that lead out of the file, and for too many links."""
     numbers = count(1)
@@ -84,6 +75,35 @@ def check_links(file: h5py.File) -> None:
 
     if file.id.links.visit(is_wrong, info=True):
         raise ValueError("it has a link to another place, or too many links")
+
+
+def check_types(file: h5py.File) -> None:
+    """Open all objects and attributes, and raise ``ValueError`` for types that no file has.
+
+    HDF5 may crash on damaged values of variable length, so types come before values.
+    """
+    names = [b"."]
+    file.id.links.visit(names.append)
+    for name in names:
+        item = h5o.open(file.id, name)
+        if isinstance(item, h5g.GroupID):
+            if h5o.get_info(item).rc > 1:
+                raise ValueError("it has a group with two names")
+        elif not isinstance(item, h5d.DatasetID):
+            raise ValueError("it has an object that is neither a group nor a dataset")
+        else:
+            _check_type(item.get_type(), name)
+        for index in range(h5a.get_num_attrs(item)):
+            _check_type(h5a.open(item, index=index).get_type(), name)
+
+
+def _check_type(kind: Any, name: bytes) -> None:
+    """Raise ``ValueError`` unless a type is of numbers, text of fixed length or references."""
+    if not isinstance(kind, TYPES) or (
+        isinstance(kind, h5t.TypeStringID) and kind.is_variable_str()
+    ):
+        where = name.decode("utf-8", "replace")
+        raise ValueError(f"{where} has neither numbers nor text of fixed length")
 
 
 # h5py's objects for datasets and attributes take three times as long as its low-level calls.
@@ -98,6 +118,7 @@ def native(dtype: Any) -> Any:
 def read_attribute(file: h5py.File, path: str, name: str) -> Any:
     """An attribute: a number or text."""
     attribute = h5a.open(file.id, name.encode(), obj_name=path.encode())
+    _check_type(attribute.get_type(), path.encode())
     if attribute.shape != ():
         raise ValueError(f"the attribute {name} is not a single value")
     value = np.zeros((), attribute.dtype)
@@ -178,7 +199,10 @@ def length(file: h5py.File, path: str) -> int:
 
 def read_text(file: h5py.File, path: str) -> list[str]:
     """A dataset of ASCII text of fixed length."""
-    return [text.decode() for text in read_rows(file, path, None).tolist()]
+    values = read_rows(file, path, None)
+    if values.dtype.kind != "S":
+        raise ValueError(f"{path} is not text")
+    return [text.decode() for text in values.ravel().tolist()]
 
 
 def write_rows(

@@ -165,12 +165,13 @@ class Recorder(AbstractContextManager["Recorder"]):
         hdf5.write_rows(file, layout.ROWS, np.array(self._rows, np.int64))
         hdf5.write_rows(file, layout.ENDINGS, np.array(endings, np.bytes_))
         hdf5.write_rows(file, layout.CONTENTS, np.array(contents, np.bytes_))
+        hdf5.write_rows(file, layout.PROVENANCE, np.array(source, np.bytes_))
         rules = {name: getattr(start, name) for name in layout.RULES}
         parameters = file[layout.PARAMETERS].attrs
         parameters["schema_version"] = layout.SCHEMA_VERSION
-        parameters["scene"] = json.dumps({"shape": start.container.name, **rules})
-        parameters["provenance"] = source
-        parameters["content"] = layout.seal(source, repeats, contents)
+        scene = json.dumps({"shape": start.container.name, **rules})
+        parameters["scene"] = np.bytes_(scene, "ascii")
+        parameters["content"] = np.bytes_(layout.seal(source, repeats, contents), "ascii")
 
     def _continue(self) -> None:
         """Begin with a copy of the file's events in full chunks, and with the rest of them."""
@@ -267,10 +268,10 @@ def _write_checkpoint(file: h5py.File, checkpoint: Mapping[str, NDArray[Any]]) -
     """Write arrays by name, and their hash; without a user's key, none."""
     for name, values in checkpoint.items():
         hdf5.write_rows(file, f"{layout.CHECKPOINT}/{name}", values)
-    content = str(file[layout.PARAMETERS].attrs["content"])
+    content = hdf5.read_attribute(file, layout.PARAMETERS, "content")
     try:
         made = layout.checkpoint_hash(checkpoint, content)
     except OSError as error:
         _log.warning(NO_KEY, error_text(error))
-        made = ""
-    file[layout.CHECKPOINT].attrs["content"] = made
+        made = "none"
+    file[layout.CHECKPOINT].attrs["content"] = np.bytes_(made, "ascii")

@@ -6,6 +6,7 @@ import fcntl
 import json
 import os
 import shutil
+import signal
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +26,7 @@ from snooker_cli.runs.execution import execute
 from snooker_cli.runs.folder import is_locked, record_failure
 from snooker_cli.runs.status import ended as endings
 from snooker_cli.runs.verification import verify
+from snooker_cli.store import IsolatedChecker, RepeatHeader
 from snooker_cli.trace import StopReason
 
 COUNTS = ("done", "running", "failed", "to_do")
@@ -110,6 +112,8 @@ def test_a_file_that_may_not_be_read_is_kept(
 
     monkeypatch.setattr(h5py, "File", open_h5)
     monkeypatch.setattr(Path, "read_text", read)
+    # Patches do not reach the process that ``verify`` begins.
+    monkeypatch.setattr(IsolatedChecker, "check", lambda _, file: store.check(file))
     words = command.split()
     if words[0] == "run":
         words.insert(1, "small.yaml")
@@ -291,6 +295,27 @@ def test_every_end_can_be_replayed(record: str, tmp_path: Path, small_config: st
     (verdict,) = verify(run, replay=True, workers=1)
     assert verdict.header is not None
     assert (verdict.state, verdict.header.collisions) == (StopReason.INTERRUPTED, LEAST_EVENTS)
+
+
+def test_a_file_that_crashes_its_reader_is_one_bad_file(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The process ends by the signal of a crash; another one reads the rest."""
+    (bad, _), check = finished.glob("point-*/*.h5"), IsolatedChecker.check
+
+    def crashing(checker: IsolatedChecker, path: Path) -> list[RepeatHeader]:
+        headers = check(checker, path)
+        if path == bad:
+            os.kill(checker._process.pid, signal.SIGSEGV)
+            return check(checker, path)
+        return headers
+
+    monkeypatch.setattr(IsolatedChecker, "check", crashing)
+    ended = snooker("verify", str(finished), "-j", "1")
+    assert (ended.code, ended.err) == (1, "")
+    error, counts = ended.out.splitlines()
+    assert error.startswith(f"{bad}: reading it crashes (SIGSEGV); ")
+    assert "3 complete repeats, 1 bad file" in counts
 
 
 def test_every_bad_file_is_found(separate: Path, snooker: Snooker) -> None:

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 from repeating import contents, file_of, made
 from repeating import done as finish
@@ -130,7 +131,7 @@ def test_a_strangers_checkpoint_is_not_used(
         monkeypatch.setattr(layout, "sources_hash", lambda _: "other sources")
     with h5py.File(path, "r+") as file, h5py.File(other) as another:
         if forged == "no key":
-            file[layout.CHECKPOINT].attrs["content"] = ""
+            file[layout.CHECKPOINT].attrs["content"] = np.bytes_(b"none")
         elif forged == "another file":
             del file[layout.CHECKPOINT]
             another.copy(layout.CHECKPOINT, file)
