@@ -102,4 +102,4 @@ def _apart(row: dict[str, Any]) -> str:
 def _theory(row: dict[str, Any]) -> str:
     """The name of the theory, as a noun."""
     names = {"Enskog rates at the start": "Enskog", "ideal gas law": "the ideal gas law"}
-    return str(names.get(row["model"], row["model"]))
+    return names.get(row["model"], f"theory for {row['model']}")
