@@ -7,6 +7,7 @@ from typing import Any
 
 from snooker_cli.analysis.comparison import CHI_SQUARE
 from snooker_cli.analysis.decay import FURTHER, range_held
+from snooker_cli.analysis.findings import finding
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import point_label, probability, ratio, short, text_table, with_error
 
@@ -54,6 +55,18 @@ def table_lines(rows: Records, every: bool) -> list[str]:
     for title, group in groupby(zip(titles, lines, strict=True), lambda each: each[0]):
         found += [title, head, *(line for _, line in group)]
     return found
+
+
+def finding_lines(rows: Records) -> list[str]:
+    """What holds for each point, by its rows of fits or comparisons."""
+    points: dict[str, Records] = {}
+    for one in rows:
+        points.setdefault(point_label(one["parameters"]), []).append(one)
+    found = {
+        label: finding(same, []) if "amplitude" in same[0] else finding([], same)
+        for label, same in points.items()
+    }
+    return [f"{label}: {sentence}" for label, sentence in found.items() if sentence]
 
 
 def point_heading(one: dict[str, Any]) -> str:
