@@ -1,0 +1,129 @@
+"""The sentences that say what holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from figure_runs import made
+
+from snooker_cli.analysis.findings import finding, overview
+from snooker_cli.analysis.run_analysis import comparisons, fits
+from snooker_cli.runs import Run
+
+
+def law(model: str = "haff", **changes: Any) -> dict[str, Any]:
+    """A row of ``fit.json``."""
+    row = {
+        "parameters": {"cor": 0.8},
+        "quantity": "kinetic_energy",
+        "model": model,
+        "value": 0.697,
+        "error": 0.021,
+        "elastic": False,
+        "judged_repeats": 10,
+        "judged_from": 0.01,
+        "judged_to": 3.0,
+        "holds_to": 3.0,
+        "probability": 0.58,
+    }
+    return row | changes
+
+
+def beside(**changes: Any) -> dict[str, Any]:
+    """A row of ``compare.json``."""
+    row = {
+        "parameters": {"cor": 0.8},
+        "quantity": "Haff's α",
+        "unit": "1/s",
+        "model": "Enskog rates at the start",
+        "measured": 0.697,
+        "error": 0.021,
+        "predicted": 0.726,
+        "difference": -0.029,
+        "difference_in_errors": -2.1,
+        "repeats": 10,
+    }
+    return row | changes
+
+
+def state(**changes: Any) -> dict[str, Any]:
+    given = {"quantity": "PV/NT", "unit": "1", "model": "hard disks with a wall"}
+    numbers = {"measured": 1.01, "error": 0.0021, "predicted": 1.0, "difference": 0.01}
+    return beside(**given, **numbers) | changes
+
+
+def test_a_gas_that_cools_has_its_law_and_theory() -> None:
+    rest = "α = 0.697 ± 0.021 1/s, 4 % below Enskog, 2.1 errors"
+    assert finding([law()], [state(), beside()]) == f"Haff's law holds to 3 s (p = 0.58); {rest}"
+    assert finding([], [state(), beside()]) == rest
+    assert finding([law()], []).endswith("; α = 0.697 ± 0.021 1/s")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"holds_to": 1.5, "probability": 1e-7}, "holds to 1.5 s, not to 3 s (p < 0.001)"),
+        ({"holds_to": 0.01, "probability": 0.002}, "does not hold (p = 0.002)"),
+        ({"probability": None, "holds_to": None}, "is not tested (too few collisions)"),
+        (
+            {"probability": None, "holds_to": None, "judged_repeats": 2},
+            "is not tested (fewer than 3 repeats)",
+        ),
+    ],
+)
+def test_a_law_holds_as_far_as_the_test_says(changes: dict[str, Any], words: str) -> None:
+    assert finding([law(**changes)], []).startswith(f"Haff's law {words}; α = ")
+
+
+def test_the_law_that_holds_longest_is_named() -> None:
+    both = [law("exponential", value=1.0), law(holds_to=0.5, probability=0.001)]
+    assert finding(both, [beside()]) == (
+        "The exponential law holds to 3 s (p = 0.58); k = 1.000 ± 0.021 1/s"
+    )
+    assert finding([law("exponential"), law()], []).startswith("Haff's law")
+    assert finding([law(value=None, holds_to=None, probability=None)], []) == (
+        "The energy has no fit"
+    )
+
+
+def test_two_repeats_have_no_difference_in_errors() -> None:
+    assert finding([], [state(repeats=2)]) == (
+        "PV/NT = 1.0100 ± 0.0021, 1 % above hard disks with a wall"
+    )
+    assert finding([], []) == ""
+
+
+def test_a_run_has_the_range_over_its_points() -> None:
+    cors = [{"cor": cor} for cor in (0.7, 0.8, 1.0)]
+    laws = [law(parameters=cors[0], holds_to=1.0), law(parameters=cors[1])]
+    theories = [
+        state(parameters=cors[0]),
+        beside(parameters=cors[0], difference=0.0726),
+        beside(parameters=cors[1]),
+        state(parameters=cors[2]),
+    ]
+    assert overview([], [beside(difference=-0.0726), beside(parameters=cors[0])]) == (
+        "Haff's α is 10 to 4 % below Enskog"
+    )
+    untested = law(parameters=cors[2], probability=None)
+    others = [law(parameters=cors[2], elastic=True), untested]
+    assert overview([*laws, *others], theories) == (
+        "Haff's law holds to the end at 1 of 2 points that cool; "
+        "Haff's α is 4 % below to 10 % above Enskog; PV/NT is 1 % above hard disks with a wall"
+    )
+
+
+def test_a_run_has_findings_of_its_own_rows(tmp_path: Path) -> None:
+    run: Run = made(tmp_path / "run", "cor=0.9,1.0", "container.mass=.inf", "repeats=6")
+    laws, theories = fits(run).rows, comparisons(run).rows
+    for point, (symbol, model) in zip(
+        run.points, (("α", "Enskog"), ("PV/NT", "hard disks with a wall")), strict=True
+    ):
+        both = [
+            [one for one in rows if one["parameters"] == point.as_json()]
+            for rows in (laws, theories)
+        ]
+        assert f"{symbol} = " in finding(*both)
+        assert model in finding(*both)
