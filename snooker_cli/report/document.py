@@ -28,7 +28,8 @@ Document: TypeAlias = dict[str, Any]
 """``title``, ``summary`` (paragraphs) and ``blocks``.
 
 A block is a dict with ``kind``: heading has ``level`` (1 or 2) and ``text``; paragraph and code
-have ``text``; barrier has nothing; figure has ``label``, ``file``, ``caption``, ``alt`` and
+have ``text``; barrier has nothing; film has ``text`` and ``player``, its place among the players,
+and is in the HTML page alone; figure has ``label``, ``file``, ``caption``, ``alt`` and
 ``float``; table has ``label``, ``caption``, ``columns`` (each with ``heading``, ``width`` and
 ``right``) and ``rows`` of cells; a row of one cell is a heading of the rows below it.
 """
@@ -68,6 +69,9 @@ def document(
         elif mark in ("@figures", "@grid"):
             place = {"kind": "figure", "float": mark == "@figures"}
             blocks += [{**place, "file": file, **figures[file]} for file in rest.split()]
+        elif mark == "@film":
+            player, _, text = rest.partition(" ")
+            blocks.append({"kind": "film", "player": int(player), "text": unbroken(text)})
         elif mark == "@code":
             blocks.append({"kind": "code", "text": "\n".join(lines)})
         elif mark == "@table":
