@@ -110,10 +110,9 @@ def report(
 ) -> None:
     """Write a report on runs as HTML and PDF.
 
-    It begins with what holds for each RUN and each of its points. Each RUN gets a chapter: its key
-    figures, a film in the HTML page, the figures that say most, and how to reproduce it. An
-    appendix has the config, all fits and comparisons, and the figures that are left out. The same
-    runs give the same bytes. The names of the written files are printed.
+    It begins with what holds for each RUN and its points. Each RUN gets a chapter: the figures that
+    say most, a film in the HTML page, and how to reproduce it. An appendix has the config, fits and
+    comparisons. The same runs give the same bytes. The names of the written files are printed.
     """
     asked = list(FIGURES) if figures == "all" else figures.split(",") if figures else []
     for name in asked:

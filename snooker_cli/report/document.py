@@ -20,7 +20,6 @@ from snooker_cli.formatting import counted, listed, ratio, rough, short, with_er
 from snooker_cli.report.packaged import packaged
 
 EPOCH = 0  # date of the PDF, s since 1970: the same bytes each time
-LONG_CELL = 28  # characters of a cell that wraps
 NOTATION: dict[str, str] = yaml.safe_load(packaged("notation.yaml"))
 """What the pages print instead of matches of a pattern."""
 
@@ -110,17 +109,6 @@ def _row(*cells: object) -> str:
     return f"| {' | '.join(map(str, cells))} |"
 
 
-def _text_table(headings: str, rows: Sequence[Sequence[str]]) -> str:
-    """Rows under ``name | >number`` as lines of a template; long texts wrap in their columns."""
-    columns = []
-    whole = [row for row in rows if len(row) > 1]
-    for heading, *cells in zip(headings.split(" | "), *whole, strict=True):
-        name = heading.removeprefix(">")
-        width = 3 + min(LONG_CELL, max(len(cell) for cell in (name, *cells)))
-        columns.append(f"{name} {'<>'[heading != name]}{width}")
-    return "\n".join(_row(*cells) for cells in (columns, *rows))
-
-
 def write_html(document: Document, players: Sequence[str], folder: Path) -> Path:
     """Write ``report.html``, which contains every figure and the players, given as HTML."""
     images = {
@@ -180,6 +168,5 @@ def rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> s
     environment.globals |= {
         "with_error": with_error,
         "row": _row,
-        "text_table": _text_table,
     }
     return environment.from_string(packaged(f"templates/{name}")).render(values)
