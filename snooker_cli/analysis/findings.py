@@ -4,7 +4,7 @@ from typing import Any
 
 from snooker_cli.analysis.fitting import LAWS
 from snooker_cli.analysis.run_analysis import Records
-from snooker_cli.formatting import point_label, ratio, short, with_error
+from snooker_cli.formatting import point_label, probability, ratio, short, with_error
 
 _SYMBOLS = {"Haff's α": ("α", "1/s"), "PV/NT": ("PV/NT", "")}
 """The comparisons that a finding may have: symbol and unit. Of each point the last one counts."""
@@ -37,7 +37,7 @@ def overview(fits: Records, compared: Records) -> str:
     parts = [f"Haff's law holds to the end at {sum(held)} of {len(held)} points that cool"]
     groups: dict[str, list[float]] = {}
     for one in _compared(compared):
-        name = f"{one['quantity']} differs from {one['model'].split(' rates')[0]} by"
+        name = f"{one['quantity']} differs from {_theory(one)} by"
         groups.setdefault(name, []).append(100 * one["difference"] / one["predicted"])
     for name, shares in groups.items():
         ends = dict.fromkeys(short(share, 2) for share in (min(shares), max(shares)))
@@ -62,7 +62,7 @@ def _holds(law: dict[str, Any]) -> str:
     name = label if label[0].isupper() else f"The {label} law"
     if p is None:
         return f"{name} is not tested (too few repeats or collisions)"
-    chance = "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
+    chance = f"p {'' if p < 0.001 else '= '}{probability(p)}"
     if end == law["judged_from"]:
         return f"{name} does not hold ({chance})"
     rest = "" if end == law["judged_to"] else f", not to {short(law['judged_to'])} s"
@@ -74,7 +74,13 @@ def _beside(row: dict[str, Any]) -> str:
     symbol, unit = _SYMBOLS[row["quantity"]]
     errors, excess = row["difference_in_errors"], 100 * row["difference"] / row["predicted"]
     value = with_error(row["measured"], row["error"], unit)
-    side, model = "below" if excess < 0 else "above", row["model"].split(" rates")[0]
+    side = "below" if excess < 0 else "above"
     known = errors is not None and row["repeats"] > 2  # an error of two repeats says little
     distance = f", {abs(errors):.1f} errors" if known else ""
-    return f"{symbol} = {value}, {ratio(abs(excess))} % {side} {model}{distance}"
+    return f"{symbol} = {value}, {ratio(abs(excess))} % {side} {_theory(row)}{distance}"
+
+
+def _theory(row: dict[str, Any]) -> str:
+    """The name of a model as a theory: ``Enskog``, ``theory for hard disks with a wall``."""
+    known = {"Enskog rates at the start": "Enskog", "ideal gas law": "the ideal gas law"}
+    return known.get(row["model"], f"theory for {row['model']}")

@@ -64,7 +64,7 @@ def test_a_gas_that_cools_has_its_law_and_theory() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"holds_to": 1.5, "probability": 1e-7}, "holds to 1.5 s, not to 3 s (p < 0.001)"),
+        ({"holds_to": 1.5, "probability": 1e-7}, "holds to 1.5 s, not to 3 s (p <0.001)"),
         ({"holds_to": 0.01, "probability": 0.002}, "does not hold (p = 0.002)"),
         (
             {"probability": None, "holds_to": None},
@@ -89,7 +89,7 @@ def test_the_law_that_holds_longest_is_named() -> None:
 
 def test_two_repeats_have_no_difference_in_errors() -> None:
     assert finding([], [state(repeats=2)]) == (
-        "PV/NT = 1.0100 ± 0.0021, 1 % above hard disks with a wall"
+        "PV/NT = 1.0100 ± 0.0021, 1 % above theory for hard disks with a wall"
     )
     assert finding([], []) == ""
 
@@ -111,7 +111,7 @@ def test_a_run_has_the_range_over_its_points() -> None:
     assert overview([*laws, *others], theories) == (
         "Haff's law holds to the end at 1 of 2 points that cool; "
         "Haff's α differs from Enskog by −4 to 10 %; "
-        "PV/NT differs from hard disks with a wall by 1 %"
+        "PV/NT differs from theory for hard disks with a wall by 1 %"
     )
 
 
@@ -119,7 +119,7 @@ def test_a_run_has_findings_of_its_own_rows(tmp_path: Path) -> None:
     run: Run = made(tmp_path / "run", "cor=0.9,1.0", "container.mass=.inf", "repeats=6")
     laws, theories = fits(run).rows, comparisons(run).rows
     for point, (symbol, model) in zip(
-        run.points, (("α", "Enskog"), ("PV/NT", "hard disks with a wall")), strict=True
+        run.points, (("α", "theory for hard disks"), ("PV/NT", "theory for hard disks")), strict=True
     ):
         both = [
             [one for one in rows if one["parameters"] == point.as_json()]
