@@ -109,8 +109,8 @@ def test_repeats_that_ended_early_are_counted() -> None:
     assert found[0].ended == dict.fromkeys(reasons, 1)
     assert {each.as_json()["complete"] for each in found} == {2}
     assert [one.note for one in notes] == [
-        "4 of 6 repeats ended early, 1 in a wall trap, 1 in a collapse, 1 without meeting and 1 at an "
-        "interruption; "
+        "4 of 6 repeats ended early, 1 in a wall trap, 1 in a collapse, 1 without a collision for "
+        "very long and 1 at an interruption; "
         "averages over collisions leave them out, the rest uses them to their end"
     ]
 
