@@ -119,7 +119,9 @@ def test_a_run_has_findings_of_its_own_rows(tmp_path: Path) -> None:
     run: Run = made(tmp_path / "run", "cor=0.9,1.0", "container.mass=.inf", "repeats=6")
     laws, theories = fits(run).rows, comparisons(run).rows
     for point, (symbol, model) in zip(
-        run.points, (("α", "theory for hard disks"), ("PV/NT", "theory for hard disks")), strict=True
+        run.points,
+        (("α", "theory for hard disks"), ("PV/NT", "theory for hard disks")),
+        strict=True,
     ):
         both = [
             [one for one in rows if one["parameters"] == point.as_json()]
