@@ -197,7 +197,7 @@ def test_differences_have_their_errors(finished: Path, snooker: Snooker) -> None
     """The last column is the printed difference over its printed error, to their rounding."""
     rows = json.loads(snooker("compare", "small", "--json").out)
     printed = snooker("compare", "small", "--all").out.splitlines()
-    lines = [line for line in printed if not line.startswith(("cor=", "quantity"))]
+    lines = [line for line in printed if not line.startswith(("cor=", "quantity")) and line]
     known = 0
     for row, line in zip(rows, lines, strict=False):
         cells = re.split(r"  +", line)
