@@ -44,29 +44,20 @@ def shown_name(name: str) -> str:
     return re.sub(" of a ball| at the (end|start)", "", re.sub("(?<=[a-z])_", " ", name))
 
 
-def table_lines(rows: Records, every: bool) -> list[str]:
-    """A table of each point where something decays or is compared; `every` adds errors."""
+def table_lines(rows: Records, every: bool, brief: bool = False) -> list[str]:
+    """What holds for each point, and unless `brief` is wanted its table; `every` adds errors."""
     rows = [one for one in rows if not one.get("elastic")]
-    columns, cells = COMPARE_COLUMNS, compare_cells
-    if rows and "amplitude" in rows[0]:
+    columns, cells, is_fit = COMPARE_COLUMNS, compare_cells, bool(rows) and "amplitude" in rows[0]
+    if is_fit:
         columns, cells = FIT_COLUMNS + MORE_FIT_COLUMNS * every, fit_cells
     head, *lines = text_table(columns.split(" | "), [cells(one, every) for one in rows])
-    titles, found = map(point_heading, rows), list[str]()
-    for title, group in groupby(zip(titles, lines, strict=True), lambda each: each[0]):
-        found += [title, head, *(line for _, line in group)]
-    return found
-
-
-def finding_lines(rows: Records) -> list[str]:
-    """What holds for each point, by its rows of fits or comparisons."""
-    points: dict[str, Records] = {}
-    for one in rows:
-        points.setdefault(point_label(one["parameters"]), []).append(one)
-    found = {
-        label: finding(same, []) if "amplitude" in same[0] else finding([], same)
-        for label, same in points.items()
-    }
-    return [f"{label}: {sentence}" for label, sentence in found.items() if sentence]
+    holds, found = list[str](), list[str]()
+    for title, group in groupby(zip(rows, lines, strict=True), lambda each: point_heading(each[0])):
+        same, table = map(list, zip(*group, strict=True))
+        found += [title, head, *table]
+        if sentence := finding(same * is_fit, same * (not is_fit)):
+            holds.append(f"{point_label(same[0]['parameters'])}: {sentence}")
+    return holds if brief else [*holds, *[""] * bool(holds), *found]
 
 
 def point_heading(one: dict[str, Any]) -> str:

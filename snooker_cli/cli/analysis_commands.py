@@ -11,15 +11,7 @@ from typing import Annotated
 
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import RunAnalysis, comparisons, fits
-from snooker_cli.analysis.tables import (
-    PAIRED,
-    finding_lines,
-    named,
-    note_lines,
-    shown_name,
-    table_lines,
-    usual,
-)
+from snooker_cli.analysis.tables import PAIRED, named, note_lines, shown_name, table_lines, usual
 from snooker_cli.cli.options import RUN, AsJson, Names, RunName, Where, conditions
 from snooker_cli.cli.output import make_folder, print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
@@ -102,7 +94,7 @@ def _print_analysis(
     brief : only what holds for each point
     """
     run = open_run(name)
-    points = matching(run, Selection(conditions(where)))
+    points = matching(run, Selection(conditions(where, run)))
     found = analyse(run, points=points)
     rows, notes = found.rows, found.notes
     for field, parts in {"quantity": quantity or [""], "model": model or [""]}.items():
@@ -111,15 +103,11 @@ def _print_analysis(
         if names and not rows:
             given, present = " ".join(parts), listed([*names])
             raise UserError(f"--{field} {given}: no {field} contains this; there are {present}")
-    lines = table_lines(rows if every else usual(rows) or rows, every)
+    lines = table_lines(rows if every else usual(rows) or rows, every, brief)
     if where or quantity or model or not lines:
         footer = []
     below = [*footer, *note_lines(notes if every else usual(notes), len(points))]
-    if brief or not (quantity or model):
-        holds = finding_lines(found.rows)
-        lines = holds if brief else [*holds, *[""] * bool(holds and lines), *lines]
-        below = [] if brief else below
-    print_result(rows, as_json, lines, below)
+    print_result(rows, as_json, lines, [] if brief else below)
     found.save()
 
 

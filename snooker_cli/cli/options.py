@@ -1,6 +1,6 @@
 """Arguments and options that several commands share."""
 
-import math
+import operator
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +12,8 @@ from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config.axes import option_values
 from snooker_cli.config.problems import PathError
 from snooker_cli.errors import UserError
-from snooker_cli.figures.selection import Interval
+from snooker_cli.figures.selection import distinct
+from snooker_cli.runs import Run
 
 EngineName = Literal["allpairs", "cells"]  # the engines that a user can choose
 
@@ -46,32 +47,35 @@ Jobs = Annotated[
     int | None, option("N", "Repeats at a time [all cores].", "-j", "--jobs", min=1, max=1024)
 ]
 
-_SIGNS = {"<": "below", "<=": "at most", ">": "above", ">=": "at least"}
+_WITHIN = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "=": operator.ge,
+}
 
 
-def conditions(where: Sequence[str] | None) -> dict[str, Any]:
-    """The conditions of ``--where``: a value of each key, a tuple of several, or an interval."""
+def conditions(where: Sequence[str] | None, run: Run) -> dict[str, Any]:
+    """The conditions of ``--where``: a value of each key, or a tuple of several of the run's."""
     found: dict[str, Any] = {}
     for text in where or ():
         match = re.fullmatch(r"\s*([^<>=\s]+)\s*([<>]=?|=)\s*(.*\S)\s*", text)
         if not match:
             raise UserError(f"--where {text}: give KEY=VALUE, as in cor=0.8, cor=0.7:0.9, cor>0.8")
         key, sign, value = match.groups()
-        if key in found:
-            raise UserError(f"--where {text}: {key} has a condition; give one, as {key}=0.7:0.9")
         try:
-            if sign != "=":
-                end = float(value)
-                low, high = (end, math.inf) if sign[0] == ">" else (-math.inf, end)
-                found[key] = Interval(f"{_SIGNS[sign]} {value}", low, high, sign in "<>")
-            elif value.count(":") == 1:
-                low, high = map(float, value.split(":"))
-                found[key] = Interval(f"{low:g} to {high:g}", low, high)
-            else:
+            if sign == "=" and value.count(":") != 1:
                 values = option_values(value, f"--where {text}")
-                found[key] = tuple(values) if len(values) > 1 else values[0]
+            else:
+                first, *last = map(float, value.split(":") if sign == "=" else [value])
+                tests = [(_WITHIN[sign], first), *((operator.le, end) for end in last)]
+                there = [one for one in distinct(run.points, key) if isinstance(one, int | float)]
+                chosen = [one for one in there if all(within(one, end) for within, end in tests)]
+                values = [*chosen] or [f"{sign}{value}".removeprefix("=")]  # which no point has
         except PathError as error:
             raise UserError(f"--where {text}: {error}") from None
         except ValueError:
             raise UserError(f"--where {text}: give numbers, as in cor=0.7:0.9 or cor>0.8") from None
+        found[key] = tuple(values) if len(values) > 1 else values[0]
     return found

@@ -19,29 +19,10 @@ MOST_SERIES = 16  # a figure with more series than this is unreadable
 
 
 @dataclass(frozen=True)
-class Interval:
-    """Numbers from ``low`` to ``high``, without these two if ``inside``; ``text`` is for people."""
-
-    text: str
-    low: float = -math.inf
-    high: float = math.inf
-    inside: bool = False
-
-    def __str__(self) -> str:
-        return self.text
-
-    def __contains__(self, value: object) -> bool:
-        if not isinstance(value, int | float) or (self.inside and value in (self.low, self.high)):
-            return False
-        return self.low <= value <= self.high
-
-
-@dataclass(frozen=True)
 class Selection:
     """The points and repeats to show.
 
-    where : keys of the config and the value that a point must have there; a tuple is a choice, and
-        an ``Interval`` has all values in it
+    where : keys of the config and the value that a point must have there; a tuple is a choice
     repeat : a repeat's number, from 0; ``None`` for all, or the first in a figure of one repeat
     """
 
@@ -71,14 +52,11 @@ def matching(run: Run, selection: Selection) -> tuple[Point, ...]:
     points = run.points
     for key, wanted in selection.where.items():
         # A list of coordinates is itself a tuple, and may be the one value that is wanted.
-        values: Any = (wanted, *wanted) if isinstance(wanted, tuple) else (wanted,)
-        values = wanted if isinstance(wanted, Interval) else values
+        values = (wanted, *wanted) if isinstance(wanted, tuple) else (wanted,)
         chosen = tuple(point for point in points if value_at(point, key) in values)
         if not chosen:
             present = listed([str(value) for value in distinct(points, key)])
-            equals = "" if isinstance(wanted, Interval) else "= "
-            problem = f"no point has {key} {equals}{wanted}"
-            raise FigureError(f"{run.name}: {problem}: there it is {present}")
+            raise FigureError(f"{run.name}: no point has {key} = {wanted}: there it is {present}")
         points = chosen
     return points
 
