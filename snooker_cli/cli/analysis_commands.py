@@ -17,7 +17,8 @@ from snooker_cli.cli.output import make_folder, print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
 from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import EXAMPLES
-from snooker_cli.errors import RunError, UserError
+from snooker_cli.errors import RunError, UserError, check_name
+from snooker_cli.figures import FIGURES
 from snooker_cli.figures.selection import Selection, matching
 from snooker_cli.formatting import listed
 from snooker_cli.progress import notice
@@ -105,19 +106,23 @@ def _print_analysis(
 def report(
     runs: Annotated[list[str], RUN],
     out: Annotated[Path | None, option("DIR", "The report's folder [RUN/report].")] = None,
+    figures: Annotated[str, option("F,F,…", "Also these figures; all: every possible one.")] = "",
 ) -> None:
     """Write a report on runs as HTML and PDF.
 
-    Each RUN gets a chapter: its config, how its repeats ended, the figures that fit it, the fits,
-    the comparison with theory, and how to reproduce it. The HTML page plays a repeat. The same
-    runs give the same bytes. The names of the written files are printed.
+    It begins with what holds for each RUN and its points. Each RUN gets a chapter: the figures that
+    say most, a film in the HTML page, and how to reproduce it. An appendix has the config, fits and
+    comparisons. The same runs give the same bytes. The names of the written files are printed.
     """
+    asked = list(FIGURES) if figures == "all" else figures.split(",") if figures else []
+    for name in asked:
+        check_name(name, FIGURES, "figure", "snooker plot --list")
     opened = [open_run(name) for name in dict.fromkeys(runs)]
     from snooker_cli.report.run_report import run_report  # takes a second to load
 
     folder = out or opened[0].directory / "report"
     make_folder(folder)
-    for path in run_report(opened, folder, notice):
+    for path in run_report(opened, folder, notice, asked):
         print_line(str(path))
 
 

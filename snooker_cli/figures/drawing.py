@@ -67,10 +67,7 @@ def styled() -> AbstractContextManager[None]:
 
 
 def colour(series: int, shades: Sequence[float] = ()) -> str:
-    """The colour of a series, from a palette that the colour-blind can tell apart.
-
-    shades : as in ``FigureData``
-    """
+    """The colour of a series, which the colour-blind can tell apart; shades: of ``FigureData``."""
     if shades and series != NEUTRAL:
         return to_hex(_SHADES(LIGHTEST * shades[series]))
     return "0.3" if series == NEUTRAL else to_hex(_COLOURS[series % len(_COLOURS)])

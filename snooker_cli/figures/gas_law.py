@@ -190,7 +190,6 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
             "attraction": a,
             "attraction_error": a_error,
         },
-        shades=(),  # series 0 has all points, series 1 the fits
     )
 
 

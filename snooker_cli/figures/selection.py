@@ -113,13 +113,10 @@ def spread(items: Sequence[Item], most: int) -> list[Item]:
 
 
 def ranks(points: Sequence[Point]) -> tuple[float, ...]:
-    """Places of points, from 0 to 1, in the order of a key that has a number of its own for each.
-
-    Empty if there is no such key.
-    """
+    """Places from 0 to 1 in the order of a key with a number of its own for each point, if any."""
     for key in varying(points):
         values = [value_at(point, key) for point in points]
-        if len(set(values)) == len(values) and all(type(one) in (int, float) for one in values):
+        if len(set(values)) == len(values) and set(map(type, values)) <= {int, float}:
             return tuple(sorted(values).index(one) / (len(values) - 1) for one in values)
     return ()
 
