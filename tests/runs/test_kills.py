@@ -25,7 +25,7 @@ pytestmark = pytest.mark.long
 KILLS = int(os.environ.get("SNOOKER_KILLS", "5"))
 """How often a run is killed in the test of kills."""
 
-ENDLESS = "repeats=10000"
+ENDLESS = "repeats=100000"
 """Far more than a process does before it is stopped."""
 
 
@@ -218,7 +218,7 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
         *_, stopping, rest = stderr.splitlines()
         assert stopping == "snooker: stopping; saving the current repeats"
         assert re.fullmatch(
-            r"snooker: interrupted: [\d,]+ of 10,000 repeats done; run the same command again "
+            r"snooker: interrupted: [\d,]+ of 100,000 repeats done; run the same command again "
             "to finish",
             rest,
         )
