@@ -1,13 +1,15 @@
 """A repeat -> a film: its balls, collisions, energy and pressure in a span of time."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.analysis.observables import integrals, series
-from snooker_cli.engine import States, replay
+from snooker_cli.engine import States, replay, simulate
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import printable
 from snooker_cli.trace import CONTAINER, SLIDE, Trace
@@ -17,6 +19,9 @@ Integers: TypeAlias = NDArray[np.int32]
 
 MOST_COLLISIONS = 10_000
 """In a film: a page stores 83 bytes for each, and steps through them one by one."""
+
+MOST_AGAIN = 10_000_000
+"""Collisions that are simulated again for a film of a summary: 30 s and 240 MB."""
 
 MOST_BALLS = 10_000  # in a film: a browser draws this number several times a second
 BATCH = 2_000_000  # balls times collisions whose states are in memory at a time; 64 MB
@@ -30,7 +35,7 @@ class Film:
     trace : the repeat up to the last collision shown; with sliding balls, one more event
     title, subtitle, ending : shown at the top; why the repeat ended early, or empty
     start, end : s
-    before, left_out : number of collisions before the film; of those that are too many
+    before, left_out : number of collisions before the film; of the events that are too many
     opening : the state at ``start``
     time, i, j : (*n*,) the collisions and the bodies that collide, as in ``Events``
     sliding : balls that slide along the wall at the start
@@ -39,6 +44,7 @@ class Film:
     contacts : (*n*, 2) points of contact, m
     container_path : (*n* + 2, 2) the container's centre at the start, collisions and end, m
     kinetic_energy : (*n* + 1,) of the balls at the start and after each collision, J
+    haff_rate : α of Haff's law fitted to the energy of the whole repeat, 1/s; ``None`` without one
     pressure_sum : (*n* + 1,) what ``pressure`` divides by the time, Pa m s
     pressure_gain : (*n* + 1,) its increase per second from there on, Pa m
     top_speed : m/s, of the brightest colour; few balls are faster
@@ -62,6 +68,7 @@ class Film:
     contacts: Floats
     container_path: Floats
     kinetic_energy: Floats
+    haff_rate: float | None
     pressure_sum: Floats
     pressure_gain: Floats
     top_speed: float
@@ -108,7 +115,8 @@ def film(
 
     most : largest number of collisions [``MOST_COLLISIONS``]; the film ends with the last one
 
-    Raises ``FigureError`` for a repeat without events, a span outside it, and too many balls.
+    Raises ``FigureError`` for a repeat without events (see ``with_events``), a span outside it, and
+    too many balls.
     """
     events, scene = trace.events, trace.start
     if events is None:
@@ -127,8 +135,9 @@ def film(
         last -= left_out
         end = float(events.time[last - 1])
     time, i, j = events.time[first:last], events.i[first:last], events.j[first:last]
+    haff = repeat_fits(trace, "kinetic_energy")["haff"]
     # Later events are not needed, except the next one: a ball may bounce until it slides there.
-    trace = replace(trace, events=events[: last + 1 if scene.slides else last])
+    trace = replace(trace, events=events[: last + 1 if scene.slides else last], summary=None)
     opening, centres = replay(trace, [since]), replay(trace, [since, end]).container_positions
     table = _at_collisions(trace, time, i, j)
     energy = np.append(_energy(trace, opening), table[:, 6])
@@ -158,10 +167,44 @@ def film(
         contacts=table[:, 4:6],
         container_path=np.vstack([centres[:1], table[:, 7:], centres[1:]]),
         kinetic_energy=energy,
+        haff_rate=haff.value if haff.value > 0 else None,
         pressure_sum=pressure_sum,
         pressure_gain=pressure_gain,
         top_speed=float(np.quantile(speeds, 1 - FASTER)) or 1.0,
     )
+
+
+def with_events(
+    trace: Trace,
+    *,
+    since: float = 0.0,
+    until: float | None = None,
+    most: int | None = None,
+    engine: str | None = None,
+) -> Trace:
+    """A repeat with the events that ``film`` needs: those of a summary are simulated again.
+
+    engine : with which the repeat was simulated
+
+    Raises ``FigureError`` for more than ``MOST_AGAIN`` collisions.
+    """
+    if trace.summary is None:
+        return trace
+    grid = trace.summary.series
+    before, within = (
+        int(np.append(grid.wall_events + grid.pair_events, trace.collisions)[row])
+        for row in np.searchsorted(grid.time, [since, math.inf if until is None else until])
+    )
+    # One more collision shows that the film leaves some out, or how a ball bounces until it slides.
+    shown = min(before + (MOST_COLLISIONS if most is None else most), within)
+    number = min(shown + 1, trace.collisions)
+    if number > MOST_AGAIN:
+        raise FigureError(
+            f"is a summary, and the film needs its first {number:,} collisions again, more than "
+            f"{MOST_AGAIN:,}; give a lower --from or --collisions"
+        )
+    again = simulate(trace.start, collisions=number, engine=engine)
+    return replace(trace, events=again.events)
 
 
 def _at_collisions(trace: Trace, time: Floats, i: Integers, j: Integers) -> Floats:

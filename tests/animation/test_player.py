@@ -29,17 +29,17 @@ def test_flashes_are_the_same_in_the_player() -> None:
 
 TRIAL = """
 (async () => {
-  const count = (time) => player.motion.count(time);
+  const count = (time) => player.screens[0].motion.count(time);
   const found = {
-    places: TIMES.map((time) => player.motion.places(time)),
-    pressure: TIMES.map((time) => player.charts.pressure(count(time), time)),
-    energy: TIMES.map((time) => player.charts.energy[count(time)]),
+    places: TIMES.map((time) => player.screens[0].motion.places(time)),
+    pressure: TIMES.map((time) => player.charts.courses[0].pressure(count(time), time)),
+    energy: TIMES.map((time) => player.charts.courses[0].energy[count(time)]),
   };
   find("play").click();
   found.playing = player.playing;
   document.dispatchEvent(new KeyboardEvent("keydown", { key: "End" }));
   for (let k = 0; k < 2; k++) await new Promise((drawn) => requestAnimationFrame(drawn));
-  found.end = [player.reel.time, player.reel.done, find("count").textContent];
+  found.end = [player.reels[0].time, player.reels[0].done, find("count").textContent];
   return found;
 })()
 """
@@ -90,7 +90,7 @@ MENU = """
     player.play(false);
     player.goTo(0);
     press("ArrowRight");
-    const done = player.reel.done;
+    const done = player.reels[0].done;
     press(" ");
     found[menu.id] = [done, player.playing, menu.selectedIndex === chosen];
   }
@@ -114,15 +114,16 @@ def test_keys_return_to_the_film_after_a_menu(
 
 TAG = """
 (() => {
-  const ball = player.motion.number - 1, arena = find("arena"), box = arena.getBoundingClientRect();
+  const [screen] = player.screens, { arena: { canvas: arena } } = screen;
+  const ball = screen.motion.number - 1, box = arena.getBoundingClientRect();
   player.goTo(1);
   player.draw();
   const click = () => {
-    const [, x, y] = player.arena.drawn.find(([one]) => one === ball);
+    const [, x, y] = screen.arena.drawn.find(([one]) => one === ball);
     const at = { clientX: box.left + x, clientY: box.top + y, bubbles: true };
     arena.dispatchEvent(new MouseEvent("click", at));
     player.draw();
-    return [player.arena.tagged, find("tagged").value, player.playing, player.arena.path];
+    return [screen.arena.tagged, find("tagged").value, player.playing, screen.arena.path];
   };
   const coloured = () => {
     const { data } = arena.getContext("2d").getImageData(0, 0, arena.width, arena.height);
@@ -177,7 +178,7 @@ def test_balls_that_slide_are_where_the_trace_has_them(browser: Browser, tmp_pat
         browser.open(path)
         times = moments(made)
         found = browser.value(
-            f"(() => {{ const times = {json.dumps(times)}, at = (time) => player.motion"
+            f"(() => {{ const times = {json.dumps(times)}, at = (time) => player.screens[0].motion"
             ".places(time); times.forEach(at); return times.reverse().map(at).reverse(); })()"
         )
         # The whole continues as the part does.
@@ -185,8 +186,8 @@ def test_balls_that_slide_are_where_the_trace_has_them(browser: Browser, tmp_pat
         apart = np.abs(np.array(found)[:, :-1] - states.positions)
         assert np.max(apart) < 1e-9, name
         pressures = browser.value(
-            f"{json.dumps(times)}.map((time) => player.charts"
-            ".pressure(player.motion.count(time), time))"
+            f"{json.dumps(times)}.map((time) => player.charts.courses[0]"
+            ".pressure(player.screens[0].motion.count(time), time))"
         )
         np.testing.assert_allclose(pressures, made.pressure(np.array(times)), rtol=1e-12)
     assert browser.complaints == []
@@ -194,14 +195,14 @@ def test_balls_that_slide_are_where_the_trace_has_them(browser: Browser, tmp_pat
 
 OVERFLOWING = """
 (() => {
-  const canvas = find("charts"), panel = player.charts.panels[2];
-  panel.top = 0.1 * Math.max(...panel.values);
+  const { charts } = player, panel = charts.panels[1], [course] = charts.courses;
+  panel.top = 0.2 * Math.max(...course.rows.map((time, row) => panel.at(course, row, time)));
   panel.colour = "warn";  // which no other panel and no text has
-  player.reel.goToStep(player.reel.steps);
+  charts.made = "";
+  player.goTo(1);
   player.draw();
-  const [pen, width, height] = sharp(canvas), top = 2 * (height - 34) / 3 + 24;
-  player.draw();
-  const strip = pen.getImageData(52, top - 20, (width - 64) / 2, 40);
+  const pen = charts.canvas.getContext("2d"), half = (panel.right - charts.left) / 2;
+  const strip = pen.getImageData(charts.left, panel.head + charts.gap - 20, half, 40);
   const hue = [1, 3, 5].map((at) => parseInt(paint("warn").trim().slice(at, at + 2), 16));
   const found = [0, 0];
   for (let k = 0; k < strip.data.length; k += 4) {
@@ -234,7 +235,7 @@ LOOKS = """
     round: ["back", "play", "forth"].every(rounded),
     paper: getComputedStyle(document.body).backgroundColor,
     ink: paint("ink"),
-    top: player.charts.panels[2].top,
+    top: player.charts.panels[1].top,
   };
 })()
 """
