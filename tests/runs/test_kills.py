@@ -39,7 +39,7 @@ def arguments(config: Path, directory: Path, *more: str) -> list[str]:
         ["--out", str(directory)],
         [] if "repeats" in "".join(more) else ["-o", ENDLESS],
     )
-    return ["run", str(config), *where, *endless, "-j", "2", "--no-progress", *more]
+    return ["run", str(config), *where, *endless, "-j", "2", "--no-progress", "--yes", *more]
 
 
 def started(config: Path, directory: Path, *more: str) -> subprocess.Popen[str]:
