@@ -19,7 +19,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 
 # A part is a module or a folder of the package. It may import the parts named beside it, which
 # come earlier in the table. So data flows in one direction and there are no circles.
-SIMULATING = ("containers", "errors", "files", "neighbours", "scene", "trace")
+SIMULATING = ("containers", "errors", "files", "memory", "neighbours", "scene", "trace")
 RUNNING = (*SIMULATING, "config", "engine", "formatting", "placement", "runs", "store", "theory")
 PARTS: dict[str, tuple[str, ...]] = {
     # Nothing of ours below
@@ -27,6 +27,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "files": (),
     "formatting": (),
     "limits": (),
+    "memory": (),
     "neighbours": (),
     "containers": ("errors", "neighbours"),
     # A scene and its trace

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +28,7 @@ from snooker_cli.analysis.fitting import (
 )
 from snooker_cli.analysis.observables import after_collisions, elastic, over_first, so_far
 from snooker_cli.formatting import listed, plain, short
+from snooker_cli.memory import MEMORY
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import Series, StopReason, Trace
 
@@ -266,10 +266,6 @@ def fit_curves(curves: Sequence[Curve], law: str) -> list[FitResult]:
     )
 
 
-_FITS: WeakKeyDictionary[Trace, dict[Any, dict[str, FitResult]]] = WeakKeyDictionary()
-"""Fits of the repeats in memory."""
-
-
 def repeat_fits(trace: Trace, quantity: str) -> dict[str, FitResult]:
     """The fits of a repeat's ``curve`` by law, made once."""
     found = curve(trace, quantity)
@@ -280,13 +276,15 @@ def _fitted(
     traces: Sequence[Trace], curves: Sequence[Curve], *key: Any
 ) -> list[dict[str, FitResult]]:
     """The fits of repeats' curves by law, together and made once; ``key`` says which curves."""
-    new = [row for row, trace in enumerate(traces) if key not in _FITS.setdefault(trace, {})]
+    fits = [MEMORY.find(("fits", key), trace) for trace in traces]
+    new = [row for row, known in enumerate(fits) if known is None]
     if new:
         chosen, laws = [curves[row] for row in new], curves[0].quantity.laws
-        fits = zip(*(fit_curves(chosen, law) for law in laws), strict=True)
-        for row, results in zip(new, fits, strict=True):
-            _FITS[traces[row]][key] = dict(zip(laws, results, strict=True))
-    return [_FITS[trace][key] for trace in traces]
+        results = zip(*(fit_curves(chosen, law) for law in laws), strict=True)
+        for row, by_law in zip(new, results, strict=True):
+            fits[row] = dict(zip(laws, by_law, strict=True))
+            MEMORY.keep(("fits", key), fits[row], traces[row])
+    return fits
 
 
 def _logarithms(trace: Trace, found: Curve) -> TimeCourse:

@@ -1,7 +1,6 @@
 """A trace -> its series over time, temperature, pressure, momentum, distances and speeds."""
 
 import math
-import weakref
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from snooker_cli import engine
 from snooker_cli.engine import States, replay
+from snooker_cli.memory import MEMORY
 from snooker_cli.runs.execution import processors
 from snooker_cli.scene import Scene
 from snooker_cli.theory import Real
@@ -34,29 +34,13 @@ INSTANT = 1e-9  # collisions nearer than this share of the time since the start 
 # of a series (some 300 megabytes). Beyond a limit, an even choice is used.
 MOST_POINTS, MOST_MEASURED, MOST_ROWS = 2**16, 2**28, 2**22
 
-MOST_KEPT = 2**20  # rows of the series in memory, about 70 megabytes
-
-_kept: weakref.WeakKeyDictionary[Trace, Series] = weakref.WeakKeyDictionary()
-_ahead: weakref.WeakKeyDictionary[Trace, Future[Series]] = weakref.WeakKeyDictionary()
-_rows = 0  # of the series that were kept
-
 
 def series(trace: Trace) -> Series:
     """The observables at time zero and after each collision; a summary's on its grid.
 
-    The series of repeats in memory are kept, because an analysis asks for them several times.
+    They stay in memory with the repeat, because an analysis asks for them several times.
     """
-    global _rows
-    if trace in _kept:
-        return _kept[trace]
-    ahead = _ahead.pop(trace, None)
-    found = _measured(trace) if ahead is None else ahead.result()
-    _rows += len(found.time)
-    if _rows > MOST_KEPT:
-        _kept.clear()
-        _rows = len(found.time)
-    _kept[trace] = found
-    return found
+    return MEMORY.get("series", lambda: _measured(trace), trace)
 
 
 def _measured(trace: Trace) -> Series:
@@ -69,18 +53,26 @@ def measured_ahead(traces: Iterable[Trace]) -> Iterator[Trace]:
     The kernel runs without Python's lock. The repeats that wait have ``MOST_ROWS`` collisions
     together at most, so that they need no more memory than a long one.
     """
-    waiting: deque[Trace] = deque()
+    waiting: deque[tuple[Trace, Future[Series] | None]] = deque()
     most = processors()
     with ThreadPoolExecutor(most) as pool:
         for trace in traces:
-            waiting.append(trace)
-            if trace not in _kept:
-                _ahead[trace] = pool.submit(_measured, trace)
-                if len(waiting) == 1:
-                    _ahead[trace].exception()  # waits: only one thread compiles the kernel
-            while len(waiting) > most or sum(each.collisions for each in waiting) > MOST_ROWS:
-                yield waiting.popleft()
-        yield from waiting
+            known = MEMORY.find("series", trace) is not None
+            future = None if known else pool.submit(_measured, trace)
+            if future and not waiting:
+                future.exception()  # waits: only one thread compiles the kernel
+            waiting.append((trace, future))
+            while len(waiting) > most or sum(trace.collisions for trace, _ in waiting) > MOST_ROWS:
+                yield _with_series(*waiting.popleft())
+        while waiting:
+            yield _with_series(*waiting.popleft())
+
+
+def _with_series(trace: Trace, future: Future[Series] | None) -> Trace:
+    """A repeat whose series is in memory; after an error, ``series`` raises it."""
+    if future and not future.exception():
+        MEMORY.keep("series", future.result(), trace)
+    return trace
 
 
 def instants(time: Array) -> NDArray[np.intp]:

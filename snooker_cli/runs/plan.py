@@ -5,7 +5,6 @@ import shutil
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +16,10 @@ from snooker_cli.containers import Circle, Container
 from snooker_cli.engine import specialisation
 from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
+from snooker_cli.memory import MEMORY
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.run import Run, State
 from snooker_cli.scene import Scene
-
-first_scene = lru_cache(maxsize=1)(starting_scene)
-"""Keeps the last scene: placing a million balls takes seconds, and a run needs it twice."""
 
 MOST_SECONDS = 7 * 86400.0  # a run whose estimate is longer needs ``--yes``
 BATCH_SECONDS, BATCH_BYTES = 1.0, 16e6  # about the time and memory of a batch of short repeats
@@ -57,6 +54,12 @@ class SceneClass:
     lengths: tuple[float | None, ...]
     rates: tuple[tuple[float, float], ...]
     models: dict[str, bool]
+
+
+def first_scene(experiment: Experiment, repeat: int) -> Scene:
+    """A starting scene, which is kept: a million balls take seconds, and a run needs it twice."""
+    key = "scene", experiment, repeat
+    return MEMORY.get(key, lambda: starting_scene(experiment, repeat))
 
 
 def checked(

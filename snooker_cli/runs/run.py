@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import chain, groupby
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import UNREADABLE, AbsentError, RunError, StoreError, UserError
 from snooker_cli.files import discard
 from snooker_cli.formatting import point_label, printable
+from snooker_cli.memory import MEMORY
 from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason, Trace
 
@@ -186,9 +187,13 @@ class Run:
             status.accept()
         numbers = tuple(status.repeat for status in statuses)
         info = store.file_info(path)
-        if info is not None and info[0] <= REMEMBERED_SIZE:
-            return _remembered(path, numbers, info)
-        return [trace for trace, _ in store.read(path, numbers)]
+
+        def read() -> list[Trace]:
+            return [trace for trace, _ in store.read(path, numbers)]
+
+        if info is None or info[0] > REMEMBERED_SIZE:
+            return read()
+        return MEMORY.get(("traces", path, numbers, info), read)
 
     def status(self, point: int, repeat: int) -> RepeatStatus:
         """Whether a repeat is done, by the header of its file."""
@@ -229,7 +234,11 @@ class Run:
             info = store.file_info(path)
             if info is None:  # another process has just deleted it
                 return []
-            headers = check(path) if check else _headers(path, info)
+            headers = (
+                check(path)
+                if check
+                else MEMORY.get(("headers", path, info), lambda: store.read_headers(path))
+            )
             for header in headers:
                 if header.provenance.point != point or header.repeat not in repeats:
                     reason = f"is repeat {header.repeat} of point {header.provenance.point}"
@@ -254,7 +263,8 @@ class Run:
             reason = f"was simulated {how}"
         elif source.digest != self.digests[point]:
             reason = "is of another config"
-            if _is_extended(source.config, source.digest, own.experiment):
+            key = "extended", source.config, source.digest, own.experiment
+            if MEMORY.get(key, lambda: _is_extended(source, own.experiment)):
                 state, reason, advice = State.SHORTER, "is shorter than the extended run", ""
         elif header.stop.reason is StopReason.INTERRUPTED:
             state, reason, advice = State.INTERRUPTED, printable(header.stop.message), ""
@@ -295,23 +305,10 @@ def named(path: Path) -> tuple[int, range]:
     return point, range(first, last + 1)
 
 
-@lru_cache(maxsize=128)
-def _remembered(path: Path, repeats: tuple[int, ...], _info: tuple[int, int]) -> list[Trace]:
-    """Repeats of a file of this size and age. Raises ``StoreError``."""
-    return [trace for trace, _ in store.read(path, repeats)]
-
-
-@lru_cache(maxsize=1024)
-def _headers(path: Path, _info: tuple[int, int]) -> list[RepeatHeader]:
-    """The headers of a file of this size and age. Raises ``StoreError``."""
-    return store.read_headers(path)
-
-
-@lru_cache(maxsize=1024)
-def _is_extended(config: str, identity: str, experiment: Experiment) -> bool:
+def _is_extended(source: store.Provenance, experiment: Experiment) -> bool:
     """Whether an experiment continues the one of a file's provenance."""
     try:
-        before = validated(json.loads(config))
+        before = validated(json.loads(source.config))
     except UNREADABLE:
         return False
-    return digest(before) == identity and extends(experiment, before)
+    return digest(before) == source.digest and extends(experiment, before)
