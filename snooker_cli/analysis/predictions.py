@@ -299,8 +299,8 @@ def speeds(trace: Trace, since: float) -> Iterator[Row]:
 
 
 TURNING = (
-    "hard disks with a wall: theory is for the angular momenta of an equilibrium gas; starts on "
-    "rings have others, which matters for few balls (7 balls: rates of collisions by 4 %)"
+    "hard disks with a wall: the angular momenta are those of equilibrium; rings have others "
+    "(7 balls: rates 4 % off)"
 )
 """What a reader of the theory for N balls in a circle has to know."""
 

@@ -72,7 +72,7 @@ def plot(
     for name in figures or ():
         check_name(name, FIGURES, "figure", "snooker plot --list")
     specs = [FIGURES[name] for name in dict.fromkeys(figures or FIGURES)]
-    selection = Selection(conditions(where), repeat)
+    selection = Selection(conditions(where, opened), repeat)
     points = selected(opened, selection)
     if missing_repeats := unfinished(opened, selection):
         notice(f"{missing_repeats}; run the config again for the rest")
