@@ -213,8 +213,8 @@ def animate(
     numbers = sorted(set(repeats or [0]))
     points = [opened.chosen(point or 0, numbers[-1])]
     if where:
-        points = list(matching(opened, Selection(conditions(where), numbers[-1])))
-    out = out or opened.directory / (_film_name(conditions(where), points[0], repeats) + ".html")
+        points = list(matching(opened, Selection(conditions(where, opened), numbers[-1])))
+    out = out or opened.directory / (_film_name(conditions(where, opened), points[0], repeats) + ".html")
     ending = out.suffix.lower()
     if ending not in (".html", ".gif", ".mp4"):
         raise UserError(f"--out {out}: give a name that ends in .html, .gif or .mp4")
