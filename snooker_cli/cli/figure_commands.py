@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from snooker_cli.analysis.run_analysis import shorter_note
-from snooker_cli.animation import Film, film, page, with_events
+from snooker_cli.animation import MOST_COLLISIONS, Film, film, page, with_events
 from snooker_cli.animation.html_player import MOST_FILMS
 from snooker_cli.cli.options import RUN, RunName, Where, conditions
 from snooker_cli.cli.output import first, print_line, print_table, print_wrapped
@@ -183,8 +183,7 @@ def animate(
     point: Annotated[int | None, option("N", "Point, from 0 [0].", min=0)] = None,
     where: Where = None,
     repeats: Annotated[
-        list[int] | None,
-        option("N", "Repeat, from 0 [0]. Can be repeated.", "--repeat", min=0),
+        list[int] | None, option("N", "Repeat, from 0 [0]. Can be repeated.", "--repeat", min=0)
     ] = None,
     since: Annotated[float, option("T", "Start time, s.", "--from")] = 0.0,
     until: Annotated[float | None, option("T", "End time, s [the end].", "--until")] = None,
@@ -200,37 +199,32 @@ def animate(
 ) -> None:
     """Make a film of a repeat: HTML page, GIF or MP4.
 
-    It shows the balls coloured by speed, their contacts, energy, pressure and speeds. An HTML page
-    works in any browser without a network. It plays, pauses, and jumps to any time or collision;
-    `film.html#t=3&ball=5` begins at 3 s with the path of ball 5. The balls are exactly where the
-    stored collisions put them; those of a summary are simulated again. A page shows up to 4
-    repeats side by side: `--where cor=0.8,1` or `--repeat 0 --repeat 1`. The name of the written
-    file is printed.
+    It shows the balls coloured by speed, their contacts, energy and pressure. An HTML page works
+    in any browser without a network. The balls are exactly where the stored collisions put them;
+    those of a summary are simulated again. A page shows up to 4 repeats side by side, as with
+    `--where cor=0.8,1` or `--repeat 0 --repeat 1`. The link film.html#t=3&ball=5 begins at 3 s
+    with the path of ball 5. The name of the written file is printed.
     """
     opened = open_run(run)
     if where and point is not None:
-        raise UserError("--point and --where both choose points: give one of them")
+        raise UserError("--point and --where both choose points; give one of them")
     numbers = sorted(set(repeats or [0]))
-    points = [opened.chosen(point or 0, numbers[-1])]
-    if where:
-        points = list(matching(opened, Selection(conditions(where, opened), numbers[-1])))
-    out = out or opened.directory / (_film_name(conditions(where, opened), points[0], repeats) + ".html")
+    first, chosen = opened.chosen(point or 0, numbers[-1]), conditions(where, opened)
+    points = matching(opened, Selection(chosen, numbers[-1])) if where else (first,)
+    if out is None:
+        shown = chosen or dict(first.parameters)
+        shown |= {"repeat": tuple(numbers)} if repeats else {}
+        out = opened.directory / f"{_stem('film', Selection(shown))}.html"
     ending = out.suffix.lower()
     if ending not in (".html", ".gif", ".mp4"):
         raise UserError(f"--out {out}: give a name that ends in .html, .gif or .mp4")
     if fps is not None and ending == ".html":
         raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
-    most = MOST_FILMS if ending == ".html" else 1
-    if len(points) * len(numbers) > most:
-        raise UserError(
-            f"{out}: shows {counted(most, 'repeat')} at most, not {len(points) * len(numbers)}; "
-            "choose with --where or --point, and --repeat"
-        )
-    films = [
-        _film(opened, each, repeat, since, until, collisions)
-        for each in points
-        for repeat in numbers
-    ]
+    number, most = len(points) * len(numbers), MOST_FILMS if ending == ".html" else 1
+    if number > most:
+        raise UserError(f"{out}: shows at most {counted(most, 'repeat')}, not {number}")
+    span = since, until, collisions or MOST_COLLISIONS
+    films = [_film(opened, one, repeat, span) for one in points for repeat in numbers]
     if ending == ".html":
         write_text(out, page(*films, pace=pace, seconds=seconds))
     else:
@@ -242,33 +236,21 @@ def animate(
         notice(f"no browser could be started; open {out} yourself")
 
 
-def _film(
-    run: Run, point: Point, repeat: int, since: float, until: float | None, most: int | None
-) -> Film:
+def _film(run: Run, point: Point, repeat: int, span: tuple[float, float | None, int]) -> Film:
     """The film of a repeat, with a notice if it is cut. Raises ``UserError``."""
-    span: dict[str, Any] = {"since": since, "until": until, "most": most}
     trace = run.read(point, repeat)
     shown = {"cor": f"{trace.start.restitution:g}"} | dict(point.parameters)
+    where = f"{point_label(shown)}, {counted(trace.start.number, 'ball')}, repeat {repeat}"
     try:
         if trace.summary is not None and run.engine_version != ENGINE_VERSION:
             raise FigureError("is a summary of another engine version, which cannot be replayed")
-        made = film(
-            with_events(trace, **span, engine=run.engine),
-            run.experiment.title or run.name,
-            f"{point_label(shown)}, {counted(trace.start.number, 'ball')}, repeat {repeat}",
-            **span,
-        )
+        trace = with_events(trace, *span, run.engine)
+        made = film(trace, run.experiment.title or run.name, where, *span)
     except FigureError as error:
         raise UserError(f"repeat {repeat} of {run.name} {error}") from None
-    if made.left_out and most is None:
+    if made.left_out and span[-1] == MOST_COLLISIONS:
         notice(
-            f"the film of {made.subtitle} ends after {len(made):,} collisions, at "
-            f"{made.end:.6g} s; --from, --until and --collisions choose others"
+            f"the film of {where} ends after {len(made):,} collisions, at {made.end:.6g} s; "
+            "--from, --until and --collisions choose others"
         )
     return made
-
-
-def _film_name(where: dict[str, Any], point: Point, repeats: list[int] | None) -> str:
-    """The name of a film in its run's folder, by what it shows."""
-    shown = where or dict(point.parameters)
-    return _stem("film", Selection(shown | ({"repeat": tuple(repeats)} if repeats else {})))
