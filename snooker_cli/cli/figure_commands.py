@@ -225,6 +225,12 @@ def animate(
         raise UserError(f"{out}: shows at most {counted(most, 'repeat')}, not {number}")
     span = since, until, collisions or MOST_COLLISIONS
     films = [_film(opened, one, repeat, span) for one in points for repeat in numbers]
+    for made in films if collisions is None else ():
+        if made.left_out:
+            notice(
+                f"the film of {made.subtitle} ends after {len(made):,} collisions, at "
+                f"{made.end:.6g} s; --from, --until and --collisions choose others"
+            )
     if ending == ".html":
         write_text(out, page(*films, pace=pace, seconds=seconds))
     else:
@@ -237,7 +243,7 @@ def animate(
 
 
 def _film(run: Run, point: Point, repeat: int, span: tuple[float, float | None, int]) -> Film:
-    """The film of a repeat, with a notice if it is cut. Raises ``UserError``."""
+    """The film of a repeat. Raises ``UserError``."""
     trace = run.read(point, repeat)
     shown = {"cor": f"{trace.start.restitution:g}"} | dict(point.parameters)
     where = f"{point_label(shown)}, {counted(trace.start.number, 'ball')}, repeat {repeat}"
@@ -245,12 +251,6 @@ def _film(run: Run, point: Point, repeat: int, span: tuple[float, float | None, 
         if trace.summary is not None and run.engine_version != ENGINE_VERSION:
             raise FigureError("is a summary of another engine version, which cannot be replayed")
         trace = with_events(trace, *span, run.engine)
-        made = film(trace, run.experiment.title or run.name, where, *span)
+        return film(trace, run.experiment.title or run.name, where, *span)
     except FigureError as error:
         raise UserError(f"repeat {repeat} of {run.name} {error}") from None
-    if made.left_out and span[-1] == MOST_COLLISIONS:
-        notice(
-            f"the film of {where} ends after {len(made):,} collisions, at {made.end:.6g} s; "
-            "--from, --until and --collisions choose others"
-        )
-    return made
