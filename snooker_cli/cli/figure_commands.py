@@ -222,7 +222,8 @@ def animate(
         raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
     number, most = len(points) * len(numbers), MOST_FILMS if ending == ".html" else 1
     if number > most:
-        raise UserError(f"{out}: shows at most {counted(most, 'repeat')}, not {number}")
+        few = f"shows at most {counted(most, 'repeat')}, not {number}"
+        raise UserError(f"{out}: {few}", "give fewer points or repeats")
     span = since, until, collisions or MOST_COLLISIONS
     films = [_film(opened, one, repeat, span) for one in points for repeat in numbers]
     for made in films if collisions is None else ():
