@@ -305,6 +305,12 @@ TURNING = (
 """What a reader of the theory for N balls in a circle has to know."""
 
 
+EQUAL_SPEEDS = (
+    "Haff's α: theory is for mixed speeds; equal speeds lose less at first "
+    "(`start: random` and `speeds: maxwell` start mixed)"
+)
+
+
 def notes(scene: Scene) -> Iterator[Note]:
     """What walls and their absence change; which rows are missing for these balls, and why."""
     if isinstance(scene.container, Circle) and scene.number > 1 and _heavy(scene):
@@ -317,6 +323,9 @@ def notes(scene: Scene) -> Iterator[Note]:
                 why = "the balls' centre of mass moves on for ever"
             missing = f"the law of speeds at fixed energy is missing, because {why}"
             yield Note(missing, "mean speed, kurtosis of speeds, mean free path")
+    speeds = np.linalg.norm(scene.velocities, axis=1)
+    if scene.number > 1 and not elastic(scene) and np.ptp(speeds) <= 1e-9 * np.max(speeds):
+        yield Note(EQUAL_SPEEDS, "Haff's α")
     absent = ["equations of state", "collision rates", "mean free path"]
     cooling = ["decay constants", "energy left"]
     if scene.number == 1:

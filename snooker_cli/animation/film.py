@@ -1,6 +1,5 @@
 """A repeat -> a film: its balls, collisions, energy and pressure in a span of time."""
 
-import math
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -20,9 +19,7 @@ Integers: TypeAlias = NDArray[np.int32]
 MOST_COLLISIONS = 10_000
 """In a film: a page stores 83 bytes for each, and steps through them one by one."""
 
-MOST_AGAIN = 10_000_000
-"""Collisions that are simulated again for a film of a summary: 30 s and 240 MB."""
-
+MOST_AGAIN = 10_000_000  # collisions simulated for a film of a summary: some 30 s and 240 MB
 MOST_BALLS = 10_000  # in a film: a browser draws this number several times a second
 BATCH = 2_000_000  # balls times collisions whose states are in memory at a time; 64 MB
 FASTER = 0.02  # share of the balls' speeds above the colour scale: a gas has a few fast balls
@@ -106,14 +103,13 @@ def film(
     trace: Trace,
     title: str,
     subtitle: str = "",
-    *,
     since: float = 0.0,
     until: float | None = None,
-    most: int | None = None,
+    most: int = MOST_COLLISIONS,
 ) -> Film:
     """The film of a repeat from one time to another, s.
 
-    most : largest number of collisions [``MOST_COLLISIONS``]; the film ends with the last one
+    most : largest number of collisions; the film ends with the last one
 
     Raises ``FigureError`` for a repeat without events (see ``with_events``), a span outside it, and
     too many balls.
@@ -130,7 +126,7 @@ def film(
             f"{trace.stop.time!r} s"
         )
     first, last = np.searchsorted(events.time, [since, end], side="right").tolist()
-    left_out = max(0, last - first - (MOST_COLLISIONS if most is None else most))
+    left_out = max(0, last - first - most)
     if left_out:
         last -= left_out
         end = float(events.time[last - 1])
@@ -175,36 +171,24 @@ def film(
 
 
 def with_events(
-    trace: Trace,
-    *,
-    since: float = 0.0,
-    until: float | None = None,
-    most: int | None = None,
-    engine: str | None = None,
+    trace: Trace, since: float, until: float | None, most: int, engine: str | None = None
 ) -> Trace:
     """A repeat with the events that ``film`` needs: those of a summary are simulated again.
-
-    engine : with which the repeat was simulated
 
     Raises ``FigureError`` for more than ``MOST_AGAIN`` collisions.
     """
     if trace.summary is None:
         return trace
     grid = trace.summary.series
-    before, within = (
-        int(np.append(grid.wall_events + grid.pair_events, trace.collisions)[row])
-        for row in np.searchsorted(grid.time, [since, math.inf if until is None else until])
-    )
+    counts = np.append(grid.wall_events + grid.pair_events, trace.collisions).astype(np.int64)
+    spans = np.searchsorted(grid.time, [since, np.inf if until is None else until])
+    before, within = counts[spans].tolist()
     # One more collision shows that the film leaves some out, or how a ball bounces until it slides.
-    shown = min(before + (MOST_COLLISIONS if most is None else most), within)
-    number = min(shown + 1, trace.collisions)
+    number = min(before + most + 1, within + 1, trace.collisions)
     if number > MOST_AGAIN:
-        raise FigureError(
-            f"is a summary, and the film needs its first {number:,} collisions again, more than "
-            f"{MOST_AGAIN:,}; give a lower --from or --collisions"
-        )
-    again = simulate(trace.start, collisions=number, engine=engine)
-    return replace(trace, events=again.events)
+        needed = f"needs {number:,} collisions simulated again, {MOST_AGAIN:,} at most"
+        raise FigureError(f"is a summary, and the film {needed}; choose an earlier --from")
+    return replace(trace, events=simulate(trace.start, collisions=number, engine=engine).events)
 
 
 def _at_collisions(trace: Trace, time: Floats, i: Integers, j: Integers) -> Floats:

@@ -173,6 +173,9 @@ def test_a_repeat_is_relaxed_with_as_many_collisions_again(elastic: list[Trace])
 
 def test_cooling_is_compared_with_the_reports_own_constant(cooling: list[Trace]) -> None:
     found = compare(cooling)
+    assert predictions.EQUAL_SPEEDS in found[1]
+    mixed = simulate(gas("circle", 19, 0.2, cor=0.9), collisions=200)  # with a Maxwellian's speeds
+    assert predictions.EQUAL_SPEEDS not in compare([mixed])[1]
     reported = np.mean([decay.reported_constant(trace) for trace in cooling])
     energy = row(found, "decay constant of energy", "source report, −2 ln e/τ")
     pressure = row(found, "decay constant of pressure", "source report, −ln e/τ")

@@ -167,6 +167,7 @@ class Charts {
     });
     pen.lineTo(panel.right, panel.bottom);
     pen.stroke();
+    if (this.courses.length > 1) return; // filled ones would hide each other
     pen.globalAlpha = 0.25;
     pen.fill();
     pen.globalAlpha = 1;

@@ -208,7 +208,10 @@ class Player {
       const name = document.createElement("b");
       name.textContent = screen.film.subtitle;
       name.style.color = `var(--${FILM_COLOURS[k]})`;
-      screen.caption.replaceChildren(name, ` t = ${timeText(screen.reel.time)} s, ${screen.count}`);
+      const early = screen.reel.time >= screen.film.end && !this.ended;
+      screen.arena.canvas.style.opacity = early ? 0.4 : 1;
+      const now = `${early ? "ended at " : ""}t = ${timeText(screen.reel.time)} s, ${screen.count}`;
+      screen.caption.replaceChildren(name, now);
     });
     find("scrub").setAttribute("aria-valuetext", find("now").textContent);
     find("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
