@@ -29,9 +29,9 @@ from snooker_cli.errors import FigureError, RunError, UserError, check_name
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, plain, point_label
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.progress import execute_watched, share_done, showing_notices
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.plan import checked
+from snooker_cli.runs.progress import counting, execute_watched, share_done, showing_notices
 from snooker_cli.runs.status import ended, run_status
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
@@ -257,7 +257,7 @@ class Run(runs.Run):
         """
         from snooker_cli.analysis.run_analysis import results
 
-        found = results(self, points := self.matching(**where))
+        found = results(self, points := self.matching(**where), counting)
         found.save()
         places = [(point, number) for point in points for number in self.present(point)]
         rows: Records = []
@@ -276,7 +276,7 @@ class Run(runs.Run):
         """
         from snooker_cli.analysis.run_analysis import fits
 
-        return fits(self, since, until, self.matching(**where)).rows
+        return fits(self, since, until, self.matching(**where), counting).rows
 
     def compare(self, **where: Any) -> Records:
         """The records of ``snooker compare --json``, with ``where`` as in ``matching``.
@@ -285,7 +285,7 @@ class Run(runs.Run):
         """
         from snooker_cli.analysis.run_analysis import comparisons
 
-        return comparisons(self, self.matching(**where)).rows
+        return comparisons(self, self.matching(**where), counting).rows
 
     def plot(self, name: str, *, repeat: int | None = None, **where: Any) -> "Figure":
         """A figure by its name in ``snooker plot --list``, as matplotlib's ``Figure``.

@@ -583,7 +583,7 @@ BESIDE: dict[str, tuple[str, Damage]] = {
         '{"point": 1e999, "repeat": 0, "error": "a"}',
         '{"point": 0, "repeat": null, "error": []}',
         json.dumps({"point": 0, "repeat": 0, "error": ESCAPES}),
-        json.dumps({"0": {"seal": ESCAPES, "rows": 5, "notes": 5}}),
+        json.dumps({"0": {"made_from": ESCAPES, "rows": 5, "notes": 5}}),
     )
 }
 """Other files of a run, by name."""

@@ -19,11 +19,12 @@ from matplotlib.figure import Figure
 from repeating import content_hash
 
 import snooker_cli as snooker
-from snooker_cli import progress, store
+from snooker_cli import store
 from snooker_cli.analysis import observables
 from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.config.yaml_document import document
 from snooker_cli.report import run_report
+from snooker_cli.runs import progress
 from snooker_cli.runs.batch import RepeatResult
 
 CONFIG: dict[str, Any] = document(SMALL, "small.yaml").data

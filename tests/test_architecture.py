@@ -39,12 +39,11 @@ PARTS: dict[str, tuple[str, ...]] = {
     "placement": ("config", "containers", "errors", "neighbours", "scene"),
     "engine": ("containers", "scene", "trace"),
     "store": ("containers", "errors", "files", "limits", "scene", "trace"),
-    "runs": (*SIMULATING, "config", "engine", "formatting", "placement", "store", "theory"),
     "exit_codes": ("errors", "formatting"),
-    "progress": ("exit_codes", "formatting", "runs", "trace"),
+    "runs": (*(part for part in RUNNING if part != "runs"), "exit_codes"),
     "export": ("engine", "errors", "files", "scene", "store", "trace"),
     # From repeats to conclusions
-    "analysis": (*RUNNING, "progress"),
+    "analysis": RUNNING,
     "figures": (*RUNNING, "analysis"),
     "animation": (*SIMULATING, "analysis", "engine", "figures", "formatting"),
     "validation": (*RUNNING, "analysis", "figures"),
@@ -58,7 +57,7 @@ PARTS["__main__"] = ("cli",)
 
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "typer": ("cli",),
-    "rich": ("cli", "progress"),
+    "rich": ("cli", "runs.progress"),
     "pydantic": ("config", "validation"),
     "pydantic_core": ("config",),
     "yaml": ("config", "figures", "report", "validation"),

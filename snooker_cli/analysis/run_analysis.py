@@ -1,12 +1,12 @@
 """The fits, comparisons and table of a run: read from ``fit.json`` and others, or made.
 
-A file counts only if this user's process made it from these very repeats, by this very code.
+A file counts if it names these very repeats and this very code; otherwise it is made again.
 """
 
 import hashlib
 import json
+import logging
 import math
-import secrets
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,19 +16,27 @@ from snooker_cli import store
 from snooker_cli.analysis import comparison, decay, observables
 from snooker_cli.config import Point
 from snooker_cli.errors import UNREADABLE, RunError, UserError
-from snooker_cli.files import sources_hash, user_hash, write_json
+from snooker_cli.files import sources_hash, write_json
 from snooker_cli.formatting import plain
-from snooker_cli.progress import counting, notice
 from snooker_cli.runs import Run
 from snooker_cli.runs.status import ending
 from snooker_cli.trace import Trace
 
-Found = Sequence[decay.Decay] | Sequence[comparison.Comparison] | Sequence["RepeatResults"]
-Analyse = Callable[[Iterator[Trace]], tuple[Found, list[decay.Note]]]
+Results = Sequence[decay.Decay] | Sequence[comparison.Comparison] | Sequence["RepeatResults"]
+Analyse = Callable[[Iterator[Trace]], tuple[Results, list[decay.Note]]]
+Counting = Callable[[Iterator[Trace], str, int], Iterator[Trace]]
+"""Repeats, a label and their number -> the repeats, while something shows how many were read."""
 
 Records: TypeAlias = list[dict[str, Any]]
 
 SOURCES = ("analysis/*.py", "engine/*.py", "*.py")  # they decide what an analysis finds
+
+_log = logging.getLogger(__name__)
+
+
+def uncounted(traces: Iterator[Trace], label: str, total: int) -> Iterator[Trace]:
+    """The repeats; nothing shows how many were read."""
+    return traces
 
 
 class RepeatResults(NamedTuple):
@@ -76,7 +84,8 @@ class RunAnalysis:
             if self.unsaved is not None:
                 write_json(self.path, self.unsaved)
         except OSError as error:
-            notice(f"{self.path}: cannot be written ({error.strerror}); the result is only printed")
+            problem = f"cannot be written ({error.strerror}); the result is only printed"
+            _log.warning("%s: %s", self.path, problem)
 
 
 def fits(
@@ -84,6 +93,7 @@ def fits(
     since: float = 0.0,
     until: float = math.inf,
     points: Iterable[Point] | None = None,
+    counting: Counting = uncounted,
 ) -> RunAnalysis:
     """Rows of ``Decay.as_json``, for the times from ``since`` to ``until`` (s).
 
@@ -92,29 +102,35 @@ def fits(
     """
     chosen = tuple(points or run.points)
     if since == 0 and until == math.inf:
-        return _analysis(run, chosen, decay.analyse, run.directory / "fit.json")
+        return _analysis(run, chosen, decay.analyse, counting, run.directory / "fit.json")
     if not 0 <= since < until:
         raise UserError(
             f"there is no range of times from {since:g} s to {until:g} s",
             "give seconds from the start, with 0 ≤ --from < --until",
         )
-    statuses = (each for point in chosen for each in run.statuses(point.index))
-    end = max((each.header.stop.time for each in statuses if each.header), default=math.inf)
+    headers = (status.header for point in chosen for status in run.statuses(point.index))
+    end = max((header.stop.time for header in headers if header), default=math.inf)
     if end <= since:
         raise RunError(f"no repeat reaches {since:g} s; the longest ends at {end:.4g} s")
-    return _analysis(run, chosen, lambda traces: decay.analyse(traces, since, until))
+    return _analysis(run, chosen, lambda traces: decay.analyse(traces, since, until), counting)
 
 
-def comparisons(run: Run, points: Iterable[Point] | None = None) -> RunAnalysis:
+def comparisons(
+    run: Run, points: Iterable[Point] | None = None, counting: Counting = uncounted
+) -> RunAnalysis:
     """Rows of ``Comparison.as_json``; raises ``RunError`` if the points have no repeat."""
     path = run.directory / "compare.json"
-    return _analysis(run, tuple(points or run.points), comparison.compare, path)
+    return _analysis(run, tuple(points or run.points), comparison.compare, counting, path)
 
 
-def results(run: Run, points: Iterable[Point]) -> RunAnalysis:
+def results(run: Run, points: Iterable[Point], counting: Counting = uncounted) -> RunAnalysis:
     """A row of ``RepeatResults`` for each repeat that is there; raises ``RunError`` without one."""
     path = run.directory / "table.json"
-    return _analysis(run, tuple(points), lambda traces: ([*map(RepeatResults, traces)], []), path)
+
+    def rows(traces: Iterator[Trace]) -> tuple[Results, list[decay.Note]]:
+        return [*map(RepeatResults, traces)], []
+
+    return _analysis(run, tuple(points), rows, counting, path)
 
 
 def shorter_note(shorter: int, present: int) -> str:
@@ -125,7 +141,11 @@ def shorter_note(shorter: int, present: int) -> str:
 
 
 def _analysis(
-    run: Run, points: Sequence[Point], analyse: Analyse, path: Path | None = None
+    run: Run,
+    points: Sequence[Point],
+    analyse: Analyse,
+    counting: Counting,
+    path: Path | None = None,
 ) -> RunAnalysis:
     """The analysis of points: from a file, where that has one of these very repeats, or made."""
     present = {point.index: run.present(point) for point in points}
@@ -137,13 +157,13 @@ def _analysis(
         key, files = str(point.index), map(store.file_info, run.batches(point.index))
         made_from = hashlib.sha256(repr((whole, key, *files)).encode()).hexdigest()
         entry = saved.get(key)
-        if isinstance(entry, dict) and entry.get("seal") == _seal(made_from, entry):
+        if isinstance(entry, dict) and entry.get("made_from") == made_from:
             kept[key] = entry
         elif point.index in present:
-            entry, new = _made(run, point, present[point.index], analyse), True
-            kept[key] = entry | {"seal": _seal(made_from, entry)}
+            made = _made(run, point, present[point.index], analyse, counting)
+            kept[key], new = {"made_from": made_from, **made}, True
     chosen = [kept[str(point.index)] for point in points]
-    rows, notes = ([one for entry in chosen for one in entry[name]] for name in ("rows", "notes"))
+    rows, notes = ([row for entry in chosen for row in entry[name]] for name in ("rows", "notes"))
     return RunAnalysis(rows, notes, path or run.directory, kept if path and new else None)
 
 
@@ -156,16 +176,9 @@ def _saved(path: Path | None) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def _seal(made_from: str, entry: dict[str, Any]) -> str:
-    """A hash of a point's analysis that only this user can make: no other file is trusted."""
-    content = json.dumps([made_from, entry.get("rows"), entry.get("notes")])
-    try:
-        return user_hash(content).hexdigest()
-    except OSError:
-        return secrets.token_hex()  # a later process makes the analysis again
-
-
-def _made(run: Run, point: Point, present: Sequence[int], analyse: Analyse) -> dict[str, Any]:
+def _made(
+    run: Run, point: Point, present: Sequence[int], analyse: Analyse, counting: Counting
+) -> dict[str, Any]:
     """Rows and notes of a point; of an unfinished run, of the repeats that it has."""
     parameters, rows = {"parameters": point.as_json()}, Records()
     wanted, there = run.experiment.repeats, len(present)
@@ -174,12 +187,8 @@ def _made(run: Run, point: Point, present: Sequence[int], analyse: Analyse) -> d
     texts = missing, shorter_note(run.shorter(point), there), *run.common_random_notes
     notes = [decay.Note(text) for text in texts if text]
     if present:
-        found, others = analyse(read(run, point, present))
-        rows, notes = [parameters | one.as_json() for one in found], notes + others
-    return {"rows": rows, "notes": [parameters | one._asdict() for one in notes]}
-
-
-def read(run: Run, point: Point, present: Sequence[int]) -> Iterator[Trace]:
-    """These repeats of a point, measured in threads; a terminal shows how many have been read."""
-    label = f"point {point.index + 1} of {len(run.points)}"
-    return observables.measured_ahead(counting(run.traces(point, present), label, len(present)))
+        label = f"point {point.index + 1} of {len(run.points)}"
+        traces = counting(run.traces(point, present), label, there)
+        results, others = analyse(observables.measured_ahead(traces))
+        rows, notes = [parameters | result.as_json() for result in results], notes + others
+    return {"rows": rows, "notes": [parameters | note._asdict() for note in notes]}

@@ -21,8 +21,8 @@ from snooker_cli.errors import RunError, UserError, check_name
 from snooker_cli.figures import FIGURES
 from snooker_cli.figures.selection import Selection, matching
 from snooker_cli.formatting import listed
-from snooker_cli.progress import notice
 from snooker_cli.runs import open_run
+from snooker_cli.runs.progress import counting, notice
 from snooker_cli.runs.status import run_status
 
 All = Annotated[bool, flag("--all", "Print more columns and rows.")]
@@ -95,7 +95,7 @@ def _print_analysis(
     """
     run = open_run(name)
     points = matching(run, Selection(conditions(where, run)))
-    found = analyse(run, points=points)
+    found = analyse(run, points=points, counting=counting)
     rows, notes = found.rows, found.notes
     for field, parts in {"quantity": quantity or [""], "model": model or [""]}.items():
         names = dict.fromkeys(f"'{shown_name(one[field])}'" for one in rows)  # some have commas

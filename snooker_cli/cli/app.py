@@ -79,6 +79,6 @@ def _root(
     context: typer.Context,
     version: Annotated[bool, flag("--version", "Show the version.", callback=_version)] = False,
 ) -> None:
-    from snooker_cli.progress import showing_notices
+    from snooker_cli.runs.progress import showing_notices
 
     context.with_resource(showing_notices())

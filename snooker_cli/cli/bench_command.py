@@ -12,7 +12,7 @@ from snooker_cli.cli.options import AsJson
 from snooker_cli.cli.output import make_folder
 from snooker_cli.cli.typer_classes import Command, Group, flag, option
 from snooker_cli.errors import ExitCode
-from snooker_cli.progress import notice
+from snooker_cli.runs.progress import notice
 
 if TYPE_CHECKING:
     from snooker_cli.validation.study import Study

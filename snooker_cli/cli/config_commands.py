@@ -13,8 +13,8 @@ from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import EXAMPLES, SCHEMA_FILE, load
 from snooker_cli.errors import UserError, check_name
 from snooker_cli.files import write_text
-from snooker_cli.progress import notice
 from snooker_cli.runs.plan import checked
+from snooker_cli.runs.progress import notice
 
 SCHEMA = "snooker-schema.json"  # beside a config, whose first line names it for editors
 

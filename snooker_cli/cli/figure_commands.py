@@ -23,9 +23,9 @@ from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.selection import matching
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label, text_table, with_error
-from snooker_cli.progress import notice
 from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.folder import writing
+from snooker_cli.runs.progress import notice
 
 MOST_TO_LIST = 1_000_000  # collisions that --list may read; of more it reads each first repeat
 GIVEN = "temperature", "area", "packing"  # in tables only where they differ between points

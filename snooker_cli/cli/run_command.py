@@ -30,11 +30,11 @@ from snooker_cli.formatting import (
     size,
     text_table,
 )
-from snooker_cli.progress import RunProgress, execute_watched, notice, share_done
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors, share_of
 from snooker_cli.runs.plan import CRITICAL, checked, is_excessive, run_plan
+from snooker_cli.runs.progress import RunProgress, execute_watched, notice, share_done
 from snooker_cli.runs.status import ended
 from snooker_cli.trace import StopReason
 

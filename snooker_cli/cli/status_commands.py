@@ -15,9 +15,9 @@ from snooker_cli.cli.output import first, print_result
 from snooker_cli.cli.typer_classes import flag
 from snooker_cli.errors import ExitCode, RunError, StoreError
 from snooker_cli.formatting import counted, listed, point_label, printable, size, text_table
-from snooker_cli.progress import notice
 from snooker_cli.runs import State, open_run, runs_in
 from snooker_cli.runs.execution import processors
+from snooker_cli.runs.progress import notice
 from snooker_cli.runs.status import COUNTS, ended, run_status
 from snooker_cli.runs.verification import verify as verdicts
 

@@ -11,6 +11,7 @@ from snooker_cli.report.content import REPORT_FIGURES, RUNS, figure_data, values
 from snooker_cli.report.explanations import explain
 from snooker_cli.report.pages import Pages
 from snooker_cli.runs import open_run
+from snooker_cli.runs.progress import counting
 
 
 def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list[Path]:
@@ -28,7 +29,7 @@ def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list
             report_progress(entry["label"])
             picture = figure_data(opened, **entry)
             pictures[file] = pages.add_figure(file, picture, entry["label"])
-        decays = fits(opened["decay"]).rows
+        decays = fits(opened["decay"], counting=counting).rows
         report_progress("audit: every printed number compared with ours")
         judged = audit(opened, explaining.result())
         for point in opened["decay"].points:

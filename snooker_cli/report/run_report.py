@@ -25,6 +25,7 @@ from snooker_cli.report.packaged import packaged
 from snooker_cli.report.pages import Pages
 from snooker_cli.runs import Run
 from snooker_cli.runs.plan import critical_ratio
+from snooker_cli.runs.progress import counting
 from snooker_cli.runs.status import ended, run_status
 from snooker_cli.scene import Scene
 
@@ -80,7 +81,8 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         for name in RELEVANCE
         if name not in left_out
     }
-    status, fitted, compared = run_status(run), fits(run), comparisons(run)
+    status, fitted = run_status(run), fits(run, counting=counting)
+    compared = comparisons(run, counting=counting)
     scene, files = setting(run, points, Selection()), list[str]()
     for name, each in made.items():
         if isinstance(picture := each.result(), FigureData):

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 from command_line import Snooker
 
-from snooker_cli import progress, runs
+from snooker_cli import runs
+from snooker_cli.runs import progress
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.trace import StopReason
 

@@ -15,11 +15,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from snooker_cli.exit_codes import STOPPING, bug_message, handling
 from snooker_cli.formatting import counted, printable
-from snooker_cli.runs import Run, create, locked
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
-from snooker_cli.runs.folder import locked_for_part
+from snooker_cli.runs.folder import create, locked, locked_for_part
 from snooker_cli.runs.plan import batch_size
+from snooker_cli.runs.run import Run
 from snooker_cli.trace import StopReason, Trace
 
 MOST_FAILURES = 10  # failures that are printed as they come; a full disk fails every repeat
@@ -127,7 +127,7 @@ def counting(traces: Iterable[Trace], label: str, total: int) -> Iterator[Trace]
 
 def share_done(outcomes: Sequence[RepeatResult], wanted: int) -> str:
     """How many of the repeats are done: ``3 of 6 repeats done``."""
-    stops = [each.stop for each in outcomes if each.stop is not None]
+    stops = [result.stop for result in outcomes if result.stop is not None]
     number = sum(stop.reason is not StopReason.INTERRUPTED for stop in stops)
     return f"{number:,} of {counted(wanted, 'repeat')} done"
 
