@@ -30,6 +30,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from snooker_cli.containers import AccessibleRegion, Container
+from snooker_cli.scene import Scene
 
 Real = TypeVar("Real", float, NDArray[np.float64])  # a float, or an array of floats
 
@@ -470,8 +471,29 @@ def collision_rates(
     )
 
 
+def starting_rates(scene: Scene) -> tuple[float, float]:
+    """Collisions of one ball with others and with the wall at the start, 1/s, by kinetic
+
+    Unequal balls count with the means of their radii and squared speeds.
+    """
+    number, radius = scene.number, float(np.mean(scene.radii))
+    temperature = float(np.sum(scene.velocities**2)) / (2 * number)  # of balls of 1 kg
+    packing = min(float(scene.packing_fraction), DENSEST_FLUID)
+    density, contact = (number - 1) / scene.container.area, contact_value(packing)
+    wall = wall_rate(maxwell_mean_speed(temperature), scene.container.accessible(0))
+    pairs = ball_ball_rate(density, radius, temperature, float(contact))
+    return pairs, wall * float(compressibility(packing))
+
+
 # Cooling of inelastic balls. Balls with Maxwell's speeds lose on average (1 − e²)T in a ball-ball
 # collision and (1 − e_w²)T at the wall; at fixed energy they lose less, see `share_in_collision`.
+
+
+def elastic(
+    restitution: float, wall_restitution: float, container: Container | type[Container]
+) -> bool:
+    """Whether no collision loses energy; a periodic box has none with a wall."""
+    return restitution == 1.0 and (wall_restitution == 1.0 or not container.has_wall)
 
 
 def source_decay_constant(restitution: float, mean_free_path: float, mean_speed: float) -> float:
@@ -540,9 +562,33 @@ def critical_length(
     return 2 * math.pi * math.sqrt(2 * viscosity / cooling) if cooling else math.inf
 
 
+CRITICAL = "container over critical length; vortices, then clusters grow above 1"
+"""What a reader of L/L_c has to know."""
+
+
+def critical_ratio(scene: Scene, restitution: float) -> float | None:
+    """L/L_c: vortices and clusters grow above 1. ``None`` if nothing cools or without a
+
+    L is the container's `longest_wave`, L_c is the `critical_length`.
+    """
+    fluid = scene.number > 2 and scene.packing_fraction <= DENSEST_FLUID
+    if restitution == 1 or not fluid or not scene.equal_balls or scene.kinetic_energy == 0:
+        return None
+    size = scene.number, float(scene.radii[0]), scene.container
+    return scene.container.longest_wave / critical_length(restitution, *size)
+
+
 def haff_rate(cooling_rate: float) -> float:
     """Haff's rate (s⁻¹): α = ζ/2 with ζ at the start, because dT/dt = −ζ0 √(T/T0) T."""
     return cooling_rate / 2
+
+
+def time_without_cooling(time: float, haff_rate: float) -> float:
+    """Time (s) in which a gas that stays as hot as at the start has as many collisions: ln(1+αt)/α.
+
+    A gas with Haff's rate α slows down as 1/(1 + αt).
+    """
+    return math.log1p(haff_rate * time) / haff_rate if haff_rate else time
 
 
 def share_in_collision(components: int) -> float:
@@ -575,44 +621,6 @@ def energy_ratio_by_events(
         logarithm = logarithm + events * math.log1p(-(1 - e**2) * share)
     ratio: Real = np.exp(logarithm)
     return ratio
-
-
-class SourceFactors(NamedTuple):
-    """Factors by which the mistakes of the source report change its decay constant; 1 for none.
-
-    loss : all energy falls to e² in a collision; only the normal part of the relative motion loses
-    section : the cross-section is 2πr instead of the 4r of disks
-    density : the finite size of the balls, which makes collisions χ times as frequent, is ignored
-    wall : losses at the wall are ignored
-    speed : the mean speed over the collisions is below that at the start
-    """
-
-    loss: float
-    section: float
-    density: float
-    wall: float
-    speed: float
-
-
-def source_factors(
-    restitution: float,
-    contact_value: float,
-    ball_ball_rate: float,
-    wall_restitution: float,
-    wall_rate: float,
-    speed_ratio: float,
-) -> SourceFactors:
-    """The mistakes of equations 6 and 7 of the source report, as factors.
-
-    Their product is −2 ln(e) u √2 n 2πr over ζ of `cooling_rate`, with the mean speed u over the
-    collisions: a ball loses −ln(e²) instead of (1 − e²)(1 + 3a2/16)/2 in a collision, and has
-    ω = √2 n 4r χ⟨v⟩ of them per second at the start, ⟨v⟩ = √(πT/2m). χ is the contact value, u/⟨v⟩
-    the speed ratio; the rates are `cooling_rate`'s.
-    """
-    pairs = cooling_rate(restitution, ball_ball_rate)
-    both = cooling_rate(restitution, ball_ball_rate, wall_restitution, wall_rate)
-    loss = -2 * math.log(restitution) * ball_ball_rate / pairs
-    return SourceFactors(loss, math.pi / 2, 1 / contact_value, pairs / both, speed_ratio)
 
 
 def rotation_energy(angular_momentum: float, moment_of_inertia: float) -> float:

@@ -33,7 +33,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     # A scene and its trace
     "config": ("containers", "errors", "formatting", "limits"),
     "scene": ("containers", "errors", "limits", "neighbours"),
-    "theory": ("containers",),
+    "theory": ("containers", "scene"),
     "trace": ("scene",),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "neighbours", "scene"),

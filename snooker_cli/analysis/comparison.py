@@ -9,11 +9,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli import theory
 from snooker_cli.analysis import observables, predictions
 from snooker_cli.analysis.decay import Note, early_notes, number_complete
 from snooker_cli.analysis.predictions import EQUILIBRIUM, UNITS, SpeedLaw
 from snooker_cli.formatting import plain
-from snooker_cli.runs.plan import CRITICAL, critical_ratio
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BINS, StopReason, Trace
 
@@ -126,10 +126,10 @@ def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[Note]]:
         *(_chi_square(law, counts, relaxed) for law in laws),
         *_compared(cooling, notes),
     ]
-    if ratio := critical_ratio(scene, scene.restitution):
+    if ratio := theory.critical_ratio(scene, scene.restitution):
         none = math.nan, math.nan, math.nan, math.nan
         found.append(Comparison("L/L_c", "critical length", ratio, *none, used))
-        notes.append(Note(f"L/L_c: {CRITICAL}", "L/L_c"))
+        notes.append(Note(f"L/L_c: {theory.CRITICAL}", "L/L_c"))
     counted = [replace(one, complete=number_complete(ended), simulated=total) for one in found]
     return counted, notes
 

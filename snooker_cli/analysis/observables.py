@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import engine
+from snooker_cli import engine, theory
 from snooker_cli.engine import States, replay
 from snooker_cli.memory import MEMORY
 from snooker_cli.runs.execution import processors
@@ -316,9 +316,8 @@ def over_first(values: Array) -> Array:
 
 
 def elastic(scene: Scene) -> bool:
-    """Whether no collision loses energy; a periodic box has none with a wall."""
-    walls = not scene.container.has_wall or scene.wall_restitution == 1.0
-    return scene.restitution == 1.0 and walls
+    """Whether no collision of a scene loses energy."""
+    return theory.elastic(scene.restitution, scene.wall_restitution, scene.container)
 
 
 def standard_errors(rows: Array) -> Array:

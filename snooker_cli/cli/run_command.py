@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from snooker_cli import runs
+from snooker_cli import runs, theory
 from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Jobs, Overrides
 from snooker_cli.cli.output import first, print_result
 from snooker_cli.cli.typer_classes import flag, option
@@ -33,7 +33,7 @@ from snooker_cli.formatting import (
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors, share_of
-from snooker_cli.runs.plan import CRITICAL, checked, is_excessive, run_plan
+from snooker_cli.runs.plan import checked, is_excessive, run_plan
 from snooker_cli.runs.progress import RunProgress, execute_watched, notice, share_done
 from snooker_cli.runs.status import ended
 from snooker_cli.trace import StopReason
@@ -175,7 +175,7 @@ def _plan_lines(plan: dict[str, Any], part: str | None, verbose: bool) -> Iterat
         yield f"  engine    {one['engine']}"
         if ratios := [each for each in one["critical_ratios"] if each is not None]:
             values = " to ".join(dict.fromkeys(f"{f(ratios):.2g}" for f in (min, max)))
-            yield f"  L/L_c     {values}: {CRITICAL}"
+            yield f"  L/L_c     {values}: {theory.CRITICAL}"
         yield f"  records   {'events' if models.pop('events') else 'a summary'}"
         for heading, wanted in (("modelled", True), ("left out", False))[: 2 * verbose]:
             names = [name for name, is_so in models.items() if is_so is wanted]

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from snooker_cli import theory
 from snooker_cli.config import Point
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
@@ -144,10 +145,9 @@ def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[li
 
 
 def elastic(point: Point) -> bool:
-    """Whether no collision of a point loses energy; a periodic box has none with a wall."""
-    experiment = point.experiment
-    walls = not experiment.container.shape_class.has_wall or experiment.effective_wall_cor == 1.0
-    return experiment.cor == 1.0 and walls
+    """Whether no collision of a point loses energy."""
+    case, shape = point.experiment, point.experiment.container.shape_class
+    return theory.elastic(case.cor, case.effective_wall_cor, shape)
 
 
 def statuses(run: Run, point: Point, selection: Selection) -> list[RepeatStatus]:

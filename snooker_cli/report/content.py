@@ -1,7 +1,6 @@
 """Results -> the figures of the reproduction, and the values in its text."""
 
 import math
-import operator
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -124,6 +123,34 @@ def values(
     }
 
 
+def source_factors(
+    restitution: float,
+    contact_value: float,
+    ball_ball_rate: float,
+    wall_restitution: float,
+    wall_rate: float,
+    speed_ratio: float,
+) -> dict[str, float]:
+    """The mistakes of equations 6 and 7 of the source report in words, and their factors of k.
+
+    The product is −2 ln(e) u √2 n 2πr over ζ of `theory.cooling_rate`, with the mean speed u over
+    the collisions: a ball loses −ln(e²) instead of (1 − e²)(1 + 3a2/16)/2 in a collision, and has
+    ω = √2 n 4r χ⟨v⟩ of them per second at the start, ⟨v⟩ = √(πT/2m). χ is the contact value, u/⟨v⟩
+    the speed ratio; the rates (1/s) are those of `theory.cooling_rate`.
+    """
+    pairs = theory.cooling_rate(restitution, ball_ball_rate)
+    both = theory.cooling_rate(restitution, ball_ball_rate, wall_restitution, wall_rate)
+    loss = -2 * math.log(restitution) * ball_ball_rate / pairs
+    return {
+        "all energy falls to e² in a collision; only the normal motion loses that much": loss,
+        "the cross-section is 2πr; that of disks is 4r": math.pi / 2,
+        "balls are points between collisions; their size makes collisions more frequent": 1
+        / contact_value,
+        "the wall takes no energy": pairs / both,
+        "the speed is the mean over all collisions; that at the start is higher": speed_ratio,
+    }
+
+
 def _source_factors(audit: Audit) -> list[tuple[str, list[float]]]:
     """The mistakes of the source report's formula for k and what they do to it, by CoR.
 
@@ -139,21 +166,15 @@ def _source_factors(audit: Audit) -> list[tuple[str, list[float]]]:
     for cor in COEFFICIENTS:
         speed = audit.row(f"speed_{cor}").ours.value / theory.maxwell_mean_speed(warm)
         losses = rates.ball_ball, cor, rates.wall
-        factors.append(theory.source_factors(cor, contact, *losses, speed))
-        both = (audit.row(f"{name}_{cor}").ours.value for name in ("theory", "energy_mean"))
-        left.append(operator.truediv(*both))
-    words = {
-        "loss": "all energy falls to e² in a collision; only the normal motion loses that much",
-        "section": "the cross-section is 2πr; that of disks is 4r",
-        "density": "balls are points between collisions; their size makes collisions more frequent",
-        "wall": "the wall takes no energy",
-        "speed": "the speed is the mean over all collisions; that at the start is higher",
-    }
-    rows = [(text, [getattr(one, name) for one in factors]) for name, text in words.items()]
-    rows.append(
-        ("product: k of the formula over the loss at the start", [*map(math.prod, factors)])
-    )
-    return [*rows, ("k of the formula over the fitted k", left)]
+        factors.append(source_factors(cor, contact, *losses, speed))
+        formula, fitted = audit.row(f"theory_{cor}").ours, audit.row(f"energy_mean_{cor}").ours
+        left.append(formula.value / fitted.value)
+    products = [math.prod(by_mistake.values()) for by_mistake in factors]
+    return [
+        *((text, [by_mistake[text] for by_mistake in factors]) for text in factors[0]),
+        ("product: k of the formula over the loss at the start", products),
+        ("k of the formula over the fitted k", left),
+    ]
 
 
 def slower_pressure(audit: Audit) -> list[str]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from snooker_cli import __version__
+from snooker_cli import __version__, theory
 from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.findings import finding, overview
@@ -24,7 +24,6 @@ from snooker_cli.formatting import point_label, printable
 from snooker_cli.report.packaged import packaged
 from snooker_cli.report.pages import Pages
 from snooker_cli.runs import Run
-from snooker_cli.runs.plan import critical_ratio
 from snooker_cli.runs.progress import counting
 from snooker_cli.runs.status import ended, run_status
 from snooker_cli.scene import Scene
@@ -120,7 +119,8 @@ def trivial(
     """The figures that say little of these points, without those asked for, and the reasons."""
     lossy = [point for point in points if not elastic(point)]
     given = (p.experiment.placed or getattr(p.experiment.balls, "list", ()) for p in points)
-    ratios = [critical_ratio(each, each.restitution) for each in starts if each.restitution < 1]
+    lossy_starts = [scene for scene in starts if scene.restitution < 1]
+    ratios = [theory.critical_ratio(scene, scene.restitution) for scene in lossy_starts]
     conditions = {
         "always": True,
         "lossless": not lossy,

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from snooker_cli import store, theory
 from snooker_cli.config import BallList, Experiment, Loaded, Point
 from snooker_cli.containers import Circle, Container
@@ -30,9 +28,6 @@ BYTES_OF_SUMMARY = 30_000
 BYTES_OF_EVENT = 14.5
 EVENT_IN_MEMORY = 24
 
-CRITICAL = "container over critical length; vortices, then clusters grow above 1"
-"""What a reader of L/L_c has to know."""
-
 ESTIMATES = ("collisions", "processor_seconds", "bytes")
 MOST_COLLISIONS = 1e18  # of an estimate
 COLD = 2.0**-104  # the part of the energy that is left when speeds are those of rounding
@@ -43,8 +38,8 @@ class SceneClass:
     """Points for which the same is modelled.
 
     balls : the number of balls of each point
-    lengths : L/L_c of each point, see `critical_ratio`
-    rates : collisions of each point, see `starting_rates`
+    lengths : L/L_c of each point, see `theory.critical_ratio`
+    rates : collisions of each point, see `theory.starting_rates`
     models : what is modelled or recorded, and what is left out because the scenes do not need it
     """
 
@@ -101,11 +96,11 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
             wrong = error.key if isinstance(error, SceneError) else "container.shape"
             raise SceneError(wrong, f"{error}{where}") from None
         models["events"] = experiment.record == "events"
-        start = starting_rates(scene)
+        start = theory.starting_rates(scene)
         for point in same:
             needed = models | _loss_models(point.experiment)
             key = type(scene.container), tuple(needed.items())
-            ratio = critical_ratio(scene, point.experiment.cor)
+            ratio = theory.critical_ratio(scene, point.experiment.cor)
             found.setdefault(key, []).append((point, scene.number, ratio, start))
     classes = []
     for (shape, modelled), members in found.items():
@@ -115,32 +110,6 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     return sorted(classes, key=lambda each: each.points[0].index)
 
 
-def critical_ratio(scene: Scene, restitution: float) -> float | None:
-    """L/L_c: vortices and clusters grow above 1. ``None`` if nothing cools or without a theory.
-
-    L is the container's `longest_wave`, L_c `theory.critical_length`.
-    """
-    fluid = scene.number > 2 and scene.packing_fraction <= theory.DENSEST_FLUID
-    if restitution == 1 or not fluid or not scene.equal_balls or scene.kinetic_energy == 0:
-        return None
-    size = scene.number, float(scene.radii[0]), scene.container
-    return scene.container.longest_wave / theory.critical_length(restitution, *size)
-
-
-def starting_rates(scene: Scene) -> tuple[float, float]:
-    """Collisions of one ball with others and with the wall at the start, 1/s, by kinetic theory.
-
-    Unequal balls count with the means of their radii and squared speeds.
-    """
-    number, radius = scene.number, float(np.mean(scene.radii))
-    temperature = float(np.sum(scene.velocities**2)) / (2 * number)  # of balls of 1 kg
-    packing = min(float(scene.packing_fraction), theory.DENSEST_FLUID)
-    density, contact = (number - 1) / scene.container.area, theory.contact_value(packing)
-    wall = theory.wall_rate(theory.maxwell_mean_speed(temperature), scene.container.accessible(0))
-    pairs = theory.ball_ball_rate(density, radius, temperature, float(contact))
-    return pairs, wall * float(theory.compressibility(packing))
-
-
 def _collisions(experiment: Experiment, balls: int, rates: tuple[float, float]) -> int:
     """The most collisions of a repeat, or about how many it has in its time by Haff's law."""
     most = experiment.collisions
@@ -148,8 +117,7 @@ def _collisions(experiment: Experiment, balls: int, rates: tuple[float, float]) 
         return most or 0
     pairs, wall = rates
     zeta = theory.cooling_rate(experiment.cor, pairs, experiment.effective_wall_cor, wall)
-    alpha = theory.haff_rate(zeta)
-    time = math.log1p(alpha * experiment.time) / alpha if alpha else experiment.time
+    time = theory.time_without_cooling(experiment.time, theory.haff_rate(zeta))
     number = min(balls * (pairs / 2 + wall) * time, MOST_COLLISIONS)  # else it may be infinite
     return round(number if most is None else min(number, most))
 

@@ -8,6 +8,7 @@ from source_scene import SIMULATED, N, T, digits
 
 from snooker_cli import theory
 from snooker_cli.containers import PeriodicBox
+from snooker_cli.report.content import source_factors
 
 
 @pytest.mark.parametrize(
@@ -149,10 +150,10 @@ def test_mistakes_of_the_source_report_are_factors_of_its_decay_constant() -> No
         wall, slower = 1.653, 0.41
         path = theory.source_mean_free_path(density, radius)
         k = theory.source_decay_constant(e, path, slower * theory.maxwell_mean_speed(heat))
-        factors = theory.source_factors(e, contact, pairs, e, wall, slower)
+        factors = [*source_factors(e, contact, pairs, e, wall, slower).values()]
         expected = k / theory.cooling_rate(e, pairs, e, wall)
         assert math.prod(factors) == pytest.approx(expected, rel=1e-12)
-        assert factors.section == pytest.approx(theory.mean_free_path(density, radius) / path)
+        assert factors[1] == pytest.approx(theory.mean_free_path(density, radius) / path)
 
 
 @pytest.mark.parametrize("restitution", [0.99, 0.999, 0.9999])
