@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.animation.film import Film
-from snooker_cli.animation.frames import SPEED_COLOURS, Pace, view
+from snooker_cli.animation.film import SPEED_COLOURS, Film, Pace, view
 
 SCRIPTS = ("drawing.js", "motion.js", "arena.js", "charts.js", "player.js")
 

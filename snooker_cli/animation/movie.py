@@ -17,8 +17,7 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 from PIL import Image
 
-from snooker_cli.animation.film import Film
-from snooker_cli.animation.frames import SPEED_COLOURS, Frame, Pace, frames, view
+from snooker_cli.animation.film import SPEED_COLOURS, Film, Frame, Pace, frames, view
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
 from snooker_cli.files import atomic_write

@@ -143,8 +143,10 @@ def reproduce(
     Runs of configs/ that are missing or unfinished are simulated first, which takes minutes. The
     report consists of figures, numbers.json, report.html and report.pdf.
     """
-    from snooker_cli.report.build import build  # takes a second to load
-    from snooker_cli.report.content import RUNS
+    from snooker_cli.report.content import (
+        RUNS,
+        build,  # takes a second to load
+    )
     from snooker_cli.report.document import require_libraries
 
     require_libraries()  # before the simulations

@@ -1,4 +1,4 @@
-"""A template with values, and figures -> one HTML page and a PDF; the same bytes each time.
+"""A template with values, figures and players -> one HTML page and a PDF, always the same bytes.
 
 templates/report.md.j2 explains the marks of both templates.
 """
@@ -8,16 +8,41 @@ import json
 import re
 import tempfile
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import AbstractContextManager
+from importlib.resources import files
 from importlib.util import find_spec
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import yaml
 
-from snooker_cli.errors import UserError
+from snooker_cli.animation import embedded, film, page
+from snooker_cli.config import Point
+from snooker_cli.errors import FigureError, UserError
+from snooker_cli.figures import FigureData
+from snooker_cli.figures.drawing import save
 from snooker_cli.files import atomic_write, write_text
-from snooker_cli.formatting import counted, listed, probability, ratio, rough, short, with_error
-from snooker_cli.report.packaged import packaged
+from snooker_cli.formatting import (
+    counted,
+    listed,
+    point_label,
+    printable,
+    probability,
+    ratio,
+    rough,
+    short,
+    with_error,
+)
+from snooker_cli.runs import Run
+from snooker_cli.runs.execution import follow_parent
+
+
+def packaged(name: str) -> str:
+    """The text of a file beside this one: a template, printed values, a saved measurement."""
+    return (files("snooker_cli.report") / name).read_text(encoding="utf-8")
+
 
 EPOCH = 0  # date of the PDF, s since 1970: the same bytes each time
 NOTATION: dict[str, str] = yaml.safe_load(packaged("notation.yaml"))
@@ -171,3 +196,59 @@ def rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> s
         "row": _row,
     }
     return environment.from_string(packaged(f"templates/{name}")).render(values)
+
+
+# The folder of a report
+
+
+class Pages(AbstractContextManager["Pages"]):
+    """Collects a report's figures and players. Raises ``UserError`` without its libraries.
+
+    figures : label, caption and alt text by file
+    other : the process that draws; it ignores Ctrl-C and ends with this one
+    """
+
+    def __init__(self, out: Path) -> None:
+        require_libraries()
+        self.out, self.players = out, list[str]()
+        self.figures: dict[str, dict[str, str]] = {}
+        self.other = ProcessPoolExecutor(
+            max_workers=1,
+            mp_context=get_context("spawn"),
+            initializer=follow_parent,
+        )
+        self._drawing: list[Future[list[Path]]] = []
+
+    def __exit__(self, error: object, *_: object) -> None:
+        for process in active_children() if error else ():
+            process.kill()  # it may be at a figure that takes a minute
+        self.other.shutdown()
+
+    def add_figure(
+        self, file: str, picture: FigureData, label: str = "", known: str = ""
+    ) -> FigureData:
+        """Let a figure be drawn: by default with the next number, and all of its caption."""
+        label = label or f"Figure {len(self.figures) + 1}"
+        caption = unbroken(" ".join(picture.caption.replace(known, "").split()))
+        self.figures[file] = {"label": label, "caption": caption, "alt": picture.alt}
+        self._drawing.append(self.other.submit(save, picture, self.out / "figures" / file))
+        return picture
+
+    def add_player(self, run: Run, point: Point) -> str:
+        """Add a player of a point's first repeat; the reason if there can be none, else empty."""
+        repeat = run.present(point)[0]
+        where = f"{point_label({'cor': point.experiment.cor} | point.as_json())}, repeat {repeat}"
+        title = printable(run.experiment.title or run.name)
+        try:
+            shown = page(film(run.read(point, repeat), title, where))
+        except FigureError as error:
+            return f"repeat {repeat} {error}"
+        self.players.append(embedded(shown, f"Player, {printable(run.name)}, {where}"))
+        return ""
+
+    def write(self, template: str, values: dict[str, Any]) -> list[Path]:
+        """Write ``report.html`` and ``report.pdf`` when all figures are drawn."""
+        for each in self._drawing:
+            each.result()
+        content = document(template, values, self.figures)
+        return [write_html(content, self.players, self.out), write_pdf(content, self.out)]

@@ -21,8 +21,7 @@ from snooker_cli.figures.captions import setting
 from snooker_cli.figures.selection import elastic, spread
 from snooker_cli.files import write_text
 from snooker_cli.formatting import point_label, printable
-from snooker_cli.report.packaged import packaged
-from snooker_cli.report.pages import Pages
+from snooker_cli.report.document import Pages, packaged
 from snooker_cli.runs import Run
 from snooker_cli.runs.progress import counting
 from snooker_cli.runs.status import ended, run_status

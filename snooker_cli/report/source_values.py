@@ -13,7 +13,7 @@ import yaml
 
 from snooker_cli.analysis.observables import ROUNDING
 from snooker_cli.formatting import with_error
-from snooker_cli.report.packaged import packaged
+from snooker_cli.report.document import packaged
 
 LORD = 0.507  # 95 % half width of the mean of five normal values, over their range (Lord 1947)
 

@@ -4,25 +4,265 @@ No ball may be lost or overlap another, every number must be finite, and a run m
 reason.
 """
 
+import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Self
+from typing import NamedTuple, Self, TypeAlias
 
+import numpy as np
+
+from snooker_cli.analysis.observables import losses, total_energy
 from snooker_cli.config import EXAMPLES, load
 from snooker_cli.containers import Circle
-from snooker_cli.engine import simulate
+from snooker_cli.engine import States, replay, series, simulate
 from snooker_cli.errors import check_name
 from snooker_cli.formatting import counted
+from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.plan import checked
-from snooker_cli.trace import Trace
-from snooker_cli.validation import hard_case_checks as facts
-from snooker_cli.validation.hard_case_checks import Check, ExactStart, checks
+from snooker_cli.scene import EPSILON, Scene
+from snooker_cli.trace import Events, StopReason, Trace
+from snooker_cli.validation.exact_twin import trajectory
+from snooker_cli.validation.methods import (
+    deepest_overlap,
+    farthest_escape,
+    first_different,
+    imbalance,
+)
 from snooker_cli.validation.study import LEGENDS, PLANS, Cells, Record, Study, small, table
+
+# What must be true of a trace, and how far rounding alone can violate it.
+#
+# The bounds are for the worst case, in which all roundings have the same sign. They are linear in
+# the number of events; measured errors grow as its square root and stay far below.
+#
+# - A collision takes about ten operations, each exact to half an epsilon of a property of a body:
+#   ``OPERATIONS`` epsilon an event, of the energy at the start, the momenta and their arms. The
+#   impulse acts along the actual offset, so errors of position do not matter to these three.
+# - A contact is the root of a quadratic. It is exact to some epsilon of the distance to it and of
+#   the clock: ``PLACE`` epsilon of the largest distances, and of the distance that the fastest
+#   body covers until then. A ball that hits the wall several times in a row keeps its distance
+#   from the centre with all errors, so these add up until it meets a ball.
+# - The first collisions are those of the exact twin. A rounding changes an event by no more than
+#   ``PLACE`` epsilon of the start does, or of the contact's distance at its speed; roundings add
+#   up.
+
+OPERATIONS, PLACE = 16, 8
+
+BUDGET = 1_000_000
+"""Pairs of balls, times states, that are checked; of more states, evenly distributed ones."""
+
+FOLLOWED, TWIN_DIGITS = 100, 60  # balls times events that the exact twin follows, and its digits
+ROUNDED_STARTS = 2  # starts that are a rounding apart, to see what roundings change
+LEAST = 1e-305  # replaces a zero that an error is divided by
+
+
+class Check(NamedTuple):
+    """An error and its bound. An error that is not a number never holds."""
+
+    name: str
+    error: float
+    bound: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the error is within its bound."""
+        return self.error <= self.bound
+
+
+# Checks of any trace
+
+
+def checks(trace: Trace) -> list[Check]:
+    """The checks of any trace; the first is that all numbers are valid, or the only one.
+
+    A summary has no events, so its overlaps are those at the end.
+    """
+    broken = _broken_numbers(trace)
+    found = [Check("numbers", broken, 0.0)]
+    if broken:
+        return found
+    start, finish = trace.start, trace.finish
+    states, flights = _states(trace)
+    velocities, positions, masses = states.velocities, states.positions, start.masses
+    if start.free:
+        velocities = np.hstack([velocities, states.container_velocities[:, np.newaxis]])
+        positions = np.hstack([positions, states.container_positions[:, np.newaxis]])
+        masses = np.append(masses, start.container_mass)
+    speeds = np.hypot(*np.moveaxis(velocities, -1, 0))
+    arms = np.hypot(*np.moveaxis(positions, -1, 0))
+
+    lost = 0.0 if trace.events is None else losses(start, trace.events)
+    violations = imbalance(start, finish, lost)
+    scales = {}
+    if trace.events is not None or start.restitution == start.wall_restitution == 1.0:
+        scales["energy"] = total_energy(start)
+    if start.free or not start.container.has_wall:
+        scales["momentum"] = float(np.max(speeds @ masses))
+    if isinstance(start.container, Circle):
+        scales["angular momentum"] = float(np.max((speeds * arms) @ masses))
+    rounding = OPERATIONS * EPSILON * (trace.collisions + start.number)
+    for name, scale in scales.items():
+        found.append(Check(name, violations[name] / max(scale, LEAST), rounding))
+
+    diameter = 2 * float(np.max(start.radii)) if start.number > 1 else 0.0
+    clock = float(np.max(np.max(speeds, axis=1) * (states.time + flights)))
+    place = PLACE * EPSILON * (2 * float(np.max(arms)) + diameter + clock)
+    found.append(Check("overlap", deepest_overlap(start, states, flights), place))
+    if trace.events is not None and start.container.has_wall:
+        escape = farthest_escape(start, states)
+        found.append(Check("escape", escape, place * (1 + longest_run(trace.events))))
+    return found
+
+
+def _broken_numbers(trace: Trace) -> float:
+    """The number of values that are not finite, negative or out of order."""
+    finish = trace.finish
+    columns = [finish.positions, finish.velocities, finish.container_position]
+    columns += [finish.container_velocity, np.array([trace.stop.time])]
+    columns += [np.asarray(column) for column in vars(series(trace)).values()]
+    broken = sum(int(np.sum(~np.isfinite(column))) for column in columns)
+    if trace.events is not None:
+        events = trace.events
+        broken += int(np.sum(~(events.impulse >= 0))) + int(np.sum(~(np.diff(events.time) >= 0)))
+        broken += int(np.sum((events.i < 0) | (events.i >= trace.start.number)))
+        broken += int(np.sum(~events.at_wall & (events.j <= events.i)))
+    return float(broken + (finish.number != trace.start.number))
+
+
+def _states(trace: Trace) -> tuple[States, Floats]:
+    """States at the start, after each event or some of them, and at the end; of a summary the last.
+
+    The second array has the time of free flight after each, s.
+    """
+    finish, number, end = trace.finish, trace.start.number, trace.stop.time
+    if trace.events is None:
+        one = finish.positions, finish.velocities, finish.container_position
+        columns = (column[np.newaxis] for column in (*one, finish.container_velocity))
+        return States(np.array([end]), *columns), np.zeros(1)
+    times = np.concatenate([[0.0], trace.events.time, [end]])
+    pairs = max(1, number * (number - 1) // 2)
+    rows = max(2, min(len(times), BUDGET // pairs, BUDGET // number))
+    kept = np.linspace(0, len(times) - 1, rows).round().astype(np.int64)
+    return replay(trace, times[kept]), np.diff(times, append=end)[kept]
+
+
+def longest_run(events: Events) -> int:
+    """The largest number of wall hits in a row of one ball."""
+    runs, longest = Counter[int](), 0
+    columns = (events.i.tolist(), events.j.tolist(), events.at_wall.tolist())
+    for i, j, at_wall in zip(*columns, strict=True):
+        if at_wall:
+            runs[i] += 1
+            longest = max(longest, runs[i])
+        else:
+            runs[i] = runs[j] = 0
+    return longest
+
+
+ExactStart: TypeAlias = tuple[Events, dict[str, Floats]]
+"""The first collisions of a scene by the exact twin, and the largest changes of their times (s) and
+impulses (kg m/s) by a rounding of the start."""
+
+
+def exact_start(scene: Scene) -> ExactStart:
+    """As many collisions as are certain, up to where a rounding of the start changes who collides.
+
+    Raises ``ValueError`` for a periodic box.
+    """
+    rounding, shape = PLACE * EPSILON, scene.positions.shape
+    speeds = np.hypot(*scene.velocities.T)[:, np.newaxis]
+    collisions = FOLLOWED // scene.number
+    found = trajectory(scene, collisions, TWIN_DIGITS)
+    count, others = found.certain, []
+    for seed in range(ROUNDED_STARTS):
+        dice = np.random.default_rng(seed)
+        moved, pushed = rounding * dice.normal(size=(2, *shape))
+        other = replace(
+            scene,
+            positions=scene.positions + moved * scene.container.size[0] / 2,
+            velocities=scene.velocities + pushed * speeds,
+        )
+        others.append(trajectory(other, collisions, TWIN_DIGITS).events)
+        count = min(count, first_different(others[-1], found.events))
+    events = found.events[:count]
+    changes = {
+        name: np.max([abs(getattr(one[:count], name) - getattr(events, name)) for one in others], 0)
+        for name in ("time", "impulse")
+    }
+    return events, changes
+
+
+def follows(trace: Trace, truth: ExactStart) -> Iterator[Check]:
+    """The first collisions are those of the exact twin: who, when and how hard."""
+    events, start, (exact, changes) = trace.events, trace.start, truth
+    assert events is not None
+    count = min(len(exact), len(events))
+    due = len(exact) if trace.stop.reason is StopReason.TIME else count
+    missed = int(np.sum(exact.time[:due] < trace.stop.time)) - count
+    wrong = max(0, missed) + count - first_different(events[:count], exact[:count])
+    yield Check("wrong collisions", wrong, 0)
+    if wrong or not count:
+        return
+    exact = exact[:count]
+    masses = np.append(start.masses, start.container_mass)
+    inverse = 1 / masses[exact.i] + 1 / masses[exact.j]
+    restitution = np.where(exact.at_wall, start.wall_restitution, start.restitution)
+    with np.errstate(divide="ignore"):  # bodies that do not approach can touch at any time
+        delays = start.container.size[0] / (exact.impulse * inverse / (1 + restitution))
+    sizes = {"time": exact.time + delays, "impulse": exact.impulse}
+    for name, unit in (("time", "s"), ("impulse", "kg m/s")):
+        each = changes[name][:count] + PLACE * EPSILON * sizes[name]
+        bounds = np.arange(1, count + 1) * np.maximum.accumulate(each)
+        errors = abs(getattr(events, name)[:count] - getattr(exact, name))
+        worst = int(np.argmax(errors / np.maximum(bounds, LEAST)))
+        yield Check(f"{name}, {unit}", float(errors[worst]), float(bounds[worst]))
+
+
+# Facts about single cases
+
+
+def _collapses_below(critical: float, trace: Trace) -> Iterator[Check]:
+    """A run collapses if, and only if, its restitution is below a critical one."""
+    collapsed = trace.stop.reason is StopReason.COLLAPSE
+    wrong = collapsed != (trace.start.restitution < critical)
+    yield Check("wrong endings", float(wrong), 0)
+
+
+def galperin(trace: Trace) -> Iterator[Check]:
+    """Masses m and 100^k m collide as often as the first k + 1 digits of pi (Galperin 2003)."""
+    power = round(math.log(float(trace.start.masses[1] / trace.start.masses[0]), 100))
+    expected = int(math.pi * 10**power)
+    yield Check("collisions too many or few", abs(trace.collisions - expected), 0)
+
+
+def random_walk(trace: Trace) -> Iterator[Check]:
+    """The roundings of elastic collisions in a fixed circle have random signs.
+
+    Those of n collisions add up to the root of n times one of them, four epsilons of a ball's; six
+    standard deviations of that never happen. With equal signs a billion give 5,000 times as much.
+    """
+    start = trace.start
+    walk = 6 * math.sqrt(trace.collisions) * 4 * EPSILON
+    energy = total_energy(start)
+    drift = float(np.max(abs(series(trace).kinetic_energy - energy)))
+    yield Check("drift of energy, of a ball's", drift * start.number / energy, walk)
+
+
+FACTS: dict[str, Callable[[Trace], Iterator[Check]]] = {
+    "two_collapse": partial(_collapses_below, 3 - 2 * math.sqrt(2)),
+    "three_collapse": partial(_collapses_below, 7 - 4 * math.sqrt(3)),
+    "galperin": galperin,
+    "random_walk": random_walk,
+}
+"""What is known exactly of a run, by the names in plans.yaml."""
+
+
+# The cases, and the checks of each
 
 FOLDER = EXAMPLES / "hard"  # the configs of the cases
 
@@ -110,8 +350,8 @@ def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
     for point in points:
         experiment = point.experiment
         scene = starting_scene(experiment, 0)
-        exact = scene.container.has_wall and scene.number <= facts.FOLLOWED
-        truth = facts.exact_start(scene) if exact else None
+        exact = scene.container.has_wall and scene.number <= FOLLOWED
+        truth = exact_start(scene) if exact else None
         limit = experiment.collisions
         for engine in ("allpairs", "cells") if isinstance(scene.container, Circle) else ("cells",):
             deadline = time.monotonic() + LONGEST + (limit or 0) / SLOWEST
@@ -156,9 +396,9 @@ def judged(
     found = checks(trace)
     if found[0].holds:  # nothing is measured of broken numbers
         if truth is not None and trace.events is not None:
-            found += facts.follows(trace, truth)
+            found += follows(trace, truth)
         if case.fact is not None:
-            found += getattr(facts, case.fact)(trace)
+            found += FACTS[case.fact](trace)
     faults = [
         f"{check.name}: {check.error:.2g} is over {check.bound:.2g}"
         for check in found

@@ -21,7 +21,7 @@ from scenes import gas
 from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.analysis.observables import cumulative_pressure
 from snooker_cli.animation import Film, film, page, with_events
-from snooker_cli.animation.frames import FLASH, MOST_FLASHES, frames, view
+from snooker_cli.animation.film import FLASH, MOST_FLASHES, frames, view
 from snooker_cli.animation.movie import SPEED_COLOURS, _reading, save_movie
 from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, series, simulate

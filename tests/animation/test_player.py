@@ -16,7 +16,7 @@ from scenes import gas
 from snooker_cli import animation
 from snooker_cli.analysis import diffusion
 from snooker_cli.animation import Film, film, page
-from snooker_cli.animation.frames import FLASH, MOST_FLASHES
+from snooker_cli.animation.film import FLASH, MOST_FLASHES
 from snooker_cli.animation.movie import GREEN
 from snooker_cli.engine import replay, simulate
 from snooker_cli.trace import SLIDE

@@ -33,9 +33,9 @@ from snooker_cli.cli.config_commands import templates
 from snooker_cli.config import digest, load, parse
 from snooker_cli.engine.jit import NOTICE
 from snooker_cli.formatting import rough, short
+from snooker_cli.report.content import measurement
 from snooker_cli.report.explanations import COMBINATIONS, LIKELY, TARGETS, explain
 from snooker_cli.report.source_values import SOURCE_VALUES
-from snooker_cli.report.supplements import measurement
 from snooker_cli.runs import Run
 from snooker_cli.runs.execution import Watcher, execute
 

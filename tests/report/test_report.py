@@ -28,11 +28,9 @@ from snooker_cli.config import load
 from snooker_cli.errors import RunError
 from snooker_cli.formatting import probability, with_error
 from snooker_cli.report.audit import EXPLAINED, FOLLOWS, FORMULA, REPRODUCED, UNEXPLAINED
-from snooker_cli.report.build import build
-from snooker_cli.report.content import REPORT_FIGURES, RUNS
+from snooker_cli.report.content import REPORT_FIGURES, RUNS, build, measurement
 from snooker_cli.report.explanations import TARGETS
 from snooker_cli.report.source_values import CLAIMS, SOURCE_VALUES, TITLE
-from snooker_cli.report.supplements import measurement
 from snooker_cli.runs import open_run
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.plan import scene_classes

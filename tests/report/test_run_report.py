@@ -33,8 +33,7 @@ from snooker_cli.figures.captions import setting
 from snooker_cli.formatting import point_label
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report import run_report as module
-from snooker_cli.report.document import unbroken
-from snooker_cli.report.pages import Pages
+from snooker_cli.report.document import Pages, unbroken
 from snooker_cli.report.run_report import RELEVANCE, _config, run_report, trivial
 from snooker_cli.runs import Run, open_run
 

@@ -18,21 +18,19 @@ from snooker_cli.errors import SceneError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, StopReason, Trace
-from snooker_cli.validation import hard_case_checks
-from snooker_cli.validation.hard_case_checks import (
+from snooker_cli.validation.hard_cases import (
+    CASES,
+    FACTS,
+    FOLDER,
     FOLLOWED,
     Check,
+    HardCase,
+    HardCaseStudy,
     checks,
     exact_start,
     follows,
-    longest_run,
-)
-from snooker_cli.validation.hard_cases import (
-    CASES,
-    FOLDER,
-    HardCase,
-    HardCaseStudy,
     judged,
+    longest_run,
     verdict,
 )
 
@@ -193,7 +191,7 @@ def test_facts_can_fail(name: str) -> None:
     made = simulate(
         starting_scene(experiment, 0), collisions=experiment.collisions, time=experiment.time
     )
-    fact = getattr(hard_case_checks, case.fact)
+    fact = FACTS[case.fact]
     assert all(check.holds for check in fact(made))
     stop = replace(made.stop, reason=StopReason.COLLAPSE if "two" in name else StopReason.TIME)
     wrong = replace(made, wall_events=made.wall_events + 1, stop=stop)

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from snooker_cli import theory
 from snooker_cli.cli.app import app
-from snooker_cli.report.supplements import measurement
+from snooker_cli.report.content import measurement
 from snooker_cli.theory import DENSEST_FLUID, PUBLISHED_RATIOS
 from snooker_cli.validation import physics_study as measurements
 from snooker_cli.validation.physics_study import (
