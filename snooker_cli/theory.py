@@ -412,7 +412,7 @@ def friction(
 
     A slow ball with drift u feels the force −ζu. Its coefficient of diffusion is D = T/ζ, the first
     Sonine approximation (Chapman & Cowling 1970, for disks); for a ball like all others that is
-    √(T/πm)/(2 n d χ). Of each other ball, σ is the sum of both radii, μ the reduced mass and A the
+    √(T/πm)/(2 n d χ). For each other ball, σ is the sum of both radii, μ the reduced mass and A the
     area that its centre reaches. χ of a mixture is that of Jenkins & Mancini 1987,
     1/(1 − η) + 9/16 · (Σ πr/2V)/(1 − η)² · 4 r r'/(r + r').
 
@@ -428,8 +428,8 @@ def friction(
     reduced = masses[ball] * masses[others] / (masses[ball] + masses[others])
     sizes, which = np.unique(radii[others], return_inverse=True)
     areas = np.array([container.accessible(float(size)).area for size in sizes])[which]
-    each = 2 * distance * contact * np.sqrt(2 * math.pi * reduced * temperature) / areas
-    return float(np.sum(each))
+    terms = 2 * distance * contact * np.sqrt(2 * math.pi * reduced * temperature) / areas
+    return float(np.sum(terms))
 
 
 @dataclass(frozen=True)

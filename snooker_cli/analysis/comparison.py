@@ -72,11 +72,11 @@ def relaxing(number: int, of_a_ball: int = RELAXING) -> int:
 
 def relaxed_at(trace: Trace) -> float | None:
     """Time (s) after ``relaxing(N)`` ball-ball collisions, or half of all; ``None`` if too few."""
-    number, half, found = trace.start.number, trace.pair_events // 2, observables.series(trace)
+    number, half, columns = trace.start.number, trace.pair_events // 2, observables.series(trace)
     if half < relaxing(number, LEAST_RELAXING):
         return None
     skipped = min(half, relaxing(number))
-    time = float(found.time[np.searchsorted(found.pair_events, skipped)])
+    time = float(columns.time[np.searchsorted(columns.pair_events, skipped)])
     return time if time < trace.stop.time else None
 
 
@@ -121,17 +121,17 @@ def compare(traces: Iterable[Trace]) -> tuple[list[Comparison], list[Note]]:
         notes.append(Note(note, ", ".join((*EQUILIBRIUM, CHI_SQUARE))))
     notes += predictions.notes(scene)
     laws = predictions.speed_laws(scene) if counts.any() else []
-    found = [
+    comparisons = [
         *_compared(equilibrium, notes),
         *(_chi_square(law, counts, relaxed) for law in laws),
         *_compared(cooling, notes),
     ]
     if ratio := theory.critical_ratio(scene, scene.restitution):
         none = math.nan, math.nan, math.nan, math.nan
-        found.append(Comparison("L/L_c", "critical length", ratio, *none, used))
+        comparisons.append(Comparison("L/L_c", "critical length", ratio, *none, used))
         notes.append(Note(f"L/L_c: {theory.CRITICAL}", "L/L_c"))
-    counted = [replace(one, complete=number_complete(ended), simulated=total) for one in found]
-    return counted, notes
+    complete = number_complete(ended)
+    return [replace(row, complete=complete, simulated=total) for row in comparisons], notes
 
 
 def _compared(table: _Table, notes: list[Note]) -> Iterator[Comparison]:

@@ -66,8 +66,8 @@ def _from_start(column: Callable[[Series], Array]) -> Quantity:
     """A quantity that only collisions change, as a column of the series."""
 
     def course(trace: Trace) -> TimeCourse:
-        found = after_collisions(trace)
-        return found.time, over_first(column(found))
+        columns = after_collisions(trace)
+        return columns.time, over_first(column(columns))
 
     def at(trace: Trace, times: Array) -> Array:
         return so_far(trace, column(observables.series(trace)), times)
@@ -76,9 +76,9 @@ def _from_start(column: Callable[[Series], Array]) -> Quantity:
 
 
 def _pressure(trace: Trace) -> TimeCourse:
-    found = after_collisions(trace)
-    settled = (found.wall_events + found.pair_events >= SKIPPED_COLLISIONS)[found.time > 0]
-    time, values = observables.cumulative_pressure(trace, found)
+    columns = after_collisions(trace)
+    settled = (columns.wall_events + columns.pair_events >= SKIPPED_COLLISIONS)[columns.time > 0]
+    time, values = observables.cumulative_pressure(trace, columns)
     return time[settled], over_first(values[settled])
 
 
@@ -109,7 +109,7 @@ def _local_energies(trace: Trace, edges: Array) -> Array:
 
 QUANTITIES: dict[str, Quantity] = {
     "kinetic_energy": _from_start(observables.energy_ratio),
-    "temperature": _from_start(lambda found: found.kinetic_energy),
+    "temperature": _from_start(lambda columns: columns.kinetic_energy),
     "pressure": Quantity(_pressure, _pressure_at, is_mean=True),
     "pressure_amplitude_1": Quantity(  # as in the source report
         _pressure, starts_at_one=True, is_mean=True, laws=("exponential",)
@@ -257,9 +257,10 @@ def fit_curves(curves: Sequence[Curve], law: str) -> list[FitResult]:
     """Fit a point's curves of a quantity with a law; a mean since the start with its mean model."""
     model, first = LAWS[law], curves[0]
     if first.elastic:
-        return [FitResult(law, False, NO_LOSSES, len(one.time), math.nan) for one in curves]
+        lengths = (len(decaying.time) for decaying in curves)
+        return [FitResult(law, False, NO_LOSSES, length, math.nan) for length in lengths]
     return fit_all(
-        [(one.time, one.value, one.rounding) for one in curves],
+        [(decaying.time, decaying.value, decaying.rounding) for decaying in curves],
         (first.quantity.is_mean and model.mean_model) or law,
         amplitude=1.0 if first.held else None,
         start=0.0 if model.has_pole else None,
@@ -268,8 +269,8 @@ def fit_curves(curves: Sequence[Curve], law: str) -> list[FitResult]:
 
 def repeat_fits(trace: Trace, quantity: str) -> dict[str, FitResult]:
     """The fits of a repeat's ``curve`` by law, made once."""
-    found = curve(trace, quantity)
-    return _fitted([trace], [found], quantity, 0.0, math.inf)[0]
+    whole = curve(trace, quantity)
+    return _fitted([trace], [whole], quantity, 0.0, math.inf)[0]
 
 
 def _fitted(
@@ -287,19 +288,19 @@ def _fitted(
     return fits
 
 
-def _logarithms(trace: Trace, found: Curve) -> TimeCourse:
+def _logarithms(trace: Trace, decaying: Curve) -> TimeCourse:
     """Times and ln y between the rows of a curve; empty if it is not judged.
 
     The rows are just after collisions, where the energy is less than around them.
     """
-    if found.quantity.at is None or found.elastic or len(found.time) < 3:
+    if decaying.quantity.at is None or decaying.elastic or len(decaying.time) < 3:
         return np.empty(0), np.empty(0)
-    rows = observables.instants(found.time)
-    time = found.time[rows]
+    rows = observables.instants(decaying.time)
+    time = decaying.time[rows]
     time = np.concatenate([time[:1], (time[:-1] + time[1:]) / 2])
     with np.errstate(divide="ignore", invalid="ignore"):
-        values = np.log(found.quantity.at(trace, time))
-        values += np.log(found.value[rows[0]]) - values[0]
+        values = np.log(decaying.quantity.at(trace, time))
+        values += np.log(decaying.value[rows[0]]) - values[0]
     good = np.isfinite(values)
     return time[good], values[good]
 
@@ -338,17 +339,17 @@ def decays(
         reasons += [trace.stop.reason for trace in some]
         walls, lossless = some[0].start.container.has_wall, elastic(some[0].start)
         for name in quantities:
-            found = [curve(trace, name, since, until) for trace in some]
-            curves[name] += map(_logarithms, some, found)
-            fits[name] += _fitted(some, found, name, since, until)
+            decaying = [curve(trace, name, since, until) for trace in some]
+            curves[name] += map(_logarithms, some, decaying)
+            fits[name] += _fitted(some, decaying, name, since, until)
     judged = [row for row, reason in enumerate(reasons) if reason.complete]
     judged = judged if len(judged) > 2 else list(range(len(reasons)))
     ended, result = Counter(reasons), []
     for name, law in [(key, law) for key in quantities for law in QUANTITIES[key].laws]:
-        each = tuple(one[law] for one in fits[name])
-        chosen = [curves[name][row] for row in judged], [each[row] for row in judged]
-        held, over = QUANTITIES[name].starts_at_one and since == 0, mean_over_repeats(each)
-        result.append(Decay(name, law, held, over, ended, walls, lossless, each, chosen))
+        results = tuple(by_law[law] for by_law in fits[name])
+        chosen = [curves[name][row] for row in judged], [results[row] for row in judged]
+        held, over = QUANTITIES[name].starts_at_one and since == 0, mean_over_repeats(results)
+        result.append(Decay(name, law, held, over, ended, walls, lossless, results, chosen))
     return result
 
 
@@ -356,22 +357,23 @@ def analyse(
     traces: Iterable[Trace], since: float = 0.0, until: float = math.inf
 ) -> tuple[list[Decay], list[Note]]:
     """All decay constants of a point, and notes for a reader."""
-    found = decays(traces, since=since, until=until)
-    notes = early_notes(found[0].ended)
-    if found[0].elastic:
-        return found, [*notes, Note(NO_LOSSES)]
-    if not found[0].walls:
+    constants = decays(traces, since=since, until=until)
+    notes, total = early_notes(constants[0].ended), len(constants[0].fits)
+    if constants[0].elastic:
+        return constants, [*notes, Note(NO_LOSSES)]
+    if not constants[0].walls:
         notes.append(Note(observables.NO_WALLS, "pressure, local_pressure"))
         notes.append(Note("Haff's law is for a gas without clusters", model="haff"))
     failures: dict[tuple[str, int], list[str]] = {}
-    for each in found:
-        if each.reason is not None and each.quantity not in FURTHER:
-            failures.setdefault((each.reason, each.over_repeats.failed), []).append(each.quantity)
+    for decay in constants:
+        if decay.reason is not None and decay.quantity not in FURTHER:
+            same = failures.setdefault((decay.reason, decay.over_repeats.failed), [])
+            same.append(decay.quantity)
     for (reason, failed), quantities in failures.items():
         names = listed([name.replace("_", " ") for name in dict.fromkeys(quantities)])
-        of = "" if len(found[0].fits) == 1 else f" in {failed} of {len(found[0].fits)} repeats"
+        of = f" in {failed} of {total} repeats" if total > 1 else ""
         notes.append(Note(f"no fit of {names}{of}: {reason}", names))
-    return found, notes
+    return constants, notes
 
 
 _EARLY = {
@@ -393,8 +395,8 @@ def early_endings(
         return ""
     short, total = sum(counts.values()), sum(ended.values())
     which = "the repeat" if total == 1 else f"{short} of {total} repeats"
-    each = [words if len(counts) == 1 else f"{count} {words}" for words, count in counts.items()]
-    return f"{which} ended early, {listed(each)}"
+    endings = [words if len(counts) == 1 else f"{count} {words}" for words, count in counts.items()]
+    return f"{which} ended early, {listed(endings)}"
 
 
 def early_notes(ended: Mapping[StopReason, int]) -> list[Note]:

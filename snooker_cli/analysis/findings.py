@@ -7,7 +7,7 @@ from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import point_label, probability, ratio, short, with_error
 
 _SYMBOLS = {"Haff's α": ("α", "1/s"), "PV/NT": ("PV/NT", "")}
-"""The comparisons that a finding may have: symbol and unit. Of each point the last one counts."""
+"""The comparisons that a finding may have: symbol and unit. The last one of each point counts."""
 
 
 def finding(fits: Records, compared: Records) -> str:
@@ -18,10 +18,10 @@ def finding(fits: Records, compared: Records) -> str:
     A gas that cools has the law that its energy follows longest, and Haff's α beside theory.
     Another gas has PV/NT beside theory.
     """
-    laws, beside = [one for one in fits if _cools(one)], _compared(compared)
+    laws, beside = [row for row in fits if _cools(row)], _compared(compared)
     if not laws:
         return _beside(beside[-1]) if beside else ""
-    law = max(laws, key=lambda one: (one["holds_to"] or 0.0, one["model"] == "haff"))
+    law = max(laws, key=lambda row: (row["holds_to"] or 0.0, row["model"] == "haff"))
     if law["value"] is None:
         return "The energy has no fit"
     constant = f"{LAWS[law['model']].symbol} = {with_error(law['value'], law['error'], '1/s')}"
@@ -32,13 +32,13 @@ def finding(fits: Records, compared: Records) -> str:
 
 def overview(fits: Records, compared: Records) -> str:
     """What holds for the points of a run, in a sentence like that of ``finding``."""
-    haff = [one for one in fits if _cools(one) and one["model"] == "haff"]
-    held = [one["holds_to"] == one["judged_to"] for one in haff if one["probability"] is not None]
+    haff = [row for row in fits if _cools(row) and row["model"] == "haff"]
+    held = [row["holds_to"] == row["judged_to"] for row in haff if row["probability"] is not None]
     parts = [f"Haff's law holds to the end at {sum(held)} of {len(held)} points that cool"]
     groups: dict[str, list[float]] = {}
-    for one in _compared(compared):
-        name = f"{one['quantity']} differs from {_theory(one)} by"
-        groups.setdefault(name, []).append(100 * one["difference"] / one["predicted"])
+    for row in _compared(compared):
+        name = f"{row['quantity']} differs from {_theory(row)} by"
+        groups.setdefault(name, []).append(100 * row["difference"] / row["predicted"])
     for name, shares in groups.items():
         ends = dict.fromkeys(short(share, 2) for share in (min(shares), max(shares)))
         parts.append(f"{name} {' to '.join(ends)} %")
@@ -52,7 +52,7 @@ def _cools(fit: dict[str, Any]) -> bool:
 
 def _compared(rows: Records) -> Records:
     """The comparison of each point: Haff's α where it is, else PV/NT with the best theory."""
-    known = {point_label(one["parameters"]): one for one in rows if one["quantity"] in _SYMBOLS}
+    known = {point_label(row["parameters"]): row for row in rows if row["quantity"] in _SYMBOLS}
     return list(known.values())
 
 

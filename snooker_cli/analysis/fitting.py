@@ -23,7 +23,7 @@ NOTHING_DECAYS = "The values are equal but for rounding, so nothing decays."
 
 _MOST_STEPS = 100
 MOST_VALUES = 2**18  # of curves that are fitted together, which limits the memory
-_ROUNDING = 4 * EPSILON  # relative change of a curve that is only rounding
+_CURVE_ROUNDING = 4 * EPSILON  # relative change of a curve that is only rounding
 
 LEAST_PROBABILITY = 0.01
 """A law holds where deviations as large as those found have at least this probability."""
@@ -148,7 +148,7 @@ def fit_all(
     Raises KeyError for an unknown model.
     """
     form, free = MODELS[model], amplitude is None
-    found: list[FitResult] = []
+    results: list[FitResult] = []
     scaled: dict[int, tuple[float, float, Array, Array]] = {}  # span, scale, s, y/scale
     with np.errstate(all="ignore"):  # the check of the result finds overflow and nan
         for t, y, rounding in curves:
@@ -161,15 +161,15 @@ def fit_all(
             else:
                 problem, span = "", float(t.max()) - origin
                 scale = amplitude if amplitude is not None else float(y[np.argmax(np.abs(y))])
-                scaled[len(found)] = span, scale, (t - origin) / span, y / scale
-            found.append(FitResult(model, False, problem, t.size, origin))
+                scaled[len(results)] = span, scale, (t - origin) / span, y / scale
+            results.append(FitResult(model, False, problem, t.size, origin))
         size = max(1, MOST_VALUES // max((len(s) for *_, s, _ in scaled.values()), default=1))
         for first in range(0, len(scaled), size):
             rows = list(scaled)[first : first + size]
-            results = _search(form, [scaled[row][2:] for row in rows], free)
-            for row, result in zip(rows, results, strict=True):
-                found[row] = _outcome(found[row], *scaled[row][:2], result)
-    return found
+            searched = _search(form, [scaled[row][2:] for row in rows], free)
+            for row, result in zip(rows, searched, strict=True):
+                results[row] = _outcome(results[row], *scaled[row][:2], result)
+    return results
 
 
 def _outcome(given: FitResult, span: float, scale: float, searched: _Found) -> FitResult:
@@ -211,23 +211,23 @@ def _search(form: FitModel, curves: Sequence[tuple[Array, Array]], free: bool) -
         return np.array([_dot(rest, rest), -_dot(slope, rest) / square, square, height])
 
     p, rows = _first_guess(form, s, y, free), np.arange(len(curves))
-    found = at(p, rows)
-    move, least = found[1].copy(), _ROUNDING * np.sqrt(_dot(y, y))
+    best = at(p, rows)
+    move, least = best[1].copy(), _CURVE_ROUNDING * np.sqrt(_dot(y, y))
     settled = np.zeros(len(curves), dtype=bool)
     for _ in range(_MOST_STEPS):
         tried = at(p[rows] + move[rows], rows)
-        better = np.sqrt(tried[0]) <= np.sqrt(found[0, rows]) + least[rows]
+        better = np.sqrt(tried[0]) <= np.sqrt(best[0, rows]) + least[rows]
         kept, nearer = rows[better], tried[:, better]
-        secant = np.clip(move[kept] / (found[1, kept] - nearer[1]), 0.25, 4)
-        p[kept], found[:, kept] = p[kept] + move[kept], nearer
+        secant = np.clip(move[kept] / (best[1, kept] - nearer[1]), 0.25, 4)
+        p[kept], best[:, kept] = p[kept] + move[kept], nearer
         move[kept] = nearer[1] * np.where(np.isfinite(secant), secant, 1.0)
         move[rows[~better]] /= 4
-        step, change = np.abs(found[1, rows]), np.sqrt(found[2, rows])
-        settled[rows] = (step * change <= least[rows]) | (step <= _ROUNDING * np.abs(p[rows]))
-        rows = rows[~settled[rows] & np.isfinite(found[1, rows])]
+        step, change = np.abs(best[1, rows]), np.sqrt(best[2, rows])
+        settled[rows] = (step * change <= least[rows]) | (step <= _CURVE_ROUNDING * np.abs(p[rows]))
+        rows = rows[~settled[rows] & np.isfinite(best[1, rows])]
         if not rows.size:
             break
-    total, _, square, height = found
+    total, _, square, height = best
     rate, slope = form.rate(p), form.rate_slope(p)
     error = slope * np.sqrt(total / (sizes - 1 - free) / square)
     # Refused: a decay that is over before the second point, and a rate with a tenfold error.
@@ -236,9 +236,9 @@ def _search(form: FitModel, curves: Sequence[tuple[Array, Array]], free: bool) -
     return zip(rate, error, height, settled, strict=True)
 
 
-def _dot(one: Array, other: Array) -> Array:
+def _dot(first: Array, second: Array) -> Array:
     """The scalar product of each row."""
-    return np.asarray(np.einsum("ij,ij->i", one, other))
+    return np.asarray(np.einsum("ij,ij->i", first, second))
 
 
 def _first_guess(form: FitModel, s: Array, y: Array, free: bool) -> Array:
@@ -251,7 +251,7 @@ def _first_guess(form: FitModel, s: Array, y: Array, free: bool) -> Array:
     weight = (y > 0) * form.derivative(x, height) ** 2
     middle = level = np.zeros((len(s), 1))  # a held amplitude is 1, at x = 0
     if free:
-        middle, level = ((_dot(weight, each) / weight.sum(axis=1))[:, None] for each in (s, x))
+        middle, level = ((_dot(weight, column) / weight.sum(axis=1))[:, None] for column in (s, x))
     away = weight * (s - middle)
     slope = _dot(away, x - level) / _dot(away, s - middle)
     base = (level - slope[:, None] * middle)[:, 0]
@@ -360,8 +360,8 @@ def goodness(curves: Sequence[tuple[Array, Array]], results: Sequence[FitResult]
             holds = end
             break
     with np.errstate(all="ignore"):
-        fitted = np.log([float(fitted_curve(each, until)) for each in results])
-        gaps = np.array([np.interp(until, *each) for each in curves]) - fitted
+        fitted = np.log([float(fitted_curve(result, until)) for result in results])
+        gaps = np.array([np.interp(until, *curve) for curve in curves]) - fitted
         gaps = gaps[np.isfinite(gaps)]
         ratio = float(np.exp(gaps.mean())) if gaps.size else math.nan
     error = ratio * float(gaps.std(ddof=1)) / math.sqrt(gaps.size) if gaps.size > 1 else math.nan
@@ -384,7 +384,7 @@ def _deviation(
         return 0, math.nan, math.nan
     edges = np.quantile(inner, np.linspace(0, 1, windows + 1))
     edges[[0, -1]] = since, until
-    changes = np.diff([np.interp(edges, *each) for each in curves], axis=1)
+    changes = np.diff([np.interp(edges, *curve) for curve in curves], axis=1)
     mean, spread = changes.mean(axis=0), changes.std(axis=0, ddof=1)
     if not np.all(spread > 1e-9 * np.abs(mean)):
         return 0, math.nan, math.nan  # repeats that differ by rounding have no errors

@@ -83,7 +83,7 @@ def instants(time: Array) -> NDArray[np.intp]:
 def before_collapse(trace: Trace) -> Trace:
     """The repeat without the collisions of a collapse, which are all at one instant.
 
-    Of a summary, the rows of its grid before that instant.
+    A summary keeps the rows of its grid before that instant.
     """
     if trace.stop.reason is not StopReason.COLLAPSE:
         return trace
@@ -108,28 +108,28 @@ def after_collisions(trace: Trace) -> Series:
     """The series at the start and after each collision: a row per instant, ``MOST_POINTS`` at most.
 
     A summary is interpolated: number j of the m collisions between two rows of its grid is at the
-    mean place of the j-th of m random ones, j/(m + 1) of the way, in a gas that cools by Haff's
+    mean position of the j-th of m random ones, j/(m + 1) of the way, in a gas that cools by Haff's
     law. The collisions between the last two rows of a repeat that ended early, in ever faster
     bounces, are one instant, at its end.
     """
-    found = series(trace)
-    if len(found.time) < 2:
-        return found
+    columns = series(trace)
+    if len(columns.time) < 2:
+        return columns
     if trace.summary is None:
-        rows = 1 + instants(found.time[1:])
+        rows = 1 + instants(columns.time[1:])
         rows = np.append(0, rows[_evenly(len(rows), MOST_POINTS)])
-        return Series(*(getattr(found, name)[rows] for name in SERIES_UNITS))
-    events = found.wall_events + found.pair_events
+        return Series(*(getattr(columns, name)[rows] for name in SERIES_UNITS))
+    events = columns.wall_events + columns.pair_events
     known = int(events[-1] if trace.stop.reason.complete else events[-2])
     number = 1.0 + _evenly(known, MOST_POINTS)
     before = np.searchsorted(events, number) - 1
     order, between = number - events[before], events[before + 1] - events[before]
-    speed = np.sqrt(np.where(found.kinetic_energy > 0, found.kinetic_energy, 1.0))
+    speed = np.sqrt(np.where(columns.kinetic_energy > 0, columns.kinetic_energy, 1.0))
     slowing = np.log(speed[before + 1] / speed[before])
     rest = slice(len(events) - (known < events[-1]), None)
 
     def read(name: str) -> Array:
-        column, powers = getattr(found, name), _POWERS.get(name, 0) * slowing
+        column, powers = getattr(columns, name), _POWERS.get(name, 0) * slowing
         part = order / (between + (name == "time"))
         # The sum of q^(px) over x from 0 to a part, over that to 1; q is how speeds change.
         falling = np.where(powers == 0, 1.0, powers)
@@ -277,16 +277,16 @@ def mean_speed(trace: Trace) -> float:
 
     nan without collisions, and for a repeat that `complete_repeats` leaves out.
     """
-    found = after_collisions(trace)
-    known = len(found.time) > 1 and trace.stop.reason.complete
-    return float(found.mean_speed[1:].mean()) if known else math.nan
+    columns = after_collisions(trace)
+    known = len(columns.time) > 1 and trace.stop.reason.complete
+    return float(columns.mean_speed[1:].mean()) if known else math.nan
 
 
 def mean_free_path(trace: Trace, since: float = 0.0) -> float:
     """Mean path of a ball between collisions with other balls, from a time (s) to the end, m."""
-    found, length = series(trace), trace.stop.time - since
-    pairs = 2 * np.float64(gained(trace, found.pair_events, since)) / trace.start.number
-    return float(time_mean(trace, found.mean_speed, since) * length / pairs)
+    columns, length = series(trace), trace.stop.time - since
+    pairs = 2 * np.float64(gained(trace, columns.pair_events, since)) / trace.start.number
+    return float(time_mean(trace, columns.mean_speed, since) * length / pairs)
 
 
 def drift_energy(scene: Scene) -> float:
@@ -304,9 +304,9 @@ def meeting_temperature(kinetic_energy: Real, scene: Scene) -> Real:
     return (kinetic_energy - drift_energy(scene)) / (scene.number - 1)
 
 
-def energy_ratio(found: Series) -> Array:
+def energy_ratio(columns: Series) -> Array:
     """Kinetic energy of balls and container over that at the start; 0 if all is at rest."""
-    return over_first(found.kinetic_energy + found.container_energy)
+    return over_first(columns.kinetic_energy + columns.container_energy)
 
 
 def over_first(values: Array) -> Array:
@@ -348,28 +348,28 @@ def settled_top(time: NDArray[np.float64], values: NDArray[np.float64]) -> float
     return float(np.max(values[time >= time[0] + 0.1 * (time[-1] - time[0])]))
 
 
-def cumulative_pressure(trace: Trace, found: Series) -> tuple[Array, Array]:
+def cumulative_pressure(trace: Trace, columns: Series) -> tuple[Array, Array]:
     """Times after zero and the mean pressure since the start, s and Pa m, at rows of a series.
 
     With walls ΣJ/(L t): the impulses on the wall over its full length and the time. Without walls
     (E + ΣJd/(2t))/A, with the mean kinetic energy E and the impulses J and contact distances d of
     collisions between balls.
     """
-    scene, later = trace.start, found.time > 0
-    time = found.time[later]
+    scene, later = trace.start, columns.time > 0
+    time = columns.time[later]
     if scene.container.has_wall:
-        return time, found.wall_impulse[later] / (scene.container.wall_length * time)
+        return time, columns.wall_impulse[later] / (scene.container.wall_length * time)
     moving = integrals(trace, series(trace).kinetic_energy, time)
-    return time, (moving + found.pair_virial[later] / 2) / (scene.container.area * time)
+    return time, (moving + columns.pair_virial[later] / 2) / (scene.container.area * time)
 
 
 def pressures(trace: Trace, edges: Array) -> Array:
     """Mean pressures, Pa m, as in ``cumulative_pressure``, between edges (*n* + 1,), s; (*n*,)."""
-    found, scene, widths = series(trace), trace.start, np.diff(edges)
+    columns, scene, widths = series(trace), trace.start, np.diff(edges)
     if scene.container.has_wall:
-        return gains(trace, found.wall_impulse, edges) / (scene.container.wall_length * widths)
-    moving = time_means(trace, found.kinetic_energy, edges)
-    return (moving + gains(trace, found.pair_virial, edges) / (2 * widths)) / scene.container.area
+        return gains(trace, columns.wall_impulse, edges) / (scene.container.wall_length * widths)
+    moving = time_means(trace, columns.kinetic_energy, edges)
+    return (moving + gains(trace, columns.pair_virial, edges) / (2 * widths)) / scene.container.area
 
 
 def mean_pressure(trace: Trace, since: float = 0.0) -> float:

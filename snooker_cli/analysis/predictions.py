@@ -56,8 +56,8 @@ def scene_rates(scene: Scene, temperature: float) -> theory.CollisionRates | Non
     if scene_state(scene, temperature) is None:
         return None
     radius, mass = float(scene.radii[0]), float(scene.masses[0])
-    place = scene.container, mass, scene.container_mass
-    return theory.collision_rates(scene.number, temperature, radius, *place)
+    walls = scene.container, mass, scene.container_mass
+    return theory.collision_rates(scene.number, temperature, radius, *walls)
 
 
 def haff_rate(scene: Scene) -> float | None:
@@ -144,10 +144,10 @@ def pressures(trace: Trace, since: float) -> Iterator[Row]:
     pressure = observables.mean_pressure(trace, since)
     warm = np.float64(observables.mean_temperature(trace, since))
     ideal = theory.ideal_gas_pressure(scene.number, 1.0, scene.container.area)
-    found, virial = pressure / (ideal * warm), observables.virial_ratio(trace, since)
+    measured, virial = pressure / (ideal * warm), observables.virial_ratio(trace, since)
     yield "pressure", "ideal gas law", pressure, ideal * warm
     yield "temperature", "ideal gas law, PV/N", warm, pressure / ideal
-    yield "PV/NT", "ideal gas law", found, 1.0
+    yield "PV/NT", "ideal gas law", measured, 1.0
     if not scene.equal_balls:
         return
     state, packing = scene_state(scene, 1.0), scene.packing_fraction
@@ -159,7 +159,7 @@ def pressures(trace: Trace, since: float) -> Iterator[Row]:
         yield "pressure", model, pressure, ratio * ideal * warm
     for model, ratio in ratios.items():
         if model.startswith("hard disks"):
-            yield "PV/NT", model, found, ratio
+            yield "PV/NT", model, measured, ratio
     if state is not None and walls:
         yield "PV/NT by the virial", "hard disks, Padé", virial, theory.compressibility(packing)
         yield "PV/NT by the virial", _here(scene.container), virial, state.virial_ratio
@@ -177,36 +177,36 @@ def _compressibilities(scene: Scene, state: theory.FluidState | None) -> dict[st
     """PV/NT of equal balls by model, with T the temperature at which balls meet."""
     number, radius, container = scene.number, float(scene.radii[0]), scene.container
     ideal = theory.ideal_gas_pressure(number, 1.0, container.area)
-    found = {}
+    ratios = {}
     if container.has_wall:
         accessible = theory.accessible_wall_pressure(number, 1.0, radius, container)
-        found["accessible area"] = accessible / ideal
+        ratios["accessible area"] = accessible / ideal
     if state is not None:
         excluded = theory.van_der_waals_pressure(number, 1.0, container.area, radius)
-        found["van der Waals"] = excluded / ideal
-        found["hard disks, Padé"] = theory.compressibility(scene.packing_fraction)
+        ratios["van der Waals"] = excluded / ideal
+        ratios["hard disks, Padé"] = theory.compressibility(scene.packing_fraction)
         if elastic(scene) or container.has_wall:
-            found[_here(container)] = state.pressure / ideal
+            ratios[_here(container)] = state.pressure / ideal
         else:
             # The impulses of a Maxwellian gas are (1 + e)/2 of the elastic ones.
             weaker = (1 + scene.restitution) / 2 * (state.pressure / ideal - 1)
-            found["hard disks, impulses (1 + e)/2"] = 1 + weaker
-    return found
+            ratios["hard disks, impulses (1 + e)/2"] = 1 + weaker
+    return ratios
 
 
 def rates(trace: Trace, since: float) -> Iterator[Row]:
     """Collision rates and the mean free path of equal balls, from a time (s) on."""
-    scene, found = trace.start, observables.series(trace)
+    scene, columns = trace.start, observables.series(trace)
     if not scene.equal_balls:
         return
     enskog, number, container = scene_rates(scene, 1.0), scene.number, scene.container
     radius, mass = float(scene.radii[0]), float(scene.masses[0])
     free = number if container.has_wall else number - 1
     span = np.float64(number * (trace.stop.time - since))
-    root = time_mean(trace, np.sqrt(found.kinetic_energy / number), since)
+    root = time_mean(trace, np.sqrt(columns.kinetic_energy / number), since)
     speed = theory.fixed_energy_mean_speed(free, 1.0, mass) * root
     if container.has_wall:
-        wall = observables.gained(trace, found.wall_events, since) / span
+        wall = observables.gained(trace, columns.wall_events, since) / span
         relative = speed * theory.wall_speed_ratio(mass, scene.container_mass)
         ideal = theory.wall_rate(relative, container.accessible(radius))
         yield "wall rate of a ball", "ideal gas", wall, ideal
@@ -215,9 +215,9 @@ def rates(trace: Trace, since: float) -> Iterator[Row]:
     state = scene_state(scene, 1.0)
     if enskog is None or state is None:
         return
-    met = np.maximum(observables.meeting_temperature(found.kinetic_energy, scene), 0.0)
+    met = np.maximum(observables.meeting_temperature(columns.kinetic_energy, scene), 0.0)
     root = time_mean(trace, np.sqrt(met), since)
-    pairs = 2 * observables.gained(trace, found.pair_events, since) / span
+    pairs = 2 * observables.gained(trace, columns.pair_events, since) / span
     density = number / container.area
     dilute = theory.ball_ball_rate(density, radius, 1.0, mass=mass)
     here = theory.ball_ball_rate_from_virial(state.virial_ratio, 1.0, radius, free, mass) * root
@@ -283,17 +283,17 @@ def speed_laws(scene: Scene) -> list[SpeedLaw]:
 
 def speeds(trace: Trace, since: float) -> Iterator[Row]:
     """The mean speed of balls of one mass, and the kurtosis of speeds, from a time (s) on."""
-    scene, found = trace.start, observables.series(trace)
+    scene, columns = trace.start, observables.series(trace)
     laws, free = speed_laws(scene), independent_velocities(scene)
     if laws and np.ptp(scene.masses) == 0:
         mass = float(scene.masses[0])
-        speed = time_mean(trace, found.mean_speed, since)
-        root = time_mean(trace, np.sqrt(found.kinetic_energy / scene.number), since)
+        speed = time_mean(trace, columns.mean_speed, since)
+        root = time_mean(trace, np.sqrt(columns.kinetic_energy / scene.number), since)
         yield "mean speed", "Maxwell-Boltzmann", speed, theory.maxwell_mean_speed(1.0, mass) * root
         if free is not None:
             fixed = theory.fixed_energy_mean_speed(free, 1.0, mass)
             yield "mean speed", "fixed energy", speed, fixed * root
-    kurtosis = time_mean(trace, found.energy_moment, since)
+    kurtosis = time_mean(trace, columns.energy_moment, since)
     for law in laws:
         yield "kurtosis of speeds", law.model, kurtosis, law.kurtosis
 

@@ -100,20 +100,20 @@ def bond_order(positions: Array, velocities: Array, scene: Scene) -> NDArray[np.
     scene without a triangle.
     """
     number, period = scene.number, scene.container.period
-    found = np.full(number, complex(math.nan, math.nan))
+    orders = np.full(number, complex(math.nan, math.nan))
     try:
         triangles = Delaunay(positions) if period is None else _triangles(positions, scene)
     except (QhullError, ValueError):
-        return found
+        return orders
     places = triangles.points
     first, others = triangles.vertex_neighbor_vertices
     counts, bonds = np.diff(first[: number + 1]), others[: first[number]]
     x, y = (places[bonds] - np.repeat(places[:number], counts, axis=0)).T
     if np.all(counts > 0):
-        found = np.add.reduceat(np.exp(6j * np.arctan2(y, x)), first[:number]) / counts
+        orders = np.add.reduceat(np.exp(6j * np.arctan2(y, x)), first[:number]) / counts
     if period is None:
-        found[np.unique(triangles.convex_hull)] = complex(math.nan, math.nan)
-    return found
+        orders[np.unique(triangles.convex_hull)] = complex(math.nan, math.nan)
+    return orders
 
 
 def _triangles(positions: Array, scene: Scene) -> Delaunay:
@@ -169,8 +169,8 @@ def a2(positions: Array, velocities: Array, scene: Scene) -> Array:
     """
     squares = [np.sum(velocities[balls] ** 2, axis=1) for balls in species(scene)]
     with np.errstate(invalid="ignore"):
-        found = [np.mean(one**2) / (2 * np.mean(one) ** 2) - 1 for one in squares]
-    return np.where([len(one) > 1 for one in squares], found, math.nan)
+        coefficients = [np.mean(square**2) / (2 * np.mean(square) ** 2) - 1 for square in squares]
+    return np.where([len(square) > 1 for square in squares], coefficients, math.nan)
 
 
 def local_energy(positions: Array, velocities: Array, scene: Scene) -> float:
@@ -190,7 +190,8 @@ def local_energy(positions: Array, velocities: Array, scene: Scene) -> float:
     cell = row * columns + column
     masses = np.bincount(cell, scene.masses)
     occupied = masses > 0
-    flow = sum(np.bincount(cell, scene.masses * each)[occupied] ** 2 for each in velocities.T)
+    momenta = (scene.masses * component for component in velocities.T)
+    flow = sum(np.bincount(cell, momentum)[occupied] ** 2 for momentum in momenta)
     heat = np.sum(scene.masses * np.sum(velocities**2, axis=1)) - np.sum(flow / masses[occupied])
     free = scene.number - np.count_nonzero(occupied)
     return float(heat / 2 / free) if free else math.nan

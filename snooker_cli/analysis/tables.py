@@ -25,17 +25,17 @@ PAIRED = (
 """What a reader of the errors of comparisons has to know."""
 
 
-def usual(found: Records) -> Records:
+def usual(rows: Records) -> Records:
     """Rows or notes that are printed without ``--all``."""
-    known = [one for one in found if not one["model"].startswith("source report")]
-    return [one for one in known if one["quantity"] not in FURTHER or "amplitude" not in one]
+    known = [row for row in rows if not row["model"].startswith("source report")]
+    return [row for row in known if row["quantity"] not in FURTHER or "amplitude" not in row]
 
 
-def named(found: Records, field: str, parts: Sequence[str]) -> Records:
+def named(rows: Records, field: str, parts: Sequence[str]) -> Records:
     """Rows or notes with one of these parts in a name of files or tables, or without a name."""
-    names = [one[field] and f"{one[field]} {shown_name(one[field])}".lower() for one in found]
-    both = zip(found, names, strict=True)
-    return [one for one, name in both if not name or any(part.lower() in name for part in parts)]
+    names = [row[field] and f"{row[field]} {shown_name(row[field])}".lower() for row in rows]
+    both = zip(rows, names, strict=True)
+    return [row for row, name in both if not name or any(part.lower() in name for part in parts)]
 
 
 def shown_name(name: str) -> str:
@@ -46,58 +46,58 @@ def shown_name(name: str) -> str:
 
 def table_lines(rows: Records, every: bool, brief: bool = False) -> list[str]:
     """What holds for each point, and unless `brief` is wanted its table; `every` adds errors."""
-    rows = [one for one in rows if not one.get("elastic")]
+    rows = [row for row in rows if not row.get("elastic")]
     columns, cells, is_fit = COMPARE_COLUMNS, compare_cells, bool(rows) and "amplitude" in rows[0]
     if is_fit:
         columns, cells = FIT_COLUMNS + MORE_FIT_COLUMNS * every, fit_cells
-    head, *lines = text_table(columns.split(" | "), [cells(one, every) for one in rows])
-    holds, found = list[str](), list[str]()
-    for title, group in groupby(zip(rows, lines, strict=True), lambda each: point_heading(each[0])):
+    head, *lines = text_table(columns.split(" | "), [cells(row, every) for row in rows])
+    holds, tables = list[str](), list[str]()
+    for title, group in groupby(zip(rows, lines, strict=True), lambda pair: point_heading(pair[0])):
         same, table = map(list, zip(*group, strict=True))
-        found += [title, head, *table]
+        tables += [title, head, *table]
         if sentence := finding(same * is_fit, same * (not is_fit)):
             holds.append(f"{point_label(same[0]['parameters'])}: {sentence}")
-    return holds if brief else [*holds, *[""] * bool(holds), *found]
+    return holds if brief else [*holds, *[""] * bool(holds), *tables]
 
 
-def point_heading(one: dict[str, Any]) -> str:
+def point_heading(row: dict[str, Any]) -> str:
     """A row's point, and how many of its repeats are complete."""
-    total = one["simulated"] if "simulated" in one else one["repeats"] + one["failed"]
-    return f"{point_label(one['parameters'])}: {one['complete']} of {total} complete"
+    total = row["simulated"] if "simulated" in row else row["repeats"] + row["failed"]
+    return f"{point_label(row['parameters'])}: {row['complete']} of {total} complete"
 
 
-def fit_cells(one: dict[str, Any], every: bool = False) -> list[str]:
+def fit_cells(row: dict[str, Any], every: bool = False) -> list[str]:
     """A row of ``fits`` under ``FIT_COLUMNS``; `every` adds ``MORE_FIT_COLUMNS``."""
     cells = [
-        shown_name(one["quantity"]),
-        one["model"],
-        "1" if one["amplitude"] == "fixed at 1" else "free",
-        with_error(one["value"], one["error"]),
-        probability(one["probability"]),
-        range_held(one),
-        ratio(one["end_over_fit"]),
+        shown_name(row["quantity"]),
+        row["model"],
+        "1" if row["amplitude"] == "fixed at 1" else "free",
+        with_error(row["value"], row["error"]),
+        probability(row["probability"]),
+        range_held(row),
+        ratio(row["end_over_fit"]),
     ]
-    more = short(one["max_min_half_range"], 2), short(one["bootstrap_error"], 2)
+    more = short(row["max_min_half_range"], 2), short(row["bootstrap_error"], 2)
     return [*cells, *(more if every else ())]
 
 
-def compare_cells(one: dict[str, Any], every: bool = False) -> list[str]:
+def compare_cells(row: dict[str, Any], every: bool = False) -> list[str]:
     """A row of ``comparisons`` under ``COMPARE_COLUMNS``; `every` has whole names and an error.
 
     Two repeats have an error with one degree of freedom, which says little about a difference.
     """
-    in_errors, difference = one["difference_in_errors"], one["difference"]
-    error = None if in_errors is None else one["difference_error"]
+    in_errors, difference = row["difference_in_errors"], row["difference"]
+    error = None if in_errors is None else row["difference_error"]
     plus = "" if difference is None or difference < 0 else "+"
-    known = in_errors is not None and (one["samples"] or one["repeats"] > 2)
-    quantity, model = one["quantity"], one["model"]
+    known = in_errors is not None and (row["samples"] or row["repeats"] > 2)
+    quantity, model = row["quantity"], row["model"]
     if not every:
         quantity, model = shown_name(quantity), shown_name(model)
     return [
-        quantity + ("" if one["unit"] == "1" else f", {one['unit']}"),
+        quantity + ("" if row["unit"] == "1" else f", {row['unit']}"),
         model,
-        with_error(one["measured"], one["error"]) if every else short(one["measured"], 4),
-        short(one["predicted"], 4),
+        with_error(row["measured"], row["error"]) if every else short(row["measured"], 4),
+        short(row["predicted"], 4),
         f"{plus}{with_error(difference, error)}",
         f"{in_errors:+.1f}".replace("-", "−") if known else "–",
     ]
@@ -109,9 +109,9 @@ def note_lines(notes: Records, points: int) -> Iterator[str]:
     Notes of more than ``MOST_POINTS`` points that differ in numbers alone are one line.
     """
     alike: dict[str, dict[str, list[str]]] = {}
-    for one in notes:
-        same = alike.setdefault(re.sub(r"\d+", "", one["note"]), {})
-        same.setdefault(one["note"], []).append(point_label(one["parameters"]))
+    for row in notes:
+        same = alike.setdefault(re.sub(r"\d+", "", row["note"]), {})
+        same.setdefault(row["note"], []).append(point_label(row["parameters"]))
     for same in alike.values():
         number = len({label for labels in same.values() for label in labels})
         merged = number > MOST_POINTS and (len(same) > 1 or number < points)

@@ -103,7 +103,7 @@ def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
         law = np.exp(-lags / theory.relaxation_time)
         build.lines.append(Line(lags, law, None, index, "dashed"))
         integrals = np.trapezoid(rows, lags, axis=1) / 2
-        # Of the same samples, so that the curve begins at 1, whatever ⟨v²⟩ theory expects.
+        # ⟨v²⟩ is that of the same samples, so that the curve begins at 1.
         _add(build, point, index, lags, rows / rows[:, 0].mean(), integrals)
         build.records[-1]["mean_square_speed"] = float(rows[:, 0].mean())
     build.lines += [Reference("y", 0.0), legend_line("exp(−t/τ) with Enskog's τ", "dashed")]
@@ -112,10 +112,10 @@ def velocity_autocorrelation(build: FigureBuilder) -> FigureData:
 
 def _theory(build: FigureBuilder, point: Point) -> diffusion.Diffusion:
     """What theory expects of the ball. Raises ``FigureError`` for a ball that meets no other."""
-    found = diffusion.expected(build.start(point), BALL)
-    if not (0 < found.relaxation_time < math.inf and found.mean_square_speed > 0):
+    expected = diffusion.expected(build.start(point), BALL)
+    if not (0 < expected.relaxation_time < math.inf and expected.mean_square_speed > 0):
         raise FigureError("nothing moves, or one ball is alone, so it does not diffuse")
-    return found
+    return expected
 
 
 def _repeats(build: FigureBuilder, point: Point, lags: Array) -> Array:
@@ -123,10 +123,10 @@ def _repeats(build: FigureBuilder, point: Point, lags: Array) -> Array:
     states = diffusion.MOST_ORIGINS * len(lags)
     build.limit(point, MOST_READ // (states * (build.start(point).number + OF_A_STATE)))
     try:
-        found = [diffusion.correlations(trace, BALL, lags) for trace in build.traces(point)]
+        rows = [diffusion.correlations(trace, BALL, lags) for trace in build.traces(point)]
     except ValueError as error:
         raise FigureError(str(error)) from None
-    return np.array(found).transpose(1, 0, 2)
+    return np.array(rows).transpose(1, 0, 2)
 
 
 def _add(
@@ -134,7 +134,7 @@ def _add(
 ) -> None:
     """Add the means of a point, and what its repeats (*repeats*,) have as D, m²/s."""
     build.add_points(index, point, lags, rows)
-    found, theory = mean_and_error(constants), _theory(build, point)
-    numbers: dict[str, Any] = {f"theory_{key}": each for key, each in theory._asdict().items()}
-    text = f"D = {with_error(*found, 'm²/s')}, by Enskog {short(theory.coefficient)} m²/s"
-    build.record(point, text, **numbers, diffusion_coefficient=found)
+    constant, theory = mean_and_error(constants), _theory(build, point)
+    numbers: dict[str, Any] = {f"theory_{key}": value for key, value in theory._asdict().items()}
+    text = f"D = {with_error(*constant, 'm²/s')}, by Enskog {short(theory.coefficient)} m²/s"
+    build.record(point, text, **numbers, diffusion_coefficient=constant)

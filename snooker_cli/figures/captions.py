@@ -62,7 +62,7 @@ class FigureBuilder:
     results : a phrase of the caption for each series
     means : whether lines are means over the repeats and bands their standard errors
     thin : whether theory is left out for a mean free path that exceeds the container
-    total : number of points of which those in ``groups`` were chosen
+    total : number of points before those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
     """
 
@@ -101,9 +101,9 @@ class FigureBuilder:
     def too_thin(self, scene: Scene) -> bool:
         """Whether a ball flies farther than the container's size from ball to ball."""
         density, radius = scene.number / scene.container.area, float(np.mean(scene.radii))
-        found = theory.mean_free_path(density, radius) > max(scene.container.size)
-        self.thin |= found
-        return found
+        thin = theory.mean_free_path(density, radius) > max(scene.container.size)
+        self.thin |= thin
+        return thin
 
     def start(self, point: Point) -> Scene:
         """The start of a point's first repeat. Raises ``StoreError``."""
@@ -219,15 +219,15 @@ class FigureBuilder:
         if owners == set(range(len(series))):
             others = {"shades": ranks(series)} | others
         if len(owners) == 1:  # entries of the legend alone have the colour of the only series
-            for place, layer in enumerate(layers):
+            for number, layer in enumerate(layers):
                 if np.size(getattr(layer, "x", 0)) == 0:
-                    layers[place] = replace(layer, series=min(owners))
-        errors = [each.y_error for each in layers if isinstance(each, Points)]
+                    layers[number] = replace(layer, series=min(owners))
+        errors = [layer.y_error for layer in layers if isinstance(layer, Points)]
         sentences = [
             self.shows,
             caption,
             "Theory fails where the mean free path exceeds the container." if self.thin else "",
-            BARS if any(each is not None and np.isfinite(each).any() for each in errors) else "",
+            BARS if any(error is not None and np.isfinite(error).any() for error in errors) else "",
             f"Lines: {shown}; bands: {spread}." if unnamed else "",
             setting(self.run, self.points, self.selection),
             self._choice(),
@@ -251,7 +251,7 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
     ended = [status for point in points for status in statuses(run, point, selection)]
     for status in ended:
         status.accept()
-    early = early_endings(Counter(each.header.stop.reason for each in ended if each.header))
+    early = early_endings(Counter(status.header.stop.reason for status in ended if status.header))
     number = run.experiment.repeats
     single = number == 1 or selection.repeat is not None
     repeats = f"{number} repeats" if number > 1 else "one repeat"
@@ -275,7 +275,7 @@ def _constants(points: Sequence[Point]) -> Iterator[str]:
     """What all points have in common, as ``r = 1 m``."""
     experiment = points[0].experiment
     if isinstance(experiment.balls, tuple):
-        number = len(experiment.placed) + sum(each.count for each in experiment.species)
+        number = len(experiment.placed) + sum(species.count for species in experiment.species)
         yield f"N = {number} of several species"
     elif balls := getattr(experiment.balls, "list", None):
         yield f"N = {len(balls)}"

@@ -44,7 +44,7 @@ RATE = "s⁻¹"
 WINDOWS = 14  # windows of time for the local decay rate
 
 LEAST_COLLISIONS = 10
-"""Of all repeats, in a window: from n collisions a rate is known to about 1/√n of it."""
+"""The least collisions of all repeats in a window: n collisions give a rate to about 1/√n of it."""
 
 COUNTS = 14  # steps of the collision count at which the energy is averaged over the repeats
 FLOOR_MATTERS = 0.1  # the floor is drawn where it is at least this share of the energy that is left
@@ -142,8 +142,8 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     wall = points[0].experiment.wall_cor
     for point in points:
         traces = list(build.traces(point))
-        found = decays(traces, ("kinetic_energy",))
-        means = {LAWS[each.law].key: each.over_repeats for each in found}
+        fitted = decays(traces, ("kinetic_energy",))
+        means = {LAWS[decay.law].key: decay.over_repeats for decay in fitted}
         constants = {key: (mean.value, mean.error) for key, mean in means.items()}
         if source:
             reported = np.array([reported_constant(trace) for trace in traces])
@@ -151,11 +151,12 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
         build.record(
             point,
             **constants,
-            repeats=found[-1].over_repeats.repeats,
-            ended_early=found[-1].short,
+            repeats=fitted[-1].over_repeats.repeats,
+            ended_early=fitted[-1].short,
         )
     cors = np.array([point.experiment.cor for point in points])
-    column = {name: np.array([each[name] for each in build.records]) for name in build.records[0]}
+    records = build.records
+    column = {name: np.array([record[name] for record in records]) for name in records[0]}
     caption, (k_series, alpha_series) = "", _SERIES.values()
     if source:
         name = "k by the source report"
@@ -189,7 +190,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
         title = f"{title}: {described(points[0], 'wall_cor')}"
     return build.figure(
         caption,
-        numbers={"ended_early": sum(each["ended_early"] for each in build.records)},
+        numbers={"ended_early": sum(record["ended_early"] for record in build.records)},
         title=title,
     )
 
@@ -204,7 +205,8 @@ def haff_time(build: FigureBuilder) -> FigureData:
         scene = traces[0].start
         require_motion(scene)
         edges, rates, errors, left = _local_rates(traces)
-        rate = {each.law: each.over_repeats.value for each in decays(traces, ("kinetic_energy",))}
+        fitted = decays(traces, ("kinetic_energy",))
+        rate = {decay.law: decay.over_repeats.value for decay in fitted}
         k, alpha = rate["exponential"], rate["haff"]
         if not (math.isfinite(k) and math.isfinite(alpha)):
             raise FigureError("a point's repeats are too short to be fitted; run longer")
@@ -265,9 +267,9 @@ def _local_rates(traces: Sequence[Trace]) -> tuple[Array, Array, Array, float]:
     edges = np.linspace(0.0, end, WINDOWS + 1)
     table, collisions = [], np.zeros(WINDOWS)
     for trace in traces:
-        found = series(trace)
-        table.append(so_far(trace, energy_ratio(found), edges))
-        counted = so_far(trace, found.wall_events + found.pair_events, edges)
+        columns = series(trace)
+        table.append(so_far(trace, energy_ratio(columns), edges))
+        counted = so_far(trace, columns.wall_events + columns.pair_events, edges)
         collisions += np.diff(np.minimum(counted, before_collapse(trace).collisions))
     energies = np.array(table)
     if np.any(energies <= 0):
@@ -326,7 +328,8 @@ def event_decay(build: FigureBuilder) -> FigureData:
         build.lines.append(legend_line("expected from the counted collisions", "solid"))
         shared = "(N + ½)" if kept == "L" else "(N − ½)"
         caption += f" Lines: a collision between balls takes (1 − e²)E/{shared}"
-        lossy = kept == "L" and any(one.experiment.effective_wall_cor < 1 for one in build.points)
+        wall_cors = [point.experiment.effective_wall_cor for point in build.points]
+        lossy = kept == "L" and min(wall_cors) < 1
         caption += f", one with the wall of CoR e′ (1 − e′²)E/{shared}." if lossy else "."
     if drawn:
         build.lines.append(legend_line(f"the same above the energy kept by {kept}", "dashed"))
@@ -338,17 +341,17 @@ def event_decay(build: FigureBuilder) -> FigureData:
     return build.figure(caption)
 
 
-def _against_counts(found: Series, scene: Scene, counts: Array) -> tuple[Array, Array, Array]:
+def _against_counts(columns: Series, scene: Scene, counts: Array) -> tuple[Array, Array, Array]:
     """A repeat's energy ratio after these collisions; the ratio expected from them.
 
     Last, the ratio of the energy above the kept one: in a circle a component less shares it.
     """
-    events = found.wall_events + found.pair_events
+    events = columns.wall_events + columns.pair_events
     # A summary's rows may share a count: the last of them counts.
     last = np.append(events[1:] > events[:-1], True)
     ratio, wall, pairs = (
         np.interp(counts, events[last], column[last])
-        for column in (energy_ratio(found), found.wall_events, found.pair_events)
+        for column in (energy_ratio(columns), columns.wall_events, columns.pair_events)
     )
     shared = predictions.components(scene)
     free, above = (

@@ -54,26 +54,26 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
     """The distribution of a distance in ``DISTANCES``, with its limit and random places."""
     limit_of_equal, limit_of_unequal, nearest, beyond = DISTANCES[which]
     central = which == "central"
-    found = [_sample(central, build, point) for point in build.points]
+    samples = [_sample(central, build, point) for point in build.points]
     outermost = max if central else min
     extremes: dict[float, float] = {}
     key = f"{nearest}_distance"
-    for index, (point, each) in enumerate(zip(build.points, found, strict=True)):
-        build.add_histogram(index, point, each.edges, each.density)
-        before = extremes.get(each.limit, each.extreme)
-        extremes[each.limit] = outermost(before, each.extreme)
-        build.record(point, **{key: each.extreme, "beyond_limit": each.excess})
-    limit, excess = outermost(extremes), max(each.excess for each in found)
-    widest = max(found, key=lambda each: each.edges[-1]).scene
-    x = np.linspace(0.0, max(each.edges[-1] for each in found), 200)
+    for index, (point, sample) in enumerate(zip(build.points, samples, strict=True)):
+        build.add_histogram(index, point, sample.edges, sample.density)
+        before = extremes.get(sample.limit, sample.extreme)
+        extremes[sample.limit] = outermost(before, sample.extreme)
+        build.record(point, **{key: sample.extreme, "beyond_limit": sample.excess})
+    limit, excess = outermost(extremes), max(sample.excess for sample in samples)
+    widest = max(samples, key=lambda sample: sample.edges[-1]).scene
+    x = np.linspace(0.0, max(sample.edges[-1] for sample in samples), 200)
     uniform = 2 * x / x[-1] ** 2
     if not central:
         uniform = widest.container.distance_density(x, float(widest.radii.min()))
-    equal = all(each.scene.equal_balls for each in found)
+    equal = all(sample.scene.equal_balls for sample in samples)
     name = limit_of_equal if equal else limit_of_unequal
     build.lines += [
         Line(x, uniform, f"uniform in the {widest.container.title}", NEUTRAL, "dashed"),
-        *(Reference("x", each, f"{name} = {each:g} m") for each in extremes),
+        *(Reference("x", edge, f"{name} = {edge:g} m") for edge in extremes),
     ]
     texts = [f"{exact(at)} m where {name} = {exact(edge)} m" for edge, at in extremes.items()]
     verdict = "no ball is beyond it"

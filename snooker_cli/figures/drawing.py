@@ -249,5 +249,6 @@ def to_json(data: FigureData) -> str:
     """
     content = dict(vars(data))
     for name in ("layers", "inset"):
-        content[name] = [{"type": type(one).__name__.lower()} | vars(one) for one in content[name]]
+        layers = content[name]
+        content[name] = [{"type": type(layer).__name__.lower()} | vars(layer) for layer in layers]
     return json.dumps(plain(content), ensure_ascii=False, allow_nan=False, indent=1) + "\n"

@@ -79,19 +79,19 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
             grid = np.geomspace(x.min(), x.max(), CURVE)
         heat = float(np.mean([state.gas.temperature for state in states]))
         gas = states[0].gas._replace(temperature=heat)
-        gases = [gas._replace(**{axis: float(each)}) for each in grid]
+        gases = [gas._replace(**{axis: float(value)}) for value in grid]
         if index == 0:  # it is the same for every radius
-            ideal = np.array([each.ideal_pressure for each in gases])
+            ideal = np.array([other.ideal_pressure for other in gases])
             build.lines.append(Line(grid, ideal, IDEAL, NEUTRAL, "dashed"))
         if scene.equal_balls:
-            values = np.array([each.pressure(scene, states[0].radius) for each in gases])
+            values = np.array([other.pressure(scene, states[0].radius) for other in gases])
             build.lines.append(Line(grid, values, None, index, "dotted"))
-        name = build.label(group[0], [each[0] for each in build.groups])
-        found = [mean_and_error(state.pressures) for state in states]
-        y, y_error = np.array(found).T
+        name = build.label(group[0], [points[0] for points in build.groups])
+        means = [mean_and_error(state.pressures) for state in states]
+        y, y_error = np.array(means).T
         build.lines.append(Points(x, y, y_error, name or "simulation", index))
         ratios = [float(state.over_ideal.mean()) for state in states]
-        for state, pressure, ratio in zip(states, found, ratios, strict=True):
+        for state, pressure, ratio in zip(states, means, ratios, strict=True):
             numbers = state.gas._asdict()
             build.record(state.point, **numbers, pressure=pressure, over_ideal=ratio)
         build.result(name, f"{min(ratios):.3f} to {max(ratios):.3f}")
@@ -107,10 +107,10 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
     def expected(radius: float) -> float:
         return gas.ideal_pressure / gas.pressure(scene, radius)
 
-    found = [mean_and_error(1 / state.over_ideal) for state in states]
-    for state, ratio in zip(states, found, strict=True):
+    means = [mean_and_error(1 / state.over_ideal) for state in states]
+    for state, ratio in zip(states, means, strict=True):
         build.record(state.point, ratio=ratio, theory=expected(state.radius))
-    radii, (y, y_error) = np.array([state.radius for state in states]), np.array(found).T
+    radii, (y, y_error) = np.array([state.radius for state in states]), np.array(means).T
     fine = np.linspace(0.0, radii.max(), CURVE)[1:]
     curve = np.array([expected(float(radius)) for radius in fine])
     build.lines += [
@@ -119,8 +119,8 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
         Points(radii, y, y_error, "simulation"),
     ]
     return build.figure(
-        f"The ratio is {short(found[0][0], 4)} at r = {short(radii[0])} m and "
-        f"{short(found[-1][0], 4)} at r = {short(radii[-1])} m, where theory has "
+        f"The ratio is {short(means[0][0], 4)} at r = {short(radii[0])} m and "
+        f"{short(means[-1][0], 4)} at r = {short(radii[-1])} m, where theory has "
         f"{short(curve[-1], 4)}."
     )
 
@@ -132,7 +132,7 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     gases = [state.gas for state in states]
     densities = np.array([gas.number / gas.area for gas in gases])
     temperatures = np.array([gas.temperature for gas in gases])
-    if not any(np.ptp(each) > SAME * np.max(each) for each in (densities, temperatures)):
+    if not any(np.ptp(value) > SAME * np.max(value) for value in (densities, temperatures)):
         raise FigureError("it needs points at two or more areas, numbers or temperatures")
     if any(not state.scene.equal_balls or state.radius != radius for state in states):
         raise FigureError("it needs balls of one radius; choose it by balls.radius with --where")
@@ -141,24 +141,24 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     noise = ratios if scene.container.has_wall else ratios - 1
     errors = np.abs(noise) * math.sqrt(np.mean((errors / noise) ** 2))
     packing, single = disk * densities, (1 - 1 / ratios) / densities / disk
-    b, b_error = (each / disk for each in excluded_area(densities, ratios, errors))
+    b, b_error = (value / disk for value in excluded_area(densities, ratios, errors))
     residuals = (ratios - 1 / (1 - b * packing)) / errors
     misfit = math.sqrt(np.sum(residuals**2) / max(1, len(states) - 1))
     a, a_error = attraction(densities, temperatures, ratios, errors)
     grid = np.linspace(0.0, packing.max() * 1.05, CURVE)[1:]
     first, packings = gases[0], grid.tolist()
-    scaled = [first._replace(area=first.number * disk / each) for each in packings]
+    scaled = [first._replace(area=first.number * disk / value) for value in packings]
     if first.number != gases[-1].number:  # few balls have a smaller pressure at the same packing
-        scaled = [first._replace(number=first.area * each / disk) for each in packings]
-    real = np.array([each.pressure(scene, radius) / each.ideal_pressure for each in scaled])
+        scaled = [first._replace(number=first.area * value / disk) for value in packings]
+    real = np.array([value.pressure(scene, radius) / value.ideal_pressure for value in scaled])
     build.lines += [IDEAL_RATIO, Line(grid, real, THEORY, NEUTRAL, "dotted")]
     fits: list[tuple[float, str, LineStyle]] = [
         (2.0, "van der Waals, b = 2 disks", "dashdot"),
         (b, f"van der Waals, b = {short(b)} disks, fitted", "dashed"),
     ]
-    for each, text, style in fits:
-        below = each * grid < 1 - 1 / (1.2 * ratios.max())  # towards its pole it leaves the figure
-        build.lines.append(Line(grid[below], 1 / (1 - each * grid[below]), text, 1, style))
+    for value, text, style in fits:
+        below = value * grid < 1 - 1 / (1.2 * ratios.max())  # towards its pole it leaves the figure
+        build.lines.append(Line(grid[below], 1 / (1 - value * grid[below]), text, 1, style))
     build.lines.append(Points(packing, ratios, errors, "simulation"))
     for k, state in enumerate(states):
         build.record(

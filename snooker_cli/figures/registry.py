@@ -78,7 +78,7 @@ class FigureSpec:
         fields = {"kind": self.name, "title": self.title, **self.axes}
         build = FigureBuilder(run, selection, groups, fields, self.shows, total=total)
         for point in build.points if self.sample else ():
-            collisions = [each.collisions for each in statuses(run, point, selection)]
+            collisions = [status.collisions for status in statuses(run, point, selection)]
             build.limit(point, MOST_COLLISIONS // max(1, *collisions))
         return self.draw(build)
 

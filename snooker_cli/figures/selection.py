@@ -35,7 +35,7 @@ class Selection:
 
 
 def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
-    """The selected points of which a repeat is there, at least one. Raises ``FigureError``."""
+    """The selected points that have a repeat, at least one. Raises ``FigureError``."""
     points = tuple(point for point in matching(run, selection) if statuses(run, point, selection))
     if not points:
         what = "no repeat is" if selection.repeat is None else f"repeat {selection.repeat} is not"
@@ -70,7 +70,7 @@ def value_at(point: Point, key: str) -> Any:
     value: Any = point.experiment
     for name in key.split("."):
         if name not in getattr(type(value), "model_fields", ()):
-            longer = [each for each in parameters if each.endswith(f".{key}")]
+            longer = [swept for swept in parameters if swept.endswith(f".{key}")]
             advice = f"did you mean {longer[0]}?" if longer else "name one that its config has"
             raise FigureError(f"the experiment has no key {key}; {advice}")
         value = getattr(value, name)
@@ -114,11 +114,11 @@ def spread(items: Sequence[Item], most: int) -> list[Item]:
 
 
 def ranks(points: Sequence[Point]) -> tuple[float, ...]:
-    """Places from 0 to 1 in the order of a key with a number of its own for each point, if any."""
+    """Ranks from 0 to 1 in the order of a key with a number of its own for each point, if any."""
     for key in varying(points):
         values = [value_at(point, key) for point in points]
         if len(set(values)) == len(values) and set(map(type, values)) <= {int, float}:
-            return tuple(sorted(values).index(one) / (len(values) - 1) for one in values)
+            return tuple(sorted(values).index(value) / (len(values) - 1) for value in values)
     return ()
 
 

@@ -48,11 +48,11 @@ def _courses(
     for point in build.points:
         build.limit(point, most // (build.start(point).number * TIMES))
         end, first = min(trace.stop.time for trace in build.traces(point)), build.traces(point)
-        found = series(next(first))
-        events = found.wall_events + found.pair_events
+        columns = series(next(first))
+        events = columns.wall_events + columns.pair_events
         # Between collisions: at one, two balls touch.
-        numbers = np.floor(np.linspace(0, np.interp(end, found.time, events), TIMES)) - 0.5
-        times = np.unique(np.minimum(np.interp(numbers, events, found.time), end))
+        numbers = np.floor(np.linspace(0, np.interp(end, columns.time, events), TIMES)) - 0.5
+        times = np.unique(np.minimum(np.interp(numbers, events, columns.time), end))
         if len(times) < 2:
             raise FigureError("nothing happens until the end of the shortest repeat; run longer")
         rows = np.array([measure(trace, times) for trace in build.traces(point)])
@@ -169,7 +169,7 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
         text = with_error(*contact)
         if expected is not None:
             text += f", theory {short(expected, 4)}"
-            name = None if any(isinstance(each, Points) for each in build.lines) else "theory, χ"
+            name = None if any(isinstance(layer, Points) for layer in build.lines) else "theory, χ"
             marker = Points(np.ones(1), np.array([expected]), None, name, index, filled=False)
             build.lines.append(marker)
         build.record(point, text, contact=contact, theory=expected)

@@ -32,8 +32,8 @@ def energy(build: FigureBuilder) -> FigureData:
         courses.append([])
         for trace in build.traces(point):
             require_motion(trace.start)
-            found = observables.series(trace)
-            courses[-1].append((found.time, observables.energy_ratio(found)))
+            columns = observables.series(trace)
+            courses[-1].append((columns.time, observables.energy_ratio(columns)))
     log = more_than_a_decade(ratios for curves in courses for _, ratios in curves)
     for index, (point, curves) in enumerate(zip(build.points, courses, strict=True)):
         build.add_course(index, point, curves, logarithmic=log)
@@ -41,13 +41,13 @@ def energy(build: FigureBuilder) -> FigureData:
             point,
             elastic=elastic(point),
             final_ratio=float(curves[0][1][-1]),
-            largest_rise=max(float(np.max(np.diff(each), initial=0.0)) for _, each in curves),
-            largest_deviation=max(float(np.max(np.abs(each - 1))) for _, each in curves),
+            largest_rise=max(float(np.max(np.diff(ratio), initial=0.0)) for _, ratio in curves),
+            largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves),
         )
     sentences = []
-    if kept := [each["largest_deviation"] for each in build.records if each["elastic"]]:
+    if kept := [record["largest_deviation"] for record in build.records if record["elastic"]]:
         sentences.append(f"Elastic collisions keep the energy to {short(max(kept), 2)} of it.")
-    if rises := [each["largest_rise"] for each in build.records if not each["elastic"]]:
+    if rises := [record["largest_rise"] for record in build.records if not record["elastic"]]:
         risen = f"An inelastic collision raises it by {short(max(rises), 2)} of E(0) at most."
         sentences.append(risen if max(rises) else "No inelastic collision raises the energy.")
     return build.figure(" ".join(sentences), logarithmic=log)
@@ -68,11 +68,11 @@ def momentum_component(name: str, build: FigureBuilder) -> FigureData:
             largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in ratios),
             states=max(len(time) for time, _ in totals),
         )
-    worst = max(each["largest_deviation"] for each in build.records)
+    worst = max(record["largest_deviation"] for record in build.records)
     return build.figure(
         f"The total momentum stays p{name}(0) to within {short(worst, 2)} of it, "
         f"{short(worst / EPSILON, 2)} roundings, at "
-        f"{max(each['states'] for each in build.records)} times.",
+        f"{max(record['states'] for record in build.records)} times.",
         numbers={"largest_deviation": worst},
         inset=(*deviation.bands, Reference("y", 0.0), *deviation.lines),
     )

@@ -56,7 +56,9 @@ def cosine_and_sine(angle: Decimal) -> tuple[Decimal, Decimal]:
 # Hexagonal lattices fitted into a container
 
 HALVINGS = 60  # steps of bisection, enough for all digits of a double
-ROUNDINGS = 4  # errors, in epsilons of the container's size, that may bring two places nearer
+LATTICE_ROUNDINGS = (
+    4  # errors, in epsilons of the container's size, that may bring two places nearer
+)
 
 
 def lattice(container: Container, number: int) -> tuple[Floats, float]:
@@ -73,7 +75,7 @@ def lattice(container: Container, number: int) -> tuple[Floats, float]:
         lying, larger = layout(*size[::-1], number)
         if larger > diameter:
             positions, diameter = np.ascontiguousarray(lying[:, ::-1]), larger
-    return positions, diameter - ROUNDINGS * EPSILON * max(size)
+    return positions, diameter - LATTICE_ROUNDINGS * EPSILON * max(size)
 
 
 def lattice_around(
@@ -104,7 +106,7 @@ def _in_circle(radius: float, number: int) -> tuple[Floats, float]:
     # as large: 0.607 sqrt(N).
     reach = int(0.607 * math.sqrt(number)) + 2
     steps = 6 * np.arange(-reach, reach + 1)
-    found: list[tuple[Floats, float]] = []
+    layouts: list[tuple[Floats, float]] = []
     for rest in ((0, 0), (3, 0), (2, 2)):
         u, v = (axis.ravel() for axis in np.meshgrid(steps + rest[0], steps + rest[1]))
         squares = u * u + u * v + v * v
@@ -112,8 +114,8 @@ def _in_circle(radius: float, number: int) -> tuple[Floats, float]:
         farthest = math.sqrt(int(squares[nearest[-1]])) / 6
         spacing = radius / (farthest + 0.5)
         x, y = u[nearest] + v[nearest] / 2, v[nearest] * (math.sqrt(3) / 2)
-        found.append((np.column_stack([x, y]) * (spacing / 6), spacing))
-    return max(found, key=lambda each: each[1])
+        layouts.append((np.column_stack([x, y]) * (spacing / 6), spacing))
+    return max(layouts, key=lambda layout: layout[1])
 
 
 def _in_periodic(width: float, height: float, number: int) -> tuple[Floats, float]:
@@ -212,8 +214,8 @@ def random_places(
     """
     if packing > LARGEST * (1 + 1e-9):
         raise JammedError(LARGEST)
-    each = np.append(placed[1], np.repeat(radii, counts))
-    wide = 2 * np.max(each) / min(container.size)
+    all_radii = np.append(placed[1], np.repeat(radii, counts))
+    wide = 2 * np.max(all_radii) / min(container.size)
     if wide > 1:
         raise JammedError(packing / (wide * wide))
     inserted, positions = 2 * min(packing, INSERTED), None
@@ -223,10 +225,11 @@ def random_places(
         positions = _inserted(container, radii, counts, generator, scale, placed)
     if scale < 1:
         # Sorted in strips, so that neighbours are near in memory too.
-        strips = np.floor(positions[:, 1] / (4 * fmean(each)))
+        strips = np.floor(positions[:, 1] / (4 * fmean(all_radii)))
         order = np.lexsort((positions[:, 0], strips))
         fixed = order < len(placed[0])
-        positions[order] = _pushed_apart(container, positions[order], each[order], packing, fixed)
+        apart = _pushed_apart(container, positions[order], all_radii[order], packing, fixed)
+        positions[order] = apart
     return positions
 
 
@@ -242,11 +245,11 @@ def _inserted(
     period = container.period
     margin = 2.0 if container.has_wall else 0.0  # radii
     there = [(radius, place[None]) for place, radius in zip(*placed, strict=True)]
-    found: dict[int, Floats] = {}
+    inserted: dict[int, Floats] = {}
     for k in sorted(range(len(radii)), key=lambda k: -radii[k]):
-        found[k] = np.empty((0, 2))
+        inserted[k] = np.empty((0, 2))
         attempts, accepted = 0, 1.0
-        while (missing := counts[k] - len(found[k])) > 0:
+        while (missing := counts[k] - len(inserted[k])) > 0:
             if attempts > ATTEMPTS * counts[k]:
                 return None
             number = int(missing / accepted) + 8
@@ -256,12 +259,13 @@ def _inserted(
                 sides = np.array(container.size) - margin * radii[k]
                 tried = (uniforms([generator], number)[0] - 0.5) * sides
             attempts += number
-            for other, places in [*there, *((radii[one], found[one]) for one in found)]:
+            before = [(radii[species], places) for species, places in inserted.items()]
+            for other, places in [*there, *before]:
                 tried = tried[~_blocked(tried, places, scale * (radii[k] + other), period)]
             tried = tried[~_blocked(tried, tried, scale * 2 * radii[k], period)]
             accepted = max(len(tried) / number, 0.05)
-            found[k] = np.concatenate([found[k], tried[:missing]])
-    return np.concatenate([placed[0], *(found[k] for k in range(len(radii)))])
+            inserted[k] = np.concatenate([inserted[k], tried[:missing]])
+    return np.concatenate([placed[0], *(inserted[k] for k in range(len(radii)))])
 
 
 def _blocked(
@@ -296,7 +300,7 @@ def _pushed_apart(
         if 2 * np.max(moved) > skin:
             container.put_inside(positions, radii)
             pairs = list(near_pairs(positions, wanted, skin, container.period))
-            i, j, _ = (np.concatenate(one) for one in zip(*pairs, strict=True))
+            i, j, _ = (np.concatenate(columns) for columns in zip(*pairs, strict=True))
             seen = positions.copy()
         x, y = container.nearest_image(positions[i] - positions[j]).T
         distances = np.sqrt(x * x + y * y)

@@ -45,23 +45,23 @@ def points_in_disc(streams: Sequence[np.random.PCG64], number: int, least: float
 
     least : their squared radius is larger
     """
-    found = np.empty((len(streams), number, 2))
+    chosen = np.empty((len(streams), number, 2))
     points = 2.0 * uniforms(streams, number + number // 2 + 8) - 1.0
     squares = points[..., 0] ** 2 + points[..., 1] ** 2
     inside = (squares > least) & (squares <= 1.0)
     numbers = np.cumsum(inside, axis=1)
     enough = numbers[:, -1] >= number
-    found[enough] = points[inside & (numbers <= number) & enough[:, None]].reshape(-1, number, 2)
+    chosen[enough] = points[inside & (numbers <= number) & enough[:, None]].reshape(-1, number, 2)
     for k in np.flatnonzero(~enough).tolist():
         first = points[k, inside[k]]
         rest = points_in_disc([streams[k]], number - len(first), least)[0]
-        found[k] = np.concatenate([first, rest])
-    return found
+        chosen[k] = np.concatenate([first, rest])
+    return chosen
 
 
 def uniforms(streams: Sequence[np.random.PCG64], number: int) -> Floats:
     """Uniform points of the unit square, (*streams*, *number*, 2), in multiples of 2^-53."""
-    raw = np.stack([each.random_raw(2 * number) for each in streams])
+    raw = np.stack([bits.random_raw(2 * number) for bits in streams])
     points = (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53
     return np.asarray(points).reshape(len(streams), number, 2)
 

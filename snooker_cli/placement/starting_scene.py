@@ -65,8 +65,8 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             velocities = balls.speed * random_directions(number, stream_seed(experiment), repeats)
             radii, masses = np.full(number, balls.radius), np.full(number, balls.mass)
         elif experiment.species:
-            counts = [each.count for each in experiment.species]
-            of_gas = np.repeat([each.mass for each in experiment.species], counts)
+            counts = [species.count for species in experiment.species]
+            of_gas = np.repeat([species.mass for species in experiment.species], counts)
             positions = _positions(experiment, container, sizes, (places, radii), repeats)
             drawn = _velocities(experiment, repeats)
             velocities = np.concatenate([velocities, drawn], axis=1)
@@ -76,7 +76,7 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
                 check_speeds(Scene(positions[0], velocities[0], radii, masses, **same), velocities)
                 _set_at_rest(velocities[:, len(placed) :], of_gas)
         pairs = zip(positions, velocities, strict=True)
-        scenes = [Scene(*one, radii, masses, **same) for one in pairs]
+        scenes = [Scene(*pair, radii, masses, **same) for pair in pairs]
         for k, scene in enumerate(scenes):
             if k == 0 or scene.positions is not scenes[k - 1].positions:
                 check(scene)
@@ -118,17 +118,18 @@ def _on_rings(balls: Rings, container_radius: float) -> Floats:
 
 def _container_and_radii(experiment: Experiment) -> tuple[Container, tuple[float, ...]]:
     """The container and the radius of each species (m); one of them may follow from packing."""
-    species, packing = experiment.species, experiment.packing
+    mixture, packing = experiment.species, experiment.packing
     container = experiment.container.given
-    radii = tuple(each.radius for each in species if each.radius is not None)
+    radii = tuple(species.radius for species in mixture if species.radius is not None)
     if container is None:
         assert packing is not None
-        squares = math.fsum(one.count * r * r for one, r in zip(species, radii, strict=True))
+        pairs = zip(mixture, radii, strict=True)
+        squares = math.fsum(species.count * r * r for species, r in pairs)
         container = experiment.container.shape_class.for_packing(packing[1], squares)
     if not radii:
         assert packing is not None
-        number = sum(each.count for each in species)
-        radii = len(species) * (container.ball_radius(packing[1], number),)
+        number = sum(species.count for species in mixture)
+        radii = len(mixture) * (container.ball_radius(packing[1], number),)
     return container, radii
 
 
@@ -143,7 +144,7 @@ def _positions(
 
     placed : places (*n*, 2) and radii (*n*,) of the first balls, m
     """
-    counts = [each.count for each in experiment.species]
+    counts = [species.count for species in experiment.species]
     all_radii = np.append(placed[1], np.repeat(radii, counts))
     packing = container.packing_fraction(_sum_of_squares(all_radii))
     if not container.has_wall:
@@ -153,7 +154,7 @@ def _positions(
     if experiment.start == "random":
         try:
             return [
-                random_places(container, radii, counts, packing, each, placed) for each in streams
+                random_places(container, radii, counts, packing, bits, placed) for bits in streams
             ]
         except JammedError as jammed:
             raise _too_dense(experiment, container, radii, packing, jammed.packing) from None
@@ -163,7 +164,7 @@ def _positions(
         raise _too_dense(experiment, container, radii, packing, scale * scale * packing)
     if len(counts) == 1:
         return [np.concatenate([placed[0], positions])] * len(repeats)
-    shuffles = (positions[shuffled(each, len(positions))] for each in streams)
+    shuffles = (positions[shuffled(bits, len(positions))] for bits in streams)
     return [np.concatenate([placed[0], places]) for places in shuffles]
 
 
@@ -172,19 +173,19 @@ def _velocities(experiment: Experiment, repeats: Sequence[int]) -> Floats:
 
     Each species has the kinetic energy of balls that all have its speed.
     """
-    species, seed = experiment.species, stream_seed(experiment)
-    number = sum(each.count for each in species)
+    mixture, seed = experiment.species, stream_seed(experiment)
+    number = sum(species.count for species in mixture)
     velocities = random_directions(number, seed, repeats)
-    if any(each.speeds == "maxwell" for each in species):
+    if any(species.speeds == "maxwell" for species in mixture):
         normals = random_normals(number, seed, repeats)
     first = 0
-    for each in species:
-        part = slice(first, first + each.count)
-        if each.speeds == "maxwell":
+    for species in mixture:
+        part = slice(first, first + species.count)
+        if species.speeds == "maxwell":
             for velocity, normal in zip(velocities[:, part], normals[:, part], strict=True):
-                velocity[:] = normal / math.sqrt(_sum_of_squares(normal) / each.count)
-        velocities[:, part] *= each.speed
-        first += each.count
+                velocity[:] = normal / math.sqrt(_sum_of_squares(normal) / species.count)
+        velocities[:, part] *= species.speed
+        first += species.count
     return velocities
 
 
@@ -218,7 +219,7 @@ def _too_dense(
 ) -> SceneError:
     """The error about balls that do not fit; a packing of ``reached`` would."""
     placed, start = len(experiment.placed), experiment.start
-    number = placed + sum(each.count for each in experiment.species)
+    number = placed + sum(species.count for species in experiment.species)
     problem = (
         f"{number:,} balls with start: {start} in a {container.title} reach a packing of "
         f"{math.floor(reached * 1e4) / 1e4:.4f}, not {packing:.4g}"

@@ -80,17 +80,17 @@ class Audit:
             "complete": self.complete,
             "explanations": [
                 {
-                    "name": one.name,
-                    "score": one.score,
-                    "whole": one.whole,
-                    "rejected": one.rejected,
+                    "name": explanation.name,
+                    "score": explanation.score,
+                    "whole": explanation.whole,
+                    "rejected": explanation.rejected,
                     "values": {
                         number.name: None if ours is None else asdict(ours)
                         for number in TARGETS
-                        for ours in [one.our_value(number)]
+                        for ours in [explanation.our_value(number)]
                     },
                 }
-                for one in found.named
+                for explanation in found.named
             ],
             "numbers": [row.as_json() for row in self.rows],
             "claims": self.claims,

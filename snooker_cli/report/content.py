@@ -51,7 +51,7 @@ REPORT_FIGURES: dict[str, dict[str, Any]] = yaml.safe_load(packaged("figures.yam
 """All figures by file; figures.yaml explains their keys."""
 
 RUNS = (
-    *dict.fromkeys(one["run"] for one in REPORT_FIGURES.values() if "run" in one),
+    *dict.fromkeys(entry["run"] for entry in REPORT_FIGURES.values() if "run" in entry),
     *("mixed", "audit"),
 )
 """The runs of the reproduction: those of the configs with these names."""
@@ -63,8 +63,8 @@ def figure_data(
     """A figure by its entry in figures.yaml."""
     if not run:
         draw = {"error-against-cost": error_against_cost, "error-growth": error_growth}[figure]
-        found = measurement("error")
-        return draw(found, found["scenes"][0])
+        record = measurement("error")
+        return draw(record, record["scenes"][0])
     if figure == "sliding":
         return sliding_figure(runs[run], Selection(where or {}))
     spec = FIGURES[figure]
@@ -82,7 +82,7 @@ def values(
     fits : rows of the fits of the decay run
     """
     experiments = {name: run.experiment for name, run in runs.items()}
-    chosen = {(one["parameters"]["cor"], one["quantity"], one["model"]): one for one in fits}
+    chosen = {(row["parameters"]["cor"], row["quantity"], row["model"]): row for row in fits}
     return {
         "title": TITLE,
         "audit": audit,
@@ -116,8 +116,8 @@ def values(
         "balls": starting_scene(experiments["decay"], 0).number,
         "fits": fits,
         "fitted": lambda quantity: [
-            with_error(one["value"], one["error"])
-            for one in (chosen[cor, quantity, "exponential"] for cor in COEFFICIENTS)
+            with_error(row["value"], row["error"])
+            for row in (chosen[cor, quantity, "exponential"] for cor in COEFFICIENTS)
         ],
         "fit": lambda cor, quantity, law="exponential": chosen.get((cor, quantity, law)),
         "numbers": {file: picture.numbers for file, picture in pictures.items()},
@@ -213,16 +213,16 @@ def mixed_starts(run: Run) -> list[dict[str, Any]]:
     for point in run.points:
         scene = starting_scene(point.experiment, 0)
         (haff,) = (
-            one for one in decays(run.traces(point), ("kinetic_energy",)) if one.law == "haff"
+            decay for decay in decays(run.traces(point), ("kinetic_energy",)) if decay.law == "haff"
         )
         alpha, error = haff.over_repeats.value, haff.over_repeats.error
         enskog, finite = haff_rate(scene), finite_haff_rate(scene)
         assert enskog is not None
         assert finite is not None
         wall = "elastic" if scene.wall_restitution == 1.0 else "stated"
-        found = {"alpha": alpha, "error": error, "complete": number_complete(haff.ended)}
-        found |= {"enskog": enskog / alpha - 1, "finite": finite / alpha - 1}
-        rows.setdefault(scene.restitution, {"cor": scene.restitution})[wall] = found
+        row = {"alpha": alpha, "error": error, "complete": number_complete(haff.ended)}
+        row |= {"enskog": enskog / alpha - 1, "finite": finite / alpha - 1}
+        rows.setdefault(scene.restitution, {"cor": scene.restitution})[wall] = row
     return [*rows.values()]
 
 
@@ -234,11 +234,12 @@ def kinetic_theory(run: Run, points: Sequence[Record]) -> list[dict[str, Any]]:
     """
     rows = []
     scenes = {point.experiment.cor: starting_scene(point.experiment, 0) for point in run.points}
-    for one in points:
-        scene = scenes[one["parameters"]["cor"]]
+    for record in points:
+        scene = scenes[record["parameters"]["cor"]]
         alpha = haff_rate(scene)
         assert alpha is not None
-        share, in_errors = ((alpha - one["alpha"]) / one[key] for key in ("alpha", "alpha_error"))
+        excess = alpha - record["alpha"]
+        share, in_errors = excess / record["alpha"], excess / record["alpha_error"]
         row = {"cor": scene.restitution, "theory": alpha, "excess": share, "in_errors": in_errors}
         rows.append(row | {"size": abs(share)})
     return rows
@@ -248,10 +249,11 @@ def last_rates(points: Sequence[Record]) -> list[dict[str, Any]]:
     """Figure 21's last decay rates less Haff's with the fitted α, in standard errors, by CoR."""
     return [
         {
-            "cor": one["parameters"]["cor"],
-            "in_errors": (one["last_rate"] - one["fitted_last_rate"]) / one["last_rate_error"],
+            "cor": record["parameters"]["cor"],
+            "in_errors": (record["last_rate"] - record["fitted_last_rate"])
+            / record["last_rate_error"],
         }
-        for one in points
+        for record in points
     ]
 
 
@@ -302,8 +304,8 @@ def sliding_figure(run: Run, selection: Selection) -> FigureData:
 def _pair(run: Run, stopped: Point, slid: Point) -> dict[str, Any]:
     """When the traps of a point come, and what the same starts do with sliding balls."""
     both = list(zip(run.traces(stopped), run.traces(slid), strict=True))
-    trapped = [one for one, _ in both if one.stop.reason is StopReason.WALL_TRAP]
-    ended = [other for _, other in both]
+    trapped = [trace for trace, _ in both if trace.stop.reason is StopReason.WALL_TRAP]
+    ended = [trace for _, trace in both]
     events = [trace.events for trace in ended if trace.events is not None]
     return {
         "cor": stopped.experiment.cor,
@@ -312,8 +314,8 @@ def _pair(run: Run, stopped: Point, slid: Point) -> dict[str, Any]:
         "trapped": len(trapped),
         "trap_time": _mean(trace.stop.time for trace in trapped),
         "trap_collisions": _mean(trace.collisions for trace in trapped),
-        "alike": sum(_alike(one, other) for one, other in both),
-        "sliding_balls": _mean(len(np.unique(each.i[each.j == SLIDE])) for each in events),
+        "alike": sum(_alike(*traces) for traces in both),
+        "sliding_balls": _mean(len(np.unique(columns.i[columns.j == SLIDE])) for columns in events),
         "complete": sum(trace.stop.reason.complete for trace in ended),
         "end_time": _mean(trace.stop.time for trace in ended),
         "end_collisions": _mean(trace.collisions for trace in ended),
@@ -325,14 +327,14 @@ def _mean(values: Iterable[float]) -> float:
     return float(np.mean(list(values) or [math.nan]))
 
 
-def _alike(one: Trace, other: Trace) -> bool:
+def _alike(first: Trace, second: Trace) -> bool:
     """Whether two have the same collisions, to the bit, until one ends or the other slides."""
-    assert one.events is not None
-    assert other.events is not None
-    slides = np.flatnonzero(other.events.j == SLIDE)
-    count = min([len(one.events), len(other.events), *slides[:1].tolist()])
+    assert first.events is not None
+    assert second.events is not None
+    slides = np.flatnonzero(second.events.j == SLIDE)
+    count = min([len(first.events), len(second.events), *slides[:1].tolist()])
     return all(
-        np.array_equal(getattr(one.events, name)[:count], getattr(other.events, name)[:count])
+        np.array_equal(getattr(first.events, name)[:count], getattr(second.events, name)[:count])
         for name in ("time", "i", "j", "impulse")
     )
 

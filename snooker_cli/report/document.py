@@ -52,7 +52,7 @@ Document: TypeAlias = dict[str, Any]
 """``title``, ``summary`` (paragraphs) and ``blocks``.
 
 A block is a dict with ``kind``: heading has ``level`` (1 or 2) and ``text``; paragraph and code
-have ``text``; barrier has nothing; film has ``text`` and ``player``, its place among the players,
+have ``text``; barrier has nothing; film has ``text`` and ``player``, its number among the players,
 and is in the HTML page alone; figure has ``label``, ``file``, ``caption``, ``alt`` and
 ``float``; table has ``label``, ``caption``, ``columns`` (each with ``heading``, ``width`` and
 ``right``) and ``rows`` of cells; a row of one cell is a heading of the rows below it.
@@ -91,8 +91,8 @@ def document(
         elif mark == "@barrier":
             blocks.append({"kind": "barrier"})
         elif mark in ("@figures", "@grid"):
-            place = {"kind": "figure", "float": mark == "@figures"}
-            blocks += [{**place, "file": file, **figures[file]} for file in rest.split()]
+            layout = {"kind": "figure", "float": mark == "@figures"}
+            blocks += [{**layout, "file": file, **figures[file]} for file in rest.split()]
         elif mark == "@film":
             player, _, text = rest.partition(" ")
             blocks.append({"kind": "film", "player": int(player), "text": unbroken(text)})
@@ -248,7 +248,7 @@ class Pages(AbstractContextManager["Pages"]):
 
     def write(self, template: str, values: dict[str, Any]) -> list[Path]:
         """Write ``report.html`` and ``report.pdf`` when all figures are drawn."""
-        for each in self._drawing:
-            each.result()
+        for drawing in self._drawing:
+            drawing.result()
         content = document(template, values, self.figures)
         return [write_html(content, self.players, self.out), write_pdf(content, self.out)]

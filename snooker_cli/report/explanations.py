@@ -98,7 +98,7 @@ class Explanation:
     def score(self) -> float:
         """Chi-square: the sum of the squared distances from the targets that have a value."""
         ours = [(number, self.our_value(number)) for number in TARGETS]
-        return sum(one.distance(number) ** 2 for number, one in ours if one is not None)
+        return sum(value.distance(number) ** 2 for number, value in ours if value is not None)
 
     @property
     def whole(self) -> bool:
@@ -133,9 +133,9 @@ class Explanations:
     def simplest(self, number: SourceValue) -> tuple[Explanation, OurValue] | None:
         """The first that agrees with a number by itself, or else the nearest; with its value."""
         offers = [
-            (one, ours)
-            for one in self.named[1:]
-            if one.predicts(number) and (ours := one.our_value(number)) is not None
+            (explanation, ours)
+            for explanation in self.named[1:]
+            if explanation.predicts(number) and (ours := explanation.our_value(number)) is not None
         ]
         agreeing = [offer for offer in offers if offer[1].agrees(number)]
         return next(
@@ -172,8 +172,8 @@ def explain(run: Run, elastic: Run) -> Explanations:
             rest = measured[setting.small_elsewhere, setting.elastic_wall, cor]
             samples["mean speed", cor] = Sample(rest["mean speed"])
             for quantity, fitted in FITTED.items():
-                found = fits[fitted, window, not setting.free_amplitude]
-                samples[quantity, cor] = Sample(found / (factor if setting.slip else 1.0))
+                constants = fits[fitted, window, not setting.free_amplitude]
+                samples[quantity, cor] = Sample(constants / (factor if setting.slip else 1.0))
             samples["temperature decay", cor] = samples[
                 "energy decay", cor
             ]  # but for the container
@@ -182,16 +182,17 @@ def explain(run: Run, elastic: Run) -> Explanations:
         name = _name(setting, stated.balls.radius / factor, factor, last)
         return Explanation(name, samples)
 
-    whole = (one for one in map(explanation, COMBINATIONS) if one.whole)
-    best = min(whole, key=lambda one: one.score)
-    found = (*map(explanation, NAMED), best)
-    return Explanations(found, factor, early, len(run.points) * stated.repeats)
+    whole = (candidate for candidate in map(explanation, COMBINATIONS) if candidate.whole)
+    best = min(whole, key=lambda candidate: candidate.score)
+    named = (*map(explanation, NAMED), best)
+    return Explanations(named, factor, early, len(run.points) * stated.repeats)
 
 
-def _same_gas(one: Any, other: Any, factor: float) -> bool:
+def _same_gas(balls: Any, others: Any, factor: float) -> bool:
     """Whether balls have the speed of others, and their radius or that over the factor."""
-    near = any(math.isclose(one.radius, radius) for radius in (other.radius, other.radius / factor))
-    return bool(near and one.speed == other.speed)
+    radii = others.radius, others.radius / factor
+    near = any(math.isclose(balls.radius, radius) for radius in radii)
+    return bool(near and balls.speed == others.speed)
 
 
 NAMED = (
@@ -251,6 +252,8 @@ def decay_constants(curves: Sequence[Curve], ends: Array, *, held: bool) -> Arra
 
     nan where the end is nan, or where there is no fit.
     """
-    kept = [one.time <= end for one, end in zip(curves, ends, strict=True)]
-    cut = [(one.time[rows], one.value[rows], 0.0) for one, rows in zip(curves, kept, strict=True)]
-    return np.array([found.value for found in fit_all(cut, amplitude=1.0 if held else None)])
+    cut = []
+    for decaying, end in zip(curves, ends, strict=True):
+        rows = decaying.time <= end
+        cut.append((decaying.time[rows], decaying.value[rows], 0.0))
+    return np.array([result.value for result in fit_all(cut, amplitude=1.0 if held else None)])

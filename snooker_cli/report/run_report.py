@@ -82,8 +82,8 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
     status, fitted = run_status(run), fits(run, counting=counting)
     compared = comparisons(run, counting=counting)
     scene, files = setting(run, points, Selection()), list[str]()
-    for name, each in made.items():
-        if isinstance(picture := each.result(), FigureData):
+    for name, future in made.items():
+        if isinstance(picture := future.result(), FigureData):
             files.append(f"{number}-{name}")
             pages.add_figure(files[-1], picture, known=scene)
         else:
@@ -148,11 +148,11 @@ def _of(points: Sequence[Point], rows: Records) -> Records:
 
 
 def _cells(
-    run: Run, shown: Sequence[Point], found: RunAnalysis, cells: Callable[..., list[str]]
+    run: Run, shown: Sequence[Point], analysis: RunAnalysis, cells: Callable[..., list[str]]
 ) -> dict[str, Any]:
     """The rows of an analysis at the points that are shown, with their headings, and its notes."""
-    rows = [row for row in _of(shown, tables.usual(found.rows)) if not row.get("elastic")]
-    notes = [one for one in tables.usual(found.notes) if "ended early" not in one["note"]]
+    rows = [row for row in _of(shown, tables.usual(analysis.rows)) if not row.get("elastic")]
+    notes = [note for note in tables.usual(analysis.notes) if "ended early" not in note["note"]]
     lines = tables.note_lines(notes, len(run.points))
     table = [(tables.point_heading(row), cells(row)) for row in rows]
     return {"rows": table, "notes": [line.rstrip(".") for line in lines]}
@@ -161,7 +161,8 @@ def _cells(
 def _config(run: Run, out: Path) -> str:
     """Write the run's config, with overrides applied, beside the report; its text."""
     text = to_json(run.experiment)  # which has null for the infinite mass of a fixed wall
-    text = re.sub(r'mass": (null|\[[^]]*])', lambda one: one[0].replace("null", "Infinity"), text)
+    masses = r'mass": (null|\[[^]]*])'
+    text = re.sub(masses, lambda match: match[0].replace("null", "Infinity"), text)
     data = json.loads(text)
     if "shape" in data["container"]:
         del data["container"]["mass"]  # only a circle has one

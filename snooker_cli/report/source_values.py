@@ -104,7 +104,7 @@ class OurValue:
 
 
 class Sample:
-    """A quantity over the repeats of a point, at least two of which count.
+    """A quantity over the repeats of a point; two or more repeats must count.
 
     each : (*n*,) by repeat; nan for a repeat that does not count, because it ended early
     count : number of repeats that count
@@ -126,9 +126,9 @@ class Sample:
         return OurValue(self.value, self.error if number.mean else self.deviation)
 
 
-def value_text(one: Any) -> str:
+def value_text(known: Any) -> str:
     """An object's ``value`` with its ``error``; empty for none."""
-    return "" if one is None else with_error(one.value, one.error)
+    return "" if known is None else with_error(known.value, known.error)
 
 
 _DATA: dict[str, Any] = yaml.safe_load(packaged("source_values.yaml"))

@@ -43,7 +43,7 @@ all errors alike."""
 MOST_RUNS, ENOUGH = 5, 1.0
 """A method is timed at most this often, or until its runs take this long, s."""
 
-ROUNDING = 1e-9
+LEAST_OVERLAP = 1e-9
 """An overlap that is deeper, m, is not made by rounding: a collision came late or not at all."""
 
 
@@ -63,15 +63,15 @@ class AccuracyStudy(Study):
 
     def results(self, report: Callable[[str], None]) -> Record:
         """The scenes and the ensembles."""
-        found: Record = {"scenes": [], "ensembles": []}
+        record: Record = {"scenes": [], "ensembles": []}
         for scene in self.scenes:
             report(scene.description)
-            found["scenes"].append(against_truth(scene, all_methods(self.steps)))
+            record["scenes"].append(against_truth(scene, all_methods(self.steps)))
         for scene in self.ensembles:
             report(f"averages over {self.repeats} repeats, {scene.description}")
             methods = all_methods(self.averaged_steps)
-            found["ensembles"].append(averages(scene, methods, self.time, self.repeats))
-        return found
+            record["ensembles"].append(averages(scene, methods, self.time, self.repeats))
+        return record
 
     @staticmethod
     def tables(record: Record) -> Iterator[str]:
@@ -86,11 +86,11 @@ class AccuracyStudy(Study):
     @staticmethod
     def figures(record: Record) -> dict[str, FigureData]:
         """Two figures for each scene."""
-        found = {}
+        pictures = {}
         for scene in record["scenes"]:
-            found[f"error-against-cost-{scene['name']}"] = error_against_cost(record, scene)
-            found[f"error-growth-{scene['name']}"] = error_growth(record, scene)
-        return found
+            pictures[f"error-against-cost-{scene['name']}"] = error_against_cost(record, scene)
+            pictures[f"error-growth-{scene['name']}"] = error_growth(record, scene)
+        return pictures
 
 
 # What is measured
@@ -159,10 +159,11 @@ def averages(
     the means. A method's record also has its deepest overlap, m, and the number of repeats with
     overlaps.
     """
-    found: list[Record] = []
+    records: list[Record] = []
     first: dict[str, np.ndarray] = {}
     for method in methods:
-        courses = [method.run(reference.start(each), np.array([time])) for each in range(repeats)]
+        starts = map(reference.start, range(repeats))
+        courses = [method.run(start, np.array([time])) for start in starts]
         rows = [quantities(course, time) for course in courses]
         columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
         first = first or columns
@@ -173,13 +174,13 @@ def averages(
             differences = dict(zip(("difference", "difference_error"), apart, strict=True))
             biases.append({"quantity": name, **means, **differences})
         overlaps = [course.overlap for course in courses]
-        found.append(
+        records.append(
             {
                 "method": method.name,
                 "step": method.step,
                 "biases": biases,
                 "overlap": max(overlaps),
-                "overlapping": sum(overlap > ROUNDING for overlap in overlaps),
+                "overlapping": sum(overlap > LEAST_OVERLAP for overlap in overlaps),
             }
         )
     return {
@@ -187,7 +188,7 @@ def averages(
         "what": reference.description,
         "time": time,
         "repeats": repeats,
-        "methods": found,
+        "methods": records,
     }
 
 
@@ -198,14 +199,14 @@ def quantities(course: Trajectory, time: float) -> dict[str, float]:
     """
     start, events = course.start, course.events
     impulse = float(np.sum(events.impulse[events.at_wall]))
-    found = {
+    rates = {
         "pressure, Pa m": impulse / (start.container.wall_length * time),
         "collisions, 1/s": len(events) / time,
     }
     if min(start.restitution, start.wall_restitution) == 1:
-        return found
+        return rates
     decay = math.log(total_energy(start) / total_energy(course.finish)) / time
-    return {"decay constant, 1/s": decay, **found}
+    return {"decay constant, 1/s": decay, **rates}
 
 
 # The record as tables
@@ -219,18 +220,18 @@ def _scene_lines(scene: Record) -> Iterator[str]:
         f"{scene['certain']} of them certain in {scene['digits']} digits"
     )
     places: Cells = {
-        f"m at {events}": lambda one, k=k: small(one["place_errors"][k])  # type: ignore[misc]
+        f"m at {events}": lambda result, k=k: small(result["place_errors"][k])  # type: ignore[misc]
         for k, events in enumerate(checkpoints)
         if events in (10, 100, collisions)
     }
     cells: Cells = {
-        "method": lambda one: str(one["method"]),
-        "events/s": lambda one: f"{one['events_per_second']:,.0f}",
+        "method": lambda result: str(result["method"]),
+        "events/s": lambda result: f"{result['events_per_second']:,.0f}",
         **places,
-        "true": lambda one: str(one["first_different"]),
-        "events": lambda one: str(one["collisions"]),
-        "overlap, m": lambda one: small(one["overlap"]),
-        "energy": lambda one: small(one["energy"]),
+        "true": lambda result: str(result["first_different"]),
+        "events": lambda result: str(result["collisions"]),
+        "overlap, m": lambda result: small(result["overlap"]),
+        "energy": lambda result: small(result["energy"]),
     }
     yield from table(scene["results"], cells, left=("method",))
 
@@ -249,7 +250,7 @@ def _ensemble_lines(ensemble: Record) -> Iterator[str]:
         "overlap, m": lambda row: small(row["overlap"]),
         "in repeats": lambda row: str(row["overlapping"]),
     }
-    rows = [one | bias for one in ensemble["methods"] for bias in one["biases"]]
+    rows = [method | bias for method in ensemble["methods"] for bias in method["biases"]]
     yield from table(rows, cells, left=("method", "quantity"))
 
 
@@ -263,14 +264,14 @@ def error_against_cost(record: Record, scene: Record) -> FigureData:
     layers: list[Layer] = []
     shown: list[dict[str, Any]] = []
     for series, (label, results) in enumerate(_curves(scene)):
-        cost = np.array([1e6 * one["seconds"] / scene["collisions"] for one in results])
-        error = np.array([one["place_errors"][checkpoint] for one in results])
+        cost = np.array([1e6 * result["seconds"] / scene["collisions"] for result in results])
+        error = np.array([result["place_errors"][checkpoint] for result in results])
         if len(results) > 1:
             layers.append(Line(cost, error, None, series))
         layers.append(Points(cost, error, label=label, series=series))
         shown += [
-            {"method": one["method"], "microseconds_per_event": x, "place_error": y}
-            for one, x, y in zip(results, cost.tolist(), error.tolist(), strict=True)
+            {"method": result["method"], "microseconds_per_event": x, "place_error": y}
+            for result, x, y in zip(results, cost.tolist(), error.tolist(), strict=True)
         ]
     return FigureData(
         kind="error-against-cost",
@@ -292,11 +293,12 @@ def error_growth(record: Record, scene: Record) -> FigureData:
     """The error of position over the number of events."""
     exponent = scene["exponent"]
     events = np.array(scene["checkpoints"], dtype=np.float64)
-    # Of many time steps, the longest and the shortest.
-    shown = [one for _, found in _curves(scene) for one in found[:: max(1, len(found) - 1)]]
+    # The longest and the shortest of many time steps.
+    curves = [results for _, results in _curves(scene)]
+    shown = [result for results in curves for result in results[:: max(1, len(results) - 1)]]
     layers: list[Layer] = [
-        Line(events, np.array(one["place_errors"]), one["method"], series)
-        for series, one in enumerate(shown)
+        Line(events, np.array(result["place_errors"]), result["method"], series)
+        for series, result in enumerate(shown)
     ]
     chaos = ""
     if exponent is not None:
@@ -321,8 +323,8 @@ def error_growth(record: Record, scene: Record) -> FigureData:
 def _curves(scene: Record) -> Iterator[tuple[str, Sequence[Record]]]:
     """Label and results of each method; all steps of time stepping, the longest first, are one."""
     engine, source, *stepped = scene["results"]
-    yield from ((one["method"], [one]) for one in (engine, source))
-    steps = [short(one["step"]) for one in stepped]
+    yield from ((result["method"], [result]) for result in (engine, source))
+    steps = [short(result["step"]) for result in stepped]
     yield f"time steps of {steps[0]} to {steps[-1]} s", stepped
 
 

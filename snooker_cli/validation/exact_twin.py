@@ -231,7 +231,7 @@ def _run(
     """Events and states of one run, rounded."""
     twin = Twin(scene, digits)
     rows, states = [], [twin.state()]
-    for one in islice(twin.collisions(), collisions):
-        rows.append((float(one.time), one.i, one.j, float(one.impulse)))
+    for collision in islice(twin.collisions(), collisions):
+        rows.append((float(collision.time), collision.i, collision.j, float(collision.impulse)))
         states.append(twin.state())
     return rows, np.array(states)

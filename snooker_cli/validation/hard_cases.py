@@ -83,9 +83,9 @@ def checks(trace: Trace) -> list[Check]:
     A summary has no events, so its overlaps are those at the end.
     """
     broken = _broken_numbers(trace)
-    found = [Check("numbers", broken, 0.0)]
+    results = [Check("numbers", broken, 0.0)]
     if broken:
-        return found
+        return results
     start, finish = trace.start, trace.finish
     states, flights = _states(trace)
     velocities, positions, masses = states.velocities, states.positions, start.masses
@@ -107,16 +107,16 @@ def checks(trace: Trace) -> list[Check]:
         scales["angular momentum"] = float(np.max((speeds * arms) @ masses))
     rounding = OPERATIONS * EPSILON * (trace.collisions + start.number)
     for name, scale in scales.items():
-        found.append(Check(name, violations[name] / max(scale, LEAST), rounding))
+        results.append(Check(name, violations[name] / max(scale, LEAST), rounding))
 
     diameter = 2 * float(np.max(start.radii)) if start.number > 1 else 0.0
     clock = float(np.max(np.max(speeds, axis=1) * (states.time + flights)))
-    place = PLACE * EPSILON * (2 * float(np.max(arms)) + diameter + clock)
-    found.append(Check("overlap", deepest_overlap(start, states, flights), place))
+    tolerance = PLACE * EPSILON * (2 * float(np.max(arms)) + diameter + clock)
+    results.append(Check("overlap", deepest_overlap(start, states, flights), tolerance))
     if trace.events is not None and start.container.has_wall:
         escape = farthest_escape(start, states)
-        found.append(Check("escape", escape, place * (1 + longest_run(trace.events))))
-    return found
+        results.append(Check("escape", escape, tolerance * (1 + longest_run(trace.events))))
+    return results
 
 
 def _broken_numbers(trace: Trace) -> float:
@@ -141,8 +141,8 @@ def _states(trace: Trace) -> tuple[States, Floats]:
     """
     finish, number, end = trace.finish, trace.start.number, trace.stop.time
     if trace.events is None:
-        one = finish.positions, finish.velocities, finish.container_position
-        columns = (column[np.newaxis] for column in (*one, finish.container_velocity))
+        end_state = finish.positions, finish.velocities, finish.container_position
+        columns = (column[np.newaxis] for column in (*end_state, finish.container_velocity))
         return States(np.array([end]), *columns), np.zeros(1)
     times = np.concatenate([[0.0], trace.events.time, [end]])
     pairs = max(1, number * (number - 1) // 2)
@@ -177,8 +177,8 @@ def exact_start(scene: Scene) -> ExactStart:
     rounding, shape = PLACE * EPSILON, scene.positions.shape
     speeds = np.hypot(*scene.velocities.T)[:, np.newaxis]
     collisions = FOLLOWED // scene.number
-    found = trajectory(scene, collisions, TWIN_DIGITS)
-    count, others = found.certain, []
+    truth = trajectory(scene, collisions, TWIN_DIGITS)
+    count, others = truth.certain, []
     for seed in range(ROUNDED_STARTS):
         dice = np.random.default_rng(seed)
         moved, pushed = rounding * dice.normal(size=(2, *shape))
@@ -188,12 +188,12 @@ def exact_start(scene: Scene) -> ExactStart:
             velocities=scene.velocities + pushed * speeds,
         )
         others.append(trajectory(other, collisions, TWIN_DIGITS).events)
-        count = min(count, first_different(others[-1], found.events))
-    events = found.events[:count]
-    changes = {
-        name: np.max([abs(getattr(one[:count], name) - getattr(events, name)) for one in others], 0)
-        for name in ("time", "impulse")
-    }
+        count = min(count, first_different(others[-1], truth.events))
+    events = truth.events[:count]
+    changes = {}
+    for name in ("time", "impulse"):
+        exact = getattr(events, name)
+        changes[name] = np.max([abs(getattr(o[:count], name) - exact) for o in others], axis=0)
     return events, changes
 
 
@@ -216,8 +216,8 @@ def follows(trace: Trace, truth: ExactStart) -> Iterator[Check]:
         delays = start.container.size[0] / (exact.impulse * inverse / (1 + restitution))
     sizes = {"time": exact.time + delays, "impulse": exact.impulse}
     for name, unit in (("time", "s"), ("impulse", "kg m/s")):
-        each = changes[name][:count] + PLACE * EPSILON * sizes[name]
-        bounds = np.arange(1, count + 1) * np.maximum.accumulate(each)
+        bound = changes[name][:count] + PLACE * EPSILON * sizes[name]
+        bounds = np.arange(1, count + 1) * np.maximum.accumulate(bound)
         errors = abs(getattr(events, name)[:count] - getattr(exact, name))
         worst = int(np.argmax(errors / np.maximum(bounds, LEAST)))
         yield Check(f"{name}, {unit}", float(errors[worst]), float(bounds[worst]))
@@ -304,15 +304,15 @@ class HardCaseStudy(Study):
         for name in names:
             check_name(name, CASES, "hard case", "snooker init --list")
         chosen = [CASES[name] for name in dict.fromkeys(names)]
-        return cls(tuple(chosen or (one for one in CASES.values() if not one.by_name_only)))
+        return cls(tuple(chosen or (case for case in CASES.values() if not case.by_name_only)))
 
     def results(self, report: Callable[[str], None]) -> Record:
         """Run all cases. Raises ``ConfigError`` if a config is missing or wrong."""
-        found = []
+        verdicts = []
         for case in self.cases:
             report(f"{case.name} ...")
-            found.append(verdict(case))
-        return {"cases": found}
+            verdicts.append(verdict(case))
+        return {"cases": verdicts}
 
     @staticmethod
     def passed(record: Record) -> bool:
@@ -363,10 +363,10 @@ def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
                 engine=engine,
                 watch=lambda _, deadline=deadline: time.monotonic() > deadline,  # type: ignore[misc]
             )
-            found, wrong = judged(case, trace, truth)
-            for check in found:
+            results, wrong = judged(case, trace, truth)
+            for check in results:
                 before = worst.setdefault(check.name, check)
-                worst[check.name] = max(before, check, key=lambda one: (not one.holds, one.error))
+                worst[check.name] = max(before, check, key=lambda c: (not c.holds, c.error))
             endings[trace.stop.reason.value] += 1
             events += trace.collisions
             label = ", ".join([engine, *(f"{key}={v}" for key, v in point.as_json().items())])
@@ -393,21 +393,21 @@ def judged(
 
     truth : the first collisions, if they are known
     """
-    found = checks(trace)
-    if found[0].holds:  # nothing is measured of broken numbers
+    results = checks(trace)
+    if results[0].holds:  # nothing is measured of broken numbers
         if truth is not None and trace.events is not None:
-            found += follows(trace, truth)
+            results += follows(trace, truth)
         if case.fact is not None:
-            found += FACTS[case.fact](trace)
+            results += FACTS[case.fact](trace)
     faults = [
         f"{check.name}: {check.error:.2g} is over {check.bound:.2g}"
-        for check in found
+        for check in results
         if not check.holds
     ]
     reason = trace.stop.reason
     if reason not in case.endings:
         faults.append(f"it ended as {reason.value} instead of {' or '.join(case.endings)}")
-    return found, faults
+    return results, faults
 
 
 def _facts(case: Record) -> str:
@@ -428,7 +428,7 @@ VERDICT_CELLS: Cells = {
     "case": lambda case: str(case["name"]),
     "events": lambda case: f"{case['events']:,}",
     "ended": lambda case: ", ".join(
-        f"{each['runs']} {each['reason'].replace('_', ' ')}" for each in case["endings"]
+        f"{ending['runs']} {ending['reason'].replace('_', ' ')}" for ending in case["endings"]
     ),
     **{name: partial(_error, name=name) for name in INVARIANTS},
     "facts": _facts,

@@ -28,7 +28,7 @@ zero"; and zero is not a "positive solution" that can be selected. This is one r
 SKIN = 0.2
 """Time stepping lists pairs that are nearer than this to contact, in mean distances of balls."""
 
-ROOM = 1 << 20  # events of time stepping, of which the scenes have some hundred
+ROOM = 1 << 20  # events of time stepping; the scenes have some hundred
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,8 @@ def all_methods(steps: Sequence[float]) -> tuple[Method, ...]:
         Method("snooker", None, by_engine),
         Method("the source report's algorithm", None, by_source_report),
         *(
-            Method(f"time steps of {short(one)} s", one, partial(by_steps, step=one))
-            for one in steps
+            Method(f"time steps of {short(step)} s", step, partial(by_steps, step=step))
+            for step in steps
         ),
     )
 

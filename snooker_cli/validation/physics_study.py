@@ -93,15 +93,15 @@ class GasSample:
         experiment = lattice_gas({"shape": self.shape}, self.cor, **balls)
         events = self.settling_events + self.measured_events
 
-        def one(seed: int) -> tuple[float, ...]:
+        def measured(seed: int) -> tuple[float, ...]:
             scene = starting_scene(experiment, seed)
             summary = simulate(scene, collisions=events, summary=True, engine="cells").summary
             assert summary is not None
             return measure(self, evenly(summary.series))
 
         with ThreadPoolExecutor(processors()) as pool:
-            found = np.array(list(pool.map(one, range(self.seeds))))
-        return np.array([mean_and_error(column) for column in found.T])
+            rows = np.array(list(pool.map(measured, range(self.seeds))))
+        return np.array([mean_and_error(column) for column in rows.T])
 
 
 def known_value(
@@ -325,15 +325,15 @@ class PhysicsStudy(Study):
 
     def results(self, report: Callable[[str], None]) -> Record:
         """The rows, first those whose expected value leaves nothing open, and notes on them."""
-        found: list[Record] = []
+        rows: list[Record] = []
         for purpose, gases in self.gases.items():
             for gas in gases:
                 words = purpose.replace("_", ", ")
                 report(f"{words}: {gas.balls} balls, packing {gas.packing:.4g}, CoR {gas.cor:g}")
-                found += ROWS[purpose](gas)
-        groups = list(dict.fromkeys(row["group"] for row in found))
-        found.sort(key=lambda row: (row["systematic"] > 0, groups.index(row["group"])))
-        return {"allowed_errors": ALLOWED, "notes": LEGENDS["physics"], "rows": found}
+                rows += ROWS[purpose](gas)
+        groups = list(dict.fromkeys(row["group"] for row in rows))
+        rows.sort(key=lambda row: (row["systematic"] > 0, groups.index(row["group"])))
+        return {"allowed_errors": ALLOWED, "notes": LEGENDS["physics"], "rows": rows}
 
     @staticmethod
     def passed(record: Record) -> bool:
@@ -356,7 +356,7 @@ class PhysicsStudy(Study):
 def verdict(rows: Sequence[Record]) -> str:
     """The number of rows that agree, and the names and deviations of the others."""
     agreeing = sum(row["agreement"] == "yes" for row in rows)
-    found = f"{agreeing} of {len(rows)} rows agree within {ALLOWED:g} standard errors"
+    sentence = f"{agreeing} of {len(rows)} rows agree within {ALLOWED:g} standard errors"
     for answer, words in ((ONLY_OPEN, "only with what is open"), ("no", "not")):
         names = [
             f"{row['quantity']} at packing {row['setting']['packing']:.4g} and "
@@ -365,8 +365,8 @@ def verdict(rows: Sequence[Record]) -> str:
             if row["agreement"] == answer
         ]
         if names:
-            found += f"; {words}: {listed(names)}"
-    return found
+            sentence += f"; {words}: {listed(names)}"
+    return sentence
 
 
 def _left(row: Record) -> str:

@@ -120,10 +120,10 @@ class SpeedStudy(Study):
         yield from header_lines(record)
         cells = dict(CELLS)
         if "earlier" in record:
-            then = {one["rate"]: one["median"] for one in record["earlier"]["rates"]}
-            cells["then"] = lambda one: _rate(then.get(one["rate"]))
-            cells["now/then"] = lambda one: (
-                f"{one['median'] / then[one['rate']]:.2f}" if one["rate"] in then else "–"
+            then = {rate["rate"]: rate["median"] for rate in record["earlier"]["rates"]}
+            cells["then"] = lambda rate: _rate(then.get(rate["rate"]))
+            cells["now/then"] = lambda rate: (
+                f"{rate['median'] / then[rate['rate']]:.2f}" if rate["rate"] in then else "–"
             )
             yield from ("", "then:", *header_lines(record["earlier"]))
         yield ""
@@ -163,7 +163,7 @@ def _short_run(kept: str, repeats: int) -> tuple[float, float]:
         create(run)
         results = execute(run, workers=processors(), watcher=Watcher(), cancelled=threading.Event())
         seconds, of_run = time.perf_counter() - began, time.process_time() - clock
-        if failed := [each.error for each in results if each.error]:
+        if failed := [result.error for result in results if result.error]:
             raise UserError(f"a repeat failed: {failed[0]}", "set TMPDIR to another folder")
         limits = Job(run, "").limits(0)
     (point,) = run.points
@@ -187,7 +187,7 @@ def earlier_record(path: Path) -> Record:
             raise ValueError(f"it has a measurement of `snooker bench {study}`")
         record.pop("earlier", None)
         list(SpeedStudy.tables(record))
-        rates = {one["rate"]: one["median"] for one in record["rates"]}
+        rates = {row["rate"]: row["median"] for row in record["rates"]}
         if not all(0 < rate < math.inf for rate in rates.values()):
             raise ValueError("it has a rate that is not positive")
     except (*UNREADABLE, AttributeError) as error:
@@ -213,8 +213,8 @@ def _rate(value: float | None) -> str:
 
 
 CELLS: Cells = {
-    "rate": lambda one: str(one["rate"]),
-    "median": lambda one: _rate(one["median"]),
-    "lowest to highest": lambda one: f"{_rate(one['lowest'])} to {_rate(one['highest'])}",
-    "kernel": lambda one: f"{100 * one['kernel_share']:.0f} %" if "kernel_share" in one else "–",
+    "rate": lambda rate: str(rate["rate"]),
+    "median": lambda rate: _rate(rate["median"]),
+    "lowest to highest": lambda rate: f"{_rate(rate['lowest'])} to {_rate(rate['highest'])}",
+    "kernel": lambda rate: f"{100 * rate['kernel_share']:.0f} %" if "kernel_share" in rate else "–",
 }
