@@ -73,9 +73,11 @@ def validated(data: Mapping[str, Any]) -> Experiment:
     return experiment
 
 
-def _unset(data: Mapping[str, Any]) -> list[_Step]:
+def _unset(data: object) -> list[_Step]:
     """The first value of each swept key that has no value of its own; none of a bad sweep."""
     steps: list[_Step] = []
+    if not isinstance(data, Mapping):
+        return steps
     with suppress(ConfigError):
         for key, values in itertools.chain(*axes(data.get("sweep"))):
             try:

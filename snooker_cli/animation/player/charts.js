@@ -282,7 +282,7 @@ class Charts {
     const rate = this.courses.length > 1 ? "" : `: α = ${short(cooling[0]?.film.haffRate ?? 0)} 1/s`;
     for (const panel of cooling.length ? [energy, speeds] : [speeds]) {
       const text = `- - ${panel.law}${panel === energy ? rate : ""}`;
-      pen.fillText(text, panel.right, panel.head + this.gap + 0.4 * size);
+      pen.fillText(text, panel.right, panel.head + this.gap + 0.4 * size, panel.right - this.left);
     }
   }
 

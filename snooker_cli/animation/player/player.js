@@ -242,7 +242,7 @@ class Player {
     if (this.time > this.start) link.set("t", Number(this.time.toPrecision(12)));
     const tagged = this.screens.find(({ arena }) => arena.tagged !== null);
     if (tagged) link.set("ball", tagged.arena.tagged);
-    const text = link.size ? `#${link}` : "";
+    const text = String(link) && `#${link}`;
     if (text !== location.hash) history.replaceState(null, "", text || location.pathname + location.search);
   }
 
