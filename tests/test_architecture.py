@@ -19,7 +19,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 
 # A part is a module or a folder of the package. It may import the parts named beside it, which
 # come earlier in the table. So data flows in one direction and there are no circles.
-SIMULATING = ("containers", "errors", "files", "neighbours", "scene", "trace")
+SIMULATING = ("containers", "errors", "files", "laws", "neighbours", "scene", "trace")
 RUNNING = (*SIMULATING, "config", "engine", "formatting", "placement", "runs", "store", "theory")
 PARTS: dict[str, tuple[str, ...]] = {
     # Nothing of ours below
@@ -27,16 +27,17 @@ PARTS: dict[str, tuple[str, ...]] = {
     "files": (),
     "formatting": (),
     "neighbours": (),
+    "laws": (),
     "containers": ("errors", "neighbours"),
     # A scene and its trace
-    "config": ("containers", "errors", "formatting"),
-    "scene": ("containers", "errors", "neighbours"),
+    "config": ("containers", "errors", "formatting", "laws"),
+    "scene": ("containers", "errors", "laws", "neighbours"),
     "theory": ("containers",),
     "trace": ("scene",),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "neighbours", "scene"),
-    "engine": ("containers", "scene", "trace"),
-    "store": ("containers", "errors", "files", "scene", "trace"),
+    "engine": ("containers", "laws", "scene", "trace"),
+    "store": ("containers", "errors", "files", "laws", "scene", "trace"),
     "runs": (*SIMULATING, "config", "engine", "formatting", "placement", "store", "theory"),
     "exit_codes": ("errors", "formatting"),
     "progress": ("exit_codes", "formatting", "runs", "trace"),

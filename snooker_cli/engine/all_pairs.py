@@ -278,7 +278,7 @@ def advance(
                 delay = chord_delay(x, y, u, v)
                 wall_time[i] = now + delay
                 find_contact(i, now, delay, state, slides, agenda)
-                if setup.traps and (links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0):
+                if setup.traps and (links[BOUNCES, i] > 1 or setup.wall_law.cor == 0.0):
                     patient = links[BOUNCES, i] <= setup.patience
                     trapped = prediction.is_trapped(
                         i, now, state, state.container, slides, next_time, patient

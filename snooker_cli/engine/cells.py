@@ -69,7 +69,7 @@ def advance(state: State, cells: Cells, recorded: Recorded, grid: Grid | None, l
                 links[cell_grid.BOUNCES, i] += 1
                 cell_prediction.push(now, state, cells, state.container, cells.margin)
                 bounces = links[cell_grid.BOUNCES, i]
-                often = bounces > 1 or state.setup.wall_restitution == 0.0
+                often = bounces > 1 or state.setup.wall_law.cor == 0.0
                 # After 2, 4, 8 … bounces.
                 if state.setup.traps and often and bounces & (bounces - 1) == 0:
                     trapped = is_trapped(i, now, state, state.container, None, None, False)

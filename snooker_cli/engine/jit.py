@@ -60,6 +60,10 @@ _unknown: list[tuple[Callable[..., Any], dict[str, Any]]] = []
 """Functions that Numba does not know yet, and their options."""
 
 
+_by_class: list[Callable[..., Any]] = []
+"""Functions that Numba does not know yet, and that are methods of their first argument."""
+
+
 class Kernel:
     """A function that Python calls. Numba compiles it once for each combination of types."""
 
@@ -77,6 +81,12 @@ class Kernel:
         while _unknown:
             function, options = _unknown.pop()
             numba.extending.register_jitable(**options)(function)
+        while _by_class:
+            name = _by_class[-1].__name__
+            overload = numba.extending.overload(
+                _by_class.pop(), jit_options=INLINE_OPTIONS, strict=False
+            )
+            overload(lambda first, *_, name=name: getattr(first.instance_class, name))
         if numba.config.DISABLE_JIT:
             return np.errstate(all="ignore")(self.function)  # without warnings of 0 * inf
         folder, users = cache_folder(), numba.config.CACHE_DIR
@@ -101,6 +111,15 @@ def inlined(function: Function) -> Function:
 def helper(function: Function) -> Function:
     """Compile a function that kernels call, and not often; for Python, it stays as it is."""
     _unknown.append((function, HELPER_OPTIONS))
+    return function
+
+
+def by_class(function: Function) -> Function:
+    """Compile calls into the method of the same name of the first argument's class.
+
+    That argument is a ``NamedTuple``. For Python, the function stays as it is: it calls the method.
+    """
+    _by_class.append(function)
     return function
 
 
@@ -129,7 +148,8 @@ def cache_folder() -> Path | None:
     here = Path(__file__).parent
     numba = _numba()
     found = hashlib.sha256(numba.__version__.encode())
-    for source in (*sorted(here.glob("*.py")), here.with_name("trace.py")):
+    others = (here.with_name(name) for name in ("laws.py", "trace.py"))
+    for source in (*sorted(here.glob("*.py")), *others):
         found.update(source.read_bytes())
     name, chosen = f"engine-{found.hexdigest()[:16]}", numba.config.CACHE_DIR
     try:

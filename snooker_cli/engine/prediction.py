@@ -147,14 +147,14 @@ def is_trapped(
     cross = x * v - y * u  # a v_t
     if cross == 0.0:
         return False
-    left = 2.0 * inward * (x * x + y * y) / ((1.0 - setup.wall_restitution) * cross * cross)
+    left = 2.0 * inward * (x * x + y * y) / ((1.0 - setup.wall_law.cor) * cross * cross)
     end = now + left
     if end > state.sums[ks.TIME_LIMIT]:
         return False
     wall_speed = 0.0
     if container is not None:
         m = ks.mass_of(i, state.setup, state.masses)
-        pushes = (1.0 + setup.wall_restitution) / (1.0 - setup.wall_restitution)
+        pushes = (1.0 + setup.wall_law.cor) / (1.0 - setup.wall_law.cor)
         pushes *= inward / math.sqrt(x * x + y * y) * (m / (m + setup.container_mass))
         wall_speed = pushes + math.sqrt(container[U] * container[U] + container[V] * container[V])
     speed = math.sqrt(u * u + v * v) + wall_speed

@@ -101,7 +101,7 @@ def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     lasts 2 a v_n/(v_n^2 + v_t^2) and turns it by 2 atan(v_n/v_t): at last two geometric series.
     """
     x, y, u, v, now = ball_of(i, state.balls)
-    e = state.setup.wall_restitution
+    e = state.setup.wall_law.cor
     square = x * x + y * y
     inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u  # a v_n and a v_t
     c, s, given = 1.0, 0.0, 0.0
@@ -215,7 +215,7 @@ def has_settled(i: int, state: State, now: float) -> bool:
     """Whether the bounces of ball i, just off the wall, are shorter than the clock's rounding."""
     x, y, u, v, _ = ball_of(i, state.balls)
     inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
-    square = (1.0 - state.setup.wall_restitution) * cross * cross
+    square = (1.0 - state.setup.wall_law.cor) * cross * cross
     least = CLOCK_DIGITS * (state.sums[ks.EPOCH] + now) * square
     return bool(cross != 0.0 and 2.0 * inward * (x * x + y * y) <= least)
 

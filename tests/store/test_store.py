@@ -21,6 +21,7 @@ from repeating import content_hash
 from snooker_cli import store
 from snooker_cli.containers import Box, Circle, PeriodicBox
 from snooker_cli.errors import AbsentError, StoreError
+from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance, hdf5
 from snooker_cli.store.file_format import RULES
@@ -92,8 +93,8 @@ def scenes(draw: st.DrawFn, number: int) -> Scene:
         container_mass=draw(fixed if slides else positive | fixed),
         container_position=draw(columns(2)),
         container_velocity=draw(columns(2)),
-        restitution=draw(shares),
-        wall_restitution=draw(shares),
+        pair_law=Constant(draw(shares)),
+        wall_law=Constant(draw(shares)),
         contact_duration=draw(positive | st.just(0.0)),
         elastic_below=draw(positive | st.just(0.0)),
         slides=slides,
