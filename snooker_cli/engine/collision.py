@@ -6,8 +6,9 @@ Both engines and the replay of a trace use ``collide``, so a replay has the engi
 import math
 
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.bit_tricks import fused
 from snooker_cli.engine.contact import nearest_image
-from snooker_cli.engine.jit import by_class, fused, helper, inlined
+from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Indices, Recorded, State, U, V, X, Y
 from snooker_cli.laws import Law
 

@@ -44,7 +44,6 @@ WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED, COUNTS = range(6)
 
 NO_LIMIT = 2**62  # as good as no limit for a number of events
 PATIENCE = 64  # ``Setup.patience`` in a fixed container: two balls may be trapped in step
-LINE = 64  # bytes of a line of the processor's cache
 
 
 class Setup(NamedTuple):
@@ -202,13 +201,6 @@ def origin_of(scene: Scene) -> Floats:
     return np.zeros(2) if scene.free else np.asarray(scene.container_position)
 
 
-def aligned_zeros(number: int) -> Floats:
-    """This many zeros, from the beginning of a line of the cache on."""
-    memory = np.zeros(number + LINE // 8)
-    begin = -memory.ctypes.data % LINE // memory.itemsize
-    return memory[begin : begin + number]
-
-
 class Recorded(NamedTuple):
     """A chunk of events, filled by the kernel: s, ball, ball or -1, kg m/s."""
 
@@ -216,12 +208,6 @@ class Recorded(NamedTuple):
     i: Indices
     j: Indices
     impulse: Floats
-
-
-@inlined
-def nonnegative(index: int) -> int:
-    """The same index; the compiler then knows that it does not count from the end."""
-    return int(index) & ((1 << 62) - 1)
 
 
 @inlined
