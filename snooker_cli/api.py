@@ -146,8 +146,8 @@ class Repeat:
             container_velocity=at.container_velocities[0],
         )
 
-    def animate(self, out: str | PathLike[str] | None = None, **span: Any) -> "Page":
-        """A page that plays the repeat; a notebook shows it, and ``out`` names a file for it.
+    def animate(self, out: str | PathLike[str], **span: Any) -> Path:
+        """Write an HTML page that plays the repeat; its file.
 
         span : ``since`` and ``until`` (s) and ``most`` collisions, as of ``animation.film``
 
@@ -155,15 +155,17 @@ class Repeat:
         """
         from snooker_cli.animation import film, page
 
-        made = Page(page(film(self.trace, self._name, **span)))
-        if out is not None:
-            write_text(Path(out), made)
-        return made
+        write_text(Path(out), page(film(self.trace, self._name, **span)))
+        return Path(out)
 
     def _repr_html_(self) -> str | None:
         """The player; a notebook shows ``repr`` where there is none."""
+        from snooker_cli.animation import embedded, film, page
+
         with suppress(FigureError):
-            return self.animate()._repr_html_()
+            player = embedded(page(film(self.trace, self._name)), self._name)
+            style = "<style>iframe.player {width: 100%; height: 45em; border: 0}</style>"
+            return style + player
         return None
 
     def _recorded(self) -> Events:
@@ -180,19 +182,6 @@ class Repeat:
             return replay()
         except ValueError as error:
             raise UserError(str(error)) from None
-
-
-class Page(str):
-    """The text of an HTML page, which a notebook shows in a frame."""
-
-    def __repr__(self) -> str:
-        return f"<page of {len(self):,} characters>"
-
-    def _repr_html_(self) -> str:
-        from snooker_cli.animation import embedded
-
-        style = "<style>iframe.player {width: 100%; height: 45em; border: 0}</style>"
-        return style + embedded(self, "player")
 
 
 def _records(columns: Mapping[str, NDArray[Any]]) -> "np.recarray[Any, Any]":
@@ -323,10 +312,13 @@ class Run(runs.Run):
         return run_report([self], Path(out or self.directory / "report"), lambda _: None)
 
     def export(self, out: str | PathLike[str], **where: Any) -> Path:
-        """Write ``table`` as a file in .csv or .parquet; its path. Raises as ``table``."""
+        """Write ``table`` as CSV, or as .parquet; its file. Raises as ``table``."""
         rows, path = self.table(**where), Path(out)
-        about = {"rows": len(rows["point"]), "config": json.loads(configs.to_json(self.experiment))}
-        export.write_tables(path, {name: UNITS.get(name, "") for name in rows}, [rows], about)
+        units = {name: UNITS.get(name, "") for name in rows}
+        if path.suffix == ".parquet":
+            export.write_parquet(path, units, [rows], {"config": configs.to_json(self.experiment)})
+        else:
+            export.write_csv(path, units, [rows])
         return path
 
 

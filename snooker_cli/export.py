@@ -14,7 +14,6 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import __version__
 from snooker_cli.engine import States, replay, times_within
 from snooker_cli.errors import UserError, error_text, room_advice
 from snooker_cli.files import atomic_write
@@ -100,19 +99,6 @@ def write_csv(path: Path, units: Mapping[str, str], tables: Iterable[Table]) -> 
     """Write the CSV of tables, whole or not at all. Raises ``UserError``."""
     with _exported(path) as part, part.open("x", encoding="ascii", newline="") as file:
         file.writelines(csv_lines(units, tables))
-
-
-def write_tables(
-    path: Path, units: Mapping[str, str], tables: Iterable[Table], about: Mapping[str, Any]
-) -> None:
-    """Write tables as the name's ending says, .csv or .parquet. Raises ``UserError``."""
-    ending = path.suffix.lower()
-    if ending not in (".csv", ".parquet"):
-        raise UserError(f"{path}: give a name in .csv or .parquet")
-    if ending == ".csv":
-        write_csv(path, units, tables)
-    else:
-        write_parquet(path, units, tables, {"snooker": __version__, **about})
 
 
 def write_parquet(

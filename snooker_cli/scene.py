@@ -4,11 +4,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.containers import Container
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import Law
+from snooker_cli.limits import LEAST_AMOUNT, MOST_AMOUNT
 from snooker_cli.neighbours import near_pairs
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -110,10 +111,21 @@ def check(scene: Scene) -> None:
     Balls may touch. Positions are rounded, so overlaps of up to 2 epsilon times the container's
     size are accepted.
     """
+    if not sizes_are_possible(scene.radii, scene.masses, scene.container.size):
+        problem = (
+            f"lengths that follow from packing are not from {LEAST_AMOUNT:g} to {MOST_AMOUNT:g} m"
+        )
+        raise SceneError("balls", f"{problem}; choose units in which they are nearer to 1")
     slack = 2 * EPSILON * max(scene.container.size)
     _check_places(scene, slack)
     check_speeds(scene, scene.velocities[np.newaxis])
     _check_pairs(scene, slack)
+
+
+def sizes_are_possible(*sizes: ArrayLike) -> bool:
+    """Whether lengths (m) and masses (kg) are those that a config can give."""
+    arrays = map(np.asarray, sizes)
+    return all(np.all((each >= LEAST_AMOUNT) & (each <= MOST_AMOUNT)) for each in arrays)
 
 
 def _check_places(scene: Scene, slack: float) -> None:

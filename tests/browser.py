@@ -70,24 +70,23 @@ class Browser:
             self.process.kill()
             self.process.wait()
 
-    def open(self, path: Path) -> None:
-        """Load a page and wait until it has."""
-        self._ask("Page.navigate", url=path.as_uri())
+    def open(self, path: Path, link: str = "") -> None:
+        """Load a page, at a link such as ``#t=3``, and wait until it has."""
+        self._ask("Page.navigate", url=path.as_uri() + link)
         while self._next().get("method") != "Page.loadEventFired":
             pass
 
-    def look(self, width: int, dark: bool) -> None:
-        """Show pages at this width, px, and in dark mode or not."""
-        metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    def look(self, width: int, dark: bool, height: int = 900) -> None:
+        """Show pages at this size, px, and in dark mode or not."""
+        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self._ask("Emulation.setDeviceMetricsOverride", **metrics)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self._ask("Emulation.setEmulatedMedia", features=[scheme])
 
     def value(self, expression: str) -> Any:
-        """The value of a JavaScript expression or promise."""
-        found = self._ask(
-            "Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True
-        )
+        """The value of a JavaScript expression or promise, which may do what a click may."""
+        asked = {"awaitPromise": True, "returnByValue": True, "userGesture": True}
+        found = self._ask("Runtime.evaluate", expression=expression, **asked)
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"].get("value")
 

@@ -78,6 +78,25 @@ def scene(name: str, value: Any) -> Damage:
     return with_traces(change)
 
 
+def times(factor: float) -> Damage:
+    """Multiplies all times."""
+
+    def change(trace: Trace) -> Trace:
+        assert trace.events is not None
+        later = replace(trace.events, time=factor * trace.events.time)
+        return replace(trace, events=later, stop=replace(trace.stop, time=factor * trace.stop.time))
+
+    return with_traces(change)
+
+
+def at_rest(trace: Trace) -> Trace:
+    start, finish = (
+        replace(each, velocities=np.zeros_like(each.velocities))
+        for each in (trace.start, trace.finish)
+    )
+    return replace(trace, start=start, finish=finish)
+
+
 def stop(**values: Any) -> Damage:
     return with_traces(lambda trace: replace(trace, stop=replace(trace.stop, **values)))
 
@@ -273,16 +292,21 @@ def cut(share: float) -> Damage:
     return lambda path: path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
 
 
+SIZES = (0.0, -1.0, np.nan, np.inf, 5e-324, 1e300)
+
 REPEATS: dict[str, Damage] = {
     **{f"event: i = {each}": event("i", each) for each in (LARGE, 7, -1, -(2**31))},
     **{f"event: j = {each}": event("j", each) for each in (LARGE, 7, -2, -3, -(2**31))},
     **{f"event: time {each}": event("time", each) for each in (np.nan, np.inf, -1.0, 1e300)},
-    **{f"event: impulse {each}": event("impulse", each) for each in (np.nan, np.inf)},
+    **{f"event: impulse {each}": event("impulse", each) for each in (np.nan, np.inf, -1.0, 1e300)},
+    **{f"times: {each} of them": times(each) for each in (5e-324, 1e-300)},
+    "ball: at rest": with_traces(at_rest),
+    "ball: fast": scene("velocities", 1e200),
     "event: residual": event("residual", np.nan),
     **{f"ball at {each}": scene("positions", each) for each in (np.nan, np.inf)},
     "ball: speed": scene("velocities", np.inf),
-    **{f"ball: radius {each}": scene("radii", each) for each in (0.0, -1.0, np.nan, np.inf)},
-    **{f"ball: mass {each}": scene("masses", each) for each in (0.0, -1.0, np.nan, np.inf)},
+    **{f"ball: radius {each}": scene("radii", each) for each in SIZES},
+    **{f"ball: mass {each}": scene("masses", each) for each in SIZES},
     "container: place": scene("container_position", np.nan),
     **{f"container: mass {each}": scene("container_mass", each) for each in (-1.0, 0.0, np.nan)},
     **{
@@ -290,7 +314,7 @@ REPEATS: dict[str, Damage] = {
         for name, values in (
             ("restitution", (2.0, -1.0, "a", None, [], True)),
             ("slides", (True, 2)),
-            ("contact_duration", (-1.0, math.inf, {})),
+            ("contact_duration", (-1.0, 1.5, math.inf, {})),
             ("shape", ("box", "periodic", "none", [1], None)),
             ("unknown", (1,)),
         )
@@ -302,7 +326,11 @@ REPEATS: dict[str, Damage] = {
     "counts that are no numbers": ending(wall_events="a", pair_events=[1]),
     **{f"stop: balls {each}": stop(balls=each) for each in ((99,), (-5,), ("a",), (10**30,))},
     "stop: no list": ending(balls=5),
-    **{f"stop: time {each}": stop(time=each) for each in (np.nan, np.inf, -1.0)},
+    **{f"stop: time {each}": stop(time=each) for each in (np.nan, np.inf, -1.0, 5e-324)},
+    "stop: early": stop(time=1e-6),
+    "stop: no time": ending(reason="time", time=0.0),
+    "stop: impulse": ending(reason="wall_trap", accumulation_time=1e9, impulse_to_come=-1.0),
+    "counts: at the wall": ending(wall_events=0, pair_events=150),
     "stop: time as text": ending(time=ESCAPES),
     "stop: reason": ending(reason=ESCAPES),
     "stop: message": stop(message=ESCAPES),

@@ -81,13 +81,14 @@ def slide_begins(trace: Trace) -> list[int]:
 
 
 def content(text: str) -> dict[str, Any]:
-    """The data of a page, with unpacked arrays."""
+    """The data of a page and of its first film, with unpacked arrays."""
     found = re.search(r'<script type="application/json" id="film">(.*?)</script>', text, re.DOTALL)
     assert found
     data = json.loads(found[1])
+    data |= data["films"][0]
     kinds = {"i": "<i4", "j": "<i4", "contacts": "<f4"}
     rows = ("kineticEnergy", "pressureSum", "pressureGain")
-    for name in ("balls", "time", "i", "j", "after", "contacts", *rows):
+    for name in ("balls", "masses", "time", "i", "j", "after", "contacts", *rows):
         data[name] = np.frombuffer(base64.b64decode(data[name]), kinds.get(name, "<f8"))
     return data
 

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from pathlib import Path
 
 import h5py
@@ -72,7 +73,9 @@ def check(snooker: Snooker, command: str, name: str) -> int:
     """Run a command on files of that name and check how it ends; its exit code."""
     forget_peak()
     before, begun = resident("VmRSS"), time.process_time()
-    ended = snooker(*command.split())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)  # NumPy's, which a user would see
+        ended = snooker(*command.split())
     taken = time.process_time() - begun  # other work on the machine does not count
     more = resident() - before
     printed = ended.out + ended.err
@@ -106,6 +109,9 @@ REFUSALS = {
     "event: time": "wrong order of the times",
     "event: impulse": "wrong impulse",
     "event: residual": "wrong residual",
+    "times": "wrong ending",
+    "ball: at rest": "wrong speeds",
+    "ball: fast": "wrong speeds",
     "ball at": "wrong position or velocity",
     "ball: speed": "wrong position or velocity",
     "ball: radius": "wrong radius, mass or length",
@@ -119,6 +125,10 @@ REFUSALS = {
     "counts": "wrong ending",
     "stop: balls (99": "wrong balls in an ending",
     "stop: time": "wrong ending",
+    "stop: early": "wrong end, which is before an event",
+    "stop: no time": "wrong ending",
+    "stop: impulse": "wrong ending",
+    "counts: at the wall": "wrong number of events",
     "rows: b": "wrong rows of its repeats",
     "type: text": "has neither numbers nor text of fixed length",
     "type: sequence": "has neither numbers nor text of fixed length",

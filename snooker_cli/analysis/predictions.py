@@ -299,10 +299,16 @@ def speeds(trace: Trace, since: float) -> Iterator[Row]:
 
 
 TURNING = (
-    "hard disks with a wall: theory is for the angular momenta of an equilibrium gas; starts on "
-    "rings have others, which matters for few balls (7 balls: rates of collisions by 4 %)"
+    "hard disks with a wall: the angular momenta are those of equilibrium; rings have others "
+    "(7 balls: rates 4 % off)"
 )
 """What a reader of the theory for N balls in a circle has to know."""
+
+
+EQUAL_SPEEDS = (
+    "Haff's α: theory is for mixed speeds; equal speeds lose less at first "
+    "(`start: random` and `speeds: maxwell` start mixed)"
+)
 
 
 def notes(scene: Scene) -> Iterator[Note]:
@@ -317,6 +323,9 @@ def notes(scene: Scene) -> Iterator[Note]:
                 why = "the balls' centre of mass moves on for ever"
             missing = f"the law of speeds at fixed energy is missing, because {why}"
             yield Note(missing, "mean speed, kurtosis of speeds, mean free path")
+    speeds = np.linalg.norm(scene.velocities, axis=1)
+    if scene.number > 1 and not elastic(scene) and np.ptp(speeds) <= 1e-9 * np.max(speeds):
+        yield Note(EQUAL_SPEEDS, "Haff's α")
     absent = ["equations of state", "collision rates", "mean free path"]
     cooling = ["decay constants", "energy left"]
     if scene.number == 1:

@@ -7,6 +7,7 @@ from typing import Any
 
 from snooker_cli.analysis.comparison import CHI_SQUARE
 from snooker_cli.analysis.decay import FURTHER, range_held
+from snooker_cli.analysis.findings import finding
 from snooker_cli.analysis.run_analysis import Records
 from snooker_cli.formatting import point_label, probability, ratio, short, text_table, with_error
 
@@ -43,17 +44,20 @@ def shown_name(name: str) -> str:
     return re.sub(" of a ball| at the (end|start)", "", re.sub("(?<=[a-z])_", " ", name))
 
 
-def table_lines(rows: Records, every: bool) -> list[str]:
-    """A table of each point where something decays or is compared; `every` adds errors."""
+def table_lines(rows: Records, every: bool, brief: bool = False) -> list[str]:
+    """What holds for each point, and unless `brief` is wanted its table; `every` adds errors."""
     rows = [one for one in rows if not one.get("elastic")]
-    columns, cells = COMPARE_COLUMNS, compare_cells
-    if rows and "amplitude" in rows[0]:
+    columns, cells, is_fit = COMPARE_COLUMNS, compare_cells, bool(rows) and "amplitude" in rows[0]
+    if is_fit:
         columns, cells = FIT_COLUMNS + MORE_FIT_COLUMNS * every, fit_cells
     head, *lines = text_table(columns.split(" | "), [cells(one, every) for one in rows])
-    titles, found = map(point_heading, rows), list[str]()
-    for title, group in groupby(zip(titles, lines, strict=True), lambda each: each[0]):
-        found += [title, head, *(line for _, line in group)]
-    return found
+    holds, found = list[str](), list[str]()
+    for title, group in groupby(zip(rows, lines, strict=True), lambda each: point_heading(each[0])):
+        same, table = map(list, zip(*group, strict=True))
+        found += [title, head, *table]
+        if sentence := finding(same * is_fit, same * (not is_fit)):
+            holds.append(f"{point_label(same[0]['parameters'])}: {sentence}")
+    return holds if brief else [*holds, *[""] * bool(holds), *found]
 
 
 def point_heading(one: dict[str, Any]) -> str:

@@ -6,8 +6,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.analysis.observables import integrals, series
-from snooker_cli.engine import States, replay
+from snooker_cli.engine import States, replay, simulate
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import printable
 from snooker_cli.trace import CONTAINER, SLIDE, Trace
@@ -18,6 +19,7 @@ Integers: TypeAlias = NDArray[np.int32]
 MOST_COLLISIONS = 10_000
 """In a film: a page stores 83 bytes for each, and steps through them one by one."""
 
+MOST_AGAIN = 10_000_000  # collisions simulated for a film of a summary: some 30 s and 240 MB
 MOST_BALLS = 10_000  # in a film: a browser draws this number several times a second
 BATCH = 2_000_000  # balls times collisions whose states are in memory at a time; 64 MB
 FASTER = 0.02  # share of the balls' speeds above the colour scale: a gas has a few fast balls
@@ -30,7 +32,7 @@ class Film:
     trace : the repeat up to the last collision shown; with sliding balls, one more event
     title, subtitle, ending : shown at the top; why the repeat ended early, or empty
     start, end : s
-    before, left_out : number of collisions before the film; of those that are too many
+    before, left_out : number of collisions before the film; of the events that are too many
     opening : the state at ``start``
     time, i, j : (*n*,) the collisions and the bodies that collide, as in ``Events``
     sliding : balls that slide along the wall at the start
@@ -39,6 +41,7 @@ class Film:
     contacts : (*n*, 2) points of contact, m
     container_path : (*n* + 2, 2) the container's centre at the start, collisions and end, m
     kinetic_energy : (*n* + 1,) of the balls at the start and after each collision, J
+    haff_rate : α of Haff's law fitted to the energy of the whole repeat, 1/s; ``None`` without one
     pressure_sum : (*n* + 1,) what ``pressure`` divides by the time, Pa m s
     pressure_gain : (*n* + 1,) its increase per second from there on, Pa m
     top_speed : m/s, of the brightest colour; few balls are faster
@@ -62,6 +65,7 @@ class Film:
     contacts: Floats
     container_path: Floats
     kinetic_energy: Floats
+    haff_rate: float | None
     pressure_sum: Floats
     pressure_gain: Floats
     top_speed: float
@@ -99,16 +103,16 @@ def film(
     trace: Trace,
     title: str,
     subtitle: str = "",
-    *,
     since: float = 0.0,
     until: float | None = None,
-    most: int | None = None,
+    most: int = MOST_COLLISIONS,
 ) -> Film:
     """The film of a repeat from one time to another, s.
 
-    most : largest number of collisions [``MOST_COLLISIONS``]; the film ends with the last one
+    most : largest number of collisions; the film ends with the last one
 
-    Raises ``FigureError`` for a repeat without events, a span outside it, and too many balls.
+    Raises ``FigureError`` for a repeat without events (see ``with_events``), a span outside it, and
+    too many balls.
     """
     events, scene = trace.events, trace.start
     if events is None:
@@ -122,13 +126,14 @@ def film(
             f"{trace.stop.time!r} s"
         )
     first, last = np.searchsorted(events.time, [since, end], side="right").tolist()
-    left_out = max(0, last - first - (MOST_COLLISIONS if most is None else most))
+    left_out = max(0, last - first - most)
     if left_out:
         last -= left_out
         end = float(events.time[last - 1])
     time, i, j = events.time[first:last], events.i[first:last], events.j[first:last]
+    haff = repeat_fits(trace, "kinetic_energy")["haff"]
     # Later events are not needed, except the next one: a ball may bounce until it slides there.
-    trace = replace(trace, events=events[: last + 1 if scene.slides else last])
+    trace = replace(trace, events=events[: last + 1 if scene.slides else last], summary=None)
     opening, centres = replay(trace, [since]), replay(trace, [since, end]).container_positions
     table = _at_collisions(trace, time, i, j)
     energy = np.append(_energy(trace, opening), table[:, 6])
@@ -158,10 +163,32 @@ def film(
         contacts=table[:, 4:6],
         container_path=np.vstack([centres[:1], table[:, 7:], centres[1:]]),
         kinetic_energy=energy,
+        haff_rate=haff.value if haff.value > 0 else None,
         pressure_sum=pressure_sum,
         pressure_gain=pressure_gain,
         top_speed=float(np.quantile(speeds, 1 - FASTER)) or 1.0,
     )
+
+
+def with_events(
+    trace: Trace, since: float, until: float | None, most: int, engine: str | None = None
+) -> Trace:
+    """A repeat with the events that ``film`` needs: those of a summary are simulated again.
+
+    Raises ``FigureError`` for more than ``MOST_AGAIN`` collisions.
+    """
+    if trace.summary is None:
+        return trace
+    grid = trace.summary.series
+    counts = np.append(grid.wall_events + grid.pair_events, trace.collisions).astype(np.int64)
+    spans = np.searchsorted(grid.time, [since, np.inf if until is None else until])
+    before, within = counts[spans].tolist()
+    # One more collision shows that the film leaves some out, or how a ball bounces until it slides.
+    number = min(before + most + 1, within + 1, trace.collisions)
+    if number > MOST_AGAIN:
+        needed = f"needs {number:,} collisions simulated again, {MOST_AGAIN:,} at most"
+        raise FigureError(f"is a summary, and the film {needed}; choose an earlier --from")
+    return replace(trace, events=simulate(trace.start, collisions=number, engine=engine).events)
 
 
 def _at_collisions(trace: Trace, time: Floats, i: Integers, j: Integers) -> Floats:

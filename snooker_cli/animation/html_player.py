@@ -1,4 +1,4 @@
-"""A film -> one HTML page with its data and the player; it needs no other file or network."""
+"""Films -> one HTML page with their data and the player; it needs no other file or network."""
 
 import base64
 import html
@@ -13,29 +13,32 @@ from numpy.typing import NDArray
 from snooker_cli.animation.film import Film
 from snooker_cli.animation.frames import SPEED_COLOURS, Pace, view
 
-SCRIPTS = ("motion.js", "charts.js", "arena.js", "player.js")
+SCRIPTS = ("drawing.js", "motion.js", "arena.js", "charts.js", "player.js")
+
+MOST_FILMS = 4  # on a page: more have too little room
 
 
 def embedded(page: str, label: str) -> str:
     """An ``iframe`` with a film's page, which may only run its script; ``label`` describes it."""
     return (
         f'<iframe class="player" title="{html.escape(label)}" loading="lazy" '
-        f'sandbox="allow-scripts" srcdoc="{html.escape(page)}"></iframe>'
+        f'sandbox="allow-scripts" allow="fullscreen" srcdoc="{html.escape(page)}"></iframe>'
     )
 
 
-def page(film: Film, *, pace: Pace = "time", seconds: float | None = None) -> str:
-    """The page that plays a film; always the same bytes for the same film.
+def page(*films: Film, pace: Pace = "time", seconds: float | None = None) -> str:
+    """The page that plays films side by side, in step; always the same bytes for the same films.
 
+    films : from the same time on; one to ``MOST_FILMS``, which have different subtitles
     pace : at the beginning
     seconds : length at speed 1; without it, the player chooses
     """
-    data = _content(film, pace, seconds)
+    data = {"pace": pace, "seconds": seconds, "films": [_content(film) for film in films]}
     content = json.dumps(
         data, ensure_ascii=False, allow_nan=False, separators=(",", ":"), default=_packed
     )
     parts = {
-        "title": html.escape(film.title),
+        "title": html.escape(films[0].title),
         "style": _part("player.css"),
         "film": content.replace("<", "\\u003c"),  # it cannot end the script element around it
         "script": "\n".join(_part(name) for name in SCRIPTS),
@@ -43,7 +46,7 @@ def page(film: Film, *, pace: Pace = "time", seconds: float | None = None) -> st
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _part("player.html"))
 
 
-def _content(film: Film, pace: Pace, seconds: float | None) -> dict[str, Any]:
+def _content(film: Film) -> dict[str, Any]:
     """The player's data: the film's own, the view's, and the scene's."""
     scene, opening = film.trace.start, film.opening
     own = {
@@ -57,7 +60,9 @@ def _content(film: Film, pace: Pace, seconds: float | None) -> dict[str, Any]:
         "contacts": film.contacts.astype(np.float32),
         "pressureGain": film.pressure_gain if film.pressure_gain.any() else "",
         "pressureTop": film.pressure_top,
+        "startEnergy": scene.kinetic_energy,
         "balls": balls,
+        "masses": scene.masses,
         "container": [*opening.container_positions[0], *opening.container_velocities[0]],
         "outline": scene.container.outline.tolist(),
         "periodic": not scene.container.has_wall,
@@ -65,8 +70,6 @@ def _content(film: Film, pace: Pace, seconds: float | None) -> dict[str, Any]:
         "free": scene.free,
         "wallCor": scene.wall_restitution,
         "colours": SPEED_COLOURS,
-        "pace": pace,
-        "seconds": seconds,
     }
 
 

@@ -17,7 +17,8 @@ from snooker_cli.cli.output import make_folder, print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
 from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import EXAMPLES
-from snooker_cli.errors import RunError, UserError
+from snooker_cli.errors import RunError, UserError, check_name
+from snooker_cli.figures import FIGURES
 from snooker_cli.figures.selection import Selection, matching
 from snooker_cli.formatting import listed
 from snooker_cli.progress import notice
@@ -25,6 +26,7 @@ from snooker_cli.runs import open_run
 from snooker_cli.runs.status import run_status
 
 All = Annotated[bool, flag("--all", "Print more columns and rows.")]
+Brief = Annotated[bool, flag("--brief", "Print what holds for each point, without tables.")]
 
 
 def fit(
@@ -35,20 +37,23 @@ def fit(
     since: Annotated[float, option("T", "Fit from this time on, s.", "--from")] = 0.0,
     until: Annotated[float | None, option("T", "Fit up to this time, s.", "--until")] = None,
     every: All = False,
+    brief: Brief = False,
     as_json: AsJson = False,
 ) -> None:
     """Fit decay constants of energy, temperature and pressure.
 
-    The models are exponential decay and Haff's law, 1/(1 + αt)². Each repeat is fitted. A table
-    shows the mean over the repeats with its standard error, the probability p of deviations as
-    large if the law holds, and the time until which it holds. A is the amplitude, 1 or free. The
-    last column is the value at the end over the fit. --all adds half of the range, which is the
-    source report's error, the bootstrap error, the temperature, and A = 1 for the pressure, which
-    the source report has. The fits of all times are saved in RUN/fit.json. With --from or --until
+    The models are exponential decay and Haff's law, 1/(1 + αt)². Each repeat is fitted. The output
+    begins with what holds for the energy at each point; --brief prints only this. A table shows the
+    mean over the repeats with its standard error, the probability p of deviations as large if the
+    law holds, and the time until which it holds. A is the amplitude, 1 or free. The last column is
+    the value at the end over the fit. --all adds half of the range, which is the source report's
+    error, the bootstrap error, the temperature, and A = 1 for the pressure, which the source report
+    has. The fits of all times are saved in RUN/fit.json. With --from or --until
     they are only printed; from a later time on, the amplitude is free.
     """
     analyse = partial(fits, since=since, until=math.inf if until is None else until)
-    _print_analysis(run, where, quantity, model, analyse, as_json, every, [SAMPLING, JUDGEMENT])
+    notes = [SAMPLING, JUDGEMENT]
+    _print_analysis(run, where, quantity, model, analyse, as_json, every, brief, notes)
 
 
 def compare(
@@ -57,16 +62,18 @@ def compare(
     quantity: Names = None,
     model: Names = None,
     every: All = False,
+    brief: Brief = False,
     as_json: AsJson = False,
 ) -> None:
     """Compare the results of RUN with theory.
 
-    The theory is the ideal gas and kinetic theory. Each row has the measured mean, the prediction,
-    and the difference with its standard error, also in such errors. --all adds the standard error
-    of the mean and the formulas of the source report. The result is saved in RUN/compare.json.
+    The theory is the ideal gas and kinetic theory. The output begins with the main difference at
+    each point; --brief prints only this. Each row has the measured mean, the prediction, and the
+    difference with its standard error, also in such errors. --all adds the standard error of the
+    mean and the formulas of the source report. The result is saved in RUN/compare.json.
     """
     footer = f"{PAIRED} --all also has these errors and the formulas of the source report."
-    _print_analysis(run, where, quantity, model, comparisons, as_json, every, [footer])
+    _print_analysis(run, where, quantity, model, comparisons, as_json, every, brief, [footer])
 
 
 def _print_analysis(
@@ -77,15 +84,17 @@ def _print_analysis(
     analyse: Callable[..., RunAnalysis],
     as_json: bool,
     every: bool,
+    brief: bool,
     footer: list[str],
 ) -> None:
     """Analyse points of a run, print rows and notes or, as JSON, the rows, and save both in a file.
 
     quantity, model : parts of the names that a row may have
     every : also rows for few readers; without it they are printed if no others are wanted
+    brief : only what holds for each point
     """
     run = open_run(name)
-    points = matching(run, Selection(conditions(where)))
+    points = matching(run, Selection(conditions(where, run)))
     found = analyse(run, points=points)
     rows, notes = found.rows, found.notes
     for field, parts in {"quantity": quantity or [""], "model": model or [""]}.items():
@@ -94,30 +103,34 @@ def _print_analysis(
         if names and not rows:
             given, present = " ".join(parts), listed([*names])
             raise UserError(f"--{field} {given}: no {field} contains this; there are {present}")
-    lines = table_lines(rows if every else usual(rows) or rows, every)
+    lines = table_lines(rows if every else usual(rows) or rows, every, brief)
     if where or quantity or model or not lines:
         footer = []
-    below = note_lines(notes if every else usual(notes), len(points))
-    print_result(rows, as_json, lines, [*footer, *below])
+    below = [*footer, *note_lines(notes if every else usual(notes), len(points))]
+    print_result(rows, as_json, lines, [] if brief else below)
     found.save()
 
 
 def report(
     runs: Annotated[list[str], RUN],
     out: Annotated[Path | None, option("DIR", "The report's folder [RUN/report].")] = None,
+    figures: Annotated[str, option("F,F,…", "Also these figures; all: every possible one.")] = "",
 ) -> None:
     """Write a report on runs as HTML and PDF.
 
-    Each RUN gets a chapter: its config, how its repeats ended, the figures that fit it, the fits,
-    the comparison with theory, and how to reproduce it. The HTML page plays a repeat. The same
-    runs give the same bytes. The names of the written files are printed.
+    It begins with what holds for each RUN and its points. Each RUN gets a chapter: the figures that
+    say most, a film in the HTML page, and how to reproduce it. An appendix has the config, fits and
+    comparisons. The same runs give the same bytes. The names of the written files are printed.
     """
+    asked = list(FIGURES) if figures == "all" else figures.split(",") if figures else []
+    for name in asked:
+        check_name(name, FIGURES, "figure", "snooker plot --list")
     opened = [open_run(name) for name in dict.fromkeys(runs)]
     from snooker_cli.report.run_report import run_report  # takes a second to load
 
     folder = out or opened[0].directory / "report"
     make_folder(folder)
-    for path in run_report(opened, folder, notice):
+    for path in run_report(opened, folder, notice, asked):
         print_line(str(path))
 
 

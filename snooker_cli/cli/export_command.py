@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import api, store
+from snooker_cli import __version__, api, store
 from snooker_cli import export as exporting
 from snooker_cli.analysis.tables import named
 from snooker_cli.cli.options import Names, PointNumber, RepeatNumber, RunName, Where, conditions
@@ -73,7 +73,7 @@ def export(
     if table and (states or given):
         raise UserError("--table is for all repeats, not for states, H5MD or XYZ")
     opened = api.open(run)
-    selected = conditions(where)
+    selected = conditions(where, opened)
     points = opened.matching(**selected)
     if table:
         rows = _chosen(opened.table(**selected), quantity or [""], model or [""])
@@ -143,8 +143,11 @@ def _write_tables(
     if out is None:
         with until_the_reader_leaves():
             sys.stdout.writelines(exporting.csv_lines(units, tables))
+    elif out.suffix.lower() == ".csv":
+        exporting.write_csv(out, units, tables)
     else:
-        exporting.write_tables(out, units, tables, about)
+        exporting.write_parquet(out, units, tables, {"snooker": __version__} | about)
+    if out is not None:
         print_line(str(out))
 
 

@@ -1,6 +1,7 @@
 """``snooker plot`` and ``animate``: figures and films of runs."""
 
 import re
+import webbrowser
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -9,18 +10,21 @@ from typing import Annotated, Any, Literal
 import typer
 
 from snooker_cli.analysis.run_analysis import shorter_note
-from snooker_cli.animation import film, page
-from snooker_cli.cli.options import RUN, PointNumber, RepeatNumber, RunName, Where, conditions
+from snooker_cli.animation import MOST_COLLISIONS, Film, film, page, with_events
+from snooker_cli.animation.html_player import MOST_FILMS
+from snooker_cli.cli.options import RUN, RunName, Where, conditions
 from snooker_cli.cli.output import first, print_line, print_table, print_wrapped
 from snooker_cli.cli.typer_classes import flag, option
+from snooker_cli.config import Point
+from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
-from snooker_cli.figures.registry import FigureSpec
+from snooker_cli.figures.selection import matching
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label, text_table, with_error
 from snooker_cli.progress import notice
-from snooker_cli.runs import open_run
+from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.folder import writing
 
 MOST_TO_LIST = 1_000_000  # collisions that --list may read; of more it reads each first repeat
@@ -68,7 +72,7 @@ def plot(
     for name in figures or ():
         check_name(name, FIGURES, "figure", "snooker plot --list")
     specs = [FIGURES[name] for name in dict.fromkeys(figures or FIGURES)]
-    selection = Selection(conditions(where), repeat)
+    selection = Selection(conditions(where, opened), repeat)
     points = selected(opened, selection)
     if missing_repeats := unfinished(opened, selection):
         notice(f"{missing_repeats}; run the config again for the rest")
@@ -100,7 +104,7 @@ def plot(
 
             folder = out or opened.figures_folder
             with writing(folder):
-                files = save(figure, folder / _stem(spec, one), wanted, inches, dpi)
+                files = save(figure, folder / _stem(spec.name, one), wanted, inches, dpi)
             print_line("\n".join(map(str, files)))
             if figures:
                 print_wrapped([figure.caption], indent=0)
@@ -161,21 +165,26 @@ def _inches(text: str | None, dpi: int | None) -> tuple[float, float] | None:
     return found
 
 
-def _stem(spec: FigureSpec, selection: Selection) -> str:
+def _stem(name: str, selection: Selection) -> str:
     parts = []
     for key, value in selection.where.items():
         values = value if isinstance(value, tuple) else (value,)
         parts += [key, *("null" if each is None else str(each) for each in values)]
     if selection.repeat is not None:
         parts += ["repeat", str(selection.repeat)]
-    return spec.name + "".join("-" + re.sub(r"[^A-Za-z0-9._-]", "_", part) for part in parts)
+    return name + "".join("-" + re.sub(r"[^A-Za-z0-9._-]", "_", part) for part in parts)
 
 
 def animate(
     run: RunName,
-    out: Annotated[Path, option("FILE", "The film: a name in .html, .gif or .mp4.")],
-    point: PointNumber = 0,
-    repeat: RepeatNumber = 0,
+    out: Annotated[
+        Path | None, option("FILE", "A name in .html, .gif or .mp4 [RUN/film….html].")
+    ] = None,
+    point: Annotated[int | None, option("N", "Point, from 0 [0].", min=0)] = None,
+    where: Where = None,
+    repeats: Annotated[
+        list[int] | None, option("N", "Repeat, from 0 [0]. Can be repeated.", "--repeat", min=0)
+    ] = None,
     since: Annotated[float, option("T", "Start time, s.", "--from")] = 0.0,
     until: Annotated[float | None, option("T", "End time, s [the end].", "--until")] = None,
     collisions: Annotated[int | None, option("N", "At most this many [10,000].", min=1)] = None,
@@ -186,42 +195,63 @@ def animate(
         float | None, option("S", "Length [12; a page: by its content].", min=0.1, max=3600)
     ] = None,
     fps: Annotated[int | None, option("N", "GIF, MP4: frames/s [20].", min=1, max=60)] = None,
+    open_film: Annotated[bool, flag("--open", "Show it in the browser.")] = False,
 ) -> None:
     """Make a film of a repeat: HTML page, GIF or MP4.
 
     It shows the balls coloured by speed, their contacts, energy and pressure. An HTML page works
-    in any browser without a network. It plays, pauses, and jumps to any time or collision. The
-    balls are exactly where the stored collisions put them. The name of the written file is printed.
+    in any browser without a network. The balls are exactly where the stored collisions put them;
+    those of a summary are simulated again. A page shows up to 4 repeats side by side, as with
+    `--where cor=0.8,1` or `--repeat 0 --repeat 1`. The link film.html#t=3&ball=5 begins at 3 s
+    with the path of ball 5. The name of the written file is printed.
     """
+    opened = open_run(run)
+    if where and point is not None:
+        raise UserError("--point and --where both choose points; give one of them")
+    numbers = sorted(set(repeats or [0]))
+    first, chosen = opened.chosen(point or 0, numbers[-1]), conditions(where, opened)
+    points = matching(opened, Selection(chosen, numbers[-1])) if where else (first,)
+    if out is None:
+        shown = chosen or dict(first.parameters)
+        shown |= {"repeat": tuple(numbers)} if repeats else {}
+        out = opened.directory / f"{_stem('film', Selection(shown))}.html"
     ending = out.suffix.lower()
     if ending not in (".html", ".gif", ".mp4"):
         raise UserError(f"--out {out}: give a name that ends in .html, .gif or .mp4")
     if fps is not None and ending == ".html":
         raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
-    opened = open_run(run)
-    trace = opened.read(opened.chosen(point, repeat), repeat)
-    shown = {"cor": f"{trace.start.restitution:g}"} | dict(opened.points[point].parameters)
-    try:
-        made = film(
-            trace,
-            opened.experiment.title or opened.name,
-            f"{point_label(shown)}, {counted(trace.start.number, 'ball')}, repeat {repeat}",
-            since=since,
-            until=until,
-            most=collisions,
-        )
-    except FigureError as error:
-        raise UserError(f"repeat {repeat} of {opened.name} {error}") from None
-    if made.left_out and collisions is None:
-        notice(
-            f"the film ends after {len(made):,} collisions, at {made.end:.6g} s; --from, "
-            "--until and --collisions choose others"
-        )
+    number, most = len(points) * len(numbers), MOST_FILMS if ending == ".html" else 1
+    if number > most:
+        few = f"shows at most {counted(most, 'repeat')}, not {number}"
+        raise UserError(f"{out}: {few}", "give fewer points or repeats")
+    span = since, until, collisions or MOST_COLLISIONS
+    films = [_film(opened, one, repeat, span) for one in points for repeat in numbers]
+    for made in films if collisions is None else ():
+        if made.left_out:
+            notice(
+                f"the film of {made.subtitle} ends after {len(made):,} collisions, at "
+                f"{made.end:.6g} s; --from, --until and --collisions choose others"
+            )
     if ending == ".html":
-        write_text(out, page(made, pace=pace, seconds=seconds))
+        write_text(out, page(*films, pace=pace, seconds=seconds))
     else:
         from snooker_cli.animation.movie import save_movie  # loads matplotlib
 
-        length, rate = seconds or 12.0, fps or 20
-        save_movie(made, out, pace=pace, seconds=length, rate=rate)
+        save_movie(films[0], out, pace=pace, seconds=seconds or 12.0, rate=fps or 20)
     print_line(str(out))
+    if open_film and not webbrowser.open(out.resolve().as_uri()):
+        notice(f"no browser could be started; open {out} yourself")
+
+
+def _film(run: Run, point: Point, repeat: int, span: tuple[float, float | None, int]) -> Film:
+    """The film of a repeat. Raises ``UserError``."""
+    trace = run.read(point, repeat)
+    shown = {"cor": f"{trace.start.restitution:g}"} | dict(point.parameters)
+    where = f"{point_label(shown)}, {counted(trace.start.number, 'ball')}, repeat {repeat}"
+    try:
+        if trace.summary is not None and run.engine_version != ENGINE_VERSION:
+            raise FigureError("is a summary of another engine version, which cannot be replayed")
+        trace = with_events(trace, *span, run.engine)
+        return film(trace, run.experiment.title or run.name, where, *span)
+    except FigureError as error:
+        raise UserError(f"repeat {repeat} of {run.name} {error}") from None

@@ -1,5 +1,7 @@
 """Arguments and options that several commands share."""
 
+import operator
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -10,6 +12,8 @@ from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config.axes import option_values
 from snooker_cli.config.problems import PathError
 from snooker_cli.errors import UserError
+from snooker_cli.figures.selection import distinct
+from snooker_cli.runs import Run
 
 EngineName = Literal["allpairs", "cells"]  # the engines that a user can choose
 
@@ -32,7 +36,10 @@ PointNumber = Annotated[int, option("N", "Point, from 0.", "--point", min=0)]
 RepeatNumber = Annotated[int, option("N", "Repeat, from 0.", "--repeat", min=0)]
 Where = Annotated[
     list[str] | None,
-    option("KEY=VALUE", "Only points with this, as `cor=0.8` or `cor=0.8,0.9`. Can be repeated."),
+    option(
+        "KEY=VALUE",
+        "Only points with this: `cor=0.8,0.9`, `cor=0.7:0.9` or `'cor>0.8'`. Can be repeated.",
+    ),
 ]
 Names = Annotated[list[str] | None, option("NAME", "Only what has NAME in it. Can be repeated.")]
 AsJson = Annotated[bool, flag("--json", "Print JSON on stdout.")]
@@ -40,17 +47,35 @@ Jobs = Annotated[
     int | None, option("N", "Repeats at a time [all cores].", "-j", "--jobs", min=1, max=1024)
 ]
 
+_WITHIN = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "=": operator.ge,
+}
 
-def conditions(where: Sequence[str] | None) -> dict[str, Any]:
-    """The conditions of ``--where``: a value of each key, or a tuple of several."""
+
+def conditions(where: Sequence[str] | None, run: Run) -> dict[str, Any]:
+    """The conditions of ``--where``: a value of each key, or a tuple of several of the run's."""
     found: dict[str, Any] = {}
     for text in where or ():
-        key, separator, value = text.partition("=")
-        if not separator or not key or not value.strip():
-            raise UserError(f"--where {text}: give KEY=VALUE, as in cor=0.8")
+        match = re.fullmatch(r"\s*([^<>=\s]+)\s*([<>]=?|=)\s*(.*\S)\s*", text)
+        if not match:
+            raise UserError(f"--where {text}: give KEY=VALUE, as in cor=0.8, cor=0.7:0.9, cor>0.8")
+        key, sign, value = match.groups()
         try:
-            values = option_values(value, f"--where {text}")
+            if sign == "=" and value.count(":") != 1:
+                values = option_values(value, f"--where {text}")
+            else:
+                first, *last = map(float, value.split(":") if sign == "=" else [value])
+                tests = [(_WITHIN[sign], first), *((operator.le, end) for end in last)]
+                there = [one for one in distinct(run.points, key) if isinstance(one, int | float)]
+                chosen = [one for one in there if all(within(one, end) for within, end in tests)]
+                values = [*chosen] or [f"{sign}{value}".removeprefix("=")]  # which no point has
         except PathError as error:
             raise UserError(f"--where {text}: {error}") from None
-        found[key.strip()] = tuple(values) if len(values) > 1 else values[0]
+        except ValueError:
+            raise UserError(f"--where {text}: give numbers, as in cor=0.7:0.9 or cor>0.8") from None
+        found[key] = tuple(values) if len(values) > 1 else values[0]
     return found

@@ -75,9 +75,7 @@ def config_error(error: ValidationError) -> ConfigError:
             case "tuple_type":
                 found.append(_misfit(path, value, "a list"))
             case name if name != "too_short":
-                joined = isinstance(value, str) and re.match(r"\w+:\S", value)
-                advice = "write a space after the colon" if joined else ""
-                found.append(_misfit(path, value, "a mapping of keys to values", advice))
+                found.append(_misfit(path, value, "a mapping of keys to values"))
     return ConfigError([*found, *(each for each in missing if each.path not in suggested)])
 
 

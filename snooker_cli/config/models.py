@@ -28,6 +28,7 @@ from snooker_cli.config.problems import ConfigError, KeyPath, Problem
 from snooker_cli.containers import SHAPES, Circle, Container, ShapeName
 from snooker_cli.formatting import listed
 from snooker_cli.laws import Law, law_of
+from snooker_cli.limits import LEAST_AMOUNT, LEAST_TIME, MOST_AMOUNT, MOST_SPEED
 
 # Types of values. Each has a range, and the phrase of an error that states it.
 
@@ -66,11 +67,14 @@ Pair = Annotated[
     tuple[Coordinate, Coordinate], _FROM_LIST, _needs("a pair of finite numbers [x, y]", False)
 ]
 Positive = Annotated[float, Field(gt=0), _needs("a finite number above 0")]
-Amount = Annotated[float, Field(ge=1e-50, le=1e50), _needs("a number above 0 (from 1e-50 to 1e50)")]
+Amount = Annotated[
+    float, Field(ge=LEAST_AMOUNT, le=MOST_AMOUNT), _needs("a number above 0 (from 1e-50 to 1e50)")
+]
 """A length or a mass: areas and energies are doubles."""
 Speed = Annotated[
-    float, Field(ge=0, le=1e150), _ZERO, _needs("a number of 0 or more (at most 1e150)")
+    float, Field(ge=0, le=MOST_SPEED), _ZERO, _needs("a number of 0 or more (at most 1e150)")
 ]
+Duration = Annotated[float, Field(ge=LEAST_TIME), _needs("a finite number above 0")]
 Fraction = Annotated[float, Field(gt=0, le=1), _needs("a number above 0, at most 1")]
 Restitution = Annotated[float, Field(ge=0, le=1), _ZERO, _needs("a number from 0 to 1")]
 Count = Annotated[
@@ -299,7 +303,7 @@ class Experiment(Model):
     a duration; elastic_below: slow collisions are elastic; with either there is no collapse."""
     collisions: Count | None = None
     """Stop after this many collisions; with `time`, whichever comes first."""
-    time: Positive | None = None
+    time: Duration | None = None
     """Stop at this time, s; with `collisions`, whichever comes first."""
     repeats: Count = 1
     """Repeats of every point: simulations with their own random start."""

@@ -4,24 +4,20 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
-Path: TypeAlias = tuple[Fraction, Fraction, Fraction, Fraction]
-"""Where a ball is when clocks show zero (m), and its velocity (m/s)."""
+Numbers: TypeAlias = Sequence[float]
 
 
-def straight_path(x: float, y: float, u: float, v: float, clock: float) -> Path:
-    """The path of a ball that is at (x, y) when clocks show a time, s."""
-    (xt, yt, right, up), time = map(Fraction, (x, y, u, v)), Fraction(clock)
-    return xt - right * time, yt - up * time, right, up
-
-
-def never_meet(one: Path, other: Path, distance: float, period: Sequence[float]) -> bool:
+def never_meet(one: Numbers, other: Numbers, distance: float, period: Numbers) -> bool:
     """Whether two balls never come within a distance (m) of each other, in any image.
+
+    one, other : place (m), velocity (m/s) and clock (s), as a column of ``State.balls``
 
     Doubles are fractions, so the relative path is closed: it winds round the box a and b times.
     The images of the other ball lie on parallel lines, width height/√((a width)² + (b height)²)
     apart. The path must have the distance from the nearest two.
     """
-    x, y, u, v = (theirs - ours for ours, theirs in zip(one, other, strict=True))
+    (xi, yi, ui, vi, ti), (xk, yk, uk, vk, tk) = (map(Fraction, ball) for ball in (one, other))
+    x, y, u, v = xk - uk * tk - xi + ui * ti, yk - vk * tk - yi + vi * ti, uk - ui, vk - vi
     width, height = map(Fraction, period)
     if u == v == 0:
         return True

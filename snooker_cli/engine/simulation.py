@@ -17,7 +17,7 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.clock import CELL_FULL, FULL, IDLE, NOTHING_LEFT, OUT_OF_MARGIN
 from snooker_cli.engine.event_queue import new_tree
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded, State
-from snooker_cli.engine.paths import never_meet, straight_path
+from snooker_cli.engine.paths import never_meet
 from snooker_cli.engine.sampling import Grid
 from snooker_cli.engine.sliding import bounces_to_come, turn_all
 from snooker_cli.scene import Scene
@@ -416,10 +416,9 @@ class InCells(Engine):
             return period is not None or state.container is not None
         if period is None or number > MOST_PROVEN:
             return False
-        paths = [straight_path(*column) for column in state.balls[: ks.BALL_ROWS].T]
-        radii, sides = self.scene.radii, period.tolist()
+        balls, radii = state.balls[: ks.BALL_ROWS].T.tolist(), self.scene.radii
         return all(
-            never_meet(paths[i], paths[k], radii[i] + radii[k], sides)
+            never_meet(balls[i], balls[k], radii[i] + radii[k], period.tolist())
             for i, k in combinations(range(number), 2)
         )
 

@@ -33,6 +33,7 @@ from snooker_cli.figures.selection import (
     described,
     distinct,
     matching,
+    ranks,
     spread,
     statuses,
     value_at,
@@ -61,6 +62,7 @@ class FigureBuilder:
     results : a phrase of the caption for each series
     means : whether lines are means over the repeats and bands their standard errors
     thin : whether theory is left out for a mean free path that exceeds the container
+    total : number of points of which those in ``groups`` were chosen
     most : repeats of a point at most, by the point's index
     """
 
@@ -75,6 +77,7 @@ class FigureBuilder:
     results: list[str] = field(default_factory=list)
     means: bool = False
     thin: bool = False
+    total: int = 0
     most: dict[int, int] = field(default_factory=dict)
 
     @property
@@ -133,13 +136,14 @@ class FigureBuilder:
         return "; ".join(self.results)
 
     def _choice(self) -> str:
-        """A sentence if there are more repeats than the figure uses."""
-        used = [len(self.repeats(point)) for point in self.points]
+        """Sentences if there are more points or repeats than the figure uses."""
+        shown, used = len(self.points), [len(self.repeats(point)) for point in self.points]
+        points = f"{shown} of {self.total} points; choose with --where." * (shown < self.total)
         if used == [len(statuses(self.run, point, self.selection)) for point in self.points]:
-            return ""
+            return points
         number = " to ".join(map(str, sorted({min(used), max(used)})))
         noun = "repeat" if max(used) == 1 else "repeats, evenly chosen,"
-        return f"The figure uses {number} {noun} of each point."
+        return f"{points} The figure uses {number} {noun} of each point.".lstrip()
 
     @property
     def title(self) -> str:
@@ -211,6 +215,9 @@ class FigureBuilder:
             legend.insert(0, legend_line(f"line: {shown}", "solid"))
         layers: list[Any] = [*self.bands, *self.lines, *legend]
         owners = {getattr(layer, "series", NEUTRAL) for layer in layers} - {NEUTRAL}
+        series = [group[0] for group in self.groups] if self.groups[1:] else self.groups[0]
+        if owners == set(range(len(series))):
+            others = {"shades": ranks(series)} | others
         if len(owners) == 1:  # entries of the legend alone have the colour of the only series
             for place, layer in enumerate(layers):
                 if np.size(getattr(layer, "x", 0)) == 0:

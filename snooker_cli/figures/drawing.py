@@ -48,6 +48,7 @@ MANY_MARKERS = 20  # more markers of a series are drawn smaller
 MANY_VERTICES = 400  # lines of more vertices are mostly noise, and drawn thinner
 
 _COLOURS = matplotlib.color_sequences["petroff10"]
+_SHADES, LIGHTEST = matplotlib.colormaps["plasma"], 0.88  # its yellow end is pale on white
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _DASHES: tuple[Any, ...] = (
     "solid",
@@ -65,8 +66,10 @@ def styled() -> AbstractContextManager[None]:
     return matplotlib.style.context(["default", str(style)])
 
 
-def colour(series: int) -> str:
-    """The colour of a series, from a palette that the colour-blind can tell apart."""
+def colour(series: int, shades: Sequence[float] = ()) -> str:
+    """The colour of a series, which the colour-blind can tell apart; shades: of ``FigureData``."""
+    if shades and series != NEUTRAL:
+        return to_hex(_SHADES(LIGHTEST * shades[series]))
     return "0.3" if series == NEUTRAL else to_hex(_COLOURS[series % len(_COLOURS)])
 
 
@@ -97,14 +100,15 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
         entries = [
             (getattr(layer, "series", NEUTRAL) == NEUTRAL, artist, label)
             for depth, layer in enumerate(data.layers)
-            if (artist := _added(axes, layer, 2 + depth / 10)) and (label := layer.label)
+            if (artist := _added(axes, layer, 2 + depth / 10, data.shades))
+            and (label := layer.label)
         ]
         entries.sort(key=lambda entry: entry[0])  # first the series, then what is for all
         _scale(axes, data)
         if data.inset:
             inset = axes.inset_axes(INSET)
             for depth, layer in enumerate(data.inset):
-                _added(inset, layer, 2 + depth / 10)
+                _added(inset, layer, 2 + depth / 10, data.shades)
             inset.set_xlim(axes.get_xlim())
             inset.set_ylabel(data.inset_label, fontsize=7)
             inset.tick_params(labelsize=6)
@@ -124,11 +128,11 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
     return figure
 
 
-def _added(axes: Axes, layer: Layer, order: float) -> Any:
-    """Draw a layer at a depth; its artist for the legend."""
+def _added(axes: Axes, layer: Layer, order: float, shades: Sequence[float] = ()) -> Any:
+    """Draw a layer at a depth; its artist for the legend. Shades need no dashes beside them."""
     series = getattr(layer, "series", NEUTRAL)
-    common: dict[str, Any] = {"color": colour(series), "zorder": order}
-    dashes = _DASHES[series % len(_DASHES)]
+    common: dict[str, Any] = {"color": colour(series, shades), "zorder": order}
+    dashes = "solid" if shades else _DASHES[series % len(_DASHES)]
     match layer:
         case Line(x, y):
             return axes.plot(

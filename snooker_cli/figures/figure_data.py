@@ -86,6 +86,7 @@ class FigureData:
     numbers : the key numbers, as JSON has them: what is not finite is ``None``
     x_limits, y_limits : (low, high); ``None`` fits the data
     equal_axes : whether a metre is as long in y as in x
+    shades : the place of each series in a sequential palette, from 0 to 1; empty: other colours
     inset, inset_label : layers of small axes within the others, and their y label
     """
 
@@ -101,6 +102,7 @@ class FigureData:
     x_limits: Sequence[float | None] = (None, None)
     y_limits: Sequence[float | None] = (None, None)
     equal_axes: bool = False
+    shades: Sequence[float] = ()
     inset: tuple[Layer, ...] = ()
     inset_label: str = ""
 

@@ -67,6 +67,7 @@ class FigureSpec:
             raise FigureError("nothing decays where all collisions are elastic; take cor below 1")
         if not points:
             raise FigureError("it is about the equilibrium of elastic balls; run it at cor 1")
+        total = len(points)
         points = points[:1] if self.each_point and first else points
         if self.each_point and len(points) > 1:
             keys = listed(varying(points))
@@ -75,7 +76,7 @@ class FigureSpec:
             )
         groups = along(points, self.along, self.by) if self.along else [evenly(points, self.most)]
         fields = {"kind": self.name, "title": self.title, **self.axes}
-        build = FigureBuilder(run, selection, groups, fields, self.shows)
+        build = FigureBuilder(run, selection, groups, fields, self.shows, total=total)
         for point in build.points if self.sample else ():
             collisions = [each.collisions for each in statuses(run, point, selection)]
             build.limit(point, MOST_COLLISIONS // max(1, *collisions))

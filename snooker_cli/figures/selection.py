@@ -15,7 +15,7 @@ from snooker_cli.runs import RepeatStatus, Run, State
 
 Item = TypeVar("Item")
 
-MOST_SERIES = 6  # a figure with more series than this is unreadable
+MOST_SERIES = 16  # a figure with more series than this is unreadable
 
 
 @dataclass(frozen=True)
@@ -110,6 +110,15 @@ def spread(items: Sequence[Item], most: int) -> list[Item]:
     """At most this many items, from the first to the last at even distances."""
     rows = np.linspace(0, len(items) - 1, min(len(items), most)).round().astype(int)
     return [items[row] for row in rows]
+
+
+def ranks(points: Sequence[Point]) -> tuple[float, ...]:
+    """Places from 0 to 1 in the order of a key with a number of its own for each point, if any."""
+    for key in varying(points):
+        values = [value_at(point, key) for point in points]
+        if len(set(values)) == len(values) and set(map(type, values)) <= {int, float}:
+            return tuple(sorted(values).index(one) / (len(values) - 1) for one in values)
+    return ()
 
 
 def along(points: Sequence[Point], xs: Sequence[str], by: str | None) -> list[list[Point]]:

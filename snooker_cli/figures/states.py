@@ -21,11 +21,12 @@ from snooker_cli.figures.figure_data import (
     legend_line,
     more_than_a_decade,
 )
-from snooker_cli.figures.selection import MOST_SERIES, elastic
+from snooker_cli.figures.selection import elastic
 from snooker_cli.formatting import short, with_error
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
 
+MOST_SPECIES = 6  # that one figure can show
 TIMES = 61  # times at which repeats are compared
 
 MOST_STATES = 40  # states of a repeat for g(r)
@@ -202,8 +203,8 @@ def _a2(trace: Trace, times: Array) -> Array:
 def _names(scene: Scene) -> list[str]:
     """The species of a mixture in the legend. Raises ``FigureError`` for one or too many."""
     firsts = [balls[0] for balls in structure.species(scene)]
-    if not 1 < len(firsts) <= MOST_SERIES:
-        raise FigureError(f"it needs 2 to {MOST_SERIES} species of balls, not {len(firsts)}")
+    if not 1 < len(firsts) <= MOST_SPECIES:
+        raise FigureError(f"it needs 2 to {MOST_SPECIES} species of balls, not {len(firsts)}")
     return [f"r = {scene.radii[k]:g} m, m = {scene.masses[k]:g} kg" for k in firsts]
 
 

@@ -14,7 +14,7 @@ from snooker_cli.report.source_values import COEFFICIENTS, SOURCE_VALUES, OurVal
 REPRODUCED = "reproduced"
 FOLLOWS = "from its own numbers"
 FORMULA = "one formula fits"
-EXPLAINED = "an explanation fits"
+EXPLAINED = "explained"
 UNEXPLAINED = "not explained"
 
 

@@ -20,7 +20,6 @@ from snooker_cli.formatting import counted, listed, probability, ratio, rough, s
 from snooker_cli.report.packaged import packaged
 
 EPOCH = 0  # date of the PDF, s since 1970: the same bytes each time
-LONG_CELL = 28  # characters of a cell that wraps
 NOTATION: dict[str, str] = yaml.safe_load(packaged("notation.yaml"))
 """What the pages print instead of matches of a pattern."""
 
@@ -28,7 +27,8 @@ Document: TypeAlias = dict[str, Any]
 """``title``, ``summary`` (paragraphs) and ``blocks``.
 
 A block is a dict with ``kind``: heading has ``level`` (1 or 2) and ``text``; paragraph and code
-have ``text``; barrier has nothing; figure has ``label``, ``file``, ``caption``, ``alt`` and
+have ``text``; barrier has nothing; film has ``text`` and ``player``, its place among the players,
+and is in the HTML page alone; figure has ``label``, ``file``, ``caption``, ``alt`` and
 ``float``; table has ``label``, ``caption``, ``columns`` (each with ``heading``, ``width`` and
 ``right``) and ``rows`` of cells; a row of one cell is a heading of the rows below it.
 """
@@ -68,6 +68,9 @@ def document(
         elif mark in ("@figures", "@grid"):
             place = {"kind": "figure", "float": mark == "@figures"}
             blocks += [{**place, "file": file, **figures[file]} for file in rest.split()]
+        elif mark == "@film":
+            player, _, text = rest.partition(" ")
+            blocks.append({"kind": "film", "player": int(player), "text": unbroken(text)})
         elif mark == "@code":
             blocks.append({"kind": "code", "text": "\n".join(lines)})
         elif mark == "@table":
@@ -104,17 +107,6 @@ def unbroken(text: str) -> str:
 
 def _row(*cells: object) -> str:
     return f"| {' | '.join(map(str, cells))} |"
-
-
-def _text_table(headings: str, rows: Sequence[Sequence[str]]) -> str:
-    """Rows under ``name | >number`` as lines of a template; long texts wrap in their columns."""
-    columns = []
-    whole = [row for row in rows if len(row) > 1]
-    for heading, *cells in zip(headings.split(" | "), *whole, strict=True):
-        name = heading.removeprefix(">")
-        width = 3 + min(LONG_CELL, max(len(cell) for cell in (name, *cells)))
-        columns.append(f"{name} {'<>'[heading != name]}{width}")
-    return "\n".join(_row(*cells) for cells in (columns, *rows))
 
 
 def write_html(document: Document, players: Sequence[str], folder: Path) -> Path:
@@ -177,6 +169,5 @@ def rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> s
     environment.globals |= {
         "with_error": with_error,
         "row": _row,
-        "text_table": _text_table,
     }
     return environment.from_string(packaged(f"templates/{name}")).render(values)

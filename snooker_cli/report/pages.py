@@ -53,7 +53,7 @@ class Pages(AbstractContextManager["Pages"]):
     def add_player(self, run: Run, point: Point) -> str:
         """Add a player of a point's first repeat; the reason if there can be none, else empty."""
         repeat = run.present(point)[0]
-        where = f"{point_label(point.as_json())}, repeat {repeat}"
+        where = f"{point_label({'cor': point.experiment.cor} | point.as_json())}, repeat {repeat}"
         title = printable(run.experiment.title or run.name)
         try:
             shown = page(film(run.read(point, repeat), title, where))

@@ -233,8 +233,9 @@ def rules_of(written: Mapping[str, Any]) -> dict[str, Any]:
     if not rules.keys() <= {*RULES} or type(rules.get("slides", False)) is not bool:
         raise ValueError("wrong rules")
     for name, value in rules.items():
-        numbers = value if name in STORED_COR else () if name == "slides" else (value,)
-        if not all(map(_is_number, numbers)):
+        most = 1 if name == "contact_duration" else math.inf
+        numbers = value if name in STORED_COR else (value,)
+        if name != "slides" and not all(_is_number(number, most) for number in numbers):
             raise ValueError(f"wrong {name}")
     return rules
 

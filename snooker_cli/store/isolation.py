@@ -59,8 +59,9 @@ class IsolatedChecker(AbstractContextManager["IsolatedChecker"]):
         # A fork would copy locks that other threads hold.
         context = get_context("spawn")
         self._files, there = context.Pipe()
-        self._process = context.Process(target=_check_files, args=(there,), daemon=True)
-        self._process.start()
+        process = context.Process(target=_check_files, args=(there,), daemon=True)
+        process.start()
+        self._process = process
         there.close()
         try:
             self._files.recv()

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.errors import UNREADABLE, AbsentError, DeniedError, StoreError, error_text
-from snooker_cli.scene import Scene
+from snooker_cli.limits import LEAST_TIME
+from snooker_cli.scene import Scene, sizes_are_possible
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, RepeatHeader
@@ -168,10 +169,12 @@ def _ending(text: str) -> tuple[Stop, int, int]:
     stop = Stop(reason, balls=balls, **fields)
     counts = (wall_events, pair_events, *balls)
     _require(all(type(each) is int and each >= 0 for each in counts), "ending")
-    known = type(stop.time) in (int, float) and 0 <= stop.time < math.inf
+    # Balls that touch may collide, or be trapped, at time zero.
+    least = LEAST_TIME if stop.time or reason is StopReason.TIME else 0
+    known = type(stop.time) in (int, float) and least <= stop.time < math.inf
     _require(known and isinstance(stop.message, str), "ending")
     for each in (stop.accumulation_time, stop.impulse_to_come):
-        _require(each is None or (type(each) is float and math.isfinite(each)), "ending")
+        _require(each is None or (type(each) is float and 0 <= each < math.inf), "ending")
     return stop, wall_events, pair_events
 
 
@@ -203,13 +206,30 @@ def _checked(
             _require(trace.collisions == rows[k].stop - rows[k].start, "number of events")
             at_a_time = None if keep_events else EVENTS_AT_A_TIME
             parts = events_in(file, rows[k], at_a_time) if columns is None else [columns[rows[k]]]
+            at_wall = 0
             for events in map(_without_zeros, parts):
+                _check_events(events, trace)
+                at_wall += int(np.count_nonzero(events.at_wall))
                 fingerprint.add(events)
                 if keep_events:
                     trace = replace(trace, events=events)
+            _require(at_wall == trace.wall_events, "number of events at the wall")
         if fingerprint.content(trace) != headers[k].fingerprint:
             raise _changed(path)
         yield trace, headers[k]
+
+
+def _check_events(events: Events, trace: Trace) -> None:
+    """Raise ``ValueError`` for events that a repeat with this start and end cannot have."""
+    if not len(events):
+        return
+    _require(events.time[-1] <= trace.stop.time, "end, which is before an event")
+    start = trace.start
+    energy = start.kinetic_energy + start.container_energy
+    # A speed of approach v has an energy of m v^2/2 at least, and an impulse of 2 m v at most.
+    most = 4 * math.sqrt(2 * energy * float(np.max(start.masses)))
+    impulse = events.impulse[events.j != SLIDE]
+    _require(impulse.max(initial=0.0) <= most, "impulse of an event")
 
 
 def _changed(path: Path) -> StoreError:
@@ -236,12 +256,13 @@ def _traces(
     shape = SHAPES[rules.pop("shape")]
     if not issubclass(shape, Circle):
         lengths = hdf5.read_rows(file, f"{layout.BALLS}/box/edges")[: len(shape.keys)]
-    sizes = np.concatenate([radii, masses, lengths])
-    _require(np.isfinite(sizes).all() and sizes.min() > 0, "radius, mass or length")
+    _require(sizes_are_possible(radii, masses, lengths), "radius, mass or length")
     _require(container_mass > 0, "mass of the container")
     rules = layout.rules_of(rules)
     fixed_circle = shape is Circle and not math.isfinite(container_mass)
     _require(fixed_circle or not rules.get("slides"), "rules")
+    if not (rules["pair_law"].gains or rules["wall_law"].gains):
+        _check_motion(masses, container_mass, velocities, container_velocities[:, 0])
     for header in headers:
         _require(all(ball < len(radii) for ball in header.stop.balls), "balls in an ending")
     rules |= {"container": shape(*lengths.tolist()), "container_mass": float(container_mass)}
@@ -264,6 +285,26 @@ def _traces(
         counts = one.wall_events, one.pair_events
         found.append(Trace(start, finish, one.stop, *counts, events=None, summary=summaries[k]))
     return found
+
+
+def _check_motion(
+    masses: NDArray[np.float64],
+    container_mass: float,
+    velocities: NDArray[np.float64],
+    container_velocities: NDArray[np.float64],
+) -> None:
+    """Raise ``ValueError`` for speeds that no simulation gives.
+
+    The energy does not grow. The factor 2 leaves room for rounding in any number of collisions.
+    """
+    free = math.isfinite(container_mass)
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        energies = np.sum(masses * np.sum(velocities**2, axis=2), axis=1)
+        if free:
+            energies += container_mass * np.sum(container_velocities**2, axis=1)
+        start, finish = energies.reshape(-1, 2).T
+        _require(np.isfinite(start).all() and np.all(finish <= 2 * start), "speeds")
+    _require(free or not container_velocities.any(), "speed of the container")
 
 
 def events_in(
@@ -300,7 +341,7 @@ def events_in(
             begins = begins[begins < len(time)]
             steps[begins] = time[begins]  # the times of each repeat ascend from 0
             _require(steps.min() >= 0 and np.isfinite(time).all(), "order of the times of events")
-            _require(np.isfinite(impulse).all(), "impulse of an event")
+            _require(np.isfinite(impulse).all() and impulse.min() >= 0, "impulse of an event")
             before = time[-1]
         yield Events(time, i, j, impulse, residual)
 

@@ -106,11 +106,12 @@ def test_repeats_that_ended_early_are_counted() -> None:
     assert [(each.quantity, each.law) for each in found] == [
         (name, law) for name, quantity in QUANTITIES.items() for law in quantity.laws
     ]
-    assert {(each.short, each.over_repeats.repeats) for each in found} == {(3, 5)}
+    assert {(each.short, each.over_repeats.repeats) for each in found} == {(4, 6)}
     assert found[0].ended == dict.fromkeys(reasons, 1)
     assert {each.as_json()["complete"] for each in found} == {2}
     assert [one.note for one in notes] == [
-        "3 of 5 repeats ended early, 1 in a wall trap, 1 in a collapse and 1 at an interruption; "
+        "4 of 6 repeats ended early, 1 in a wall trap, 1 in a collapse, 1 without a collision for "
+        "very long and 1 at an interruption; "
         "averages over collisions leave them out, the rest uses them to their end"
     ]
 

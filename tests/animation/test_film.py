@@ -14,12 +14,13 @@ import numpy as np
 import pytest
 from matplotlib import colormaps
 from matplotlib.colors import to_hex
-from moving_pictures import SHAPES, content, slack, slide_begins, sliding_films
+from moving_pictures import SHAPES, content, slack, slide_begins, sliding, sliding_films
 from PIL import Image
 from scenes import gas
 
+from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.analysis.observables import cumulative_pressure
-from snooker_cli.animation import Film, film, page
+from snooker_cli.animation import Film, film, page, with_events
 from snooker_cli.animation.frames import FLASH, MOST_FLASHES, frames, view
 from snooker_cli.animation.movie import SPEED_COLOURS, _reading, save_movie
 from snooker_cli.containers import Circle
@@ -144,6 +145,47 @@ def test_what_cannot_be_shown_is_refused(
     monkeypatch.setattr(import_module("snooker_cli.animation.film"), "MOST_BALLS", 36)
     with pytest.raises(FigureError, match="37 balls"):
         film(shown["fixed"], "")
+
+
+@pytest.mark.parametrize("name", [*SHAPES, "sliding"])
+def test_a_film_of_a_summary_is_that_of_its_events(name: str, shown: dict[str, Trace]) -> None:
+    """They are simulated again, as many as the film needs."""
+    recorded = shown.get(name) or sliding()
+    assert recorded.events is not None
+    summary = simulate(
+        recorded.start,
+        collisions=recorded.collisions,
+        summary=True,
+        engine="cells" if name in ("box", "periodic") else "allpairs",
+    )
+    time = recorded.events.time
+    for since, until, most in (
+        (0.0, None, 10_000),
+        (0.0, float(time[120]), 50),
+        (time[70], None, 9),
+    ):
+        again = with_events(summary, since, until, most)
+        assert again.events is not None
+        assert len(again.events) >= min(most, 50)
+        made, known = (film(trace, "", "", since, until, most) for trace in (again, recorded))
+        assert (made.end, made.left_out > 0) == (known.end, known.left_out > 0)
+        for field in ("time", "i", "j", "after", "contacts", "kinetic_energy", "pressure_sum"):
+            np.testing.assert_array_equal(getattr(made, field), getattr(known, field))
+
+
+def test_a_film_of_a_summary_that_takes_too_long_is_refused(
+    traces: dict[str, Trace], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(import_module("snooker_cli.animation.film"), "MOST_AGAIN", 100)
+    assert with_events(traces["summary"], 0.0, None, 99).events is not None
+    with pytest.raises(FigureError, match="simulated again"):
+        with_events(traces["summary"], 0.0, None, 100)
+
+
+def test_haffs_law_over_the_energy_is_the_fit(films: dict[str, Film], shown: Any) -> None:
+    fitted = repeat_fits(shown["fixed"], "kinetic_energy")["haff"]
+    assert films["fixed"].haff_rate == pytest.approx(fitted.value, rel=1e-12)
+    assert films["box"].haff_rate is None  # elastic
 
 
 def test_a_film_without_collisions_and_one_that_ended_early(shown: dict[str, Trace]) -> None:

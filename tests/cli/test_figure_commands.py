@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command_line import Snooker
 from moving_pictures import content
@@ -42,11 +42,40 @@ def test_animate_writes_a_gif(finished: Path, snooker: Snooker) -> None:
 def test_animate_prints_that_it_leaves_out_collisions(
     finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(import_module("snooker_cli.animation.film"), "MOST_COLLISIONS", 100)
+    monkeypatch.setattr(figure_commands, "MOST_COLLISIONS", 100)
     ended = snooker("animate", "small", "--point", "1", "--out", "film.html")
     assert ended.code == 0
     assert "after 100 collisions" in ended.err
     assert snooker("animate", "small", "--out", "film.html", "--collisions", "100").err == ""
+
+
+def test_animate_opens_the_film(
+    finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr(figure_commands.webbrowser, "open", lambda page: asked.append(page))
+    ended = snooker("animate", "small", "--open")
+    assert asked == [Path("runs/small/film-cor-0.85.html").resolve().as_uri()]
+    assert "no browser could be started" in ended.err
+    assert content(Path("runs/small/film-cor-0.85.html").read_text("utf-8"))["title"] == "small"
+
+
+def test_a_summary_is_shown_as_its_events(finished: Path, snooker: Snooker) -> None:
+    """Also a later part, by the engine of the run."""
+    for record in ("events", "summary"):
+        given = "-o", f"record={record}", "-o", "title=gas", "--engine", "cells", "--out", record
+        assert snooker("run", "small.yaml", *given).code == 0
+        for part, span in {"whole": (), "part": ("--from", "2", "--collisions", "20")}.items():
+            out = f"{record}-{part}.html"
+            assert snooker("animate", record, "--repeat", "1", "--out", out, *span).code == 0
+    for part, number in {"whole": 150, "part": 20}.items():
+        events, summary = (
+            content(Path(f"{record}-{part}.html").read_text("utf-8"))
+            for record in ("events", "summary")
+        )
+        assert len(summary["time"]) == number
+        for name in ("balls", "time", "after", "kineticEnergy", "pressureSum"):
+            np.testing.assert_array_equal(summary[name], events[name])
 
 
 @pytest.fixture

@@ -57,7 +57,6 @@ def test_every_numeric_option_refuses_a_wrong_value_in_one_sentence(
             "plot small --size 9x9 --dpi 2000",
             "--size 9x9 --dpi 2000: give at most 10,000 pixels a side",
         ),
-        ("animate small", "missing option '--out'; see `snooker animate --help`"),
         ("show", "missing argument 'RUN'; see `snooker show --help`"),
         ("run small.yaml --jobs", "option '--jobs' requires an argument; see `snooker run --help`"),
         ("show small more", "got unexpected extra argument(s) (more); see `snooker show --help`"),

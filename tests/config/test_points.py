@@ -208,7 +208,7 @@ KEYWORDS = {
     "cor": RESTITUTION,
     "wall_cor": st.none() | RESTITUTION,
     "collisions": st.integers(1, 2**63 - 1),
-    "time": st.none() | POSITIVE,
+    "time": st.none() | st.floats(1e-250, allow_infinity=False, allow_nan=False),
     "repeats": st.integers(1, 1000),
     "seed": st.integers(0, 2**63 - 1),
     "common_random": st.booleans(),

@@ -265,6 +265,25 @@ def test_the_audit_of_the_source_report(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
+def test_haffs_law_depends_on_the_start(tmp_path: Path) -> None:
+    """The sentences in docs/accuracy.md on Haff's law with the stated wall."""
+    held = {}
+    for name in ("restitution", "mixed"):
+        run = simulated(name, tmp_path)
+        for point in run.points:
+            if point.experiment.wall_cor is None and point.experiment.cor in (0.8, 0.95):
+                _, haff = decays(run.traces(point), ("kinetic_energy",))
+                held[name, point.experiment.cor] = haff.goodness
+    text = sentences_of(ACCURACY)
+    for cor in (0.8, 0.95):
+        assert held["restitution", cor].probability < 0.001
+        assert held["restitution", cor].holds_to == held["restitution", cor].judged_from
+    assert held["mixed", 0.95].holds_to == held["mixed", 0.95].judged_to
+    assert f"at CoR 0.95 (p = {held['mixed', 0.95].probability:.2g})" in text
+    assert f"for {held['mixed', 0.8].holds_to:.2g} s at CoR 0.8" in text
+
+
+@pytest.mark.long
 def test_the_error_of_a_single_fit_is_too_small(tmp_path: Path) -> None:
     """The factor in the README: the spread over repeats, over the error that a fit gives."""
     run = simulated("restitution", tmp_path)

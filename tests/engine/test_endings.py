@@ -232,8 +232,7 @@ def test_paths_that_never_meet(velocity, apart):
     images = np.stack(np.meshgrid(20.0 * np.arange(-99, 100), 16.0 * np.arange(-99, 100)), axis=-1)
     u, v = velocity
     for x, y in [(3.0, 5.0), (8.0, -2.5), (-1.75, 0.5)]:
-        one = paths.straight_path(x, y, u, v, 0.0)
-        other = paths.straight_path(3.0, -6.0, 0.0, 0.0, 7.0)
+        one, other = (x - u, y - v, u, v, -1.0), (3.0, -6.0, 0.0, 0.0, 7.0)
         offsets = images - (x - 3.0, y + 6.0)
         nearest = np.min(np.abs(offsets[..., 0] * v - offsets[..., 1] * u)) / math.hypot(u, v)
         assert nearest <= apart / 2 * (1 + EPSILON)

@@ -15,8 +15,9 @@ from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Line, Points, Selection, registry, selected
 from snooker_cli.figures.captions import BARS, FigureBuilder, unfinished
+from snooker_cli.figures.drawing import draw
 from snooker_cli.figures.figure_data import NEUTRAL
-from snooker_cli.figures.selection import along, described, evenly
+from snooker_cli.figures.selection import MOST_SERIES, along, described, evenly, ranks
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
 
@@ -151,26 +152,23 @@ def test_what_cannot_be_selected(warm: Run, selection: Selection, sentence: str)
 
 def test_many_points_along_one_key_are_thinned_evenly() -> None:
     eleven = parse(BASE, overrides=["cor=0.5:1.0:11"]).points()
-    assert [point.index for point in evenly(eleven)] == [0, 2, 4, 6, 8, 10]
-    assert evenly(eleven[:6]) == list(eleven[:6])
+    assert [point.index for point in evenly(eleven, 6)] == [0, 2, 4, 6, 8, 10]
+    assert evenly(eleven) == list(eleven)
 
 
 def test_many_points_over_several_keys_have_the_middle_of_the_others() -> None:
     grid = parse(BASE, overrides=["cor=0.5:0.9:5", "balls.radius=0.5,0.7,1"]).points()
-    assert [each.parameters for each in evenly(grid)] == [
+    assert [each.parameters for each in evenly(grid, 6)] == [
         (("cor", e), ("balls.radius", 0.7)) for e in (0.5, 0.6, 0.7, 0.8, 0.9)
     ]
-    assert evenly(grid[:6]) == list(grid[:6])
+    assert evenly(grid) == list(grid)
     ((*series,),) = along(grid, ["cor"], None)
-    assert series == evenly(grid)
+    assert series == evenly(grid, 6)
     together = (
         "sweep={zip: {cor: [0.5, 0.6, 0.7], balls.speed: [1, 2, 3]}, balls.radius: [0.5, 0.7, 1]}"
     )
-    assert [point.index for point in evenly(parse(BASE, overrides=[together]).points())] == [
-        1,
-        4,
-        7,
-    ]
+    points = parse(BASE, overrides=[together]).points()
+    assert [point.index for point in evenly(points, 6)] == [1, 4, 7]
 
 
 def test_a_caption_names_the_middle_of_several_values(warm: Run) -> None:
@@ -180,6 +178,26 @@ def test_a_caption_names_the_middle_of_several_values(warm: Run) -> None:
     assert [line.label for line in layers(found, Line)[:-1]] == ["r = 0.2 m", "r = 1 m"]
     assert found.title.endswith("over time: v₀ = 10 m/s")
     assert "Scene: N = 19, v₀ = 10 m/s, " in found.caption
+    assert found.caption.endswith(" 2 of 6 points; choose with --where.")
+    assert "choose with" not in FIGURES["energy"].make(warm, Selection()).caption
+
+
+def test_sixteen_points_of_a_key_have_shades_in_its_order() -> None:
+    """Not of words, of a grid, or of series that are not points."""
+    cors = "cor=0.9,0.5,0.8"
+    assert ranks(parse(BASE, overrides=[cors]).points()) == (1, 0, 0.5)
+    assert ranks(parse(BASE, overrides=[cors, "balls.speed=1,2"]).points()) == ()
+    assert ranks(parse(BASE, overrides=["wall_cor=null,0.5"]).points()) == ()
+    assert MOST_SERIES == len(evenly(parse(BASE, overrides=["cor=0.1:0.9:17"]).points())) == 16
+
+
+def test_each_point_of_a_sweep_has_its_colour(decaying: Run) -> None:
+    energy = shown(decaying, "energy")
+    assert energy.shades == (0, 0.5, 1)
+    colours = [line.get_color() for line in draw(energy).axes[0].lines if len(line.get_xdata())]
+    assert len(set(colours)) == 3
+    assert shown(decaying, "energy-fit", cor=0.8).shades == ()
+    assert shown(decaying, "decay-against-cor").shades == ()
 
 
 def test_many_collisions_are_those_of_few_repeats(

@@ -275,7 +275,7 @@ def test_results_of_the_older_layout_are_refused_or_replaced(
     write_json(copied / MANIFEST, manifest)
     run = run_of(copied, small_config)
     assert refusal(run) == "other_schema"
-    sentence = r"copied: its files have version 2 of the schema, and .* version 3; run .* --fresh"
+    sentence = r"copied: its files have version 2 of the schema, and .* version 4; run .* --fresh"
     with pytest.raises(RunError, match=sentence):
         runs.open_run(copied)
     runs.create(run, fresh=True)

@@ -18,13 +18,14 @@ from repeating import contents, done, made
 from snooker_cli import runs, store
 from snooker_cli.runs import State
 from snooker_cli.store import RepeatHeader
+from snooker_cli.trace import StopReason
 
 pytestmark = pytest.mark.long
 
 KILLS = int(os.environ.get("SNOOKER_KILLS", "5"))
 """How often a run is killed in the test of kills."""
 
-ENDLESS = "repeats=10000"
+ENDLESS = "repeats=100000"
 """Far more than a process does before it is stopped."""
 
 
@@ -32,16 +33,19 @@ Process = subprocess.Popen[str] | Forged
 """A `snooker run` under way."""
 
 
-def arguments(config: Path, directory: Path) -> list[str]:
-    """Of a `snooker run` with an end far away."""
-    where = ["--out", str(directory)]
-    return ["run", str(config), *where, "-o", ENDLESS, "-j", "2", "--no-progress"]
+def arguments(config: Path, directory: Path, *more: str) -> list[str]:
+    """Of a `snooker run` with an end far away, unless options give another number of repeats."""
+    where, endless = (
+        ["--out", str(directory)],
+        [] if "repeats" in "".join(more) else ["-o", ENDLESS],
+    )
+    return ["run", str(config), *where, *endless, "-j", "2", "--no-progress", "--yes", *more]
 
 
-def started(config: Path, directory: Path) -> subprocess.Popen[str]:
+def started(config: Path, directory: Path, *more: str) -> subprocess.Popen[str]:
     """A real `snooker run` with an end far away."""
     return subprocess.Popen(
-        [sys.executable, "-m", "snooker_cli", *arguments(config, directory)],
+        [sys.executable, "-m", "snooker_cli", *arguments(config, directory, *more)],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
@@ -114,29 +118,52 @@ def kill(process: Process, directory: Path, chance: random.Random, moment: str) 
     assert "Traceback" not in stderr
 
 
+CHECKPOINTS = ["--checkpoint", "0.0005"]  # minutes
+
+
 @pytest.mark.parametrize(
-    ("collisions", "kills"), [(5_000, KILLS - KILLS // 2), (400_000, KILLS // 2)]
+    ("collisions", "more"),
+    [
+        pytest.param(5_000, [], id="short"),
+        pytest.param(400_000, [], id="long"),
+        pytest.param(400_000, CHECKPOINTS, id="checkpoints"),
+        pytest.param(5_000, ["--part"], id="parts"),
+        pytest.param(400_000, [*CHECKPOINTS, "--part"], id="parts with checkpoints"),
+    ],
 )
 def test_no_kill_leaves_a_torn_file(
-    collisions: int, kills: int, one_point: str, tmp_path: Path
+    collisions: int, more: list[str], one_point: str, tmp_path: Path
 ) -> None:
-    """Of batches of about 130 repeats, and of long repeats, which are written as they come."""
+    """Of batches of about 130 repeats, and of long repeats, which are written as they come.
+
+    Checkpoints only grow.
+    """
     chance = random.Random(collisions)
     config, directory = tmp_path / "kill.yaml", tmp_path / "killed"
     text = one_point.replace("collisions: 150", f"collisions: {collisions}")
     config.write_text(text)
     whole: dict[Path, list[RepeatHeader]] = {}
+    growing: dict[Path, int] = {}
     with forge(config, tmp_path / "forge") as making:
-        for number in range(kills):
+        for number in range(KILLS):
+            share = [f"{number % 2 + 1}/2"] if "--part" in more else []
             if number % 20 == 1:
-                kill(started(config, directory), directory, chance, "beginning")
+                process: Process = started(config, directory, *more, *share)
+                kill(process, directory, chance, "beginning")
             else:
                 moment = chance.choice(["file", "part", "time"])
-                kill(Forged(making, arguments(config, directory)), directory, chance, moment)
+                process = Forged(making, arguments(config, directory, *more, *share))
+                kill(process, directory, chance, moment)
             there = files_in(directory)
-            assert whole.keys() <= set(there)
+            assert whole.keys() | growing.keys() <= set(there)
             for path in set(there) - whole.keys():
-                whole[path] = store.check(path)
+                headers = store.check(path)
+                if headers[0].stop.reason is not StopReason.INTERRUPTED:
+                    whole[path] = headers
+                    continue
+                assert headers[0].collisions >= growing.get(path, 0)
+                growing[path] = headers[0].collisions
+    assert (CHECKPOINTS[0] in more) or not growing
     assert "Traceback" not in (tmp_path / "forge" / "talk").read_text()
     if not files_in(directory):  # of kills before the first one alone
         done(made(directory, text, "repeats=1"))
@@ -145,22 +172,36 @@ def test_no_kill_leaves_a_torn_file(
 
 
 def test_no_kill_of_an_extension_loses_a_repeat(one_point: str, tmp_path: Path) -> None:
-    """Every repeat stays what it was or becomes what it is to be, in smaller batches."""
-    config, directory = tmp_path / "extend.yaml", tmp_path / "killed"
-    done(made(directory, one_point, "repeats=200"))
-    (older,) = files_in(directory)
-    text = one_point.replace("collisions: 150", "collisions: 20000")
-    config.write_text(text)
-    process = started(config, directory)
-    wait_for_files(2, directory, process)
-    process.kill()
-    process.communicate()
-    assert older in files_in(directory)
-    run = runs.open_run(directory)
-    lengths = [trace.collisions for trace in run.traces(run.points[0], range(200))]
-    assert len(lengths) == 200
-    assert set(lengths) == {150, 20000}
-    assert_completes(directory, text, tmp_path / "uninterrupted")
+    """Each extension is killed, and a longer one follows. Every repeat stays or becomes longer."""
+    chance = random.Random(1)
+    config, directory, step = tmp_path / "extend.yaml", tmp_path / "killed", 20_000 // KILLS
+    config.write_text(one_point)
+    done(made(directory, one_point, "collisions=2000", "repeats=400"))
+    lengths = [2000] * 400
+    with forge(config, tmp_path / "forge") as making:
+        for number in range(1, KILLS + 1):
+            longer = f"collisions={2000 + step * number}"
+            more = ["-o", longer, "-o", "repeats=400"]
+            before = {path.stat().st_ino for path in files_in(directory)}
+            process = Forged(making, arguments(config, directory, *more))
+            if number % 2:
+                time.sleep(chance.uniform(0.0, 0.2))
+            while not number % 2 and process.poll() is None:
+                if {path.stat().st_ino for path in files_in(directory)} - before:
+                    break
+            process.kill()
+            process.communicate()
+            run = runs.open_run(directory)
+            now = [trace.collisions for trace in run.traces(run.points[0])]
+            assert len(now) == 400
+            assert all(new >= old for new, old in zip(now, lengths, strict=True))
+            lengths = now
+    assert "Traceback" not in (tmp_path / "forge" / "talk").read_text()
+    assert_completes(
+        directory,
+        one_point.replace("collisions: 150", longer.replace("=", ": ")),
+        tmp_path / "uninterrupted",
+    )
 
 
 def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None:
@@ -178,7 +219,7 @@ def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None
         expected = "unfinished batches of short repeats are not saved"
         assert stopping == f"snooker: stopping; {expected}"
         assert re.fullmatch(
-            r"snooker: interrupted: [\d,]+ of 10,000 repeats done; run the same command again "
+            r"snooker: interrupted: [\d,]+ of 100,000 repeats done; run the same command again "
             "to finish",
             rest,
         )

@@ -275,6 +275,7 @@ def test_a_runs_folder_has_what_the_page_says(finished: Path, snooker: Snooker) 
     run = runs.open_run(finished)
     for command in (["fit", "small"], ["compare", "small"]):
         assert snooker(*command).code == 0
+    assert snooker("export", "small", "--table", "--out", "table.csv").code == 0
     record_failure(run, 0, 1, "it failed")
     folder, manifest = tables("## A run's folder")
     names = {name for row in folder for name in row["name"].split(", ")}

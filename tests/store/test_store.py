@@ -22,6 +22,7 @@ from snooker_cli import store
 from snooker_cli.containers import Box, Circle, PeriodicBox
 from snooker_cli.errors import AbsentError, StoreError
 from snooker_cli.laws import Constant
+from snooker_cli.limits import LEAST_AMOUNT, LEAST_TIME, MOST_AMOUNT
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance, hdf5
 from snooker_cli.store.file_format import RULES
@@ -65,6 +66,9 @@ doubles = st.floats(allow_nan=False, allow_infinity=False)
 """Any finite double: -0.0 and subnormal ones too."""
 
 positive = st.floats(0, exclude_min=True, allow_infinity=False)
+amounts = st.floats(LEAST_AMOUNT, MOST_AMOUNT)
+speeds = st.floats(-1e100, 1e100)
+times = st.just(0.0) | st.floats(LEAST_TIME, allow_infinity=False)
 shares = st.floats(0, 1)
 fixed = st.just(np.inf)
 
@@ -74,9 +78,9 @@ def columns(length: int, elements: st.SearchStrategy[float] = doubles) -> st.Sea
 
 
 containers = st.one_of(
-    st.builds(Circle, positive),
-    st.builds(Box, positive, positive),
-    st.builds(PeriodicBox, positive, positive),
+    st.builds(Circle, amounts),
+    st.builds(Box, amounts, amounts),
+    st.builds(PeriodicBox, amounts, amounts),
 )
 
 
@@ -86,16 +90,16 @@ def scenes(draw: st.DrawFn, number: int) -> Scene:
     slides = isinstance(container, Circle) and draw(st.booleans())
     return Scene(
         positions=draw(arrays(np.float64, (number, 2), elements=doubles)),
-        velocities=draw(arrays(np.float64, (number, 2), elements=doubles)),
-        radii=draw(columns(number, positive)),
-        masses=draw(columns(number, positive)),
+        velocities=draw(arrays(np.float64, (number, 2), elements=speeds)),
+        radii=draw(columns(number, amounts)),
+        masses=draw(columns(number, amounts)),
         container=container,
         container_mass=draw(fixed if slides else positive | fixed),
         container_position=draw(columns(2)),
-        container_velocity=draw(columns(2)),
+        container_velocity=np.zeros(2),
         pair_law=Constant(draw(shares)),
         wall_law=Constant(draw(shares)),
-        contact_duration=draw(positive | st.just(0.0)),
+        contact_duration=draw(shares),
         elastic_below=draw(positive | st.just(0.0)),
         slides=slides,
     )
@@ -109,11 +113,17 @@ def batches(draw: st.DrawFn) -> list[tuple[int, Trace]]:
     return [(number, draw(any_traces(scene, summaries))) for number in sorted(numbers)]
 
 
+def impulses_up_to(start: Scene, length: int) -> np.ndarray[Any, Any]:
+    """Ascending impulses, of which the last one takes the energy at the start."""
+    return np.linspace(0, np.sqrt(2 * start.kinetic_energy * start.masses.max()), length)
+
+
 @st.composite
 def any_traces(draw: st.DrawFn, scene: Scene, summaries: bool) -> Trace:
     names = ("radii", "masses", "container", "container_mass", *RULES)
     common = {name: getattr(scene, name) for name in names}
     start, finish = (replace(draw(scenes(scene.number)), **common) for _ in range(2))
+    finish = replace(finish, velocities=-start.velocities)  # the energy does not grow
     # From 4096 numbers on, columns are compressed.
     length = draw(st.sampled_from([0, 1, 5, 4095, 4096, 5000]))
     events = summary = None
@@ -122,8 +132,8 @@ def any_traces(draw: st.DrawFn, scene: Scene, summaries: bool) -> Trace:
         i = random.integers(0, scene.number, length, dtype=np.int32)
         j = random.integers(-2 if scene.slides else -1, scene.number, length, dtype=np.int32)
         j[i == j] = -1
-        time = np.sort(np.abs(draw(columns(length))))
-        events = Events(time, i, j, draw(columns(length)))
+        time = np.sort(draw(columns(length, times)))
+        events = Events(time, i, j, draw(shares) * impulses_up_to(start, length))
         residual = draw(columns(length))
         if draw(st.booleans()) and residual.any():
             events = replace(events, residual=residual)
@@ -131,14 +141,15 @@ def any_traces(draw: st.DrawFn, scene: Scene, summaries: bool) -> Trace:
         length = min(length, 600)
         counts = arrays(np.int64, (length, SPEED_BINS), elements=st.integers(-(2**63), 2**63 - 1))
         others = [draw(columns(length, st.floats(width=64))) for _ in range(len(SERIES_UNITS) - 1)]
-        time = np.sort(np.abs(draw(columns(length))))
+        time = np.sort(draw(columns(length, times)))
         summary = Summary(Series(time, *others), draw(counts))
+    last = 0.0 if len(time) == 0 else float(time[-1])
     stop = Stop(
-        draw(st.sampled_from(StopReason)),
-        draw(positive),
+        draw(st.sampled_from([each for each in StopReason if each is not StopReason.TIME])),
+        max(last, draw(times)),
         tuple(draw(st.lists(st.integers(0, scene.number - 1), max_size=2))),
         draw(st.text(max_size=40)),
-        *draw(st.tuples(st.none() | doubles, st.none() | doubles)),
+        *draw(st.tuples(st.none() | positive, st.none() | positive)),
     )
     counted = (draw(st.integers(0, 2**62)), draw(st.integers(0, 2**62)))
     if events is not None:

@@ -64,7 +64,8 @@ def test_the_pieces_do_not_matter(
     number: int, piece: int, trace: Trace, tmp_path: Path, provenance: Provenance
 ) -> None:
     events = events_of(trace)[:number]
-    trace = replace(trace, wall_events=number, pair_events=0)
+    at_wall = int(events.at_wall.sum())
+    trace = replace(trace, wall_events=at_wall, pair_events=number - at_wall)
     with Recorder(tmp_path / "pieces.h5") as recorder:
         for repeat in (3, 5):
             for start in range(0, max(number, 1), piece):

@@ -8,6 +8,7 @@ const SHADES = 64;
 const GREEN = "#009e73"; // of contacts and the enlarged container; no speed has it
 const VIOLET = "#7b2cbf"; // the path of the tagged ball
 const NEAR = 6; // px: how near to a small ball a click is
+const MOST_PARTS = 3000; // of a ball's path: the latest ones, because more would fill the container
 
 function shades(colours) {
   const parts = colours.map((text) => [1, 3, 5].map((at) => parseInt(text.slice(at, at + 2), 16)));
@@ -19,6 +20,8 @@ function shades(colours) {
   });
 }
 
+// film: container, outline, periodic, size, extent, follow, farthest and colours; motion: number,
+// radii, place, speed and path of the balls, and of contacts their places and balls.
 class Arena {
   constructor(canvas, film, motion) {
     this.canvas = canvas;
@@ -48,9 +51,9 @@ class Arena {
 
   // flashes: [collision, age from 0 to 1], ...; magnify: by how much the container's motion is
   // enlarged; topSpeed: of the brightest colour.
-  draw(reel, flashes, magnify, topSpeed) {
+  draw(time, flashes, magnify, topSpeed) {
     const [pen, width, height] = sharp(this.canvas), film = this.film, motion = this.motion;
-    const centre = motion.place(motion.number, reel.time);
+    const centre = motion.place(motion.number, time);
     const origin = film.follow ? centre : [0, 0];
     const spare = magnify > 1 ? magnify * film.farthest : 0;
     const [left, right, bottom, top] = film.extent;
@@ -68,8 +71,8 @@ class Arena {
       pen.clip();
     }
     this.drawn = [];
-    this.balls(pen, x, y, scale, reel.time, centre, topSpeed);
-    if (this.tagged !== null) this.course(pen, x, y, reel.time, centre);
+    this.balls(pen, x, y, scale, time, centre, topSpeed);
+    if (this.tagged !== null) this.course(pen, x, y, time, centre);
     pen.restore();
     pen.lineWidth = film.periodic ? 1 : 2;
     pen.strokeStyle = paint(film.periodic ? "soft" : "ink");
@@ -120,7 +123,7 @@ class Arena {
   // where it begins, and to where it ends.
   course(pen, x, y, time, centre) {
     const [w, h] = this.film.size, whole = (value, side) => side * Math.round(value / side);
-    const line = this.path.filter(([at]) => at <= time);
+    const line = this.path.filter(([at]) => at <= time).slice(-MOST_PARTS);
     line.push([time, ...this.motion.place(this.tagged, time)]);
     pen.beginPath();
     for (let k = 1; k < line.length; k++) {

@@ -1,45 +1,87 @@
-// The controls: what is shown, how fast it goes on, and what keys and buttons do.
+// The controls: what is shown, how fast it continues, and what keys, buttons and links do.
 "use strict";
 
-const film = JSON.parse(document.getElementById("film").textContent);
+const content = JSON.parse(document.getElementById("film").textContent);
 const find = (name) => document.getElementById(name);
-const LONGEST = 60; // s that a film takes at speed 1 unless it was asked to
+const LONGEST = 60; // s that a film takes at speed 1 unless the page gives a length
 const CROSSING = 6; // s in which a ball crosses the container then
+const LINK_AFTER = 400; // ms of rest until the link is that of the moment: browsers limit changes
+
+// One of the films side by side: its balls, its moment, its arena and the text below.
+class Screen {
+  constructor(film) {
+    const figure = document.createElement("figure"), canvas = document.createElement("canvas");
+    this.caption = document.createElement("figcaption");
+    figure.append(canvas, this.caption);
+    find("arenas").append(figure);
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", `Balls in their container, coloured by speed, ${film.subtitle}`);
+    this.film = film;
+    this.motion = new Motion(film);
+    this.reel = new Reel(this.motion);
+    this.arena = new Arena(canvas, film, this.motion);
+  }
+
+  get count() {
+    const count = (value) => value.toLocaleString("en"), { before } = this.film;
+    return `collision ${count(before + this.reel.done)} of ${count(before + this.motion.time.length)}`;
+  }
+
+  // How far the container has moved, m.
+  get moved() {
+    const [x, y] = this.motion.place(this.motion.number, this.reel.time);
+    return Math.hypot(x - this.film.container[0], y - this.film.container[1]);
+  }
+}
 
 class Player {
   constructor() {
-    this.motion = new Motion(film);
-    this.reel = new Reel(this.motion);
-    this.arena = new Arena(find("arena"), film, this.motion);
-    this.charts = new Charts(find("charts"), film, this.motion);
-    this.pace = film.pace;
+    this.screens = content.films.map((film) => new Screen(film));
+    this.reels = this.screens.map(({ reel }) => reel);
+    this.several = this.screens.length > 1;
+    this.charts = new Charts(find("charts"), this.screens.map(({ film, motion }) => new Course(film, motion)));
+    this.pace = content.pace;
     this.playing = false;
     this.waiting = false;
     this.speed = 1;
     this.magnify = 1;
     this.relative = false;
+    const films = content.films, largest = (value) => Math.max(...films.map(value));
+    this.start = films[0].start;
+    this.end = largest(({ end }) => end);
+    this.steps = Math.max(...this.reels.map(({ steps }) => steps));
+    this.topSpeed = largest(({ topSpeed }) => topSpeed);
     // Film time and collisions in a second of showing.
-    const span = film.end - film.start, steps = this.reel.steps;
-    this.rate = film.seconds
-      ? { time: span / film.seconds, events: steps / film.seconds }
+    const span = this.end - this.start, { seconds } = content;
+    this.rate = seconds
+      ? { time: span / seconds, events: this.steps / seconds }
       : {
-        time: Math.max(Math.max(...film.size) / film.topSpeed / CROSSING, span / LONGEST),
-        events: Math.max(5, steps / LONGEST),
+        time: Math.max(Math.max(...films[0].size) / this.topSpeed / CROSSING, span / LONGEST),
+        events: Math.max(5, this.steps / LONGEST),
       };
   }
 
+  // Films that ended earlier stay at their end, so that the others are ahead.
+  get time() {
+    return Math.max(...this.reels.map(({ time }) => time));
+  }
+
+  get step() {
+    return Math.max(...this.reels.map(({ step }) => step));
+  }
+
   get ended() {
-    return this.pace === "time" ? this.reel.time >= film.end : this.reel.step >= this.reel.steps;
+    return this.pace === "time" ? this.time >= this.end : this.step >= this.steps;
   }
 
   play(wanted = !this.playing) {
-    if (wanted && this.ended) this.reel.goToStep(0);
+    if (wanted && this.ended) this.goTo(0);
     this.playing = wanted;
     this.last = null;
     this.refresh();
   }
 
-  // One frame: goes on by the time since the last, draws, and asks for the next.
+  // One frame: continues by the time since the last, draws, and asks for the next.
   frame(now) {
     this.waiting = false;
     if (this.playing) {
@@ -53,30 +95,61 @@ class Player {
   }
 
   advance(seconds) {
-    if (this.pace === "time") this.reel.goToTime(this.reel.time + seconds * this.rate.time);
-    else this.reel.goToStep(this.reel.step + seconds * this.rate.events);
+    if (this.pace === "time") this.goToTime(this.time + seconds * this.rate.time);
+    else this.goToStep(this.step + seconds * this.rate.events);
+  }
+
+  goToTime(time) {
+    for (const reel of this.reels) reel.goToTime(time);
+    this.refresh();
+  }
+
+  goToStep(step) {
+    for (const reel of this.reels) reel.goToStep(step);
+    this.refresh();
   }
 
   // To just after another collision.
-  step(by) {
+  stepBy(by) {
     this.playing = false;
-    const whole = by < 0 ? Math.ceil(this.reel.step) : Math.floor(this.reel.step);
-    this.reel.goToStep(whole + by);
-    this.refresh();
+    this.goToStep((by < 0 ? Math.ceil(this.step) : Math.floor(this.step)) + by);
   }
 
   goTo(place) {
-    if (this.pace === "time") this.reel.goToTime(film.start + place * (film.end - film.start));
-    else this.reel.goToStep(place * this.reel.steps);
+    if (this.pace === "time") this.goToTime(this.start + place * (this.end - this.start));
+    else this.goToStep(place * this.steps);
+  }
+
+  // The films continue in step: at one time, or after the same number of collisions.
+  setPace(pace) {
+    this.pace = pace;
+    if (this.several) pace === "time" ? this.goToTime(this.time) : this.goToStep(this.step);
+    this.nameSpeeds();
     this.refresh();
   }
 
-  // The collisions that flash now, and how far each flash is.
-  flashes() {
-    const found = [], reel = this.reel;
+  // The menu says what each speed is at this pace.
+  nameSpeeds() {
+    const menu = find("speed"), byStep = this.pace === "events";
+    for (const option of menu.options) {
+      option.dataset.name ??= option.textContent;
+      if (option.value === "real") option.disabled = byStep;
+      else {
+        const rate = short(Number(option.value) * this.rate[this.pace], 2);
+        const unit = byStep ? "collisions" : "s";
+        option.textContent = `${option.dataset.name} (${rate} ${unit} per second)`;
+      }
+    }
+    if (byStep && menu.value === "real") menu.value = "1";
+    this.speed = menu.value === "real" ? 1 / this.rate.time : Number(menu.value);
+  }
+
+  // The collisions of a film that flash now, and how far each flash is.
+  flashes({ reel, motion }) {
+    const found = [];
     for (let k = reel.done - 1; k >= Math.max(0, reel.done - MOST_FLASHES); k--) {
       const since = this.pace === "time"
-        ? (reel.time - this.motion.time[k]) / this.rate.time
+        ? (reel.time - motion.time[k]) / this.rate.time
         : (reel.step - (k + 1)) / this.rate.events;
       const age = since / this.speed / FLASH;
       if (age >= 1) break;
@@ -87,10 +160,19 @@ class Player {
 
   // Shows the path of a ball, or none for "".
   tag(ball) {
-    const number = Number(ball), known = Number.isInteger(number) && number >= 0 && number < this.motion.number;
+    const number = Number(ball), whole = ball !== "" && Number.isInteger(number) && number >= 0;
     find("tagged").value = String(ball);
-    this.arena.tag(ball !== "" && known ? number : null);
+    for (const { arena, motion } of this.screens) arena.tag(whole && number < motion.number ? number : null);
+    const shown = this.screens.some(({ arena }) => arena.tagged !== null);
+    const most = Math.max(...this.screens.map(({ motion }) => motion.number)) - 1;
+    if (shown) this.say(`The path of ball ${number} is shown.`);
+    else this.say(ball === "" ? "No path is shown." : `There is no ball ${ball}: give a number from 0 to ${most}.`);
     this.refresh();
+  }
+
+  // A sentence on the page, which a screen reader reads.
+  say(text) {
+    find("said").textContent = text;
   }
 
   refresh() {
@@ -100,43 +182,94 @@ class Player {
   }
 
   draw() {
-    const reel = this.reel, span = film.end - film.start;
-    this.motion.seek(reel.done);
-    const fast = this.relative ? 2 * this.motion.meanSpeed() : film.topSpeed;
-    this.arena.draw(reel, this.flashes(), this.magnify, fast);
-    find("fast").textContent = `${short(fast, 2)} m/s and faster`;
-    this.charts.draw(reel, this.pace);
-    const place = this.pace === "time" ? (reel.time - film.start) / span : reel.step / this.reel.steps;
+    for (const screen of this.screens) {
+      const { motion, reel, arena } = screen;
+      motion.seek(reel.done);
+      const fast = this.relative ? 2 * motion.meanSpeed() : this.topSpeed;
+      arena.draw(reel.time, this.flashes(screen), this.magnify, fast);
+      find("fast").textContent = this.relative && this.several
+        ? "twice the mean speed and faster"
+        : `${short(fast, 2)} m/s and faster`;
+    }
+    this.charts.draw(this.reels, this.pace);
+    this.write();
+  }
+
+  // The texts, and what screen readers read.
+  write() {
+    const place = this.pace === "time" ? (this.time - this.start) / (this.end - this.start) : this.step / this.steps;
     find("scrub").value = String(place);
     find("scrub").style.setProperty("--done", `${100 * place}%`);
-    const count = (value) => value.toLocaleString("en");
-    find("now").textContent = `t = ${timeText(reel.time)} s`;
-    find("count").textContent =
-      `collision ${count(film.before + reel.done)} of ${count(film.before + this.motion.time.length)}`;
+    const inTime = !this.several || this.pace === "time";
+    find("now").textContent = inTime ? `t = ${timeText(this.time)} s` : `collision ${Math.floor(this.step)}`;
+    find("count").textContent = this.several ? "" : this.screens[0].count;
+    this.screens.forEach((screen, k) => {
+      if (!this.several) return;
+      const name = document.createElement("b");
+      name.textContent = screen.film.subtitle;
+      name.style.color = `var(--${FILM_COLOURS[k]})`;
+      const early = screen.reel.time >= screen.film.end && !this.ended;
+      screen.arena.canvas.style.opacity = early ? 0.4 : 1;
+      const now = `${early ? "ended at " : ""}t = ${timeText(screen.reel.time)} s, ${screen.count}`;
+      screen.caption.replaceChildren(name, now);
+    });
     find("scrub").setAttribute("aria-valuetext", find("now").textContent);
     find("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
     document.body.classList.toggle("playing", this.playing);
     find("ending").style.visibility = this.ended ? "visible" : "hidden";
-    if (film.free) {
-      const [x, y] = this.motion.place(this.motion.number, reel.time);
-      const moved = Math.hypot(x - film.container[0], y - film.container[1]);
-      find("moved").textContent = `${short(moved, 2)} m`;
+    find("moved").textContent = this.screens.map(({ moved }) => `${short(moved, 2)} m`).join(", ");
+    if (!this.playing) {
+      find("charts").setAttribute("aria-label", this.charts.sentence(this.reels));
+      clearTimeout(this.linking);
+      this.linking = setTimeout(() => this.writeLink(), LINK_AFTER);
     }
+  }
+
+  // Goes to the time and the ball of a link such as #t=3&ball=5.
+  readLink() {
+    const given = new URLSearchParams(location.hash.slice(1)), time = Number(given.get("t") || NaN);
+    if (given.has("ball")) this.tag(given.get("ball"));
+    if (Number.isFinite(time)) {
+      this.playing = false;
+      this.goToTime(time);
+    }
+  }
+
+  // Makes the page's address a link to this moment. A page in a frame of another has no address.
+  writeLink() {
+    if (this.playing || location.protocol === "about:") return;
+    const link = new URLSearchParams();
+    if (this.time > this.start) link.set("t", Number(this.time.toPrecision(12)));
+    const tagged = this.screens.find(({ arena }) => arena.tagged !== null);
+    if (tagged) link.set("ball", tagged.arena.tagged);
+    const text = link.size ? `#${link}` : "";
+    if (text !== location.hash) history.replaceState(null, "", text || location.pathname + location.search);
+  }
+
+  fullScreen() {
+    const refused = () => this.say("The browser allows no full screen here.");
+    if (document.fullscreenElement) document.exitFullscreen();
+    else document.documentElement.requestFullscreen().catch(refused);
   }
 
   listen() {
     find("play").onclick = () => this.play();
-    find("arena").onclick = (event) => {
-      const ball = this.arena.ballAt(event.offsetX, event.offsetY);
-      if (ball === null) this.play();
-      else this.tag(ball === this.arena.tagged ? "" : ball);
-    };
-    find("tagged").max = this.motion.number - 1;
+    for (const { arena } of this.screens) {
+      arena.canvas.onclick = (event) => {
+        const ball = arena.ballAt(event.offsetX, event.offsetY);
+        if (ball === null) {
+          this.play();
+          this.say(this.playing ? "The film plays." : `The film pauses at ${timeText(this.time)} s.`);
+        } else this.tag(ball === arena.tagged ? "" : ball);
+      };
+    }
+    find("tagged").max = Math.max(...this.screens.map(({ motion }) => motion.number)) - 1;
     find("tagged").oninput = (event) => this.tag(event.target.value);
-    find("back").onclick = () => this.step(-1);
-    find("forth").onclick = () => this.step(1);
+    find("back").onclick = () => this.stepBy(-1);
+    find("forth").onclick = () => this.stepBy(1);
+    find("full").onclick = () => this.fullScreen();
     find("scrub").oninput = (event) => this.goTo(Number(event.target.value));
-    find("speed").onchange = (event) => { this.speed = Number(event.target.value); this.refresh(); };
+    find("speed").onchange = () => { this.nameSpeeds(); this.refresh(); };
     find("magnify").onchange = (event) => { this.magnify = Number(event.target.value); this.refresh(); };
     find("colours").onchange = (event) => {
       this.relative = event.target.value === "relative";
@@ -144,7 +277,7 @@ class Player {
     };
     for (const button of document.getElementsByName("pace")) {
       button.checked = button.value === this.pace;
-      button.onchange = () => { this.pace = button.value; this.refresh(); };
+      button.onchange = () => this.setPace(button.value);
     }
     // A menu that keeps the focus would keep the keys, too.
     for (const menu of document.querySelectorAll("select"))
@@ -152,28 +285,33 @@ class Player {
     document.addEventListener("keydown", (event) => this.key(event));
     // Else it would press the button that was clicked last, too.
     document.addEventListener("keyup", (event) => { if (event.key === " ") event.preventDefault(); });
+    document.addEventListener("fullscreenchange", () => {
+      find("full").setAttribute("aria-pressed", String(document.fullscreenElement !== null));
+    });
+    window.addEventListener("hashchange", () => this.readLink());
     const dark = window.matchMedia("(prefers-color-scheme: dark)");
     dark.addEventListener("change", () => this.refresh());
     const resized = new ResizeObserver(() => this.refresh());
-    for (const name of ["arena", "charts"]) resized.observe(find(name));
+    for (const canvas of document.querySelectorAll("canvas")) resized.observe(canvas);
   }
 
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("select, #tagged")) return;
     const faster = (by) => {
-      const menu = find("speed"), next = menu.selectedIndex + by;
-      menu.selectedIndex = Math.min(Math.max(next, 0), menu.options.length - 1);
-      menu.onchange({ target: menu });
+      const menu = find("speed"), last = menu.options.length - 2; // after it comes real time
+      menu.selectedIndex = Math.min(Math.max(menu.selectedIndex + by, 0), last);
+      menu.onchange();
     };
     const keys = {
       " ": () => this.play(),
-      ArrowRight: () => this.step(event.shiftKey ? 10 : 1),
-      ArrowLeft: () => this.step(event.shiftKey ? -10 : -1),
+      ArrowRight: () => this.stepBy(event.shiftKey ? 10 : 1),
+      ArrowLeft: () => this.stepBy(event.shiftKey ? -10 : -1),
       Home: () => { this.playing = false; this.goTo(0); },
       End: () => { this.playing = false; this.goTo(1); },
       ArrowUp: () => faster(1),
       ArrowDown: () => faster(-1),
       e: () => document.querySelector("input[name=pace]:not(:checked)").click(),
+      f: () => { if (document.fullscreenEnabled) this.fullScreen(); },
     };
     const named = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!named) return;
@@ -184,20 +322,26 @@ class Player {
 
 // A time to a ten-thousandth of the film, or as fine as it needs.
 function timeText(time) {
-  const digits = Math.max(0, 4 - Math.ceil(Math.log10(film.end - film.start)));
+  const digits = Math.max(0, 4 - Math.ceil(Math.log10(player.end - player.start)));
   return digits > 9 ? short(time, 6) : time.toFixed(digits);
 }
 
-find("title").textContent = film.title;
-find("subtitle").textContent = film.subtitle;
-find("ending").textContent = film.ending;
-find("ending").hidden = !film.ending;
+const player = new Player();
+const [first] = content.films, endings = content.films.filter(({ ending }) => ending);
+find("title").textContent = first.title;
+find("subtitle").textContent = player.several ? "" : first.subtitle;
+find("ending").textContent =
+  endings.map(({ subtitle, ending }) => (player.several ? `${subtitle}: ${ending}` : ending)).join(" ");
+find("ending").hidden = !endings.length;
 find("ring").style.borderColor = GREEN;
-find("ramp").style.background = `linear-gradient(to right, ${film.colours.join(",")})`;
-find("container").hidden = !film.free;
-for (const factor of film.magnifications) {
+find("ramp").style.background = `linear-gradient(to right, ${first.colours.join(",")})`;
+find("container").hidden = !content.films.some(({ free }) => free);
+find("full").hidden = !document.fullscreenEnabled;
+document.querySelector("main").classList.toggle("several", player.several);
+const factors = content.films.map(({ magnifications }) => magnifications);
+for (const factor of factors.reduce((few, list) => (list.length < few.length ? list : few))) {
   find("magnify").add(new Option(`× ${factor.toLocaleString("en")}`, String(factor)));
 }
-const player = new Player();
 player.listen();
-player.refresh();
+player.setPace(content.pace);
+player.readLink();
