@@ -75,6 +75,11 @@ class Scene:
         return self.wall_law.cor
 
     @property
+    def constant_laws(self) -> bool:
+        """Whether both laws have one CoR at all speeds, as theories of cooling need."""
+        return self.pair_law.constant and self.wall_law.constant
+
+    @property
     def kinetic_energy(self) -> float:
         """Kinetic energy of the balls, J."""
         return float(0.5 * np.sum(self.masses * np.sum(self.velocities**2, axis=1)))

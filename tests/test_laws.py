@@ -10,13 +10,15 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from hostile import with_traces
-from scenes import scene_of
+from scenes import gas, scene_of
 
 from snooker_cli import laws, store
+from snooker_cli.analysis.predictions import speed_laws
 from snooker_cli.engine import collision, jit
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.laws import Constant, law_of
 from snooker_cli.runs import Run, open_run
+from snooker_cli.runs.plan import critical_ratio
 from snooker_cli.runs.run import State
 from snooker_cli.runs.verification import verify
 
@@ -108,3 +110,12 @@ def test_verification_finds_a_file_of_other_rules(changes: dict[str, object], co
     status = next(verify(copy, replay=False, workers=1))
     assert status.state is State.UNUSABLE
     assert "than the config's" in str(status.error)
+
+
+def test_theories_of_cooling_need_a_constant_law(damped: Damped) -> None:
+    scene = gas("circle", 19, 0.2, cor=0.9)
+    for law, known in ((Constant(0.9), True), (damped, False)):
+        changed = replace(scene, pair_law=law)
+        assert (critical_ratio(changed, 0.9) is not None) == known
+        names = [law.model for law in speed_laws(changed)]
+        assert ("homogeneous cooling, a2" in names) == known

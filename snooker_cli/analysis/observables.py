@@ -325,8 +325,9 @@ def over_first(values: Array) -> Array:
 
 def elastic(scene: Scene) -> bool:
     """Whether no collision loses energy; a periodic box has none with a wall."""
-    walls = not scene.container.has_wall or scene.wall_restitution == 1.0
-    return scene.restitution == 1.0 and walls
+    law = scene.wall_law
+    walls = not scene.container.has_wall or (law.cor == 1.0 and not law.gains)
+    return scene.restitution == 1.0 and walls and not scene.pair_law.gains
 
 
 def standard_errors(rows: Array) -> Array:

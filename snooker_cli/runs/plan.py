@@ -118,7 +118,8 @@ def critical_ratio(scene: Scene, restitution: float) -> float | None:
     L is the container's `longest_wave`, L_c `theory.critical_length`.
     """
     fluid = scene.number > 2 and scene.packing_fraction <= theory.DENSEST_FLUID
-    if restitution == 1 or not fluid or not scene.equal_balls or scene.kinetic_energy == 0:
+    suits = fluid and scene.equal_balls and scene.constant_laws
+    if restitution == 1 or not suits or scene.kinetic_energy == 0:
         return None
     size = scene.number, float(scene.radii[0]), scene.container
     return scene.container.longest_wave / theory.critical_length(restitution, *size)
