@@ -1,4 +1,4 @@
-"""The plain data that a simulation starts from: balls, container, coefficients of restitution."""
+"""The plain data that a simulation starts from: balls, container, laws of collision."""
 
 import math
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.containers import Container
 from snooker_cli.errors import SceneError
+from snooker_cli.laws import Law
 from snooker_cli.limits import LEAST_AMOUNT, MOST_AMOUNT
 from snooker_cli.neighbours import near_pairs
 
@@ -24,7 +25,7 @@ class Scene:
     container : its shape and size
     container_mass : kg; infinite for a fixed container
     container_position, container_velocity : of its centre, (2,) arrays, m and m/s
-    restitution, wall_restitution : coefficients of restitution, 0 to 1
+    pair_law, wall_law : of collisions between balls and at the wall, see ``laws``
     contact_duration : of the TC model, in mean free times; 0 without it
     elastic_below : relative normal speed below which collisions are elastic, m/s; 0 without it
     slides : whether a ball slides on after infinitely many bounces on a fixed circular wall
@@ -38,8 +39,8 @@ class Scene:
     container_mass: float
     container_position: NDArray[np.float64]
     container_velocity: NDArray[np.float64]
-    restitution: float
-    wall_restitution: float
+    pair_law: Law
+    wall_law: Law
     contact_duration: float = 0.0
     elastic_below: float = 0.0
     slides: bool = False
@@ -62,6 +63,21 @@ class Scene:
     def free(self) -> bool:
         """Whether the container moves when a ball hits it."""
         return math.isfinite(self.container_mass)
+
+    @property
+    def restitution(self) -> float:
+        """Coefficient of restitution between balls, of fast collisions."""
+        return self.pair_law.cor
+
+    @property
+    def wall_restitution(self) -> float:
+        """Coefficient of restitution at the wall, of fast collisions."""
+        return self.wall_law.cor
+
+    @property
+    def constant_laws(self) -> bool:
+        """Whether both laws have one CoR at all speeds, as theories of cooling need."""
+        return self.pair_law.constant and self.wall_law.constant
 
     @property
     def kinetic_energy(self) -> float:

@@ -472,7 +472,7 @@ def collision_rates(
 
 
 def starting_rates(scene: Scene) -> tuple[float, float]:
-    """Collisions of one ball with others and with the wall at the start, 1/s, by kinetic
+    """Collisions of one ball with others and with the wall at the start, 1/s, by kinetic theory.
 
     Unequal balls count with the means of their radii and squared speeds.
     """
@@ -567,12 +567,13 @@ CRITICAL = "container over critical length; vortices, then clusters grow above 1
 
 
 def critical_ratio(scene: Scene, restitution: float) -> float | None:
-    """L/L_c: vortices and clusters grow above 1. ``None`` if nothing cools or without a
+    """L/L_c: vortices and clusters grow above 1. ``None`` if nothing cools or without a theory.
 
     L is the container's `longest_wave`, L_c is the `critical_length`.
     """
     fluid = scene.number > 2 and scene.packing_fraction <= DENSEST_FLUID
-    if restitution == 1 or not fluid or not scene.equal_balls or scene.kinetic_energy == 0:
+    suits = fluid and scene.equal_balls and scene.constant_laws
+    if restitution == 1 or not suits or scene.kinetic_energy == 0:
         return None
     size = scene.number, float(scene.radii[0]), scene.container
     return scene.container.longest_wave / critical_length(restitution, *size)

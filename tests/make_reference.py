@@ -236,9 +236,11 @@ def content(case: ReferenceScene) -> dict[str, Any]:
         "scene": {
             name: value.tolist() if isinstance(value, np.ndarray) else value
             for name, value in vars(scene).items()
-            if isinstance(value, np.ndarray) or name.endswith("restitution")
+            if isinstance(value, np.ndarray)
         }
         | {
+            "restitution": scene.restitution,
+            "wall_restitution": scene.wall_restitution,
             "container_radius": scene.container.size[0] / 2,
             "container_mass": scene.container_mass if scene.free else None,
         },

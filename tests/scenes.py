@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.engine import simulation
+from snooker_cli.laws import Constant
 from snooker_cli.placement.random_numbers import PLACES, random_normals, shuffled, stream
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
@@ -47,8 +48,8 @@ def scene_of(
         container_mass=container_mass,
         container_position=np.zeros(2),
         container_velocity=np.array(container_velocity),
-        restitution=restitution,
-        wall_restitution=wall_restitution,
+        pair_law=Constant(restitution),
+        wall_law=Constant(wall_restitution),
     )
 
 
@@ -103,8 +104,8 @@ def gas(
         container_mass=container_mass,
         container_position=np.zeros(2),
         container_velocity=np.zeros(2),
-        restitution=cor,
-        wall_restitution=cor if wall_cor is None else wall_cor,
+        pair_law=Constant(cor),
+        wall_law=Constant(cor if wall_cor is None else wall_cor),
     )
 
 

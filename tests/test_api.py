@@ -23,6 +23,7 @@ from snooker_cli import store
 from snooker_cli.analysis import observables
 from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.config.yaml_document import document
+from snooker_cli.laws import Constant
 from snooker_cli.report import run_report
 from snooker_cli.runs import progress
 from snooker_cli.runs.batch import RepeatResult
@@ -522,7 +523,7 @@ def test_a_simulation_continues_from_a_state(run: snooker.Run) -> None:
     assert rest.i.tolist() == repeat.events.i[k:].tolist()
     assert rest.j.tolist() == repeat.events.j[k:].tolist()
     assert between + rest.time == pytest.approx(repeat.events.time[k:], rel=1e-9)
-    softer = dataclasses.replace(scene, restitution=0.1, wall_restitution=0.1)
+    softer = dataclasses.replace(scene, pair_law=Constant(0.1), wall_law=Constant(0.1))
     (first,) = snooker.simulate(softer, collisions=1).events
     assert (first.i, first.j, first.time) == (rest.i[0], rest.j[0], rest.time[0])
     assert first.impulse < rest.impulse[0]

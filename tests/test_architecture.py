@@ -19,7 +19,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 
 # A part is a module or a folder of the package. It may import the parts named beside it, which
 # come earlier in the table. So data flows in one direction and there are no circles.
-SIMULATING = ("containers", "errors", "files", "memory", "neighbours", "scene", "trace")
+SIMULATING = ("containers", "errors", "files", "laws", "memory", "neighbours", "scene", "trace")
 RUNNING = (*SIMULATING, "config", "engine", "formatting", "placement", "runs", "store", "theory")
 PARTS: dict[str, tuple[str, ...]] = {
     # Nothing of ours below
@@ -29,16 +29,17 @@ PARTS: dict[str, tuple[str, ...]] = {
     "limits": (),
     "memory": (),
     "neighbours": (),
+    "laws": (),
     "containers": ("errors", "neighbours"),
     # A scene and its trace
-    "config": ("containers", "errors", "formatting", "limits"),
-    "scene": ("containers", "errors", "limits", "neighbours"),
+    "config": ("containers", "errors", "formatting", "laws", "limits"),
+    "scene": ("containers", "errors", "laws", "limits", "neighbours"),
     "theory": ("containers", "scene"),
     "trace": ("scene",),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "neighbours", "scene"),
-    "engine": ("containers", "scene", "trace"),
-    "store": ("containers", "errors", "files", "limits", "scene", "trace"),
+    "engine": ("containers", "laws", "scene", "trace"),
+    "store": ("containers", "errors", "files", "laws", "limits", "scene", "trace"),
     "exit_codes": ("errors", "formatting"),
     "runs": (*(part for part in RUNNING if part != "runs"), "exit_codes"),
     "export": ("engine", "errors", "files", "scene", "store", "trace"),

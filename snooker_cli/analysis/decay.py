@@ -233,7 +233,7 @@ def reported_constant(trace: Trace) -> float:
     The speed is `observables.mean_speed`, with its nan. nan also at CoR 0, and for unequal balls.
     """
     scene, speed = trace.start, observables.mean_speed(trace)
-    if scene.restitution == 0 or not scene.equal_balls:
+    if scene.restitution == 0 or not (scene.equal_balls and scene.constant_laws):
         return math.nan
     density = scene.number / scene.container.area
     path = theory.source_mean_free_path(density, float(scene.radii[0]))

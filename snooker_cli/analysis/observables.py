@@ -316,8 +316,10 @@ def over_first(values: Array) -> Array:
 
 
 def elastic(scene: Scene) -> bool:
-    """Whether no collision of a scene loses energy."""
-    return theory.elastic(scene.restitution, scene.wall_restitution, scene.container)
+    """Whether no collision of a scene loses or gives energy."""
+    gains = scene.pair_law.gains or (scene.container.has_wall and scene.wall_law.gains)
+    kept = theory.elastic(scene.restitution, scene.wall_restitution, scene.container)
+    return kept and not gains
 
 
 def standard_errors(rows: Array) -> Array:

@@ -236,7 +236,7 @@ def rates(trace: Trace, since: float) -> Iterator[Row]:
 def cooling(trace: Trace) -> Iterator[Row]:
     """Decay constants and the energy that is left, where a gas of equal balls loses energy."""
     scene = trace.start
-    if elastic(scene) or scene.number == 1 or not scene.equal_balls:
+    if elastic(scene) or scene.number == 1 or not (scene.equal_balls and scene.constant_laws):
         return
     energy, reported = repeat_fits(trace, "kinetic_energy"), reported_constant(trace)
     k = energy["exponential"].value
@@ -273,7 +273,7 @@ def speed_laws(scene: Scene) -> list[SpeedLaw]:
     if free is not None:
         shares = theory.fixed_energy_speed_cdf(edges, free, heat)
         laws.append(SpeedLaw("fixed energy", theory.fixed_energy_kurtosis(free), shares))
-    if 0 < scene.restitution < 1:
+    if scene.constant_laws and 0 < scene.restitution < 1:
         a2 = theory.sonine_coefficient(scene.restitution)
         shares = theory.sonine_speed_cdf(edges, heat, a2)
         kurtosis = 2.0 if free is None else theory.fixed_energy_kurtosis(free)

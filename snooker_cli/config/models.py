@@ -27,6 +27,7 @@ from snooker_cli.config.axes import Axes, axes, written
 from snooker_cli.config.problems import ConfigError, KeyPath, Problem
 from snooker_cli.containers import SHAPES, Circle, Container, ShapeName
 from snooker_cli.formatting import listed
+from snooker_cli.laws import Law, law_of
 from snooker_cli.limits import LEAST_AMOUNT, LEAST_TIME, MOST_AMOUNT, MOST_SPEED
 
 # Types of values. Each has a range, and the phrase of an error that states it.
@@ -333,6 +334,16 @@ class Experiment(Model):
     def effective_wall_cor(self) -> float:
         """Coefficient of restitution at the wall, `cor` unless `wall_cor` is given."""
         return self.cor if self.wall_cor is None else self.wall_cor
+
+    @property
+    def pair_law(self) -> Law:
+        """The law of collisions between balls."""
+        return law_of(cor=self.cor)
+
+    @property
+    def wall_law(self) -> Law:
+        """The law of collisions at the wall."""
+        return law_of(cor=self.effective_wall_cor)
 
     @property
     def contact_duration(self) -> float:

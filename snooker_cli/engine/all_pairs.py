@@ -1,6 +1,7 @@
 """Few balls: each keeps its earliest contact, found against all others in vector form.
 
-The ideas and their sources are in docs/how-it-works.md and docs/engine.md.
+A contact is entered for the ball that searched, not for its partner. So it may be stale when it is
+the next one: ``next_event`` then searches again. docs/how-it-works.md has the ideas and sources.
 """
 
 from typing import NamedTuple
@@ -9,9 +10,10 @@ import numpy as np
 
 from snooker_cli.engine import clock, prediction, sliding
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.bit_tricks import LANES, soonest
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER, chord_delay, wall_delay
-from snooker_cli.engine.jit import inlined, kernel, lowest_bit
+from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, Setup, State, U, V, X, Y
 from snooker_cli.engine.sampling import Grid, grid_of, next_sample, sample_until
 from snooker_cli.trace import SLIDE
@@ -26,7 +28,6 @@ PAIR_TIME, WALL_TIME, NEXT_TIME, TIME_ROWS = range(4)
 PARTNER, PARTNER_EVENTS, EVENTS, LAST, BOUNCES, LINK_ROWS = range(6)
 
 LARGE = 1e100  # large but finite, so that times zero it is zero
-LANES = 8  # rows of the agenda have a multiple of this length, so that vectors are full
 
 
 class Agenda(NamedTuple):
@@ -175,20 +176,161 @@ def predict_walls(now: float, state: State, agenda: Agenda, container: Floats | 
         times[NEXT_TIME, k] = min(time, times[PAIR_TIME, k])
 
 
+# Events
+
+
 @inlined
-def soonest(times: Floats) -> int:
-    """The ball whose time is earliest, of equal ones the first: a minimum of integers is fast."""
-    bits = times.view(np.int64)
-    least = bits[0]
-    for k in range(len(bits)):
-        least = min(least, bits[k])
-    for start in range(0, len(bits), LANES):
-        mask = 0
-        for k in range(LANES):
-            mask |= 1 << k if bits[start + k] == least else 0
-        if mask != 0:
-            return int(start + lowest_bit(mask))
-    return 0
+def begin(state: State, agenda: Agenda) -> None:
+    """Enter when each ball first hits the wall; all contacts are searched when they come up."""
+    for k in range(state.balls.shape[1]):
+        # The sum makes a negative zero positive: soonest compares bits.
+        delay = prediction.time_to_wall(k, 0.0, state, state.container)
+        agenda.times[WALL_TIME, k] = 0.0 + delay
+
+
+@inlined
+def next_event(state: State, slides: Integers | None, agenda: Agenda) -> tuple[int, int, float]:
+    """The ball of the next event, its partner or the wall (NO_PARTNER), and the time, s.
+
+    Ties go by time, ball, and wall first. An entry is stale if the partner has had another event
+    since it was made. Then, and where no ball was found up to that time, search again from there.
+    """
+    times, links = agenda.times, agenda.links
+    while True:
+        i = soonest(times[NEXT_TIME])
+        now = times[NEXT_TIME, i]
+        if times[WALL_TIME, i] <= times[PAIR_TIME, i]:
+            return i, ks.NO_PARTNER, now
+        j = links[PARTNER, i]
+        if j >= 0 and links[PARTNER_EVENTS, i] == links[EVENTS, j]:
+            return i, j, now
+        if slides is not None and now > state.sums[ks.TIME_LIMIT]:
+            return i, j, now
+        find_contact(i, now, times[WALL_TIME, i] - now, state, slides, agenda)
+
+
+@inlined
+def slide_event(
+    i: int, j: int, now: float, state: State, slides: Integers | None, agenda: Agenda
+) -> tuple[int, float]:
+    """The ball of the two that begins to slide now, or slid up to now, and its impulse, kg m/s.
+
+    The ball is NO_PARTNER if none slides; then i and j collide.
+    """
+    if slides is None:
+        return ks.NO_PARTNER, 0.0
+    k = sliding.sliding_ball(i, j, now, state.balls, slides)
+    if k == ks.NO_PARTNER:
+        return k, 0.0
+    begins = slides[k] == sliding.SETTLES
+    size = sliding.slide_on(k, now, state, slides)
+    if begins:
+        links = agenda.links
+        links[EVENTS, k] += 1
+        links[LAST, k], links[BOUNCES, k] = ks.NO_PARTNER, 0
+        agenda.times[WALL_TIME, k] = NEVER
+        find_contact(k, now, NEVER, state, slides, agenda)
+    return k, size
+
+
+@inlined
+def after_wall_hit(
+    i: int, now: float, state: State, slides: Integers | None, agenda: Agenda
+) -> bool:
+    """Predict what ball i does after a hit of the wall; whether it is trapped there for good."""
+    balls, setup, times, links = state.balls, state.setup, agenda.times, agenda.links
+    links[EVENTS, i] += 1
+    links[LAST, i] = ks.NO_PARTNER
+    links[BOUNCES, i] += 1
+    predict_walls(now, state, agenda, state.container)
+    x, y, u, v = ks.seen_from_container(
+        balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, state.container
+    )
+    delay = chord_delay(x, y, u, v)
+    times[WALL_TIME, i] = now + delay
+    find_contact(i, now, delay, state, slides, agenda)
+    if not setup.traps or (links[BOUNCES, i] == 1 and setup.wall_law.cor != 0.0):
+        return False
+    patient = links[BOUNCES, i] <= setup.patience
+    trapped = prediction.is_trapped(
+        i, now, state, state.container, slides, times[NEXT_TIME], patient
+    )
+    if slides is None:
+        return trapped
+    if trapped or sliding.has_settled(i, state, now):
+        times[WALL_TIME, i] = times[NEXT_TIME, i] = sliding.settle(i, state, slides)
+        times[PAIR_TIME, i] = NEVER
+    return False
+
+
+@inlined
+def after_pair(
+    i: int, j: int, now: float, state: State, slides: Integers | None, agenda: Agenda
+) -> None:
+    """Predict what balls i and j do after their collision."""
+    links = agenda.links
+    links[EVENTS, i] += 1
+    links[EVENTS, j] += 1
+    links[LAST, i], links[LAST, j] = j, i
+    links[BOUNCES, i] = links[BOUNCES, j] = 0
+    delay_i = predict_wall_after_pair(i, now, state, slides, agenda)
+    delay_j = predict_wall_after_pair(j, now, state, slides, agenda)
+    find_contacts(i, j, now, delay_i, delay_j, state, slides, agenda)
+
+
+# What one repeat does, an event in each turn of the loop:
+#
+#   i, j, now = the earliest contact of all balls; j is a ball or the wall
+#   stop if there is none, or if the time limit comes first
+#   fill the rows of the summary up to now
+#   a ball that slides: bring it to now along the wall, and take the next turn
+#   bring i and j to now, change their velocities; count and record the event
+#   at the wall: a free container has moved: predict the hits of all; search i's next contact
+#   between balls: search the next contacts of i and j
+#   stop if i is trapped at the wall, or if the clock stands still
+@inlined
+def simulate_repeat(
+    state: State,
+    slides: Integers | None,
+    agenda: Agenda,
+    recorded: Recorded,
+    grid: Grid | None,
+    limit: int,
+) -> int:
+    """Simulate at most ``limit`` events of a repeat; why it stopped, see ``clock``."""
+    counts, sums = state.counts, state.sums
+    sample_time = NEVER
+    if grid is not None:
+        sample_time = next_sample(grid, sums)
+    if counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS] == 0:
+        begin(state, agenda)
+    for filled in range(limit):
+        i, j, now = next_event(state, slides, agenda)
+        if now == NEVER:
+            return clock.NOTHING_LEFT
+        if now > sums[ks.TIME_LIMIT]:
+            return clock.TIME
+        if grid is not None and now > sample_time:
+            sample_time = sample_until(now, grid, state, slides)
+        clock.begin_event(i, j, now, sums, counts)
+        slider, size = slide_event(i, j, now, state, slides, agenda)
+        if slider != ks.NO_PARTNER:
+            i, j = slider, SLIDE
+        else:
+            size = collide(i, j, now, state)
+        count(i, j, size, state)
+        if grid is None:
+            record(recorded, filled, i, j, now, size, state.labels)
+        if j == SLIDE:
+            continue
+        if j == ks.NO_PARTNER:
+            if after_wall_hit(i, now, state, slides, agenda):
+                return clock.WALL_TRAP
+        else:
+            after_pair(i, j, now, state, slides, agenda)
+        if counts[ks.STALLED] > clock.STALL_LIMIT * state.balls.shape[1]:
+            return clock.COLLAPSE
+    return clock.FULL
 
 
 @kernel
@@ -204,8 +346,6 @@ def advance(
 ) -> None:
     """Simulate at most ``limit`` events of each active repeat, and answer why each stopped.
 
-    Ties go by time, ball, and wall first.
-
     states, all_slides, agendas, grids : stacked, of all repeats; without grids events are recorded
     active : (*a*,), the repeats to simulate
     records, answers : a row for each of these
@@ -213,91 +353,7 @@ def advance(
     for row in range(len(active)):
         repeat = active[row]
         state, slides = ks.state_of(states, repeat), ks.part_of(all_slides, repeat)
-        balls, setup, counts, sums = state.balls, state.setup, state.counts, state.sums
         agenda = Agenda(agendas.times[repeat], agendas.links[repeat])
-        links = agenda.links
-        next_time, pair_time = agenda.times[NEXT_TIME], agenda.times[PAIR_TIME]
-        wall_time = agenda.times[WALL_TIME]
-        sample_time = NEVER
-        if grids is not None:
-            sample_time = next_sample(grid_of(grids, repeat), sums)
         recorded = Recorded(records.time[row], records.i[row], records.j[row], records.impulse[row])
-        if counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS] == 0:
-            for k in range(balls.shape[1]):
-                # The sum makes a negative zero positive: soonest compares bits.
-                wall_time[k] = 0.0 + prediction.time_to_wall(k, 0.0, state, state.container)
-        answers[row] = clock.FULL
-        for filled in range(limit):
-            while True:
-                i = soonest(next_time)
-                now = next_time[i]
-                at_wall = wall_time[i] <= pair_time[i]
-                j = ks.NO_PARTNER if at_wall else links[PARTNER, i]
-                valid = j >= 0 and links[PARTNER_EVENTS, i] == links[EVENTS, j]
-                if now == NEVER or at_wall or valid:
-                    break
-                if all_slides is not None and now > sums[ks.TIME_LIMIT]:
-                    break
-                find_contact(i, now, wall_time[i] - now, state, slides, agenda)
-            if now == NEVER:
-                answers[row] = clock.NOTHING_LEFT
-                break
-            if now > sums[ks.TIME_LIMIT]:
-                answers[row] = clock.TIME
-                break
-            if grids is not None and now > sample_time:
-                sample_time = sample_until(now, grid_of(grids, repeat), state, slides)
-            clock.begin_event(i, j, now, sums, counts)
-            if all_slides is not None:
-                k = sliding.sliding_ball(i, j, now, balls, slides)
-                if k != ks.NO_PARTNER:
-                    begins = slides[k] == sliding.SETTLES
-                    size = sliding.slide_on(k, now, state, slides)
-                    if begins:
-                        links[EVENTS, k] += 1
-                        links[LAST, k], links[BOUNCES, k] = ks.NO_PARTNER, 0
-                        wall_time[k] = NEVER
-                        find_contact(k, now, NEVER, state, slides, agenda)
-                    count(k, SLIDE, size, state)
-                    if grids is None:
-                        record(recorded, filled, k, SLIDE, now, size, state.labels)
-                    continue
-            size = collide(i, j, now, state)
-            count(i, j, size, state)
-            if grids is None:
-                record(recorded, filled, i, j, now, size, state.labels)
-            links[EVENTS, i] += 1
-            trapped = False
-            if at_wall:
-                links[LAST, i] = ks.NO_PARTNER
-                links[BOUNCES, i] += 1
-                predict_walls(now, state, agenda, state.container)
-                x, y, u, v = ks.seen_from_container(
-                    balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, state.container
-                )
-                delay = chord_delay(x, y, u, v)
-                wall_time[i] = now + delay
-                find_contact(i, now, delay, state, slides, agenda)
-                if setup.traps and (links[BOUNCES, i] > 1 or setup.wall_restitution == 0.0):
-                    patient = links[BOUNCES, i] <= setup.patience
-                    trapped = prediction.is_trapped(
-                        i, now, state, state.container, slides, next_time, patient
-                    )
-                    if all_slides is not None and (trapped or sliding.has_settled(i, state, now)):
-                        trapped = False
-                        slides[i] = sliding.SETTLES
-                        wall_time[i] = next_time[i] = sliding.bounced(i, NEVER, state)[0][ks.CLOCK]
-                        pair_time[i] = NEVER
-            else:
-                links[EVENTS, j] += 1
-                links[LAST, i], links[LAST, j] = j, i
-                links[BOUNCES, i] = links[BOUNCES, j] = 0
-                delay_i = predict_wall_after_pair(i, now, state, slides, agenda)
-                delay_j = predict_wall_after_pair(j, now, state, slides, agenda)
-                find_contacts(i, j, now, delay_i, delay_j, state, slides, agenda)
-            if trapped:
-                answers[row] = clock.WALL_TRAP
-                break
-            if counts[ks.STALLED] > clock.STALL_LIMIT * balls.shape[1]:
-                answers[row] = clock.COLLAPSE
-                break
+        grid = grid_of(grids, repeat)
+        answers[row] = simulate_repeat(state, slides, agenda, recorded, grid, limit)

@@ -6,33 +6,28 @@ round; a periodic box has none, and its columns and rows wrap.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from snooker_cli.containers import PERIODIC_DIAMETERS
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.bit_tricks import nonnegative
+from snooker_cli.engine.cell_memory import (
+    CELL,
+    FORMER,
+    LINK_ROWS,
+    PLACE,
+    Cells,
+    Margin,
+    Mesh,
+    Tree,
+    room_for,
+    tags_of,
+)
 from snooker_cli.engine.contact import NEVER, nearest_image, wall_delay
 from snooker_cli.engine.jit import inlined
-from snooker_cli.engine.kernel_state import Flags, Floats, Indices, Integers, State, U, V
+from snooker_cli.engine.kernel_state import Flags, Floats, State, U, V
 from snooker_cli.scene import Scene
-
-# Further rows of ``State.balls``, for which a ball's column is one line of the processor's cache:
-# when the ball next touches a ball or the wall, and when it leaves its cell, s.
-CONTACT_TIME, CROSSING_TIME, CELL_BALL_ROWS = 5, 6, 8
-
-# Rows of ``Cells.tags``, the same memory as 32-bit integers, in the last of these rows: how many
-# events the ball has had, and the ball it last collided with.
-EVENTS, FORMER = 14, 15
-
-# Rows of ``Cells.links``, half a line per ball: the partner of a ball's earliest contact, and its
-# number of events when the contact was predicted; the ball's cell, and its place among the members;
-# its hits of the wall in a row; and whether it is listed in ``Margin.brink``.
-PARTNER, PARTNER_EVENTS, CELL, PLACE, BOUNCES, BRINK, LINK_ROWS = 0, 1, 2, 3, 4, 5, 8
-
-# Elements of ``Margin.place``.
-CENTRE_X, CENTRE_Y, WIDTH, UNTIL = range(4)
 
 ROUNDING = 1.0 + 1e-9
 """A cell is this much wider than a ball: crossings are timed with a rounding or two."""
@@ -44,68 +39,9 @@ MARGIN = 0.1
 """Way of a free container, in cells, until all is predicted again."""
 
 
-class Mesh(NamedTuple):
-    """Where the cells are: their sides (m), the lower left corner of the first (m), how many."""
-
-    width: float
-    height: float
-    left: float
-    bottom: float
-    columns: int
-    rows: int
-    shift: int
-
-
-class Margin(NamedTuple):
-    """Where a free container may be until everything is predicted again.
-
-    place : (4,), the centre's coordinates (m), how far it may be from there (m), until when (s)
-    brink : (*N*,), the balls whose hit has been predicted exactly since the last push
-    brinks : (1,), how many they are
-    """
-
-    place: Floats
-    brink: Indices
-    brinks: Indices
-
-
-class Tree(NamedTuple):
-    """The nodes' times (s), and the same memory as integers; see ``event_queue``.
-
-    followed : (CHILDREN**WATCHED,), s, of those watched nodes whose events are being fetched ahead
-    """
-
-    times: Floats
-    bits: Integers
-    followed: Floats
-
-
-class Cells(NamedTuple):
-    """The balls in their cells, and what each does next.
-
-    members : (*c*, *k*), the balls of each cell, in no order
-    occupancy : (*c*,), how many they are
-    at_wall : (*c*,), whether a ball can touch the wall from this cell
-    near : memory for the balls of nine cells
-    links : (LINK_ROWS, *N*)
-    tags : (16, *N*), the memory of ``State.balls``
-    margin : of a free container, or ``None``
-    """
-
-    mesh: Mesh
-    members: Indices
-    occupancy: Indices
-    at_wall: Flags
-    near: NDArray[np.uint32]
-    links: Indices
-    tags: Indices
-    tree: Tree
-    margin: Margin | None
-
-
 def new_cells(scene: Scene, side: float, balls: Floats, tree: Tree) -> Cells:
     """Cells of about a side (m), with room for four balls each and without members."""
-    mesh, tags = new_mesh(scene, side), balls.T.view(np.int32).T
+    mesh, tags = new_mesh(scene, side), tags_of(balls)
     tags[FORMER] = ks.NO_PARTNER
     at_wall = cells_at_wall(scene, mesh, MARGIN * mesh.width if scene.free else 0.0)
     members, near = room_for(4, len(at_wall))
@@ -120,12 +56,6 @@ def new_cells(scene: Scene, side: float, balls: Floats, tree: Tree) -> Cells:
         tree=tree,
         margin=None,
     )
-
-
-def room_for(capacity: int, number: int) -> tuple[Indices, NDArray[np.uint32]]:
-    """Memory for the members of a number of cells, and for those of nine."""
-    members = np.zeros((number, capacity), dtype=np.int32)
-    return members, np.zeros(9 * capacity + 4, dtype=np.uint32)
 
 
 def new_mesh(scene: Scene, side: float) -> Mesh:
@@ -197,12 +127,12 @@ def cell_at(column: int, row: int, mesh: Mesh, period: Floats | None) -> int:
         column -= mesh.columns if column >= mesh.columns else 0
         row += mesh.rows if row < 0 else 0
         row -= mesh.rows if row >= mesh.rows else 0
-    return ks.nonnegative((row << mesh.shift) + column)
+    return nonnegative((row << mesh.shift) + column)
 
 
 @inlined
 def put_into(i: int, cell: int, cells: Cells) -> None:
-    place = ks.nonnegative(cells.occupancy[cell])
+    place = nonnegative(cells.occupancy[cell])
     cells.members[cell, place] = i
     cells.occupancy[cell] = place + 1
     cells.links[CELL, i] = cell
@@ -213,10 +143,10 @@ def put_into(i: int, cell: int, cells: Cells) -> None:
 def take_out(i: int, cells: Cells) -> None:
     """Take ball i out of its cell; the last member takes its place."""
     links, members = cells.links, cells.members
-    cell, place = ks.nonnegative(links[CELL, i]), ks.nonnegative(links[PLACE, i])
-    last = ks.nonnegative(cells.occupancy[cell] - 1)
+    cell, place = nonnegative(links[CELL, i]), nonnegative(links[PLACE, i])
+    last = nonnegative(cells.occupancy[cell] - 1)
     cells.occupancy[cell] = last
-    moved = ks.nonnegative(members[cell, last])
+    moved = nonnegative(members[cell, last])
     members[cell, place] = moved
     links[PLACE, moved] = place
 
@@ -227,7 +157,7 @@ def collect(found: int, column: int, row: int, cells: Cells, period: Floats | No
     near, members = cells.near, cells.members
     cell = cell_at(column, row, cells.mesh, period)
     number = int(cells.occupancy[cell])
-    found = ks.nonnegative(found)
+    found = nonnegative(found)
     for place in range(4):
         near[found + place] = members[cell, place]
     for place in range(4, number):
@@ -246,7 +176,7 @@ def crossing_delay(p: float, w: float, side: float) -> float:
 def crossing_delays(i: int, now: float, state: State, cells: Cells) -> tuple[float, float]:
     """Time until ball i leaves its cell across, and up or down; s."""
     mesh = cells.mesh
-    cell = ks.nonnegative(cells.links[CELL, i])
+    cell = nonnegative(cells.links[CELL, i])
     column, row = column_and_row(cell, mesh)
     x, y = ks.position(i, now, state.balls)
     u, v = state.balls[U, i], state.balls[V, i]

@@ -8,11 +8,13 @@ predicted exactly, and again after each push.
 import numpy as np
 
 from snooker_cli.engine import cell_grid, contact
+from snooker_cli.engine import cell_memory as cm
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.cell_grid import Cells, Margin
+from snooker_cli.engine.bit_tricks import lowest_bit, nonnegative
+from snooker_cli.engine.cell_memory import Cells, Margin
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.event_queue import update
-from snooker_cli.engine.jit import inlined, kernel, lowest_bit
+from snooker_cli.engine.jit import inlined, kernel
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Indices, State, U, V, X, Y
 from snooker_cli.engine.prediction import BLOCK, time_to_wall
 
@@ -22,8 +24,8 @@ from snooker_cli.engine.prediction import BLOCK, time_to_wall
 @inlined
 def parted_from(i: int, now: float, balls: Floats, tags: Indices, period: Floats | None) -> int:
     """The ball that ball i parted from in the last event of both and cannot meet, or NO_PARTNER."""
-    k = tags[cell_grid.FORMER, i]
-    if k < 0 or tags[cell_grid.FORMER, k] != i:
+    k = tags[cm.FORMER, i]
+    if k < 0 or tags[cm.FORMER, k] != i:
         return ks.NO_PARTNER
     if period is not None:  # they may meet through a side, once other images are the nearest
         x, y = balls[X, k] - balls[X, i], balls[Y, k] - balls[Y, i]
@@ -45,7 +47,7 @@ def nearest(
     x, y = ks.position(i, now, balls)
     u, v = balls[U, i], balls[V, i]
     # As many as fill vectors: ball i, which never meets itself, makes up for what is missing.
-    found = ks.nonnegative(found)
+    found = nonnegative(found)
     for place in range(3):
         near[found + place] = i
     found = (found + 3) & ~3
@@ -95,15 +97,15 @@ def wall_contact(
     if box is not None:
         r = ks.radius_of(i, state.setup, state.radii)
         return contact.side_delay(x, y, u, v, box[0] - r, box[1] - r), ks.NO_PARTNER
-    at_wall = links[cell_grid.BOUNCES, i] > 0
+    at_wall = links[cm.BOUNCES, i] > 0
     if container is not None and margin is not None:
         reach = ks.wall_reach(i, state.setup, state.radii)
-        near = max(reach - margin.place[cell_grid.WIDTH], 0.0)
-        xm, ym = x - margin.place[cell_grid.CENTRE_X], y - margin.place[cell_grid.CENTRE_Y]
+        near = max(reach - margin.place[cm.WIDTH], 0.0)
+        xm, ym = x - margin.place[cm.CENTRE_X], y - margin.place[cm.CENTRE_Y]
         if not exact and xm * xm + ym * ym < near * near:
             return contact.wall_delay(xm, ym, u, v, near * near), ks.SEARCH_AGAIN
-        if links[cell_grid.BRINK, i] == 0:
-            links[cell_grid.BRINK, i] = 1
+        if links[cm.BRINK, i] == 0:
+            links[cm.BRINK, i] = 1
             margin.brink[margin.brinks[0]] = i
             margin.brinks[0] += 1
         at_wall = at_wall and container[CLOCK] == balls[CLOCK, i]
@@ -118,16 +120,16 @@ def wall_contact(
 
 @inlined
 def enter_contact(i: int, time: float, partner: int, balls: Floats, cells: Cells) -> None:
-    balls[cell_grid.CONTACT_TIME, i] = time
-    cells.links[cell_grid.PARTNER, i] = partner
+    balls[cm.CONTACT_TIME, i] = time
+    cells.links[cm.PARTNER, i] = partner
     if partner >= 0:
-        cells.links[cell_grid.PARTNER_EVENTS, i] = cells.tags[cell_grid.EVENTS, partner]
+        cells.links[cm.PARTNER_EVENTS, i] = cells.tags[cm.EVENTS, partner]
 
 
 @inlined
 def enqueue(i: int, now: float, balls: Floats, cells: Cells) -> None:
     """Queue ball i's earliest event: its contact or a crossing; none is in the past."""
-    time = min(balls[cell_grid.CONTACT_TIME, i], balls[cell_grid.CROSSING_TIME, i])
+    time = min(balls[cm.CONTACT_TIME, i], balls[cm.CROSSING_TIME, i])
     update(i, max(time, now), cells.tree)
 
 
@@ -135,13 +137,13 @@ def enqueue(i: int, now: float, balls: Floats, cells: Cells) -> None:
 def predict_crossing(i: int, now: float, state: State, cells: Cells) -> None:
     """Enter when ball i leaves its cell."""
     across, up = cell_grid.crossing_delays(i, now, state, cells)
-    state.balls[cell_grid.CROSSING_TIME, i] = now + min(across, up)
+    state.balls[cm.CROSSING_TIME, i] = now + min(across, up)
 
 
 @inlined
 def predict_contact(i: int, now: float, exact: bool, state: State, cells: Cells) -> None:
     """Enter ball i's earliest contact, with a ball or with the wall."""
-    cell = ks.nonnegative(cells.links[cell_grid.CELL, i])
+    cell = nonnegative(cells.links[cm.CELL, i])
     delay, partner = NEVER, ks.SEARCH_AGAIN
     if cells.at_wall[cell]:
         delay, partner = wall_contact(
@@ -165,7 +167,7 @@ def cross(i: int, now: float, state: State, cells: Cells) -> bool:
     w = balls[U, i] if across else balls[V, i]
     step = 1 if w > 0.0 else -1
     right, up = (step, 0) if across else (0, step)
-    column, row = cell_grid.column_and_row(cells.links[cell_grid.CELL, i], mesh)
+    column, row = cell_grid.column_and_row(cells.links[cm.CELL, i], mesh)
     new = cell_grid.cell_at(column + right, row + up, mesh, state.period)
     if cells.occupancy[new] == cells.members.shape[1]:
         return False
@@ -173,8 +175,8 @@ def cross(i: int, now: float, state: State, cells: Cells) -> bool:
     cell_grid.put_into(i, new, cells)
     column, row = cell_grid.column_and_row(new, mesh)
     side = mesh.width if across else mesh.height
-    balls[cell_grid.CROSSING_TIME, i] = now + min(side / abs(w), upwards if across else sideways)
-    before = balls[cell_grid.CONTACT_TIME, i] - now
+    balls[cm.CROSSING_TIME, i] = now + min(side / abs(w), upwards if across else sideways)
+    before = balls[cm.CONTACT_TIME, i] - now
     delay, partner = before, ks.NO_PARTNER
     if cells.at_wall[new]:
         wall, wall_partner = wall_contact(
@@ -200,13 +202,13 @@ def push(
     if container is None or margin is None:
         return
     place = margin.place
-    x, y = container[X] - place[cell_grid.CENTRE_X], container[Y] - place[cell_grid.CENTRE_Y]
-    square = place[cell_grid.WIDTH] * place[cell_grid.WIDTH]
+    x, y = container[X] - place[cm.CENTRE_X], container[Y] - place[cm.CENTRE_Y]
+    square = place[cm.WIDTH] * place[cm.WIDTH]
     delay = contact.wall_delay(x, y, container[U], container[V], square)
-    place[cell_grid.UNTIL] = now + delay
+    place[cm.UNTIL] = now + delay
     for k in range(margin.brinks[0]):
         i = margin.brink[k]
-        cells.links[cell_grid.BRINK, i] = 0
+        cells.links[cm.BRINK, i] = 0
         enter_contact(i, now, ks.SEARCH_AGAIN, state.balls, cells)
         enqueue(i, now, state.balls, cells)
     margin.brinks[0] = 0
@@ -217,7 +219,7 @@ def before_renewal(time: float, margin: Margin | None) -> float:
     """The time, or when a free container may leave its margin, if that is earlier; s."""
     if margin is None:
         return time
-    return float(min(time, margin.place[cell_grid.UNTIL]))
+    return float(min(time, margin.place[cm.UNTIL]))
 
 
 @kernel

@@ -6,9 +6,11 @@ Both engines and the replay of a trace use ``collide``, so a replay has the engi
 import math
 
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.bit_tricks import fused
 from snooker_cli.engine.contact import nearest_image
-from snooker_cli.engine.jit import fused, helper, inlined
+from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Indices, Recorded, State, U, V, X, Y
+from snooker_cli.laws import Law
 
 # The change of velocity
 
@@ -34,6 +36,12 @@ def is_slow(x: float, y: float, u: float, v: float, speed: float) -> bool:
     return normal * normal < speed * speed * (x * x + y * y)
 
 
+@by_class
+def kick(law: Law, normal: float, length: float) -> float:
+    """The change of the normal speed in a hit, over a length (m): ``laws`` has the law's method."""
+    return law.kick(normal, length)
+
+
 @inlined
 def shares(change: float, m: float, n: float) -> tuple[float, float]:
     """The change divided between masses m and n, in proportion n to m; n may be infinite."""
@@ -52,15 +60,16 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
     x, y = nearest_image(x, y, state.period)
     u, v = balls[U, i] - balls[U, j], balls[V, i] - balls[V, j]
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
-    restitution = 1.0 if elastic else setup.restitution
-    change = (1.0 + restitution) * normal_part(x, y, u, v)  # of velocity, over (x, y)
+    length, normal = math.sqrt(x * x + y * y), normal_part(x, y, u, v)
+    # Of velocity, over (x, y).
+    change = 2.0 * normal if elastic else kick(setup.pair_law, normal, length)
     m = ks.mass_of(i, state.setup, state.masses)
     first, second = shares(change, m, ks.mass_of(j, state.setup, state.masses))
     balls[U, i] -= first * x
     balls[V, i] -= first * y
     balls[U, j] += second * x
     balls[V, j] += second * y
-    return m * first * math.sqrt(x * x + y * y)
+    return m * first * length
 
 
 @inlined
@@ -73,9 +82,9 @@ def hit_side(i: int, state: State, box: Floats, elastic: bool) -> float:
     along = box[1] - r - (y if v > 0.0 else -y) if v != 0.0 else math.inf
     normal = u if across <= along else v
     elastic = elastic or abs(normal) < setup.elastic_below
-    change = (1.0 + (1.0 if elastic else setup.wall_restitution)) * normal
-    balls[U if across <= along else V, i] -= change
-    return float(ks.mass_of(i, state.setup, state.masses) * abs(change))
+    change = 2.0 * abs(normal) if elastic else kick(setup.wall_law, abs(normal), 1.0)
+    balls[U if across <= along else V, i] -= math.copysign(change, normal)
+    return float(ks.mass_of(i, state.setup, state.masses) * change)
 
 
 @inlined
@@ -98,11 +107,12 @@ def hit_wall(
         balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, container
     )
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
-    restitution = 1.0 if elastic else setup.wall_restitution
-    normal = normal_part(x, y, u, v)
-    # At the end of a chord shorter than the rounding of its place, a ball may seem to move inwards.
-    # Then it also leaves inwards, at e times its normal speed.
-    first = (1.0 + restitution if normal > 0.0 else 1.0 - restitution) * normal  # over (x, y)
+    length, normal = math.sqrt(x * x + y * y), normal_part(x, y, u, v)
+    first = 2.0 * normal if elastic else kick(setup.wall_law, normal, length)  # over (x, y)
+    if normal <= 0.0:
+        # At the end of a chord shorter than the rounding of its place, a ball may seem to move
+        # inwards. Then it also leaves inwards, at e times its normal speed.
+        first = (1.0 - (1.0 if elastic else setup.wall_law.cor)) * normal
     m = ks.mass_of(i, state.setup, state.masses)
     if container is not None:
         first, second = shares(first, m, setup.container_mass)
@@ -110,7 +120,7 @@ def hit_wall(
         container[V] += second * y
     balls[U, i] -= first * x
     balls[V, i] -= first * y
-    return abs(m * first * math.sqrt(x * x + y * y))
+    return abs(m * first * length)
 
 
 # The collision step

@@ -2,7 +2,6 @@
 
 import hashlib
 import logging
-import math
 import os
 import platform
 import stat
@@ -10,7 +9,6 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from fractions import Fraction
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from tempfile import TemporaryFile, gettempdir
@@ -56,8 +54,8 @@ NO_GATHERS = ",+prefer-no-gather,+prefer-no-scatter"
 _log = logging.getLogger(__name__)
 """Notices for the user; the command line shows them from level INFO on."""
 
-_unknown: list[tuple[Callable[..., Any], dict[str, Any]]] = []
-"""Functions that Numba does not know yet, and their options."""
+_unknown: list[Callable[[Any], object]] = []
+"""What makes Numba know functions that it does not know yet, called with ``numba.extending``."""
 
 
 class Kernel:
@@ -75,8 +73,7 @@ class Kernel:
         """Numba's dispatcher, or the plain function."""
         numba = _numba()
         while _unknown:
-            function, options = _unknown.pop()
-            numba.extending.register_jitable(**options)(function)
+            _unknown.pop()(numba.extending)
         if numba.config.DISABLE_JIT:
             return np.errstate(all="ignore")(self.function)  # without warnings of 0 * inf
         folder, users = cache_folder(), numba.config.CACHE_DIR
@@ -94,30 +91,38 @@ def kernel(function: Function) -> Function:
 
 def inlined(function: Function) -> Function:
     """Compile a function into its callers; for Python, it stays a Python function."""
-    _unknown.append((function, INLINE_OPTIONS))
+    _unknown.append(lambda numba: numba.register_jitable(**INLINE_OPTIONS)(function))
     return function
 
 
 def helper(function: Function) -> Function:
     """Compile a function that kernels call, and not often; for Python, it stays as it is."""
-    _unknown.append((function, HELPER_OPTIONS))
+    _unknown.append(lambda numba: numba.register_jitable(**HELPER_OPTIONS)(function))
     return function
 
 
-def fused(a: float, b: float, c: float) -> float:
-    """a b + c, rounded once."""
-    if not all(map(math.isfinite, (a, b, c))):
-        return a * b + c
-    return float(Fraction(a) * Fraction(b) + Fraction(c))
+def by_class(function: Function) -> Function:
+    """Compile calls into the method of the same name of the first argument's class, a NamedTuple.
+
+    For Python, the function stays as it is: it calls the method.
+    """
+
+    def method(first: Any, *_others: Any) -> Any:
+        return getattr(first.instance_class, function.__name__)
+
+    _unknown.append(lambda numba: _overload(numba, function, method))
+    return function
 
 
-def lowest_bit(mask: int) -> int:
-    """Place of the lowest bit that is set, from 0."""
-    return (int(mask) & -int(mask)).bit_length() - 1
+def instruction(function: Function) -> Function:
+    """Compile calls into an instruction of the processor; for Python, it stays as it is."""
+    name = function.__name__
+    _unknown.append(lambda numba: _overload(numba, function, _instructions()[name]))
+    return function
 
 
-def fetch(array: Any, place: int) -> None:
-    """Ask the processor to load an element into its cache; plain Python does nothing."""
+def _overload(numba: Any, function: Callable[..., Any], compiled: Callable[..., Any]) -> None:
+    numba.overload(function, jit_options=INLINE_OPTIONS, strict=False)(compiled)
 
 
 @cache
@@ -129,7 +134,8 @@ def cache_folder() -> Path | None:
     here = Path(__file__).parent
     numba = _numba()
     found = hashlib.sha256(numba.__version__.encode())
-    for source in (*sorted(here.glob("*.py")), here.with_name("trace.py")):
+    others = (here.with_name(name) for name in ("laws.py", "trace.py"))
+    for source in (*sorted(here.glob("*.py")), *others):
         found.update(source.read_bytes())
     name, chosen = f"engine-{found.hexdigest()[:16]}", numba.config.CACHE_DIR
     try:
@@ -183,12 +189,12 @@ def give_notice() -> None:
 
 @cache
 def _numba() -> Any:
-    """Import Numba, which takes half a second, and extend it by what kernels need."""
+    """Import Numba, which takes half a second, and set it up."""
     import numba
-    from llvmlite import binding, ir
+    from llvmlite import binding
     from numba import types
     from numba.core import event
-    from numba.extending import intrinsic, overload, typeof_impl
+    from numba.extending import typeof_impl
 
     on_x86 = platform.machine() in {"x86_64", "AMD64"} and binding.llvm_version_info >= (17,)
     if on_x86 and not any(name.startswith("NUMBA_CPU_") for name in os.environ):
@@ -232,6 +238,16 @@ def _numba() -> Any:
     def type_of(kernel: Kernel, _context: Any) -> Any:
         return types.Dispatcher(kernel.compiled)
 
+    return numba
+
+
+@cache
+def _instructions() -> dict[str, Callable[..., Any]]:
+    """What Numba compiles calls of each ``instruction`` into."""
+    from llvmlite import ir
+    from numba import types
+    from numba.extending import intrinsic
+
     @intrinsic
     def fused_instruction(_typing: Any, a: Any, b: Any, c: Any) -> Any:
         number = types.float64
@@ -257,10 +273,8 @@ def _numba() -> Any:
 
         return types.void(array, types.int64), generate
 
-    for function, compiled in (
-        (fused, lambda a, b, c: lambda a, b, c: fused_instruction(a, b, c)),
-        (lowest_bit, lambda mask: lambda mask: lowest_bit_instruction(mask)),
-        (fetch, lambda array, place: lambda array, place: fetch_instruction(array, place)),
-    ):
-        overload(function, jit_options=INLINE_OPTIONS)(compiled)
-    return numba
+    return {
+        "fused": lambda a, b, c: lambda a, b, c: fused_instruction(a, b, c),
+        "lowest_bit": lambda mask: lambda mask: lowest_bit_instruction(mask),
+        "fetch": lambda array, place: lambda array, place: fetch_instruction(array, place),
+    }

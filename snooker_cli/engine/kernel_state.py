@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.containers import Box, Circle
 from snooker_cli.engine.jit import inlined
+from snooker_cli.laws import Law
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER
 
@@ -43,7 +44,6 @@ WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED, COUNTS = range(6)
 
 NO_LIMIT = 2**62  # as good as no limit for a number of events
 PATIENCE = 64  # ``Setup.patience`` in a fixed container: two balls may be trapped in step
-LINE = 64  # bytes of a line of the processor's cache
 
 
 class Setup(NamedTuple):
@@ -60,8 +60,8 @@ class Setup(NamedTuple):
     mass: float
     container_radius: float
     container_mass: float
-    restitution: float
-    wall_restitution: float
+    pair_law: Law
+    wall_law: Law
     contact_path: float
     elastic_below: float
     traps: bool
@@ -70,14 +70,15 @@ class Setup(NamedTuple):
     @classmethod
     def of(cls, scene: Scene) -> "Setup":
         container, lasts = scene.container, scene.contact_duration
-        always_loses = scene.wall_restitution < 1.0 and not lasts and scene.elastic_below == 0.0
+        law = scene.wall_law
+        always_loses = law.constant and law.cor < 1.0 and not lasts and scene.elastic_below == 0.0
         return cls(
             radius=float(scene.radii[0]),
             mass=float(scene.masses[0]),
             container_radius=float(container.radius) if isinstance(container, Circle) else math.nan,
             container_mass=float(scene.container_mass),
-            restitution=float(scene.restitution),
-            wall_restitution=float(scene.wall_restitution),
+            pair_law=type(scene.pair_law)(*map(float, scene.pair_law)),
+            wall_law=type(scene.wall_law)(*map(float, scene.wall_law)),
             contact_path=float(lasts * scene.mean_free_path) if lasts else 0.0,
             elastic_below=float(scene.elastic_below),
             traps=bool(isinstance(container, Circle) and always_loses),
@@ -200,13 +201,6 @@ def origin_of(scene: Scene) -> Floats:
     return np.zeros(2) if scene.free else np.asarray(scene.container_position)
 
 
-def aligned_zeros(number: int) -> Floats:
-    """This many zeros, from the beginning of a line of the cache on."""
-    memory = np.zeros(number + LINE // 8)
-    begin = -memory.ctypes.data % LINE // memory.itemsize
-    return memory[begin : begin + number]
-
-
 class Recorded(NamedTuple):
     """A chunk of events, filled by the kernel: s, ball, ball or -1, kg m/s."""
 
@@ -214,12 +208,6 @@ class Recorded(NamedTuple):
     i: Indices
     j: Indices
     impulse: Floats
-
-
-@inlined
-def nonnegative(index: int) -> int:
-    """The same index; the compiler then knows that it does not count from the end."""
-    return int(index) & ((1 << 62) - 1)
 
 
 @inlined

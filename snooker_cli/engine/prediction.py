@@ -1,14 +1,22 @@
 """When each ball will next touch another ball and the wall.
 
-A first pass over all partners, in vector form, leaves a mask of the few that can meet the ball
-before it hits the wall, one bit each. Their times of contact are computed then.
+A ball's contacts matter only until its next hit of the wall, or a little longer if others can push
+a free container. A search up to that horizon T has two passes, over BLOCK balls at a time:
+
+1. ``candidates`` sets a bit in a mask for each ball that may come in time. ``may_touch`` needs no
+   branch, root or division for it, so this loop runs in vector registers. Its rows are slices that
+   are counted from 0: the loads are then contiguous, and not gathers, which are four times as slow
+   on some processors.
+2. ``earliest`` takes the few bits that are set, the lowest first, and computes exact times. Each
+   time found shortens the horizon of the following blocks.
 """
 
 import math
 
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.bit_tricks import lowest_bit
 from snooker_cli.engine.contact import may_touch, pair_delay, wall_delay
-from snooker_cli.engine.jit import helper, inlined, lowest_bit
+from snooker_cli.engine.jit import helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V, X, Y
 from snooker_cli.engine.sliding import place
 
@@ -18,7 +26,7 @@ BLOCK = 48
 
 @inlined
 def rows(balls: Floats, start: int, stop: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """The rows X, Y, U, V and CLOCK of some balls; loops that count from 0 need no gathers."""
+    """The rows X, Y, U, V and CLOCK of some balls."""
     return (
         balls[X, start:stop],
         balls[Y, start:stop],
@@ -147,14 +155,14 @@ def is_trapped(
     cross = x * v - y * u  # a v_t
     if cross == 0.0:
         return False
-    left = 2.0 * inward * (x * x + y * y) / ((1.0 - setup.wall_restitution) * cross * cross)
+    left = 2.0 * inward * (x * x + y * y) / ((1.0 - setup.wall_law.cor) * cross * cross)
     end = now + left
     if end > state.sums[ks.TIME_LIMIT]:
         return False
     wall_speed = 0.0
     if container is not None:
         m = ks.mass_of(i, state.setup, state.masses)
-        pushes = (1.0 + setup.wall_restitution) / (1.0 - setup.wall_restitution)
+        pushes = (1.0 + setup.wall_law.cor) / (1.0 - setup.wall_law.cor)
         pushes *= inward / math.sqrt(x * x + y * y) * (m / (m + setup.container_mass))
         wall_speed = pushes + math.sqrt(container[U] * container[U] + container[V] * container[V])
     speed = math.sqrt(u * u + v * v) + wall_speed

@@ -6,7 +6,7 @@ instead of dropped: sixteen are left between a time and its double. See docs/how
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -78,8 +78,10 @@ def new_grids(scenes: Sequence[Scene]) -> Grid:
 
 
 @inlined
-def grid_of(grids: Grid, repeat: int) -> Grid:
-    """The grid of a repeat, in the same memory."""
+def grid_of(grids: Any, repeat: int) -> Any:
+    """The grid of a repeat, in the same memory, or ``None`` of ``None``."""
+    if grids is None:
+        return None
     return Grid(
         grids.rows[repeat],
         grids.histogram[repeat],

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
 from snooker_cli.engine import all_pairs, cell_grid, cell_prediction, cells, clock, sampling
+from snooker_cli.engine import cell_memory as cm
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.clock import CELL_FULL, FULL, IDLE, NOTHING_LEFT, OUT_OF_MARGIN
 from snooker_cli.engine.event_queue import new_tree
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded, State
 from snooker_cli.engine.paths import never_meet
 from snooker_cli.engine.sampling import Grid
-from snooker_cli.engine.sliding import chord_sum, turn_all
+from snooker_cli.engine.sliding import bounces_to_come, turn_all
 from snooker_cli.scene import Scene
 from snooker_cli.trace import (
     CONTAINER,
@@ -266,11 +267,10 @@ class Engine(ABC):
             end, given, what = now, 0.0, "stays at the wall, because the wall CoR is 0"
             if e > 0.0:
                 # In a free container a ball bounces as in a fixed one, with the reduced mass.
-                square, inward, cross = x * x + y * y, max(-(x * u + y * v), 0.0), x * v - y * u
-                end += 2.0 * (square / abs(cross)) * chord_sum(inward / abs(cross), e)
                 mass = float(scene.masses[first])
                 mass /= 1.0 + mass / scene.container_mass
-                given = mass * ((1.0 + e) / (1.0 - e)) * inward / math.sqrt(square)
+                lasts, given = bounces_to_come(x, y, u, v, mass, e)
+                end += lasts
                 what = (
                     f"bounces infinitely often at the wall, until {end:.9g} s, and gives it "
                     f"{given:.6g} kg m/s more"
@@ -362,9 +362,7 @@ class InCells(Engine):
 
     def _memory(self) -> Floats:
         """Stacked memory in which each ball is a line of the processor's cache."""
-        number = self.scenes[0].number
-        memory = ks.aligned_zeros(cell_grid.CELL_BALL_ROWS * number)
-        return memory.reshape(number, -1).T[np.newaxis]
+        return cm.ball_memory(self.scenes[0].number)[np.newaxis]
 
     def advance(self, records: Recorded, answers: Integers, limit: int) -> None:
         if self.scene.number >= REORDERED:
@@ -377,7 +375,7 @@ class InCells(Engine):
             if answer == CELL_FULL:
                 self._fill(2 * self.cells.members.shape[1])
             elif answer == OUT_OF_MARGIN and self.cells.margin is not None:
-                self._renew_margin(float(self.cells.margin.place[cell_grid.UNTIL]))
+                self._renew_margin(float(self.cells.margin.place[cm.UNTIL]))
                 self._fill()
                 renewals += 1
                 if renewals * (RENEWAL + self.scene.number) >= cells.CROSSINGS_AT_ONCE:
@@ -391,11 +389,11 @@ class InCells(Engine):
 
     def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
         super().next_epoch(repeat, epoch, shift)
-        self.state.balls[[cell_grid.CONTACT_TIME, cell_grid.CROSSING_TIME]] -= shift
+        self.state.balls[[cm.CONTACT_TIME, cm.CROSSING_TIME]] -= shift
         self.cells.tree.times[:] -= shift  # what is equal stays equal: nodes and children agree
         self.renewed_at -= shift
         if self.cells.margin is not None:
-            self.cells.margin.place[cell_grid.UNTIL] -= shift
+            self.cells.margin.place[cm.UNTIL] -= shift
 
     def restore(self, saved: Mapping[str, NDArray[Any]]) -> None:
         self.states = self.states._replace(labels=np.zeros_like(saved["states.labels"]))
@@ -427,13 +425,13 @@ class InCells(Engine):
     def _fill(self, capacity: int | None = None) -> None:
         """Put the balls into cells, perhaps of another capacity, and predict everything."""
         if capacity is not None:
-            members, near = cell_grid.room_for(capacity, len(self.cells.occupancy))
+            members, near = cm.room_for(capacity, len(self.cells.occupancy))
             self.cells = self.cells._replace(members=members, near=near)
         # As of the last event, or of when cells were put round a free container since.
         now = max(float(self.state.sums[ks.NOW]), self.renewed_at)
         if self.cells.margin is not None:
             self.cells.margin.brinks[0] = 0
-        self.cells.links[cell_grid.BRINK] = 0
+        self.cells.links[cm.BRINK] = 0
         if not cell_prediction.fill(now, self.state, self.cells):
             self._fill(2 * self.cells.members.shape[1])
 
@@ -449,7 +447,7 @@ class InCells(Engine):
         labels, number = state.labels, self.scene.number
         if len(labels) and state.collisions < self.ordered_at + REORDER_AFTER * number:
             return
-        order = np.argsort(old.links[cell_grid.CELL], kind="stable")
+        order = np.argsort(old.links[cm.CELL], kind="stable")
         place = np.empty(number, dtype=np.int32)
         place[order] = np.arange(number, dtype=np.int32)
         memory = self._memory()
@@ -462,8 +460,8 @@ class InCells(Engine):
             masses=None if state.masses is None else state.masses[order],
         )
         links = np.asfortranarray(old.links[:, order])
-        self.cells = old._replace(links=links, tags=balls.T.view(np.int32).T)
-        former = self.cells.tags[cell_grid.FORMER]
+        self.cells = old._replace(links=links, tags=cm.tags_of(balls))
+        former = self.cells.tags[cm.FORMER]
         former[former >= 0] = place[former[former >= 0]]
         self.ordered_at = state.collisions
         self._fill()

@@ -101,7 +101,7 @@ def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     lasts 2 a v_n/(v_n^2 + v_t^2) and turns it by 2 atan(v_n/v_t): at last two geometric series.
     """
     x, y, u, v, now = ball_of(i, state.balls)
-    e = state.setup.wall_restitution
+    e = state.setup.wall_law.cor
     square = x * x + y * y
     inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u  # a v_n and a v_t
     c, s, given = 1.0, 0.0, 0.0
@@ -161,6 +161,20 @@ def chord_sum(q: float, restitution: float) -> float:
     return total + 2.0**HALVINGS * arc / h
 
 
+def bounces_to_come(
+    x: float, y: float, u: float, v: float, mass: float, restitution: float
+) -> tuple[float, float]:
+    """How long the bounces of a trapped ball just off the wall last, s, and their impulse, kg m/s.
+
+    x, y, u, v : place (m) and velocity (m/s), relative to the container's centre
+    mass : kg, in a free container the reduced one
+    """
+    square, inward, cross = x * x + y * y, max(-(x * u + y * v), 0.0), abs(x * v - y * u)
+    lasts = 2.0 * (square / cross) * chord_sum(inward / cross, restitution)
+    share = (1.0 + restitution) / (1.0 - restitution)
+    return lasts, mass * share * inward / math.sqrt(square)
+
+
 @inlined
 def pressed(i: int, now: float, state: State) -> float:
     """Impulse of ball i, which slides, on the wall since its clock: m w^2 a t, kg m/s."""
@@ -215,9 +229,16 @@ def has_settled(i: int, state: State, now: float) -> bool:
     """Whether the bounces of ball i, just off the wall, are shorter than the clock's rounding."""
     x, y, u, v, _ = ball_of(i, state.balls)
     inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
-    square = (1.0 - state.setup.wall_restitution) * cross * cross
+    square = (1.0 - state.setup.wall_law.cor) * cross * cross
     least = CLOCK_DIGITS * (state.sums[ks.EPOCH] + now) * square
     return bool(cross != 0.0 and 2.0 * inward * (x * x + y * y) <= least)
+
+
+@inlined
+def settle(i: int, state: State, slides: Integers) -> float:
+    """Ball i, trapped just off the wall, bounces from now on; when it begins to slide, s."""
+    slides[i] = SETTLES
+    return bounced(i, NEVER, state)[0][ks.CLOCK]
 
 
 @inlined

@@ -80,7 +80,7 @@ def a2(build: FigureBuilder) -> FigureData:
     for point, scene, times, rows in _courses(build, _a2):
         names = [None] if scene.equal_balls else _names(scene)
         expected, known = None, not build.too_thin(scene)
-        if known and scene.equal_balls and 0 < scene.restitution < 1:
+        if known and scene.equal_balls and scene.constant_laws and 0 < scene.restitution < 1:
             expected = theory.sonine_coefficient(scene.restitution)
         elif known and elastic(point) and (free := predictions.independent_velocities(scene)):
             expected = theory.fixed_energy_kurtosis(free) / 2 - 1

@@ -44,11 +44,7 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
         "container_mass": experiment.container.mass,
         "container_position": np.zeros(2),
         "container_velocity": np.zeros(2),
-        "restitution": experiment.cor,
-        "wall_restitution": experiment.effective_wall_cor,
-        "contact_duration": experiment.contact_duration,
-        "elastic_below": experiment.elastic_below,
-        "slides": experiment.collapse == "slide",
+        **collision_rules(experiment),
     }
     placed = balls.list if isinstance(balls, BallList) else experiment.placed
     names = ("position", "velocity", "radius", "mass")
@@ -87,6 +83,17 @@ def starting_scenes(experiment: Experiment, repeats: Sequence[int]) -> list[Scen
             raise SceneError(f"{home}[{error.ball}]", str(error), error.ball) from None
         raise
     return scenes
+
+
+def collision_rules(experiment: Experiment) -> dict[str, Any]:
+    """The fields of a scene that decide what collisions do: its laws and ``collapse``."""
+    return {
+        "pair_law": experiment.pair_law,
+        "wall_law": experiment.wall_law,
+        "contact_duration": experiment.contact_duration,
+        "elastic_below": experiment.elastic_below,
+        "slides": experiment.collapse == "slide",
+    }
 
 
 def _on_rings(balls: Rings, container_radius: float) -> Floats:

@@ -13,7 +13,8 @@ from snooker_cli import store
 from snooker_cli.config import validated
 from snooker_cli.engine import ENGINE_VERSION, simulate
 from snooker_cli.errors import RunError, StoreError
-from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.formatting import listed
+from snooker_cli.placement.starting_scene import collision_rules, starting_scene
 from snooker_cli.runs.execution import ThreadExecutor
 from snooker_cli.runs.run import RepeatStatus, Run, State
 from snooker_cli.trace import StopReason
@@ -45,6 +46,7 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
             found = run.file_statuses(path, check=checker.check)
         finally:
             idle.put(checker)
+        found = [_by_the_rules(run, each) for each in found]
         return [_repeated(run, each, cancelled) for each in found] if replay else found
 
     with ThreadExecutor(workers, cancelled) as threads, ExitStack() as checkers:
@@ -56,6 +58,22 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
                 yield from run.best(point.index, chain.from_iterable(found))
         finally:
             cancelled.set()
+
+
+def _by_the_rules(run: Run, status: RepeatStatus) -> RepeatStatus:
+    """A repeat's status: unusable if its collisions follow other rules than the config's."""
+    if status.header is None or status.state is State.UNUSABLE:
+        return status
+    wanted = store.written_rules(collision_rules(run.points[status.point].experiment))
+    rules = status.header.rules  # zero and false are as good as absent
+    names = [
+        name for name in {**wanted, **rules} if (wanted.get(name) or 0) != (rules.get(name) or 0)
+    ]
+    if not names:
+        return status
+    reason = f"repeat {status.repeat} was simulated with another {listed(names)} than the config's"
+    error = StoreError(status.path, reason, "delete it and run again")
+    return replace(status, state=State.UNUSABLE, error=error)
 
 
 def _repeated(run: Run, status: RepeatStatus, cancelled: threading.Event) -> RepeatStatus:

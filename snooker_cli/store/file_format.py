@@ -8,7 +8,7 @@ import json
 import math
 import struct
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from itertools import chain
 from operator import attrgetter
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from snooker_cli import __version__
 from snooker_cli.containers import Box, Circle, Container
 from snooker_cli.files import sources_hash, user_hash
+from snooker_cli.laws import LAWS, Constant, word_of
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Stop, Trace
 
@@ -43,8 +44,16 @@ COUNTS = ("wall_events", "pair_events")  # of an ending, besides the fields of i
 CHECKPOINT = "checkpoint"
 HASHES = "hashes"  # in the checkpoint, the hashes of past events
 
-RULES = ("restitution", "wall_restitution", "contact_duration", "elastic_below", "slides")
-"""The fields of a scene that are stored as JSON."""
+RULES = tuple(
+    each.name
+    for each in fields(Scene)
+    if each.name not in ("positions", "velocities", "radii", "masses")
+    and not each.name.startswith("container")
+)
+"""The fields of a scene that are stored as JSON: all but its balls and container."""
+
+STORED_COR = {"pair_law": "restitution", "wall_law": "wall_restitution"}
+"""The names of the laws' CoR in files; another law than `Constant` has an entry of its own too."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +88,7 @@ class RepeatHeader:
 
     wall_events, pair_events : its collisions with the wall and between balls
     fingerprint : hash of the trace, see `Fingerprint`
+    rules : what collisions do, as in the file, see `written_rules`
     """
 
     repeat: int
@@ -87,6 +97,7 @@ class RepeatHeader:
     pair_events: int
     provenance: Provenance
     fingerprint: str
+    rules: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def collisions(self) -> int:
@@ -96,10 +107,7 @@ class RepeatHeader:
 
 HASHED_ROWS = 65536  # events that are hashed together
 
-HASHED_IF_SET = ("contact_duration", "elastic_below", "slides")
-"""Fields of a scene that are hashed only if not zero or false, so that earlier hashes stay."""
-
-_rules = attrgetter("restitution", "wall_restitution", *HASHED_IF_SET)
+_rules = attrgetter(*RULES)
 
 HASHED_LENGTHS = (*Circle.keys, *Box.keys)
 """Lengths of containers that are always hashed, as nan if a shape lacks them."""
@@ -174,7 +182,7 @@ def checkpoint_hash(checkpoint: Mapping[str, NDArray[Any]], content: str) -> str
     Kernels use such arrays without a check, so those of a stranger, or of an engine with other
     sources, are dangerous. Raises ``OSError`` without a key.
     """
-    found = user_hash(content + sources_hash("engine/*.py"))
+    found = user_hash(content + sources_hash("engine/*.py", "laws.py"))
     for name, values in sorted(checkpoint.items()):
         found.update(f"{name} {values.dtype.str} {values.shape}".encode())
         found.update(_bytes(values))
@@ -189,15 +197,52 @@ def _scene_bytes(scene: Scene) -> bytes:
     return b"".join([*map(_bytes, balls), sizes, *map(_bytes, container), rules])
 
 
-@lru_cache(maxsize=4)
-def _shared_bytes(container: Container, mass: float, *rules: float) -> tuple[bytes, bytes]:
-    """What all scenes of a batch have in common: the container, and how balls collide."""
-    lengths = dict(vars(container))
+@lru_cache(maxsize=4, typed=True)
+def _shared_bytes(container: Container, mass: float, *rules: Any) -> tuple[bytes, bytes]:
+    """What all scenes of a batch have in common: the container, and how balls collide.
+
+    Rules but the CoR are hashed only if they are not zero or false, so that earlier hashes stay.
+    """
+    lengths, named = dict(vars(container)), written_rules(dict(zip(RULES, rules, strict=True)))
     first, *others = (lengths.pop(key, math.nan) for key in HASHED_LENGTHS)
-    always, later = rules[: -len(HASHED_IF_SET)], rules[-len(HASHED_IF_SET) :]
-    named = [*zip(HASHED_IF_SET, later, strict=True), *lengths.items()]
-    values = [*always, container.name, *others, *chain(*(each for each in named if each[1]))]
+    always = [named.pop(name) for name in STORED_COR.values()]
+    later = chain(*(item for item in (named | lengths).items() if item[1]))
+    values = [*always, container.name, *others, *later]
     return _bytes(first) + _bytes(mass), b"".join(map(_bytes, values))
+
+
+def written_rules(rules: Mapping[str, Any]) -> dict[str, Any]:
+    """The `RULES` of a scene as JSON has them."""
+    written = {stored: rules[name].cor for name, stored in STORED_COR.items()}
+    written |= {name: value for name, value in rules.items() if name not in STORED_COR}
+    others = {name: rules[name] for name in STORED_COR if type(rules[name]) is not Constant}
+    return written | {name: {"name": word_of(law), **law._asdict()} for name, law in others.items()}
+
+
+def rules_of(written: Mapping[str, Any]) -> dict[str, Any]:
+    """The rules of a scene from JSON. Raises ``ValueError`` for values that no config gives."""
+    rules = {**written}
+    for name, stored in STORED_COR.items():
+        cor = rules.pop(stored, None)
+        numbers = {"name": "constant", "cor": cor} | rules.pop(name, {})
+        law = LAWS[numbers.pop("name")]
+        same = numbers.keys() == {*law._fields} and numbers["cor"] == cor
+        if not same or not _is_number(cor, 1):
+            raise ValueError(f"wrong {stored}")
+        rules[name] = law(**numbers)
+    if not rules.keys() <= {*RULES} or type(rules.get("slides", False)) is not bool:
+        raise ValueError("wrong rules")
+    for name, value in rules.items():
+        most = 1 if name == "contact_duration" else math.inf
+        numbers = value if name in STORED_COR else (value,)
+        if name != "slides" and not all(_is_number(number, most) for number in numbers):
+            raise ValueError(f"wrong {name}")
+    return rules
+
+
+def _is_number(value: Any, most: float = math.inf) -> bool:
+    """Whether a value from JSON is a finite number from 0 on."""
+    return type(value) in (int, float) and 0 <= value <= most and value < math.inf
 
 
 def smallest(counts: NDArray[np.int64]) -> NDArray[Any]:
@@ -207,8 +252,10 @@ def smallest(counts: NDArray[np.int64]) -> NDArray[Any]:
     return counts.astype(np.min_scalar_type(counts.max()))
 
 
-def _bytes(value: NDArray[Any] | float | str) -> Any:
-    """The bytes of an array, of a number as a double, or of text."""
+def _bytes(value: NDArray[Any] | float | str | dict[str, Any]) -> Any:
+    """The bytes of an array, of a number as a double, of text, or of JSON."""
+    if isinstance(value, dict):
+        value = json.dumps(value)
     if isinstance(value, str):
         return value.encode()
     if not isinstance(value, np.ndarray):

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.containers import SHAPES, Circle, Container
+from snooker_cli.containers import SHAPES, Circle
 from snooker_cli.errors import UNREADABLE, AbsentError, DeniedError, StoreError, error_text
 from snooker_cli.limits import LEAST_TIME
 from snooker_cli.scene import Scene, sizes_are_possible
@@ -147,8 +147,10 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     ascend = all(first < second for first, second in pairwise([-1, *numbers]))
     _require(len(numbers) > 0 and ascend, "numbers of its repeats")
     endings = map(_ending, hdf5.read_text(file, layout.ENDINGS))
+    rules = {**json.loads(_parameter(file, "scene"))}
+    del rules["shape"]
     return [
-        RepeatHeader(number, *ending, provenance, content)
+        RepeatHeader(number, *ending, provenance, content, rules)
         for number, ending, content in zip(numbers, endings, contents, strict=True)
     ]
 
@@ -256,8 +258,11 @@ def _traces(
         lengths = hdf5.read_rows(file, f"{layout.BALLS}/box/edges")[: len(shape.keys)]
     _require(sizes_are_possible(radii, masses, lengths), "radius, mass or length")
     _require(container_mass > 0, "mass of the container")
-    _check_rules(rules, shape, free=math.isfinite(container_mass))
-    _check_motion(masses, container_mass, velocities, container_velocities[:, 0])
+    rules = layout.rules_of(rules)
+    fixed_circle = shape is Circle and not math.isfinite(container_mass)
+    _require(fixed_circle or not rules.get("slides"), "rules")
+    if not (rules["pair_law"].gains or rules["wall_law"].gains):
+        _check_motion(masses, container_mass, velocities, container_velocities[:, 0])
     for header in headers:
         _require(all(ball < len(radii) for ball in header.stop.balls), "balls in an ending")
     rules |= {"container": shape(*lengths.tolist()), "container_mass": float(container_mass)}
@@ -302,17 +307,6 @@ def _check_motion(
     _require(free or not container_velocities.any(), "speed of the container")
 
 
-def _check_rules(rules: dict[str, Any], shape: type[Container], *, free: bool) -> None:
-    """Raise ``ValueError`` for rules of collisions that no config gives."""
-    _require(rules.keys() == {*layout.RULES}, "rules")
-    slides = rules["slides"]
-    _require(slides is False or (slides is True and shape is Circle and not free), "rules")
-    for name in (name for name in layout.RULES if name != "slides"):
-        most = math.inf if name == "elastic_below" else 1
-        value = rules[name]
-        _require(type(value) in (int, float) and 0 <= value <= most and value < math.inf, name)
-
-
 def events_in(
     file: h5py.File, rows: slice, at_a_time: int | None, repeats: Sequence[slice] = ()
 ) -> Iterator[Events]:
@@ -325,7 +319,7 @@ def events_in(
     lengths = {hdf5.length(file, f"{path}/value") for path in names}
     _require(lengths == {number}, "lengths of the columns of events")
     balls = hdf5.length(file, f"{layout.BALLS}/radius")
-    least = SLIDE if json.loads(_parameter(file, "scene"))["slides"] else CONTAINER
+    least = SLIDE if json.loads(_parameter(file, "scene")).get("slides") else CONTAINER
     first, last, _ = rows.indices(number)
     at_a_time = at_a_time or max(last - first, 1)
     before, begins = 0.0, np.array([each.start for each in repeats], np.int64)

@@ -166,7 +166,7 @@ class Recorder(AbstractContextManager["Recorder"]):
         hdf5.write_rows(file, layout.ENDINGS, np.array(endings, np.bytes_))
         hdf5.write_rows(file, layout.CONTENTS, np.array(contents, np.bytes_))
         hdf5.write_rows(file, layout.PROVENANCE, np.array(source, np.bytes_))
-        rules = {name: getattr(start, name) for name in layout.RULES}
+        rules = layout.written_rules({name: getattr(start, name) for name in layout.RULES})
         parameters = file[layout.PARAMETERS].attrs
         parameters["schema_version"] = layout.SCHEMA_VERSION
         scene = json.dumps({"shape": start.container.name, **rules})

@@ -15,6 +15,7 @@ from snooker_cli.analysis.decay import LAWS, QUANTITIES, SKIPPED_COLLISIONS, Dec
 from snooker_cli.analysis.fitting import LEAST_PROBABILITY, FitResult, goodness
 from snooker_cli.analysis.observables import complete_repeats, energy_ratio, mean_and_error, series
 from snooker_cli.engine import simulate
+from snooker_cli.laws import Constant
 from snooker_cli.trace import SPEED_BINS, Events, Series, Stop, StopReason, Summary, Trace
 
 END = 5.0
@@ -366,10 +367,10 @@ def test_summaries_and_events_give_the_same_constants(cor: float) -> None:
 def test_where_the_report_has_no_constant() -> None:
     (trace,) = repeats(1)
     scene, unequal = trace.start, np.linspace(0.9, 1.0, 19)
-    for change in ({"restitution": 0.0}, {"radii": unequal}, {"masses": unequal}):
+    for change in ({"pair_law": Constant(0.0)}, {"radii": unequal}, {"masses": unequal}):
         other = replace(trace, start=replace(scene, **change))
         assert math.isnan(decay.reported_constant(other))
     assert math.isnan(decay.reported_constant(no_events(0.01)))
-    elastic = replace(trace, start=replace(scene, restitution=1.0))
+    elastic = replace(trace, start=replace(scene, pair_law=Constant(1.0)))
     assert math.copysign(1, decay.reported_constant(elastic)) == 1
     assert decay.reported_constant(elastic) == 0

@@ -10,9 +10,9 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scenes import EPSILON
 
+from snooker_cli.engine.bit_tricks import fused
 from snooker_cli.engine.collision import normal_part, shares
 from snooker_cli.engine.contact import NEVER, chord_delay, pair_delay, wall_delay
-from snooker_cli.engine.jit import fused
 from snooker_cli.engine.sliding import cosine_and_sine
 
 STEADY = settings(derandomize=True, deadline=None, max_examples=300)

@@ -12,6 +12,7 @@ import pytest
 from scenes import gas, mixed_scene, report_scene
 
 from snooker_cli.engine import clock, simulate, simulate_batch, simulation
+from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
 
@@ -133,7 +134,7 @@ def test_an_endless_collapse_has_the_message_of_its_repeat():
         positions, velocities = scene.positions.copy(), np.zeros((37, 2))
         positions[20], velocities[20] = (9.0, 0.0), (0.0, 10.0 * turn)
         scenes.append(
-            replace(scene, positions=positions, velocities=velocities, wall_restitution=1.0)
+            replace(scene, positions=positions, velocities=velocities, wall_law=Constant(1.0))
         )
     traces = simulate_batch(scenes, collisions=10_000)
     assert_same(traces, scenes, collisions=10_000)
@@ -166,7 +167,7 @@ def test_watch_may_abandon_the_batch():
     [
         {"radii": np.full(37, 0.9)},
         {"masses": np.full(37, 2.0)},
-        {"restitution": 0.5},
+        {"pair_law": Constant(0.5)},
         {"container_mass": 3.0},
         {"slides": True},
     ],

@@ -11,7 +11,7 @@ import pytest
 from scenes import EPSILON, gas, lattice, scene_of
 
 from snooker_cli.containers import SHAPES, Box, Circle
-from snooker_cli.engine import cell_grid, clock
+from snooker_cli.engine import cell_grid, cell_memory, clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.simulation import InCells
 from snooker_cli.scene import Scene
@@ -48,7 +48,7 @@ def rounding(engine: InCells, now: float) -> float:
 def assert_consistent(engine: InCells) -> None:
     """Assert all that holds between two events."""
     margin = engine.cells.margin
-    renewal = math.inf if margin is None else float(margin.place[cell_grid.UNTIL])
+    renewal = math.inf if margin is None else float(margin.place[cell_memory.UNTIL])
     # When the next thing happens; all balls are in their cells until then.
     now = min(float(engine.cells.tree.times[1]), renewal)
     assert engine.state.sums[ks.NOW] <= now < math.inf
@@ -57,7 +57,7 @@ def assert_consistent(engine: InCells) -> None:
     assert_nothing_is_missed(engine, now, renewal)
     if margin is not None:
         brink = margin.brink[: margin.brinks[0]]
-        assert np.array_equal(np.sort(brink), np.flatnonzero(engine.cells.links[cell_grid.BRINK]))
+        assert np.array_equal(np.sort(brink), np.flatnonzero(engine.cells.links[cell_memory.BRINK]))
 
 
 def assert_members(engine: InCells) -> None:
@@ -67,13 +67,13 @@ def assert_members(engine: InCells) -> None:
     cell, place = np.nonzero(np.arange(members.shape[1]) < occupancy[:, np.newaxis])
     balls = members[cell, place]
     assert np.array_equal(np.sort(balls), np.arange(engine.scene.number))
-    assert np.array_equal(engine.cells.links[cell_grid.CELL, balls], cell)
-    assert np.array_equal(engine.cells.links[cell_grid.PLACE, balls], place)
+    assert np.array_equal(engine.cells.links[cell_memory.CELL, balls], cell)
+    assert np.array_equal(engine.cells.links[cell_memory.PLACE, balls], place)
 
 
 def assert_in_their_cells(engine: InCells, now: float) -> None:
     """Each ball is inside its cell, and each such cell has cells all round it."""
-    mesh, cell = engine.cells.mesh, engine.cells.links[cell_grid.CELL]
+    mesh, cell = engine.cells.mesh, engine.cells.links[cell_memory.CELL]
     slack = rounding(engine, now)
     width, height = engine.scene.container.size
     at = places(engine, now)

@@ -13,6 +13,7 @@ import pytest
 from scenes import EPSILON, digest, gas, lone_bouncer, report_scene, scene_of, trap_sums
 
 from snooker_cli.engine import series, simulate
+from snooker_cli.laws import Constant
 from snooker_cli.trace import StopReason
 
 RULES = [{"elastic_below": 1e-3}, {"contact_duration": 0.01}]
@@ -44,10 +45,14 @@ def test_an_elastic_gas_is_the_same(rule):
 STOPPING = {
     "three balls": (
         lambda: scene_of([(-4, 0, 1, 0, 1, 1), (0, 0, 0, 0, 1, 1), (5, 0, -1, 0, 1, 1)]),
-        {"restitution": 0.036},
+        {"pair_law": Constant(0.036)},
         StopReason.COLLAPSE,
     ),
-    "cluster": (lambda: report_scene(wall_cor=1.0), {"restitution": 0.1}, StopReason.COLLAPSE),
+    "cluster": (
+        lambda: report_scene(wall_cor=1.0),
+        {"pair_law": Constant(0.1)},
+        StopReason.COLLAPSE,
+    ),
     "wall trap": (lone_bouncer, {}, StopReason.WALL_TRAP),
 }
 

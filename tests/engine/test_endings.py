@@ -23,6 +23,7 @@ from snooker_cli.config import parse
 from snooker_cli.containers import Box, PeriodicBox
 from snooker_cli.engine import clock, paths, simulate, simulation, sliding
 from snooker_cli.errors import SceneError
+from snooker_cli.laws import Constant
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, StopReason, Trace
@@ -377,7 +378,7 @@ def test_no_trap_on_a_diameter_nor_at_an_elastic_wall():
     assert trace.stop.reason is StopReason.COLLISIONS
     expected = 2.0 + np.concatenate([[0.0], np.cumsum(18.0 / (4.5 * 0.5 ** np.arange(1, 40)))])
     assert np.allclose(trace.events.time, expected, rtol=40 * EPSILON, atol=0)
-    elastic = simulate(replace(lone_bouncer(), wall_restitution=1.0), collisions=1000)
+    elastic = simulate(replace(lone_bouncer(), wall_law=Constant(1.0)), collisions=1000)
     assert elastic.stop.reason is StopReason.COLLISIONS
 
 
@@ -485,7 +486,7 @@ def test_a_pair_that_has_parted_does_not_meet_again_by_itself(container, cor):
 
     Without any rebound the two stay side by side, and rounding must not let them collide.
     """
-    scene = replace(GASES[container](), restitution=cor, wall_restitution=1.0)
+    scene = replace(GASES[container](), pair_law=Constant(cor), wall_law=Constant(1.0))
     trace = run(container, scene, collisions=3000)
     assert len(trace.events) > 100
     last: dict[int, int] = {}

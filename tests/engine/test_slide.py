@@ -9,6 +9,7 @@ from scenes import EPSILON, lone_bouncer, report_scene, scene_of, trap_sums
 
 from snooker_cli.analysis.observables import cumulative_pressure, so_far, total_angular_momentum
 from snooker_cli.engine import replay, series, simulate
+from snooker_cli.laws import Constant
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, SLIDE, Events, StopReason, Trace
 
@@ -127,7 +128,7 @@ def at_angle(angle: float, speed: float) -> tuple[float, float, float, float, fl
 def test_a_sliding_ball_catches_another():
     """At an angle of 2 asin(r/a) between them; with no rebound from the wall both slide at once."""
     scene = scene_of([at_angle(0.0, 8.0), at_angle(2.0, 3.0)], restitution=0.5)
-    trace = simulate(replace(scene, wall_restitution=0.0, slides=True), time=20.0)
+    trace = simulate(replace(scene, wall_law=Constant(0.0), slides=True), time=20.0)
     k = int(np.flatnonzero(trace.events.j >= 0)[0])
     touching = 2 * math.asin(1 / 9)
     assert trace.events.time[k] == pytest.approx((2.0 - touching) * 9 / 5.0, rel=1e-6)
@@ -138,7 +139,7 @@ def test_a_sliding_ball_catches_another():
 def test_a_sliding_ball_meets_one_at_rest():
     """A ball at rest on the circle that it slides on."""
     scene = scene_of([at_angle(0.0, 8.0), (0.0, 8.5, 0.0, 0.0, 1.0, 1.0)])
-    trace = simulate(replace(scene, wall_restitution=0.0, slides=True), collisions=5)
+    trace = simulate(replace(scene, wall_law=Constant(0.0), slides=True), collisions=5)
     k = int(np.flatnonzero(trace.events.j >= 0)[0])
     cosine = (81 + 8.5**2 - 4) / (2 * 9 * 8.5)
     angle = math.pi / 2 - math.acos(cosine)
@@ -147,7 +148,7 @@ def test_a_sliding_ball_meets_one_at_rest():
 
 def test_a_sliding_ball_passes_one_in_the_middle():
     scene = scene_of([at_angle(0.0, 8.0), (0.0, 0.0, 0.0, 0.0, 1.0, 1.0)])
-    trace = simulate(replace(scene, wall_restitution=0.0, slides=True), collisions=100, time=1e3)
+    trace = simulate(replace(scene, wall_law=Constant(0.0), slides=True), collisions=100, time=1e3)
     assert not (trace.events.j >= 0).any()
     assert trace.stop.reason is StopReason.NOTHING_LEFT
 

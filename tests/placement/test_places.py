@@ -14,6 +14,7 @@ from scipy import stats
 from snooker_cli.config import Experiment
 from snooker_cli.containers import SHAPES, Box, Circle, Container, PeriodicBox
 from snooker_cli.errors import SceneError
+from snooker_cli.laws import Constant
 from snooker_cli.neighbours import near_pairs
 from snooker_cli.placement.places import lattice, ring_positions, unit_polygon
 from snooker_cli.placement.starting_scene import starting_scene
@@ -62,8 +63,8 @@ def packed(container: Container, number: int) -> Scene:
         container_mass=math.inf,
         container_position=np.zeros(2),
         container_velocity=np.zeros(2),
-        restitution=1.0,
-        wall_restitution=1.0,
+        pair_law=Constant(1.0),
+        wall_law=Constant(1.0),
     )
 
 

@@ -1,0 +1,120 @@
+"""The memory of the cells: what is where, and why it is read in two ways.
+
+A large gas waits for memory. So all that others need of a ball is one line of the processor's
+cache: 64 bytes that begin at a multiple of 64. Each column of ``State.balls`` is such a line:
+
+    bytes    0    8   16   24   32     40            48             56      60
+    floats   X    Y    U    V   CLOCK  CONTACT_TIME  CROSSING_TIME  (tags)
+    int32                                                           EVENTS  FORMER
+
+The last eight bytes are no double but two integers of 32 bits. ``Cells.tags`` is the whole line
+read as sixteen of these; its rows 14 and 15 are the two. ``Tree.bits`` are the tree's times read as
+integers of 64 bits, which have the same order (``bit_tricks``). Both are views: writing one changes
+the other. ``Cells.links``, half a line for each ball, has what only the ball itself needs.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snooker_cli.engine.kernel_state import Flags, Floats, Indices, Integers
+
+LINE = 64  # bytes of a line of the processor's cache
+
+# Further rows of ``State.balls``: when the ball next touches a ball or the wall, and when it leaves
+# its cell, s.
+CONTACT_TIME, CROSSING_TIME, CELL_BALL_ROWS = 5, 6, 8
+
+# Rows of ``Cells.tags``: how many events the ball has had, and the ball it last collided with.
+EVENTS, FORMER = 14, 15
+
+# Rows of ``Cells.links``, half a line per ball: the partner of a ball's earliest contact, and its
+# number of events when the contact was predicted; the ball's cell, and its place among the members;
+# its hits of the wall in a row; and whether it is listed in ``Margin.brink``.
+PARTNER, PARTNER_EVENTS, CELL, PLACE, BOUNCES, BRINK, LINK_ROWS = 0, 1, 2, 3, 4, 5, 8
+
+# Elements of ``Margin.place``.
+CENTRE_X, CENTRE_Y, WIDTH, UNTIL = range(4)
+
+
+class Mesh(NamedTuple):
+    """Where the cells are: their sides (m), the lower left corner of the first (m), how many."""
+
+    width: float
+    height: float
+    left: float
+    bottom: float
+    columns: int
+    rows: int
+    shift: int
+
+
+class Margin(NamedTuple):
+    """Where a free container may be until everything is predicted again.
+
+    place : (4,), the centre's coordinates (m), how far it may be from there (m), until when (s)
+    brink : (*N*,), the balls whose hit has been predicted exactly since the last push
+    brinks : (1,), how many they are
+    """
+
+    place: Floats
+    brink: Indices
+    brinks: Indices
+
+
+class Tree(NamedTuple):
+    """The nodes' times (s), and the same memory as integers; see ``event_queue``.
+
+    followed : (CHILDREN**WATCHED,), s, of those watched nodes whose events are being fetched ahead
+    """
+
+    times: Floats
+    bits: Integers
+    followed: Floats
+
+
+class Cells(NamedTuple):
+    """The balls in their cells, and what each does next.
+
+    members : (*c*, *k*), the balls of each cell, in no order
+    occupancy : (*c*,), how many they are
+    at_wall : (*c*,), whether a ball can touch the wall from this cell
+    near : memory for the balls of nine cells
+    links : (LINK_ROWS, *N*)
+    tags : (16, *N*), the memory of ``State.balls``
+    margin : of a free container, or ``None``
+    """
+
+    mesh: Mesh
+    members: Indices
+    occupancy: Indices
+    at_wall: Flags
+    near: NDArray[np.uint32]
+    links: Indices
+    tags: Indices
+    tree: Tree
+    margin: Margin | None
+
+
+def aligned_zeros(number: int) -> Floats:
+    """This many zeros, from the beginning of a line of the cache on."""
+    memory = np.zeros(number + LINE // 8)
+    begin = -memory.ctypes.data % LINE // memory.itemsize
+    return memory[begin : begin + number]
+
+
+def ball_memory(number: int) -> Floats:
+    """(CELL_BALL_ROWS, *number*) ``State.balls`` in which each ball is a line of the cache."""
+    return aligned_zeros(CELL_BALL_ROWS * number).reshape(number, -1).T
+
+
+def tags_of(balls: Floats) -> Indices:
+    """The memory of balls as ``Cells.tags``."""
+    return balls.T.view(np.int32).T
+
+
+def room_for(capacity: int, number: int) -> tuple[Indices, NDArray[np.uint32]]:
+    """Memory for the members of a number of cells, and for those of nine."""
+    members = np.zeros((number, capacity), dtype=np.int32)
+    return members, np.zeros(9 * capacity + 4, dtype=np.uint32)

@@ -1,0 +1,121 @@
+"""A further law of collision: engine, files and verification need no line of code for it."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hostile import with_traces
+from scenes import gas, scene_of
+
+from snooker_cli import laws, store
+from snooker_cli.analysis.predictions import speed_laws
+from snooker_cli.engine import collision, jit
+from snooker_cli.engine import kernel_state as ks
+from snooker_cli.laws import Constant, law_of
+from snooker_cli.runs import Run, open_run
+from snooker_cli.runs.plan import critical_ratio
+from snooker_cli.runs.run import State
+from snooker_cli.runs.verification import verify
+
+
+class Damped(NamedTuple):
+    """A law whose restitution falls with the speed v: e / (1 + v)."""
+
+    cor: float
+
+    constant = False
+    gains = False
+
+    def kick(self, normal: float, length: float) -> float:
+        return (1.0 + self.cor / (1.0 + normal * length)) * normal
+
+
+@pytest.fixture
+def damped(monkeypatch: pytest.MonkeyPatch) -> Damped:
+    """That law, with a word in files."""
+    monkeypatch.setitem(laws.LAWS, "damped", Damped)
+    return Damped(0.5)
+
+
+@jit.kernel
+def kicked(law, normal, length):
+    return collision.kick(law, normal, length)
+
+
+def test_the_class_of_a_law_decides_what_a_hit_does(damped: Damped) -> None:
+    """Compiled and in plain Python; also if two laws have equal numbers."""
+    for law, expected in ((Constant(0.5), 4.5), (damped, 3.0 * (1 + 0.5 / 7.0))):
+        assert kicked(law, 3.0, 2.0) == expected == collision.kick(law, 3.0, 2.0)
+
+
+def test_each_place_of_contact_has_its_law(damped: Damped) -> None:
+    """One ball hits another at 6 m/s and then the wall at 4 m/s."""
+    scene = scene_of([(-2.0, 0.0, 6.0, 0.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0, 1.0, 1.0)])
+    state = ks.state_of(ks.new_states([replace(scene, pair_law=damped)]), 0)
+    impulse = collision.collide(0, 1, 0.0, state)
+    assert impulse == pytest.approx(3.0 * (1 + 0.5 / 7.0), rel=1e-14)
+    assert state.balls[ks.U] == pytest.approx([6.0 - impulse, impulse], rel=1e-14)
+    before = state.balls[ks.U, 1]
+    assert collision.collide(1, ks.NO_PARTNER, 9.0 / before, state) == pytest.approx(2 * before)
+
+
+def test_a_law_of_a_config_has_its_keys() -> None:
+    assert law_of(cor=0.3, cor_speed=None) == Constant(0.3)
+    assert laws.word_of(Constant(0.3)) == next(iter(laws.LAWS)) == "constant"
+
+
+@pytest.fixture
+def copy(finished_run: Run, tmp_path: Path) -> Run:
+    """A run that a test can change."""
+    shutil.copytree(finished_run.directory, tmp_path / "small")
+    return open_run(tmp_path / "small")
+
+
+def test_a_file_keeps_the_law(copy: Run, damped: Damped) -> None:
+    """Also at the wall; another law has another hash, and the same law that of earlier files."""
+    path = copy.batches(0)[0]
+    hashes = [header.fingerprint for header in store.check(path)]
+    with_traces(lambda trace: trace)(path)
+    assert [header.fingerprint for header in store.check(path)] == hashes
+    for name in ("pair_law", "wall_law"):
+
+        def changed(scene, name=name):
+            return replace(scene, **{name: damped})
+
+        with_traces(
+            lambda trace, changed=changed: replace(
+                trace, start=changed(trace.start), finish=changed(trace.finish)
+            )
+        )(path)
+        for trace, header in store.read(path):
+            assert type(getattr(trace.start, name)) is Damped
+            assert np.array_equal(getattr(trace.start, name), damped)
+            assert header.fingerprint not in hashes
+
+
+@pytest.mark.parametrize("changes", [{"pair_law": Constant(0.123)}, {"elastic_below": 0.5}])
+def test_verification_finds_a_file_of_other_rules(changes: dict[str, object], copy: Run) -> None:
+    """Though its hashes are right, and its config is that of the run."""
+    assert {status.state for status in verify(copy, replay=False, workers=1)} == {State.DONE}
+    with_traces(
+        lambda trace: replace(
+            trace, start=replace(trace.start, **changes), finish=replace(trace.finish, **changes)
+        )
+    )(copy.batches(0)[0])
+    status = next(verify(copy, replay=False, workers=1))
+    assert status.state is State.UNUSABLE
+    assert "than the config's" in str(status.error)
+
+
+def test_theories_of_cooling_need_a_constant_law(damped: Damped) -> None:
+    scene = gas("circle", 19, 0.2, cor=0.9)
+    for law, known in ((Constant(0.9), True), (damped, False)):
+        changed = replace(scene, pair_law=law)
+        assert (critical_ratio(changed, 0.9) is not None) == known
+        names = [law.model for law in speed_laws(changed)]
+        assert ("homogeneous cooling, a2" in names) == known
