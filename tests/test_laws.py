@@ -18,9 +18,9 @@ from snooker_cli.engine import collision, jit
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.laws import Constant, law_of
 from snooker_cli.runs import Run, open_run
-from snooker_cli.runs.plan import critical_ratio
 from snooker_cli.runs.run import State
 from snooker_cli.runs.verification import verify
+from snooker_cli.theory import critical_ratio
 
 
 class Damped(NamedTuple):
