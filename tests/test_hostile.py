@@ -118,6 +118,7 @@ REFUSALS = {
     "ball far": "wrong place of a ball",
     "finish: positions": "wrong place of a ball",
     "finish: velocities": "wrong speed of a ball",
+    "finish: container_position nan": "wrong place of a ball",
     "finish: container_position": "wrong place of the container",
     "finish: container_velocity": "wrong speed of the container",
     "container: away": "wrong speed of the container",

@@ -14,14 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import LEAST_TIME, SHAPES, Circle, Container
-from snooker_cli.errors import (
-    UNREADABLE,
-    AbsentError,
-    DeniedError,
-    SceneError,
-    StoreError,
-    error_text,
-)
+from snooker_cli.errors import UNREADABLE, AbsentError, DeniedError, StoreError, error_text
 from snooker_cli.scene import EPSILON, Scene, check_speeds, sizes_are_possible
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
@@ -132,7 +125,7 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         ) from None
     except PermissionError:
         raise DeniedError(path) from None
-    except (*UNREADABLE, SceneError) as error:
+    except UNREADABLE as error:
         reason = f"not a readable result of snooker ({error_text(error)})"
         if path.is_dir():
             reason = "is a folder where a result's file should be"
@@ -336,7 +329,7 @@ def _check_motion(
     _require(np.all(finish <= 2 * start), "speed of a ball")
     at_rest = not (places[::2].any() or speeds[::2].any())
     _require(at_rest and np.all(np.abs(speeds[1::2]) <= fastest), "speed of the container")
-    _require(np.all(np.abs(places[1::2]) <= farthest), "place of the container")
+    _require(not np.any(np.abs(places[1::2]) > farthest), "place of the container")
     room = max(scene.container.size) + 4 * EPSILON * np.abs(places)
     _require(np.all(np.abs(rest) <= room), "place of a ball")
 
