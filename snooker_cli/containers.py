@@ -14,6 +14,11 @@ import numpy as np
 from snooker_cli.errors import SceneError
 from snooker_cli.neighbours import Floats
 
+# Least and most values in configs and files, in SI units, so that squares are doubles.
+LEAST_AMOUNT, MOST_AMOUNT = 1e-50, 1e50  # of a length, m, or a mass, kg
+MOST_SPEED = 1e150  # m/s, at the start
+LEAST_TIME = 1e-250  # s; no ball meets another one so soon, unless they touch
+
 PERIODIC_DIAMETERS = 5
 """A periodic box is at least this many diameters of its largest ball wide: cells need it."""
 

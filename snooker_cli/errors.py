@@ -22,18 +22,6 @@ class ExitCode(IntEnum):
     INTERRUPTED = 130
 
 
-UNREADABLE = (
-    OSError,
-    LookupError,
-    ValueError,
-    TypeError,
-    RuntimeError,
-    ArithmeticError,
-    MemoryError,
-)
-"""What reading a damaged file can raise: as HDF5, JSON, or as data of another kind."""
-
-
 def error_text(error: Exception) -> str:
     """The first line of an error of HDF5, of JSON or of the system."""
     if isinstance(error, OSError) and error.errno:
@@ -88,6 +76,19 @@ class SceneError(SnookerError):
         super().__init__(problem)
         self.key = key
         self.ball = ball
+
+
+UNREADABLE = (
+    OSError,
+    LookupError,
+    ValueError,
+    TypeError,
+    RuntimeError,
+    ArithmeticError,
+    MemoryError,
+    SceneError,
+)
+"""What reading a damaged file can raise: as HDF5, JSON, or as data of another kind."""
 
 
 class JammedError(Exception):

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from snooker_cli.containers import Container
+from snooker_cli.containers import LEAST_AMOUNT, MOST_AMOUNT, Container
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import Law
-from snooker_cli.limits import LEAST_AMOUNT, MOST_AMOUNT
 from snooker_cli.neighbours import near_pairs
 
 EPSILON = float(np.finfo(np.float64).eps)

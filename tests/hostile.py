@@ -18,7 +18,7 @@ import numpy as np
 
 from snooker_cli import store
 from snooker_cli.store import file_format as layout
-from snooker_cli.trace import Trace
+from snooker_cli.trace import SERIES_UNITS, Series, Summary, Trace
 
 Damage = Callable[[Path], object]
 """Changes the good file at a path, or replaces it."""
@@ -95,6 +95,17 @@ def at_rest(trace: Trace) -> Trace:
         for each in (trace.start, trace.finish)
     )
     return replace(trace, start=start, finish=finish)
+
+
+def finish(name: str, value: float) -> Damage:
+    """Changes the first number of an array at the finish."""
+
+    def change(trace: Trace) -> Trace:
+        values = getattr(trace.finish, name).copy()
+        values.flat[0] = value
+        return replace(trace, finish=replace(trace.finish, **{name: values}))
+
+    return with_traces(change)
 
 
 def stop(**values: Any) -> Damage:
@@ -304,7 +315,15 @@ REPEATS: dict[str, Damage] = {
     "ball: fast": scene("velocities", 1e200),
     "event: residual": event("residual", np.nan),
     **{f"ball at {each}": scene("positions", each) for each in (np.nan, np.inf)},
+    **{f"ball far, at {each}": scene("positions", each) for each in (1e3, 1e20, 1e300)},
     "ball: speed": scene("velocities", np.inf),
+    **{
+        f"finish: {name} {value}": finish(name, value)
+        for name in ("positions", "velocities", "container_position", "container_velocity")
+        for value in (np.nan, 1e20, 1e300)
+    },
+    "container: away": scene("container_position", 1.0),
+    "container: moves": scene("container_velocity", 1.0),
     **{f"ball: radius {each}": scene("radii", each) for each in SIZES},
     **{f"ball: mass {each}": scene("masses", each) for each in SIZES},
     "container: place": scene("container_position", np.nan),
@@ -327,7 +346,9 @@ REPEATS: dict[str, Damage] = {
     **{f"stop: balls {each}": stop(balls=each) for each in ((99,), (-5,), ("a",), (10**30,))},
     "stop: no list": ending(balls=5),
     **{f"stop: time {each}": stop(time=each) for each in (np.nan, np.inf, -1.0, 5e-324)},
-    "stop: early": stop(time=1e-6),
+    "stop: early": with_traces(
+        lambda trace: replace(trace, stop=replace(trace.stop, time=0.9 * trace.stop.time))
+    ),
     "stop: no time": ending(reason="time", time=0.0),
     "stop: impulse": ending(reason="wall_trap", accumulation_time=1e9, impulse_to_come=-1.0),
     "counts: at the wall": ending(wall_events=0, pair_events=150),
@@ -448,19 +469,53 @@ def summary(name: str, make: Make) -> Damage:
     return dataset(f"{layout.SUMMARY}/{name}/value", make)
 
 
-def with_summary_time(trace: Trace, time: float) -> Trace:
-    """A trace with this time in a row of its summary."""
+def series(name: str, value: float, row: int = 1) -> Damage:
+    """Changes a number in a column of each summary."""
+
+    def change(trace: Trace) -> Trace:
+        assert trace.summary is not None
+        values = getattr(trace.summary.series, name).copy()
+        values[row] = value
+        changed = replace(trace.summary.series, **{name: values})
+        return replace(trace, summary=replace(trace.summary, series=changed))
+
+    return with_traces(change)
+
+
+def histogram(value: int) -> Damage:
+    """Changes a number of balls in each summary."""
+
+    def change(trace: Trace) -> Trace:
+        assert trace.summary is not None
+        counts = trace.summary.speed_histogram.copy()
+        counts[1, 0] = value
+        return replace(trace, summary=replace(trace.summary, speed_histogram=counts))
+
+    return with_traces(change)
+
+
+def no_rows(trace: Trace) -> Trace:
     assert trace.summary is not None
-    series = trace.summary.series
-    times = series.time.copy()
-    times[1] = time
-    return replace(trace, summary=replace(trace.summary, series=replace(series, time=times)))
+    columns = {name: values[:0] for name, values in vars(trace.summary.series).items()}
+    counts = trace.summary.speed_histogram[:0]
+    return replace(trace, summary=Summary(Series(**columns), counts))
 
 
 KINDS: dict[str, dict[str, Damage]] = {
     "summary": {
-        "time": with_traces(lambda trace: with_summary_time(trace, np.nan)),
-        "time backwards": with_traces(lambda trace: with_summary_time(trace, -1.0)),
+        **{
+            f"{name}: {value}": series(name, value)
+            for name in SERIES_UNITS
+            for value in (np.nan, np.inf, -1.0, 1e300)
+        },
+        **{
+            f"last {name}: {value}": series(name, value, -1)
+            for name in ("time", "wall_impulse", "pair_virial", "wall_events", "pair_events")
+            for value in (0.0, 5e-324)
+        },
+        "first kinetic_energy": series("kinetic_energy", 0.0, 0),
+        **{f"speed_histogram: {value}": histogram(value) for value in (-1, 10**6, 2**62)},
+        "no rows": with_traces(no_rows),
         "one time": summary("time", lambda file, name, _: file.create_dataset(name, data=[0.0])),
         "1e15 times": summary("time", declared(10**15, 65536)),
         "a bomb": bomb(f"{layout.SUMMARY}/time/value"),

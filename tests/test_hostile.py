@@ -24,6 +24,7 @@ from snooker_cli.errors import StoreError
 from snooker_cli.runs import Run
 from snooker_cli.runs.execution import execute
 from snooker_cli.store import hdf5
+from snooker_cli.trace import SERIES_UNITS
 
 CODES = range(6)
 REPEATS = Path("point-0000") / "repeats-0000-0002.h5"
@@ -110,10 +111,18 @@ REFUSALS = {
     "event: impulse": "wrong impulse",
     "event: residual": "wrong residual",
     "times": "wrong ending",
-    "ball: at rest": "wrong speeds",
-    "ball: fast": "wrong speeds",
-    "ball at": "wrong position or velocity",
-    "ball: speed": "wrong position or velocity",
+    "ball: at rest": "wrong speed of the container",
+    "ball: fast": "squares of speed times distance",
+    "ball: speed": "squares of speed times distance",
+    "ball at": "wrong place of a ball",
+    "ball far": "wrong place of a ball",
+    "finish: positions": "wrong place of a ball",
+    "finish: velocities": "wrong speed of a ball",
+    "finish: container_position nan": "wrong place of a ball",
+    "finish: container_position": "wrong place of the container",
+    "finish: container_velocity": "wrong speed of the container",
+    "container: away": "wrong speed of the container",
+    "container: moves": "wrong speed of the container",
     "ball: radius": "wrong radius, mass or length",
     "ball: mass": "wrong radius, mass or length",
     "container: mass": "wrong mass of the container",
@@ -168,6 +177,17 @@ def test_reading_refuses_a_file_for_what_is_wrong(finished: Path, repeats: hosti
                 store.check(path)
             assert REFUSALS[longest] in refused.value.reason, name
     assert used == REFUSALS.keys()
+
+
+@pytest.mark.parametrize("name", [*SERIES_UNITS, "speed_histogram"])
+def test_reading_refuses_a_summary_for_what_is_wrong(name: str, warm: Run, tmp_path: Path) -> None:
+    """Whatever column of numbers is wrong, the reason has its name."""
+    path = warm.batches(0)[0]
+    damages = {key: each for key, each in hostile.KINDS["summary"].items() if f"{name}:" in key}
+    for key in (corpus := hostile.Corpus(path, tmp_path, damages)).kept:
+        (tmp_path / "file.h5").write_bytes(corpus.kept[key])
+        with pytest.raises(StoreError, match=f"wrong {name} of a summary|wrong end of a summary"):
+            store.check(tmp_path / "file.h5")
 
 
 @pytest.mark.parametrize("name", ["type: text", "type: sequence"])

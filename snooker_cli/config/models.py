@@ -23,12 +23,12 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from snooker_cli import containers
 from snooker_cli.config.axes import Axes, axes, written
 from snooker_cli.config.problems import ConfigError, KeyPath, Problem
 from snooker_cli.containers import SHAPES, Circle, Container, ShapeName
 from snooker_cli.formatting import listed
 from snooker_cli.laws import Law, law_of
-from snooker_cli.limits import LEAST_AMOUNT, LEAST_TIME, MOST_AMOUNT, MOST_SPEED
 
 # Types of values. Each has a range, and the phrase of an error that states it.
 
@@ -68,13 +68,20 @@ Pair = Annotated[
 ]
 Positive = Annotated[float, Field(gt=0), _needs("a finite number above 0")]
 Amount = Annotated[
-    float, Field(ge=LEAST_AMOUNT, le=MOST_AMOUNT), _needs("a number above 0 (from 1e-50 to 1e50)")
+    float,
+    Field(ge=containers.LEAST_AMOUNT, le=containers.MOST_AMOUNT),
+    _needs("a number above 0 (from 1e-50 to 1e50)"),
 ]
 """A length or a mass: areas and energies are doubles."""
 Speed = Annotated[
-    float, Field(ge=0, le=MOST_SPEED), _ZERO, _needs("a number of 0 or more (at most 1e150)")
+    float,
+    Field(ge=0, le=containers.MOST_SPEED),
+    _ZERO,
+    _needs("a number of 0 or more (at most 1e150)"),
 ]
-Duration = Annotated[float, Field(ge=LEAST_TIME), _needs("a finite number above 0")]
+Duration = Annotated[
+    float, Field(ge=containers.LEAST_TIME), _needs("a finite number of at least 1e-250")
+]
 Fraction = Annotated[float, Field(gt=0, le=1), _needs("a number above 0, at most 1")]
 Restitution = Annotated[float, Field(ge=0, le=1), _ZERO, _needs("a number from 0 to 1")]
 Count = Annotated[

@@ -17,14 +17,13 @@ if sys.platform != "win32":
     import resource
 
 SECONDS, BYTES_PER_SECOND = 20, 1e6  # processor time for a file; most take a hundredth of it
-MEMORY, MEMORY_PER_BYTE = 10**9, 8  # bytes for a file, besides those of the libraries
+MEMORY, MEMORY_PER_BYTE = 1.2e9, 8  # bytes for a process and a file; the libraries take 2e8
 
 
 class IsolatedChecker(AbstractContextManager["IsolatedChecker"]):
     """Checks files one after the other in a child process; a new one begins after a crash."""
 
-    def __init__(self) -> None:
-        self._process: Any = None
+    _process: Any = None
 
     def __exit__(self, *_error: object) -> None:
         if self._process is not None:
@@ -35,72 +34,59 @@ class IsolatedChecker(AbstractContextManager["IsolatedChecker"]):
 
         Raises ``RunError`` if no process can begin.
         """
-        size = (file_info(path) or (0, 0))[0]
-        seconds = SECONDS + size / BYTES_PER_SECOND
         if self._process is None:
-            self._begin()
+            context = get_context("spawn")  # a fork would copy locks that other threads hold
+            self._files, there = context.Pipe()
+            self._process = context.Process(target=_check_files, args=(there,), daemon=True)
+            self._process.start()
+            there.close()
+            if self._answer() is not None:
+                raise RunError("no process to check files can begin", "close other programs")
+        size = (file_info(path) or (0, 0))[0]
+        seconds = int(SECONDS + size / BYTES_PER_SECOND)
+        limits = seconds, int(MEMORY + MEMORY_PER_BYTE * size)
+        with suppress(OSError):
+            self._files.send((path, *limits))
+        answer = self._answer()
+        if isinstance(answer, int):
+            how = f"crashes (exit code {answer})"
+            if sys.platform != "win32" and answer == -signal.SIGXCPU:
+                how = f"takes longer than {seconds} s"
+            answer = StoreError(path, f"reading it {how}", "delete it and run again")
+        if isinstance(answer, StoreError):
+            raise answer
+        return list(answer)
+
+    def _answer(self) -> Any:
+        """What the process sends, or its exit code after it has ended."""
         try:
-            self._files.send((path, seconds, MEMORY + MEMORY_PER_BYTE * size))
-            found = self._files.recv()
+            return self._files.recv()
         except (EOFError, OSError):
             self._process.join()
             code, self._process = self._process.exitcode, None
-            how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
-            reason = f"reading it crashes ({how})"
-            if how == "SIGXCPU":
-                reason = f"reading it takes longer than {seconds:.0f} s"
-            raise StoreError(path, reason, "delete it and run again") from None
-        if isinstance(found, StoreError):
-            raise found
-        assert isinstance(found, list)
-        return found
-
-    def _begin(self) -> None:
-        # A fork would copy locks that other threads hold.
-        context = get_context("spawn")
-        self._files, there = context.Pipe()
-        process = context.Process(target=_check_files, args=(there,), daemon=True)
-        process.start()
-        self._process = process
-        there.close()
-        try:
-            self._files.recv()
-        except (EOFError, OSError):
-            raise RunError("no process to check files can begin", "close other programs") from None
+            return code
 
 
 def _check_files(files: Connection) -> None:
     """Answer each path with the headers of its file or an error, until the parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
-    libraries = _address_space()
     files.send(None)
     with suppress(EOFError, OSError):
         while True:
             path, seconds, memory = files.recv()
-            _set_limits(time.process_time() + seconds, libraries and libraries + memory)
+            if sys.platform != "win32":
+                _limit(resource.RLIMIT_CPU, int(time.process_time()) + seconds)
+                _limit(resource.RLIMIT_DATA, memory)
+                _limit(resource.RLIMIT_CORE, 0)
             try:
                 files.send(check(path))
             except StoreError as error:
                 files.send(error)
 
 
-def _address_space() -> int:
-    """Bytes of address space that this process has; 0 where the system does not show it."""
-    try:
-        pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[0]
-    except OSError:
-        return 0
-    return int(pages) * resource.getpagesize()
-
-
-def _set_limits(seconds: float, memory: int) -> None:
-    """Limit the processor time and the address space (if not 0) of this process."""
-    if sys.platform == "win32":
-        return
-    limits = {resource.RLIMIT_CPU: int(seconds), resource.RLIMIT_CORE: 0}  # no core file
-    if memory:
-        limits[resource.RLIMIT_AS] = memory
-    for name, limit in limits.items():
+def _limit(name: int, limit: int) -> None:
+    """Give this process at most so much of a resource, or what the system allows."""
+    if sys.platform != "win32":
         _, most = resource.getrlimit(name)
         limit = limit if most == resource.RLIM_INFINITY else min(limit, most)
         resource.setrlimit(name, (limit, most))

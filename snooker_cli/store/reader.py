@@ -13,10 +13,9 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli.containers import SHAPES, Circle
+from snooker_cli.containers import LEAST_TIME, SHAPES, Circle
 from snooker_cli.errors import UNREADABLE, AbsentError, DeniedError, StoreError, error_text
-from snooker_cli.limits import LEAST_TIME
-from snooker_cli.scene import Scene, sizes_are_possible
+from snooker_cli.scene import EPSILON, Scene, check_speeds, sizes_are_possible
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, RepeatHeader
@@ -34,6 +33,9 @@ from snooker_cli.trace import (
 )
 
 EVENTS_AT_A_TIME = 1 << 20  # events that are read at a time where they are not kept
+
+GROWING = ("time", "wall_impulse", "pair_virial", "wall_events", "pair_events")  # of a summary
+ROUNDING = 1e-9  # by which a sum may seem to shrink
 
 
 def file_info(path: Path) -> tuple[int, int] | None:
@@ -168,13 +170,13 @@ def _ending(text: str) -> tuple[Stop, int, int]:
     reason, balls = StopReason(fields.pop("reason")), tuple(fields.pop("balls"))
     stop = Stop(reason, balls=balls, **fields)
     counts = (wall_events, pair_events, *balls)
-    _require(all(type(each) is int and each >= 0 for each in counts), "ending")
+    numbers = [stop.time, *filter(None, (stop.accumulation_time, stop.impulse_to_come))]
+    sound = all(type(each) is int and each >= 0 for each in counts)
+    sound &= all(type(each) in (int, float) and 0 <= each < math.inf for each in numbers)
+    _require(sound and isinstance(stop.message, str), "ending")
     # Balls that touch may collide, or be trapped, at time zero.
-    least = LEAST_TIME if stop.time or reason is StopReason.TIME else 0
-    known = type(stop.time) in (int, float) and least <= stop.time < math.inf
-    _require(known and isinstance(stop.message, str), "ending")
-    for each in (stop.accumulation_time, stop.impulse_to_come):
-        _require(each is None or (type(each) is float and 0 <= each < math.inf), "ending")
+    begins = stop.time == 0 and reason is not StopReason.TIME
+    _require(begins or stop.time >= LEAST_TIME, "ending")
     return stop, wall_events, pair_events
 
 
@@ -214,22 +216,52 @@ def _checked(
                 if keep_events:
                     trace = replace(trace, events=events)
             _require(at_wall == trace.wall_events, "number of events at the wall")
+        else:
+            _check_summary(trace.summary, trace)
         if fingerprint.content(trace) != headers[k].fingerprint:
             raise _changed(path)
         yield trace, headers[k]
 
 
+def _most_impulses(trace: Trace) -> tuple[float, float, float]:
+    """The most energy (J) of a repeat, impulse of a collision, and of a slide (kg m/s)."""
+    start, most = trace.start, 2 * trace.start.kinetic_energy  # 2 for rounding in all collisions
+    # A speed of approach v has an energy of m v^2/2 at least, and an impulse of 2 m v at most.
+    impulse = 2 * math.sqrt(2 * most * float(np.max(start.masses)))
+    if not start.slides:
+        return most, impulse, 0.0
+    # Bounces that each lose their share, and the force m v^2/r of a ball that slides.
+    bounces = impulse / max(1 - start.wall_restitution, EPSILON)
+    radius = min(start.container.size) / 2 - float(np.max(start.radii))
+    return most, impulse, bounces + 2 * most * trace.stop.time / radius
+
+
 def _check_events(events: Events, trace: Trace) -> None:
     """Raise ``ValueError`` for events that a repeat with this start and end cannot have."""
-    if not len(events):
-        return
-    _require(events.time[-1] <= trace.stop.time, "end, which is before an event")
-    start = trace.start
-    energy = start.kinetic_energy + start.container_energy
-    # A speed of approach v has an energy of m v^2/2 at least, and an impulse of 2 m v at most.
-    most = 4 * math.sqrt(2 * energy * float(np.max(start.masses)))
-    impulse = events.impulse[events.j != SLIDE]
-    _require(impulse.max(initial=0.0) <= most, "impulse of an event")
+    if len(events):
+        _require(events.time[-1] <= trace.stop.time, "end, which is before an event")
+        _, impulse, slide = _most_impulses(trace)
+        most = np.where(events.j == SLIDE, slide, impulse)
+        _require(np.all(events.impulse <= most), "impulse of an event")
+
+
+def _check_summary(summary: Summary, trace: Trace) -> None:
+    """Raise ``ValueError`` for a summary that a repeat with this start and end cannot have."""
+    series, number, counts = summary.series, trace.start.number, summary.speed_histogram
+    energy, impulse, slide = _most_impulses(trace)
+    diameter = 2 * float(np.max(trace.start.radii))
+    at_wall = trace.wall_events * impulse + (number + trace.collisions) * slide
+    between = trace.pair_events * impulse * diameter
+    events = trace.wall_events, trace.pair_events
+    speed = math.sqrt(2 * energy / float(np.min(trace.start.masses)))
+    most = (trace.stop.time, energy, energy, at_wall, between, *events, speed, 2 * number)
+    _require(len(series.time) and series.time[-1] == trace.stop.time, "end of a summary")
+    for (name, values), limit in zip(vars(series).items(), most, strict=True):
+        grows = name not in GROWING or np.all(values[1:] >= (1 - ROUNDING) * values[:-1])
+        _require(values.min() >= 0 and values.max() <= limit and grows, f"{name} of a summary")
+    total = series.kinetic_energy + series.container_energy
+    _require(np.all(total[1:] <= 2 * total[:-1]), "kinetic_energy of a summary")
+    _require(counts.min() >= 0 and counts.max() <= number, "speed_histogram of a summary")
 
 
 def _changed(path: Path) -> StoreError:
@@ -249,9 +281,7 @@ def _traces(
         wanted = [(2 * len(headers), number, 2)] * 2 + [(number,)] * 2
         sound = number > 0 and [values.shape for values in group] == wanted
         _require(sound, "number of balls or repeats")
-        _require(all(np.isfinite(each).all() for each in group[:2]), "position or velocity")
-    positions, velocities, masses, radii = balls
-    container_positions, container_velocities, (container_mass,), lengths = container
+    (*moving, masses, radii), (*places, (container_mass,), lengths) = balls, container
     rules = {**json.loads(_parameter(file, "scene"))}
     shape = SHAPES[rules.pop("shape")]
     if not issubclass(shape, Circle):
@@ -261,50 +291,52 @@ def _traces(
     rules = layout.rules_of(rules)
     fixed_circle = shape is Circle and not math.isfinite(container_mass)
     _require(fixed_circle or not rules.get("slides"), "rules")
-    if not (rules["pair_law"].gains or rules["wall_law"].gains):
-        _check_motion(masses, container_mass, velocities, container_velocities[:, 0])
+    rules |= {"container": shape(*lengths.tolist()), "container_mass": float(container_mass)}
+
+    def scene(row: int) -> Scene:
+        at, speed = (values[row, 0] for values in places)
+        rules.update(container_position=at, container_velocity=speed)
+        positions, velocities = (values[row] for values in moving)
+        return Scene(positions, velocities, radii, masses, **rules)
+
     for header in headers:
         _require(all(ball < len(radii) for ball in header.stop.balls), "balls in an ending")
-    rules |= {"container": shape(*lengths.tolist()), "container_mass": float(container_mass)}
+    _check_motion(scene(0), np.array([each.stop.time for each in headers]), moving, places)
     summaries = [None] * len(headers) if "connectivity" in file else _summaries(file, rows)
-    found = []
+    traces = []
     for k in chosen:
-        start, finish = (
-            Scene(
-                positions=positions[row],
-                velocities=velocities[row],
-                radii=radii,
-                masses=masses,
-                container_position=container_positions[row, 0],
-                container_velocity=container_velocities[row, 0],
-                **rules,
-            )
-            for row in (2 * k, 2 * k + 1)
-        )
-        one = headers[k]
-        counts = one.wall_events, one.pair_events
-        found.append(Trace(start, finish, one.stop, *counts, events=None, summary=summaries[k]))
-    return found
+        stop, counts = headers[k].stop, (headers[k].wall_events, headers[k].pair_events)
+        ends = scene(2 * k), scene(2 * k + 1)
+        traces.append(Trace(*ends, stop, *counts, events=None, summary=summaries[k]))
+    return traces
 
 
 def _check_motion(
-    masses: NDArray[np.float64],
-    container_mass: float,
-    velocities: NDArray[np.float64],
-    container_velocities: NDArray[np.float64],
+    scene: Scene, stops: NDArray[np.float64], balls: Sequence[Any], container: Sequence[Any]
 ) -> None:
-    """Raise ``ValueError`` for speeds that no simulation gives.
+    """Raise ``ValueError`` or ``SceneError`` for places and speeds that no simulation gives.
 
-    The energy does not grow. The factor 2 leaves room for rounding in any number of collisions.
+    scene : one of the file, for what all have in common
+    stops : when repeats end, s
+    balls, container : positions and velocities at the start and the finish of each repeat
     """
-    free = math.isfinite(container_mass)
-    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        energies = np.sum(masses * np.sum(velocities**2, axis=2), axis=1)
-        if free:
-            energies += container_mass * np.sum(container_velocities**2, axis=1)
+    (positions, velocities), (places, speeds) = balls, container
+    scene.container.check_radii(scene.radii)
+    check_speeds(scene, velocities[::2])
+    with np.errstate(all="ignore"):
+        energies = np.sum(scene.masses * np.sum(velocities**2, axis=2), axis=1)
         start, finish = energies.reshape(-1, 2).T
-        _require(np.isfinite(start).all() and np.all(finish <= 2 * start), "speeds")
-    _require(free or not container_velocities.any(), "speed of the container")
+        # The energy does not grow. The factor 2 leaves room for rounding in any number of events.
+        fastest = np.sqrt(2 * start / scene.container_mass)[:, np.newaxis, np.newaxis]
+        farthest = fastest * stops[:, np.newaxis, np.newaxis]
+        rest = positions - places
+    gains = scene.pair_law.gains or scene.wall_law.gains
+    _require(gains or np.all(finish <= 2 * start), "speed of a ball")
+    at_rest = not (places[::2].any() or speeds[::2].any())
+    _require(at_rest and np.all(np.abs(speeds[1::2]) <= fastest), "speed of the container")
+    _require(not np.any(np.abs(places[1::2]) > farthest), "place of the container")
+    room = max(scene.container.size) + 4 * EPSILON * np.abs(places)
+    _require(np.all(np.abs(rest) <= room), "place of a ball")
 
 
 def events_in(
@@ -358,13 +390,10 @@ def _summaries(file: h5py.File, rows: Sequence[slice]) -> list[Summary]:
         name: hdf5.read_rows(file, f"{layout.SUMMARY}/{name}/value") for name in SERIES_UNITS
     }
     counts = hdf5.read_rows(file, f"{layout.SUMMARY}/speed_histogram/value", np.int64)
-    time = columns["time"]
     shapes = {values.shape for values in columns.values()}
-    _require(shapes == {(len(time),)}, "lengths of the columns of the summary")
-    _require(counts.shape == (len(time), SPEED_BINS) and np.isfinite(time).all(), "summary")
-    found = []
-    for some in rows:
-        _require(np.all(np.diff(time[some], prepend=0.0) >= 0), "order of the times of a summary")
-        series = Series(**{name: values[some] for name, values in columns.items()})
-        found.append(Summary(series, counts[some]))
-    return found
+    _require(shapes == {counts.shape[:1]}, "lengths of the columns of the summary")
+    _require(counts.shape[1:] == (SPEED_BINS,), "speed_histogram of a summary")
+    return [
+        Summary(Series(**{name: values[some] for name, values in columns.items()}), counts[some])
+        for some in rows
+    ]

@@ -19,15 +19,19 @@ from pyh5md import File, element
 from repeating import content_hash
 
 from snooker_cli import store
-from snooker_cli.containers import Box, Circle, PeriodicBox
+from snooker_cli.containers import (
+    LEAST_AMOUNT,
+    LEAST_TIME,
+    MOST_AMOUNT,
+    Box,
+    Circle,
+    PeriodicBox,
+)
 from snooker_cli.errors import AbsentError, StoreError
 from snooker_cli.laws import Constant
-from snooker_cli.limits import LEAST_AMOUNT, LEAST_TIME, MOST_AMOUNT
 from snooker_cli.scene import Scene
 from snooker_cli.store import Provenance, hdf5
-from snooker_cli.store.file_format import RULES
 from snooker_cli.trace import (
-    SERIES_UNITS,
     SPEED_BINS,
     Events,
     Series,
@@ -67,7 +71,8 @@ doubles = st.floats(allow_nan=False, allow_infinity=False)
 
 positive = st.floats(0, exclude_min=True, allow_infinity=False)
 amounts = st.floats(LEAST_AMOUNT, MOST_AMOUNT)
-speeds = st.floats(-1e100, 1e100)
+lengths = st.floats(100 * LEAST_AMOUNT, MOST_AMOUNT)
+speeds = st.just(0.0) | st.floats(1e-90, 1e90) | st.floats(-1e90, -1e-90)
 times = st.just(0.0) | st.floats(LEAST_TIME, allow_infinity=False)
 shares = st.floats(0, 1)
 fixed = st.just(np.inf)
@@ -78,9 +83,9 @@ def columns(length: int, elements: st.SearchStrategy[float] = doubles) -> st.Sea
 
 
 containers = st.one_of(
-    st.builds(Circle, amounts),
-    st.builds(Box, amounts, amounts),
-    st.builds(PeriodicBox, amounts, amounts),
+    st.builds(Circle, lengths),
+    st.builds(Box, lengths, lengths),
+    st.builds(PeriodicBox, lengths, lengths),
 )
 
 
@@ -89,13 +94,13 @@ def scenes(draw: st.DrawFn, number: int) -> Scene:
     container = draw(containers)
     slides = isinstance(container, Circle) and draw(st.booleans())
     return Scene(
-        positions=draw(arrays(np.float64, (number, 2), elements=doubles)),
+        positions=draw(arrays(np.float64, (number, 2), elements=shares)) * min(container.size),
         velocities=draw(arrays(np.float64, (number, 2), elements=speeds)),
-        radii=draw(columns(number, amounts)),
+        radii=draw(columns(number, st.floats(0.01, 0.09))) * min(container.size),
         masses=draw(columns(number, amounts)),
         container=container,
         container_mass=draw(fixed if slides else positive | fixed),
-        container_position=draw(columns(2)),
+        container_position=np.zeros(2),
         container_velocity=np.zeros(2),
         pair_law=Constant(draw(shares)),
         wall_law=Constant(draw(shares)),
@@ -120,13 +125,18 @@ def impulses_up_to(start: Scene, length: int) -> np.ndarray[Any, Any]:
 
 @st.composite
 def any_traces(draw: st.DrawFn, scene: Scene, summaries: bool) -> Trace:
-    names = ("radii", "masses", "container", "container_mass", *RULES)
-    common = {name: getattr(scene, name) for name in names}
-    start, finish = (replace(draw(scenes(scene.number)), **common) for _ in range(2))
+    places, motion = (
+        arrays(np.float64, (scene.number, 2), elements=each) for each in (shares, speeds)
+    )
+    start, finish = (
+        replace(scene, positions=draw(places) * min(scene.container.size)) for _ in range(2)
+    )
+    start = replace(start, velocities=draw(motion))
     finish = replace(finish, velocities=-start.velocities)  # the energy does not grow
     # From 4096 numbers on, columns are compressed.
     length = draw(st.sampled_from([0, 1, 5, 4095, 4096, 5000]))
     events = summary = None
+    counted = (draw(st.integers(1, 2**62)), draw(st.integers(1, 2**62)))
     if not summaries:
         random = np.random.default_rng(draw(st.integers(0, 2**32)))
         i = random.integers(0, scene.number, length, dtype=np.int32)
@@ -138,20 +148,22 @@ def any_traces(draw: st.DrawFn, scene: Scene, summaries: bool) -> Trace:
         if draw(st.booleans()) and residual.any():
             events = replace(events, residual=residual)
     else:
-        length = min(length, 600)
-        counts = arrays(np.int64, (length, SPEED_BINS), elements=st.integers(-(2**63), 2**63 - 1))
-        others = [draw(columns(length, st.floats(width=64))) for _ in range(len(SERIES_UNITS) - 1)]
-        time = np.sort(draw(columns(length, times)))
-        summary = Summary(Series(time, *others), draw(counts))
+        length = min(max(length, 1), 600)
+        time, rising = np.sort(draw(columns(length, times))), np.sort(draw(columns(length, shares)))
+        zeros, (_, impulse) = np.zeros(length), impulses_up_to(start, 2)
+        energy = start.kinetic_energy * (1 + draw(columns(length, shares))) / 2
+        sums = (impulse, impulse * start.radii.max(), *counted)
+        rows = (time, energy, zeros, *(rising * each for each in sums), zeros, rising)
+        counts = arrays(np.int64, (length, SPEED_BINS), elements=st.integers(0, scene.number))
+        summary = Summary(Series(*rows), draw(counts))
     last = 0.0 if len(time) == 0 else float(time[-1])
     stop = Stop(
         draw(st.sampled_from([each for each in StopReason if each is not StopReason.TIME])),
-        max(last, draw(times)),
+        last if summaries else max(last, draw(times)),
         tuple(draw(st.lists(st.integers(0, scene.number - 1), max_size=2))),
         draw(st.text(max_size=40)),
         *draw(st.tuples(st.none() | positive, st.none() | positive)),
     )
-    counted = (draw(st.integers(0, 2**62)), draw(st.integers(0, 2**62)))
     if events is not None:
         counted = (at_wall := int(events.at_wall.sum()), length - at_wall)
     return Trace(start, finish, stop, *counted, events, summary)
