@@ -31,6 +31,7 @@ from scenes import scene_of
 
 from snooker_cli import __version__
 from snooker_cli.containers import Circle
+from snooker_cli.laws import Constant
 from snooker_cli.placement.places import DIGITS, cosine_and_sine
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER, Events
@@ -86,8 +87,11 @@ def read(name: str) -> Reference:
     arrays = {key: np.array(value) for key, value in scene.items() if isinstance(value, list)}
     container = Circle(scene.pop("container_radius"))
     mass = math.inf if scene["container_mass"] is None else scene["container_mass"]
+    pair_law, wall_law = (Constant(scene.pop(key)) for key in ("restitution", "wall_restitution"))
+    laws = {"pair_law": pair_law, "wall_law": wall_law}
+    known = {**scene, **arrays, **laws, "container": container, "container_mass": mass}
     return Reference(
-        scene=Scene(**{**scene, **arrays, "container": container, "container_mass": mass}),
+        scene=Scene(**known),
         events=events_from_rows(columns[:4].T),
         growth=Growth(*columns[4:7]),
         after=np.array([state["events"] for state in content["states"]]),

@@ -331,6 +331,7 @@ def test_labels_of_large_values_fit_and_differ(browser: Browser, tmp_path: Path)
     (tmp_path / "film.html").write_text(page(film(simulate(hot, collisions=50), "")), "utf-8")
     browser.look(1160, dark=False)
     browser.open(tmp_path / "film.html")
+    browser.value("new Promise(requestAnimationFrame)")  # the first frame is drawn
     left, widest, labels = browser.value(
         f"[player.charts.left, Math.max(...player.charts.panels.flatMap(({{ ticks }}) => ticks.map("
         f"([, text]) => player.charts.axes.getContext('2d').measureText(text).width))), {LABELS}]"

@@ -314,7 +314,7 @@ def test_a_file_that_crashes_its_reader_is_one_bad_file(
     ended = snooker("verify", str(finished), "-j", "1")
     assert (ended.code, ended.err) == (1, "")
     error, counts = ended.out.splitlines()
-    assert error.startswith(f"{bad}: reading it crashes (SIGSEGV); ")
+    assert error.startswith(f"{bad}: reading it crashes (exit code -11); ")
     assert "3 complete repeats, 1 bad file" in counts
 
 

@@ -128,7 +128,7 @@ def test_a_strangers_checkpoint_is_not_used(
         monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
         user_key.cache_clear()
     elif forged == "another version":
-        monkeypatch.setattr(layout, "sources_hash", lambda _: "other sources")
+        monkeypatch.setattr(layout, "sources_hash", lambda *_: "other sources")
     with h5py.File(path, "r+") as file, h5py.File(other) as another:
         if forged == "no key":
             file[layout.CHECKPOINT].attrs["content"] = np.bytes_(b"none")
