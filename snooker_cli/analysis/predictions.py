@@ -201,7 +201,7 @@ def rates(trace: Trace, since: float) -> Iterator[Row]:
         return
     enskog, number, container = scene_rates(scene, 1.0), scene.number, scene.container
     radius, mass = float(scene.radii[0]), float(scene.masses[0])
-    free = number if container.has_wall else number - 1
+    free = components(scene) // 2
     span = np.float64(number * (trace.stop.time - since))
     root = time_mean(trace, np.sqrt(columns.kinetic_energy / number), since)
     speed = theory.fixed_energy_mean_speed(free, 1.0, mass) * root
