@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import yaml
-from faults import FAULTS, ROOT
+from faults import FAULTS, ROOT, with_fault
 
 from snooker_cli.containers import SHAPES
 
@@ -210,11 +209,9 @@ def test_a_forbidden_import_is_found(module: str, source: str, sentence: str) ->
     assert sentence in found
 
 
-def test_deliberate_faults_name_the_sources_as_they_are() -> None:
-    """Otherwise ``faults.py`` could not put them in."""
-    faults = yaml.safe_load(FAULTS.read_text(encoding="utf-8"))
-    for fault in faults:
-        assert (ROOT / fault["file"]).read_text(encoding="utf-8").count(fault["old"]) == 1, fault
-        for test in fault["tests"].split():
-            path, _, name = test.partition("::")
-            assert f"def {name}" in (ROOT / path).read_text(encoding="utf-8"), fault
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault["in"])
+def test_a_deliberate_fault_has_its_place_and_its_tests(fault: dict[str, str]) -> None:
+    with_fault(fault)
+    for test in fault["tests"].split():
+        path, _, name = test.partition("::")
+        assert f"def {name}" in (ROOT / path).read_text(encoding="utf-8")
