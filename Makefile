@@ -6,15 +6,22 @@ MAKEFLAGS += --jobs=2
 BIN := .venv/bin
 READY := .venv/.ready
 TESTS_READY := .venv/.ready-for-tests
+DOCS_READY := .venv/.ready-for-docs
 
-INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# `$(call install,WHAT)` uses uv: one on the PATH, else one from the package index, else pip.
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+install = PATH="$$PATH:$(BIN)"; \
+	{ command -v uv >/dev/null || $(PIP) uv; } && \
+	uv pip install --quiet --python $(BIN)/python --editable '$(1)' || \
+	{ echo "uv is missing or has failed, so pip installs; this takes longer"; \
+	$(PIP) --editable '$(1)'; }
 
 RUNS := decay temperature area number radius dilute speeds restitution elastic-wall mixed sliding audit
 DONE := $(RUNS:%=runs/%/.done)
 REPORT_SOURCES := $(wildcard snooker_cli/*.py snooker_cli/*/*.* snooker_cli/report/templates/* snooker_cli/report/measured/* snooker_cli/animation/player/*)
 
 .DELETE_ON_ERROR:
-.PHONY: help setup report test lint check bench measured clean
+.PHONY: help setup report test lint check docs bench measured clean
 
 help:  ## List the targets.
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -33,6 +40,10 @@ lint: $(TESTS_READY)  ## Check style and types.
 
 check: lint  ## Check style and types, run all tests.
 	$(BIN)/pytest -n 2 --dist worksteal
+
+docs: $(DOCS_READY)  ## Build the documentation site in build/site/.
+	$(BIN)/python docs/site/gallery.py
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 bench: $(READY)  ## Measure the engine's speed on an idle machine.
 	$(BIN)/snooker bench speed --out runs/bench
@@ -53,12 +64,17 @@ $(READY): pyproject.toml
 	@echo "Creating .venv with $$($(PYTHON) --version)"
 	@$(PYTHON) -m venv .venv
 	@echo "Installing snooker and what the report needs"
-	@$(INSTALL) --editable '.[report]'
+	@$(call install,.[report])
 	@touch $@
 
 $(TESTS_READY): $(READY)
 	@echo "Installing what the tests need"
-	@$(INSTALL) --editable '.[dev]'
+	@$(call install,.[dev])
+	@touch $@
+
+$(DOCS_READY): $(READY)
+	@echo "Installing what the documentation site needs"
+	@$(call install,.[docs])
 	@touch $@
 
 # A changed config repeats its run and no other. Another engine version or file schema repeats all.

@@ -37,7 +37,9 @@ typer.main.get_command = cache(typer.main.get_command)
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
-        "--write-goldens", action="store_true", help="Write what commands print to tests/golden."
+        "--write-goldens",
+        action="store_true",
+        help="Write what is printed now to tests/golden, or with tests/docs to the documents.",
     )
 
 

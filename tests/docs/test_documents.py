@@ -1,4 +1,4 @@
-"""The documents show what the commands print: ``python tests/docs/test_documents.py`` updates them.
+"""The documents show what the commands print; ``pytest tests/docs --write-goldens`` updates them.
 
 Numbers in docs/accuracy.md are those of the saved measurements and of the audit.
 """
@@ -7,17 +7,13 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
 import runpy
 import shlex
 import shutil
-import subprocess
-import sys
-import tempfile
 import threading
 from collections.abc import Callable
-from contextlib import chdir, redirect_stdout
+from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -25,6 +21,7 @@ from typing import Any
 import make_schema
 import numpy as np
 import pytest
+import repeating
 import yaml
 
 from snooker_cli import __version__
@@ -32,6 +29,7 @@ from snooker_cli.analysis.decay import decays
 from snooker_cli.cli.config_commands import templates
 from snooker_cli.config import digest, load, parse
 from snooker_cli.engine.jit import NOTICE
+from snooker_cli.figures import FIGURES
 from snooker_cli.formatting import rough, short
 from snooker_cli.report.content import measurement
 from snooker_cli.report.explanations import COMBINATIONS, LIKELY, TARGETS, explain
@@ -52,11 +50,21 @@ PYTHON = re.compile(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", re.DOTALL)
 SESSIONS = {"readme": (README, RUNS), "tutorial": (TUTORIAL,), "student": (STUDENT,)}
 """Documents whose commands run one after the other in one folder."""
 
-FIGURES = {
-    "readme": ("decay/figures/energy-fit-cor-0.8", "energy-fit"),
-    "tutorial": ("haff/figures/energy-fit", "cooling"),
+SLOW = re.compile(r"brownian|snooker (report|animate)")
+"""Commands of the student's session that take most of its time."""
+
+PICTURES = {
+    "readme": {"gas.gif": "gas.gif"},
+    "tutorial": {"cooling.png": "runs/haff/figures/energy-fit.png"},
+    "student": {
+        "student-pressure.png": "runs/pressure/figures/pressure-temperature.png",
+        "student-speeds.png": "runs/pressure/figures/speeds-balls.speed-20.png",
+        "student-cooling.png": "runs/cooling/figures/energy-fit.png",
+        "student-path.png": "runs/brownian/figures/tagged-path.png",
+        "student-displacement.png": "runs/brownian/figures/mean-squared-displacement.png",
+    },
 }
-"""The figure that the commands of a session draw in runs/, and its name in docs."""
+"""The pictures in docs/ that the commands of a session make."""
 
 VARIES = re.compile(
     r" in [\d.]+ s \([\d,]+ events/s\)( after \d+ s of compiling)?"
@@ -92,33 +100,14 @@ def words(output: str) -> list[list[str]]:
     return [line.split() for line in VARIES.sub("", output).splitlines()]
 
 
-def prepare(session: str, folder: Path) -> None:
-    """Put the files there that a reader has."""
-    if session == "readme":
-        shutil.copytree(ROOT / "configs", folder / "configs")
-    else:
-        (folder / "haff.py").write_text(block(TUTORIAL, "python"), encoding="utf-8")
-
-
-def shell(command: str) -> str:
-    """What a command prints, with this environment's snooker first on the path."""
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "PATH": path, "PYTHONIOENCODING": "utf-8"}
-    done = subprocess.run(
-        command, shell=True, env=environment, stdout=subprocess.PIPE, check=True, encoding="utf-8"
-    )
-    # Whether this machine had to compile does not matter to the reader.
-    return re.sub(r" after \d+ s of compiling", "", done.stdout)
-
-
 def printed_by(code: str, names: dict[str, Any]) -> str:
-    """What a block of Python prints; its names stay for the next block."""
+    """What Python code prints; its names stay for the next block."""
     with redirect_stdout(StringIO()) as out:
         exec(compile(code, "block", "exec"), names)
     return out.getvalue()
 
 
-def in_process(line: str, snooker: Callable[..., Any]) -> str:
+def run_line(line: str, snooker: Callable[..., Any]) -> str:
     """What a command prints, without starting Python again."""
     program, *arguments = shlex.split(line)
     if program == "python":
@@ -127,39 +116,88 @@ def in_process(line: str, snooker: Callable[..., Any]) -> str:
         return out.getvalue()
     ended = snooker(*arguments)
     assert ended.code == 0, ended.err
-    return str(ended.out)
+    # Whether this machine had to compile does not matter to the reader.
+    return re.sub(r" after \d+ s of compiling", "", ended.out)
 
 
-@pytest.mark.parametrize("session", SESSIONS)
+@pytest.mark.parametrize(
+    ("session", "whole"),
+    [
+        ("readme", True),
+        ("tutorial", True),
+        ("student", False),
+        pytest.param("student", True, marks=pytest.mark.long),
+    ],
+)
 def test_commands_print_what_the_documents_show(
-    session: str, tmp_path: Path, snooker: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+    session: str,
+    whole: bool,
+    tmp_path: Path,
+    snooker: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    request: pytest.FixtureRequest,
 ) -> None:
-    prepare(session, tmp_path)
+    shutil.copytree(ROOT / "configs", tmp_path / "configs")
+    (tmp_path / "haff.py").write_text(block(TUTORIAL, "python"), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "100")
-    shown = [found for path in SESSIONS[session] for found in CONSOLE.findall(text_of(path))]
-    assert len(shown) >= 5
-    for number, (command, output) in enumerate(shown):
-        by_shell = session == "readme" and number == 0
-        printed = shell(command) if by_shell else in_process(command, snooker)
-        assert words(printed) == words(output), command
+    write = whole and request.config.getoption("--write-goldens")
+    for path in SESSIONS[session]:
+        text, shown = text_of(path), CONSOLE.findall(text_of(path))
+        assert shown
+        for command, output in shown:
+            if whole or not SLOW.search(command):
+                printed = run_line(command, snooker)
+                if write and words(printed) != words(output):
+                    text = text.replace(f"$ {command}\n{output}", f"$ {command}\n{printed}")
+                assert write or words(printed) == words(output), command
+        if write:
+            path.write_text(text, encoding="utf-8")
+    if session == "readme":
+        (film,) = re.findall("`(snooker animate .*)`", text_of(README))
+        assert run_line(film, snooker) == "gas.gif\n"
+    for name, made in PICTURES[session].items() if whole else ():
+        assert Path(made).exists()
+        if write:
+            shutil.copy(made, DOCS / name)
 
 
 def test_python_blocks_print_what_their_document_shows(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    blocks, names = PYTHON.findall(text_of(DOCS / "python.md")), {"__name__": "__main__"}
+    path, names = DOCS / "python.md", {"__name__": "__main__"}
+    text, blocks = text_of(path), PYTHON.findall(text_of(path))
     assert len(blocks) >= 6
     for code, shown in blocks:
-        assert printed_by(code, names) == shown
+        printed = printed_by(code, names)
+        if request.config.getoption("--write-goldens"):
+            head = f"{code}```\n\n```text\n"
+            text = text.replace(head + shown, head + printed)
+        else:
+            assert printed == shown
+    if text != text_of(path):
+        path.write_text(text, encoding="utf-8")
 
 
-def test_the_two_commands_are_targets_of_the_makefile() -> None:
-    targets = re.findall(r"\$ make (\w+)", text_of(README))
-    assert targets == ["report", "test"]
-    for path in (README, ACCURACY):
-        targets += re.findall(r"`make (\w+)`", text_of(path))
+def test_the_site_has_all_pages_and_known_figures() -> None:
+    groups = yaml.safe_load(text_of(ROOT / "mkdocs.yml"))["nav"]
+    pages = {page for group in groups for pages in group.values() for page in pages}
+    assert {path.name for path in DOCS.glob("*.md")} - {"gallery.md"} < pages
+    figures = runpy.run_path(str(DOCS / "site" / "gallery.py"))["FIGURES_OF"].values()
+    names = [name for _, figures_of_run in figures for name in figures_of_run]
+    assert len(names) >= 20
+    assert FIGURES.keys() >= {*names}
+
+
+def test_the_film_is_small() -> None:
+    assert (DOCS / "gas.gif").stat().st_size <= 1_000_000
+
+
+def test_make_has_the_targets_that_documents_name() -> None:
+    paths = (README, ACCURACY, ROOT / "CONTRIBUTING.md")
+    targets = re.findall(r"[$`] ?make ([a-z]+)", "".join(map(text_of, paths)))
+    assert {"docs", "report", "test"} < {*targets}
     for target in targets:
         assert re.search(rf"^{target}:", text_of(ROOT / "Makefile"), flags=re.MULTILINE), target
 
@@ -180,7 +218,7 @@ def test_the_schema_of_the_command_and_of_the_configs_is_that_of_the_models(
     snooker: Callable[..., Any],
 ) -> None:
     made = json.loads(make_schema.text())  # some versions of pydantic write 0.0 for 0
-    assert json.loads(in_process("snooker schema", snooker)) == made
+    assert json.loads(run_line("snooker schema", snooker)) == made
     assert json.loads(text_of(make_schema.FILE)) == made
 
 
@@ -238,9 +276,7 @@ def test_the_citation_is_of_this_version() -> None:
 
 def simulated(name: str, folder: Path) -> Run:
     """The run of a config."""
-    from repeating import created  # is not found when this file runs as a script
-
-    run = created(folder / name, load(ROOT / "configs" / f"{name}.yaml").experiment)
+    run = repeating.created(folder / name, load(ROOT / "configs" / f"{name}.yaml").experiment)
     outcomes = execute(run, workers=1, watcher=Watcher(), cancelled=threading.Event())
     assert [outcome.error for outcome in outcomes if outcome.error] == []
     return run
@@ -295,29 +331,3 @@ def test_the_error_of_a_single_fit_is_too_small(tmp_path: Path) -> None:
             factors.append(spread / float(np.median(errors)))
     text = sentences_of(ROOT / "README.md")
     assert f"{min(factors):.0f} to {max(factors):.0f} times too small" in text
-
-
-def update() -> None:
-    """Put into the documents what the commands print now, and the figures that they draw."""
-    for session, paths in SESSIONS.items():
-        with tempfile.TemporaryDirectory() as folder, chdir(folder):
-            prepare(session, Path(folder))
-            for path in paths:
-                text = CONSOLE.sub(
-                    lambda found: f"```console\n$ {found[1]}\n{shell(found[1])}```", text_of(path)
-                )
-                path.write_text(text, encoding="utf-8")
-            if session in FIGURES:
-                drawn, shown = FIGURES[session]
-                shutil.copy(f"runs/{drawn}.png", DOCS / f"{shown}.png")
-    names: dict[str, Any] = {"__name__": "__main__"}
-    with tempfile.TemporaryDirectory() as folder, chdir(folder):
-        text = PYTHON.sub(
-            lambda found: f"```python\n{found[1]}```\n\n```text\n{printed_by(found[1], names)}```",
-            text_of(DOCS / "python.md"),
-        )
-    (DOCS / "python.md").write_text(text, encoding="utf-8")
-
-
-if __name__ == "__main__":
-    update()

@@ -1,4 +1,4 @@
-"""docs/notebook.ipynb shows what it gives: ``python tests/docs/test_notebook.py`` updates it.
+"""docs/notebook.ipynb shows what it gives; ``pytest tests/docs --write-goldens`` updates it.
 
 No notebook server is needed: cells are plain Python, and the last expression of a cell is shown.
 """
@@ -8,8 +8,7 @@ from __future__ import annotations
 import ast
 import base64
 import json
-import tempfile
-from contextlib import chdir, redirect_stdout
+from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -19,10 +18,6 @@ import pytest
 NOTEBOOK = Path(__file__).parents[2] / "docs" / "notebook.ipynb"
 
 Cell = dict[str, Any]
-
-
-def code_cells(notebook: dict[str, Any]) -> list[Cell]:
-    return [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
 
 
 def outputs(source: str, names: dict[str, Any], count: int) -> list[Cell]:
@@ -57,36 +52,20 @@ def without_images(found: list[Cell]) -> list[Cell]:
     return list(json.loads(text))
 
 
-def executed(notebook: dict[str, Any]) -> list[list[Cell]]:
-    """The outputs of all code cells, run one after the other in this folder."""
-    names: dict[str, Any] = {"__name__": "__main__"}
-    return [
-        outputs("".join(cell["source"]), names, count)
-        for count, cell in enumerate(code_cells(notebook), 1)
-    ]
-
-
 def test_the_notebook_shows_what_its_cells_give(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
     monkeypatch.chdir(tmp_path)
     notebook = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
-    stored = [cell["outputs"] for cell in code_cells(notebook)]
-    assert sum("image/png" in json.dumps(each) for each in stored) == 1
-    found = executed(notebook)
+    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert sum("image/png" in json.dumps(cell["outputs"]) for cell in cells) == 1
+    names: dict[str, Any] = {"__name__": "__main__"}
+    for count, cell in enumerate(cells, 1):
+        given = outputs("".join(cell["source"]), names, count)
+        if request.config.getoption("--write-goldens"):
+            cell |= {"outputs": given, "execution_count": count}
+        assert without_images(given) == without_images(cell["outputs"])
     assert not list(tmp_path.iterdir())
-    assert [without_images(each) for each in found] == [without_images(each) for each in stored]
-
-
-def update() -> None:
-    """Store the outputs that the cells give now."""
-    notebook = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
-    with tempfile.TemporaryDirectory() as folder, chdir(folder):
-        found = executed(notebook)
-    for count, (cell, each) in enumerate(zip(code_cells(notebook), found, strict=True), 1):
-        cell |= {"outputs": each, "execution_count": count}
-    NOTEBOOK.write_text(json.dumps(notebook, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-
-
-if __name__ == "__main__":
-    update()
+    if request.config.getoption("--write-goldens"):
+        text = json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"
+        NOTEBOOK.write_text(text, encoding="utf-8")
