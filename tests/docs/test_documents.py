@@ -26,9 +26,11 @@ import yaml
 
 from snooker_cli import __version__
 from snooker_cli.analysis.decay import decays
+from snooker_cli.cli.app import COMMANDS, loaded
 from snooker_cli.cli.config_commands import templates
 from snooker_cli.config import digest, load, parse
 from snooker_cli.engine.jit import NOTICE
+from snooker_cli.errors import ExitCode
 from snooker_cli.figures import FIGURES
 from snooker_cli.formatting import rough, short
 from snooker_cli.report.content import measurement
@@ -46,6 +48,9 @@ README, TUTORIAL, STUDENT, RUNS, ACCURACY = (
 CONSOLE = re.compile(r"```console\n\$ ((?:snooker|python) .*)\n((?:.*\n)*?)```")
 PYTHON = re.compile(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", re.DOTALL)
 """A block of docs/python.md and what it prints."""
+
+HELP = re.compile(r"## (snooker.*)\n\n```text\n((?:.*\n)*?)```")
+"""A command and its help in docs/cli.md."""
 
 SESSIONS = {"readme": (README, RUNS), "tutorial": (TUTORIAL,), "student": (STUDENT,)}
 """Documents whose commands run one after the other in one folder."""
@@ -188,6 +193,27 @@ def test_the_site_has_all_pages_and_known_figures() -> None:
     names = [name for _, figures_of_run in figures for name in figures_of_run]
     assert len(names) >= 20
     assert FIGURES.keys() >= {*names}
+
+
+def test_all_commands_have_the_help_that_their_page_shows(
+    snooker: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    path = DOCS / "cli.md"
+    text, shown = text_of(path), dict(HELP.findall(text_of(path)))
+    commands = ["snooker", *(f"snooker {name}" for name in COMMANDS)]
+    commands += [f"snooker bench {name}" for name in loaded("bench").commands]
+    assert shown.keys() == {*commands}
+    for command, help_text in shown.items():
+        output = run_line(f"{command} --help", snooker)
+        if request.config.getoption("--write-goldens"):
+            text = text.replace(help_text, output)
+        else:
+            assert output == help_text
+    if text != text_of(path):
+        path.write_text(text, encoding="utf-8")
+    codes = re.findall(r"^\| (\d+) \|", text, re.MULTILINE)
+    assert codes == [str(int(code)) for code in ExitCode]
 
 
 def test_the_film_is_small() -> None:
