@@ -315,6 +315,7 @@ def test_the_audit_of_the_source_report(tmp_path: Path) -> None:
     found = explain(run, elastic)
     best, mixed, text = found.best, found.named[-2], sentences_of(ACCURACY)
     assert f"Of {len(SOURCE_VALUES)} numbers that it prints" in text
+    assert f"Of {len(SOURCE_VALUES)} numbers, " in sentences_of(README)
     tried, repeats = len(found.named) - 1, run.experiment.repeats
     assert f"We tried {tried} named explanations with {repeats} repeats each" in text
     assert f"The best of all {len(COMBINATIONS)} combinations has χ² = {best.score:.0f}" in text
