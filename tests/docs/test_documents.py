@@ -12,7 +12,7 @@ import runpy
 import shlex
 import shutil
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -125,6 +125,31 @@ def run_line(line: str, snooker: Callable[..., Any]) -> str:
     return re.sub(r" after \d+ s of compiling", "", ended.out)
 
 
+Agree = Callable[..., None]
+
+
+@pytest.fixture
+def agree(request: pytest.FixtureRequest) -> Agree:
+    """Compares texts that a document shows with those that are printed now, or writes these there.
+
+    of : what has to be equal
+    """
+    write = request.config.getoption("--write-goldens")
+
+    def call(path: Path, pairs: Iterable[tuple[str, str]], of: Callable[[str], Any] = str) -> None:
+        text = text_of(path)
+        for shown, printed in pairs:
+            same = of(printed) == of(shown)
+            assert same or (write and shown), (
+                f"{path.name} shows:\n{shown}\nand this is printed:\n{printed}"
+            )
+            text = text if same else text.replace(shown, printed)
+        if write:
+            path.write_text(text, encoding="utf-8")
+
+    return call
+
+
 @pytest.mark.parametrize(
     ("session", "whole"),
     [
@@ -137,6 +162,7 @@ def run_line(line: str, snooker: Callable[..., Any]) -> str:
 def test_commands_print_what_the_documents_show(
     session: str,
     whole: bool,
+    agree: Agree,
     tmp_path: Path,
     snooker: Callable[..., Any],
     monkeypatch: pytest.MonkeyPatch,
@@ -146,43 +172,29 @@ def test_commands_print_what_the_documents_show(
     (tmp_path / "haff.py").write_text(block(TUTORIAL, "python"), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "100")
-    write = whole and request.config.getoption("--write-goldens")
     for path in SESSIONS[session]:
-        text, shown = text_of(path), CONSOLE.findall(text_of(path))
+        shown = [
+            found for found in CONSOLE.findall(text_of(path)) if whole or not SLOW.search(found[0])
+        ]
         assert shown
-        for command, output in shown:
-            if whole or not SLOW.search(command):
-                printed = run_line(command, snooker)
-                if write and words(printed) != words(output):
-                    text = text.replace(f"$ {command}\n{output}", f"$ {command}\n{printed}")
-                assert write or words(printed) == words(output), command
-        if write:
-            path.write_text(text, encoding="utf-8")
+        agree(path, ((output, run_line(command, snooker)) for command, output in shown), words)
     if session == "readme":
         (film,) = re.findall("`(snooker animate .*)`", text_of(README))
         assert run_line(film, snooker) == "gas.gif\n"
     for name, made in PICTURES[session].items() if whole else ():
         assert Path(made).exists()
-        if write:
+        if request.config.getoption("--write-goldens"):
             shutil.copy(made, DOCS / name)
 
 
 def test_python_blocks_print_what_their_document_shows(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+    agree: Agree, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     path, names = DOCS / "python.md", {"__name__": "__main__"}
-    text, blocks = text_of(path), PYTHON.findall(text_of(path))
+    blocks = PYTHON.findall(text_of(path))
     assert len(blocks) >= 6
-    for code, shown in blocks:
-        printed = printed_by(code, names)
-        if request.config.getoption("--write-goldens"):
-            head = f"{code}```\n\n```text\n"
-            text = text.replace(head + shown, head + printed)
-        else:
-            assert printed == shown
-    if text != text_of(path):
-        path.write_text(text, encoding="utf-8")
+    agree(path, ((shown, printed_by(code, names)) for code, shown in blocks))
 
 
 def test_the_site_has_all_pages_and_known_figures() -> None:
@@ -196,23 +208,16 @@ def test_the_site_has_all_pages_and_known_figures() -> None:
 
 
 def test_all_commands_have_the_help_that_their_page_shows(
-    snooker: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+    agree: Agree, snooker: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
     path = DOCS / "cli.md"
-    text, shown = text_of(path), dict(HELP.findall(text_of(path)))
+    shown = HELP.findall(text_of(path))
     commands = ["snooker", *(f"snooker {name}" for name in COMMANDS)]
     commands += [f"snooker bench {name}" for name in loaded("bench").commands]
-    assert shown.keys() == {*commands}
-    for command, help_text in shown.items():
-        output = run_line(f"{command} --help", snooker)
-        if request.config.getoption("--write-goldens"):
-            text = text.replace(help_text, output)
-        else:
-            assert output == help_text
-    if text != text_of(path):
-        path.write_text(text, encoding="utf-8")
-    codes = re.findall(r"^\| (\d+) \|", text, re.MULTILINE)
+    assert {command for command, _ in shown} == {*commands}
+    agree(path, ((text, run_line(f"{command} --help", snooker)) for command, text in shown))
+    codes = re.findall(r"^\| (\d+) \|", text_of(path), re.MULTILINE)
     assert codes == [str(int(code)) for code in ExitCode]
 
 
