@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 from command_line import Snooker
 
-from snooker_cli.errors import UserError
-from snooker_cli.exit_codes import raising
+from snooker_cli.errors import UserError, raising
 
 LOUD = ("export", "show", "verify")
 
@@ -37,7 +36,7 @@ main()
 
 AS_A_THREAD_READS = """
 import os, signal, threading
-from snooker_cli.exit_codes import guarded
+from snooker_cli.errors import guarded
 
 def command():
     threading.Thread(target=threading.Event().wait).start()
@@ -48,7 +47,7 @@ guarded(command)
 
 IN_A_CALLBACK = """
 import os, signal, time, weakref
-from snooker_cli.exit_codes import guarded
+from snooker_cli.errors import guarded
 
 class Reader:
     pass

@@ -12,10 +12,9 @@ from typing import Annotated
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import RunAnalysis, comparisons, fits
 from snooker_cli.analysis.tables import PAIRED, named, note_lines, shown_name, table_lines, usual
-from snooker_cli.cli.options import RUN, AsJson, Names, RunName, Where, conditions
+from snooker_cli.cli.options import RUN, AsJson, Names, RunName, Where, conditions, flag, option
 from snooker_cli.cli.output import make_folder, print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
-from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import EXAMPLES
 from snooker_cli.errors import RunError, UserError, check_name
 from snooker_cli.figures import FIGURES

@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from snooker_cli.cli.options import ConfigPath, Overrides
+from snooker_cli.cli.options import ConfigPath, Overrides, flag, option
 from snooker_cli.cli.output import print_line, print_table
-from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import EXAMPLES, SCHEMA_FILE, load
 from snooker_cli.errors import UserError, check_name
 from snooker_cli.files import write_text

@@ -14,9 +14,17 @@ from numpy.typing import NDArray
 from snooker_cli import __version__, api, store
 from snooker_cli import export as exporting
 from snooker_cli.analysis.tables import named
-from snooker_cli.cli.options import Names, PointNumber, RepeatNumber, RunName, Where, conditions
+from snooker_cli.cli.options import (
+    Names,
+    PointNumber,
+    RepeatNumber,
+    RunName,
+    Where,
+    conditions,
+    flag,
+    option,
+)
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
-from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import to_json
 from snooker_cli.errors import UserError
 from snooker_cli.runs.folder import holds_results

@@ -8,12 +8,22 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config.axes import option_values
 from snooker_cli.config.problems import PathError
 from snooker_cli.errors import UserError
 from snooker_cli.figures.selection import distinct
 from snooker_cli.runs import Run
+
+
+def flag(name: str, text: str, **more: Any) -> Any:
+    """An option without a value."""
+    return typer.Option(name, help=text, **more)
+
+
+def option(metavar: str, text: str, *names: str, **more: Any) -> Any:
+    """An option with a value. By default it has the name of its parameter."""
+    return typer.Option(*names, metavar=metavar, help=text, **more)
+
 
 EngineName = Literal["allpairs", "cells"]  # the engines that a user can choose
 

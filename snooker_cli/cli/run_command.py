@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from snooker_cli import runs, theory
-from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Jobs, Overrides
+from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Jobs, Overrides, flag, option
 from snooker_cli.cli.output import first, print_result
-from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import load
 from snooker_cli.errors import ExitCode, UserError
 from snooker_cli.formatting import (

@@ -10,9 +10,8 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
-from snooker_cli.cli.options import AsJson, Jobs, RunName
+from snooker_cli.cli.options import AsJson, Jobs, RunName, flag
 from snooker_cli.cli.output import first, print_result
-from snooker_cli.cli.typer_classes import flag
 from snooker_cli.errors import ExitCode, RunError, StoreError
 from snooker_cli.formatting import counted, listed, point_label, printable, size, text_table
 from snooker_cli.runs import State, open_run, runs_in

@@ -13,7 +13,7 @@ import rich.progress
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from snooker_cli.exit_codes import STOPPING, bug_message, handling
+from snooker_cli.errors import STOPPING, bug_message, handling
 from snooker_cli.formatting import counted, printable
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
