@@ -41,14 +41,21 @@ def _sentences(ctx: Any) -> Iterator[None]:
     except typer.TyperException as error:
         text = error.format_message().rstrip(".")
         text = f"{text[0].lower()}{text[1:]}; see `{ctx.command_path} --help`"
-        found: Any = getattr(error.__cause__, "errors", list)()  # pydantic's, about a value
-        if found:
-            wrong, one = found[0], vars(error)["param"]
-            whole = "whole " * wrong["type"].startswith("int")
-            limits = f" from {one.min} to {one.max}" if one.max else f" of {one.min} or more"
-            wanted = f"give a {whole}number{'' if one.min is None else limits}"
-            text = f"{one.opts[-1]} {wrong['input']}: {wrong.get('ctx', {}).get('error', wanted)}"
+        faults: Any = getattr(error.__cause__, "errors", list)()  # pydantic's, about a value
+        if faults:
+            text = _about_value(vars(error)["param"], faults[0])
         raise UserError(text) from None
+
+
+def _about_value(option: Any, fault: dict[str, Any]) -> str:
+    """The sentence about a value that an option cannot have, from pydantic's error."""
+    whole = "whole " if fault["type"].startswith("int") else ""
+    limits = ""
+    if option.min is not None:
+        high = option.max
+        limits = f" from {option.min} to {high}" if high else f" of {option.min} or more"
+    needs = fault.get("ctx", {}).get("error", f"give a {whole}number{limits}")
+    return f"{option.opts[-1]} {fault['input']}: {needs}".rstrip(".")
 
 
 class Command(TyperCommand):
@@ -57,7 +64,7 @@ class Command(TyperCommand):
     def get_help(self, ctx: Any) -> str:
         """The help without braces around arguments, types of Python, and ``x`` in limits."""
         text = re.sub(r"\{(\w+)\}", r"\1", super().get_help(ctx))
-        text = re.sub(r" <(str|path|list\[str\])>", lambda found: " " * len(found[0]), text)
+        text = re.sub(r" <(str|path|list\[str\])>", lambda kind: " " * len(kind[0]), text)
         return re.sub(r"x>=(?=\d)", "≥ ", re.sub(r"(\d)<=x<=(\d)", r"\1 to \2", text))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:

@@ -33,8 +33,6 @@ MEANINGS = {
     "USAGE": "a wrong command, or files that are missing or cannot be read or written",
     "CONFIG": "a config that is missing or cannot be used",
     "SOME_FAILED": "some repeats failed, or a measurement does not agree",
-    "COLLAPSED": "with `run --no-collapse`: some repeats ended in a wall trap or collapse; the key "
-    "`collapse` of the config continues such repeats",
     "INTERRUPTED": "interrupted",
 }
 
