@@ -433,23 +433,19 @@ OTHERS: dict[str, Damage] = {
     },
     **{
         f"provenance: {name} {json.dumps(value)[:12]}": provenance(**{name: value})
-        for name, value in (
-            ("point", "0"),
-            ("point", -1),
-            ("point", 10**30),
-            ("versions", ["a"]),
-            ("command", ESCAPES),
-            ("machine", None),
-            ("seconds", "a"),
-            ("engine", ESCAPES),
-            ("engine_version", 10**30),
-            ("digest", ESCAPES),
-            ("config", "{"),
-            ("config", DEEP),
-            ("config", "[]"),
-            ("config", '{"collisions": 1000000000000000}'),
-            ("unknown", 1),
-        )
+        for name, values in {
+            "point": ("0", -1, 10**30),
+            "versions": (["a"],),
+            "command": (ESCAPES,),
+            "machine": (None,),
+            "seconds": ("a",),
+            "engine": (ESCAPES,),
+            "engine_version": (10**30,),
+            "digest": (ESCAPES,),
+            "config": ("{", DEEP, "[]", '{"collisions": 1000000000000000}'),
+            "unknown": (1,),
+        }.items()
+        for value in values
     },
     "provenance: not JSON": parameter("provenance", np.bytes_(b"{")),
     "provenance: deep": parameter("provenance", np.bytes_(DEEP.encode())),
