@@ -166,7 +166,7 @@ def handling(
     numbers : by default ``STOPPING``, without those that the parent process ignores
     """
     if numbers is None:
-        numbers = [each for each in STOPPING if signal.getsignal(each) is not signal.SIG_IGN]
+        numbers = [n for n in STOPPING if signal.getsignal(n) is not signal.SIG_IGN]
     previous = {number: signal.signal(number, handler) for number in numbers}
     try:
         yield

@@ -1,7 +1,7 @@
 """Whatever config and overrides a command gets, it ends with a documented code and plain lines.
 
-The environment variable SNOOKER_FUZZ is the number of cases, in equal parts of three types; they
-are then different each time.
+The environment variable SNOOKER_FUZZ is the number of cases of each type; they are then different
+each time.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from command_line import Snooker
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from snooker_cli.config import SCHEMA_FILE
@@ -20,13 +20,13 @@ from snooker_cli.containers import SHAPES
 
 pytestmark = pytest.mark.filterwarnings("error")
 
-CASES = int(os.environ.get("SNOOKER_FUZZ", "60"))
+CASES = int(os.environ.get("SNOOKER_FUZZ", "25"))
 
 FUZZ = settings(
     derandomize="SNOOKER_FUZZ" not in os.environ,
     deadline=None,
     database=None,
-    max_examples=max(1, CASES // 3),
+    max_examples=CASES,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 
@@ -135,7 +135,6 @@ collisions balls.rings cor[0] list[0] balls.list[1].mass time repeats title rang
 """
 SPACES = ["\t", "\n", " ", "\n  ", "\n- ", ": ", "\0", "\ud800", "\x85", "\u2028", "\ufeff"]
 SNIPPETS = st.sampled_from([*TOKENS.split(), *SPACES, "9" * 5000])
-TEXTS = st.text(max_size=60) | st.lists(SNIPPETS | st.text(max_size=3), max_size=15).map(" ".join)
 EDITS = st.lists(
     st.tuples(st.integers(0, 400), st.integers(0, 12), SNIPPETS | st.text(max_size=3)),
     min_size=1,
@@ -181,18 +180,6 @@ def test_the_bases_have_every_key_and_are_valid(snooker: Snooker) -> None:
     )
     for base in BASES:
         assert check(snooker, ("validate",), base) == 0
-
-
-@given(COMMANDS, TEXTS)
-@example(("validate",), "a: &a [*a]")
-@example(("validate",), "? ")
-@example(("validate",), "sweep: [[cor, [1]]]")
-@example(("validate",), "balls: {list: {rings: 1}}")
-@example(("validate",), "[" * 10_000)
-@example(("validate",), "\n".join(f"a{n}: &a{n} [{f'*a{n - 1}, ' * 10}]" for n in range(12)))
-@FUZZ
-def test_texts(snooker: Snooker, command: tuple[str, ...], text: str) -> None:
-    check(snooker, command, text)
 
 
 @given(COMMANDS, st.sampled_from(BASES), EDITS)
@@ -288,6 +275,6 @@ def test_results_of_known_small_runs_have_no_warnings(snooker: Snooker, text: st
 
 @pytest.mark.long
 @given(SMALL_RUNS)
-@settings(FUZZ, max_examples=max(1, CASES // 30))
+@settings(FUZZ, max_examples=max(1, CASES // 5))
 def test_results_of_small_runs_have_no_warnings(snooker: Snooker, text: str) -> None:
     check_results(snooker, text, "fit --all", "compare --all", "plot", "export --table")
