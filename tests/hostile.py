@@ -524,13 +524,9 @@ KINDS: dict[str, dict[str, Damage]] = {
                 if other != shape
             },
             "slides": rules(slides=True),
-            "ball": event("i", LARGE),
             "partner": event("j", -2),
-            "place": scene("positions", np.nan, 0),
             "far": scene("positions", 1e300, 0),
             "fast": scene("velocities", 1e300, 0),
-            "a bomb": bomb(TIME),
-            "half a file": cut(0.5),
         }
         for shape in ("box", "periodic")
     },

@@ -3,7 +3,7 @@
 import re
 import webbrowser
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -20,6 +20,7 @@ from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
+from snooker_cli.figures.registry import FigureSpec
 from snooker_cli.figures.selection import matching
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label, text_table, with_error
@@ -72,41 +73,49 @@ def plot(
         opened = replace(opened, experiment=opened.experiment.model_copy(update={"repeats": 1}))
     drawn: set[str] = set()
     impossible: Counter[tuple[str, str]] = Counter()
-    at_points = [Selection(dict(point.parameters), repeat) for point in points]
-    for spec in specs:
-        for chosen in at_points if spec.each_point else [selection]:
-            try:
-                figure = spec.make(opened, chosen)
-            except FigureError as error:
-                impossible[spec.name, str(error)] += 1
-                continue
-            drawn.add(spec.name)
-            if list_figures:
-                continue
-            from snooker_cli.figures.drawing import save  # loads matplotlib
+    for spec, chosen, figure in _made(opened, specs, points, selection):
+        if isinstance(figure, FigureError):
+            impossible[spec.name, str(figure)] += 1
+            continue
+        drawn.add(spec.name)
+        if list_figures:
+            continue
+        from snooker_cli.figures.drawing import save  # loads matplotlib
 
-            folder = out or opened.figures_folder
-            with writing(folder):
-                stem = folder / _stem(spec.name, chosen)
-                files = save(figure, stem, image_formats, inches, dpi)
-            print_line("\n".join(map(str, files)))
-            if figures:
-                print_wrapped([figure.caption], indent=0)
-                for line in _table(figure):
-                    print_line(line)
+        folder = out or opened.figures_folder
+        with writing(folder):
+            files = save(figure, folder / _stem(spec.name, chosen), image_formats, inches, dpi)
+        print_line("\n".join(map(str, files)))
+        if figures:
+            print_wrapped([figure.caption], indent=0)
+            for line in _table(figure):
+                print_line(line)
     left_out = []
     for (name, reason), times in impossible.items():
         at = f" at {times} of {len(opened.points)} points" if name in drawn else ""
         left_out.append(f"{name} left out{at}: {reason}")
     if list_figures:
-        possible = [f"{spec.name}: {spec.title}" for spec in specs if spec.name in drawn]
-        print_wrapped(possible + left_out)
+        print_wrapped(f"{spec.name}: {spec.title}" for spec in specs if spec.name in drawn)
+        print_wrapped(left_out)
     elif figures or not drawn:
         for line in left_out:
             notice(line)
     missing = [spec.name for spec in specs if spec.name not in drawn]
     if missing and (figures or not drawn):
         raise UserError(f"{opened.name} cannot give {', '.join(missing)}; see the reasons above")
+
+
+def _made(
+    run: Run, specs: Sequence[FigureSpec], points: Sequence[Point], selection: Selection
+) -> Iterator[tuple[FigureSpec, Selection, FigureData | FigureError]]:
+    """Each figure, of each point if it shows one point; an error if the run cannot give it."""
+    single = [Selection(dict(point.parameters), selection.repeat) for point in points]
+    for spec in specs:
+        for chosen in single if spec.each_point else [selection]:
+            try:
+                yield spec, chosen, spec.make(run, chosen)
+            except FigureError as error:
+                yield spec, chosen, error
 
 
 def _print_registry() -> None:
