@@ -56,7 +56,7 @@ PARTS["__main__"] = ("cli",)
 
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "typer": ("cli",),
-    "rich": ("cli", "runs.progress"),
+    "rich": ("runs.progress",),
     "pydantic": ("config", "validation"),
     "pydantic_core": ("config",),
     "yaml": ("config", "figures", "report", "validation"),

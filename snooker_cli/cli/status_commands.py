@@ -1,14 +1,11 @@
 """``snooker ls``, ``show`` and ``verify``: the state of runs and of their files."""
 
-import sys
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import track
 
 from snooker_cli.cli.options import AsJson, Jobs, RunName, flag
 from snooker_cli.cli.output import first, print_result
@@ -16,7 +13,7 @@ from snooker_cli.errors import ExitCode, RunError, StoreError
 from snooker_cli.formatting import counted, listed, point_label, printable, size, text_table
 from snooker_cli.runs import State, open_run, runs_in
 from snooker_cli.runs.execution import processors
-from snooker_cli.runs.progress import notice
+from snooker_cli.runs.progress import counting, notice
 from snooker_cli.runs.status import COUNTS, ended, run_status
 from snooker_cli.runs.verification import verify as verdicts
 
@@ -126,15 +123,11 @@ def verify(
     repeats are reported, but they are no error.
     """
     opened = open_run(run)
-    checked = track(
-        verdicts(opened, replay=replay, workers=jobs or processors()),
-        "",
-        total=len(opened.points) * opened.experiment.repeats,
-        console=Console(stderr=True),
-        transient=True,
-        disable=not sys.stderr.isatty(),
+    verified = verdicts(opened, replay=replay, workers=jobs or processors())
+    total = len(opened.points) * opened.experiment.repeats
+    statuses = sorted(
+        counting(verified, "", total), key=lambda status: (status.point, status.repeat)
     )
-    statuses = sorted(checked, key=lambda status: (status.point, status.repeat))
     counts = {str(state): sum(status.state is state for status in statuses) for state in State}
     del counts[str(State.UNUSABLE)]
     bad = [

@@ -68,7 +68,7 @@ def range_values(text: str) -> list[Data] | None:
     if not first:
         raise PathError("this range is empty; it stops before its second limit, as in Python")
     if len(first) > MAX_POINTS:
-        raise PathError(f"these are more than {MAX_POINTS:,} values; take fewer")
+        raise PathError(f"this range has more than {MAX_POINTS:,} values; take fewer")
     return first
 
 
@@ -105,8 +105,8 @@ def axes(sweep: object) -> Axes:
         if keys.count(key) > 1 or any(is_inside(key, outer) for outer in keys)
     ]
     if (count := math.prod(len(axis[0][1]) for axis in grid)) > MAX_POINTS:
-        sentence = f"the grid has {count:,} points, of at most {MAX_POINTS:,}; sweep fewer values"
-        problems.append(Problem(("sweep",), sentence))
+        sentence = f"the grid has {count:,} points; at most {MAX_POINTS:,} are allowed"
+        problems.append(Problem(("sweep",), f"{sentence}, so sweep fewer values"))
     if problems:
         raise ConfigError(problems)
     return grid

@@ -468,8 +468,8 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
         return
     number = sum(kind.count for kind in species)
     if number > MAX_BALLS:
-        sentence = f"the species have {number:,} balls in all, of at most {MAX_BALLS:,}; give fewer"
-        yield Problem(("balls",), sentence)
+        sentence = f"the species have {number:,} balls in all; at most {MAX_BALLS:,} are allowed"
+        yield Problem(("balls",), f"{sentence}, so give fewer")
     if number == 1 and not shape.has_wall:
         sentence = f"one ball in a {shape.title} meets nothing; give two or more"
         yield Problem((*paths[0], "count"), sentence)
@@ -490,12 +490,13 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
         sentence = "the radius is missing; give one to each species, or to none if packing is given"
         yield from (Problem((*path, "radius"), sentence, about_key=True) for path in without)
     elif len(given) != 2 or len(packed) == 2:
+        are = "are" if given[1:] else "is"
+        surplus = packed if len(packed) < len(given) - 1 else packed[1:]
+        advice = f"remove {listed(surplus)}" if surplus else "add what is missing"
         sentence = (
-            f"two of {size}, the radius of the balls and packing are needed, and the third "
-            f"follows; given is {listed(given) or 'none'}"
+            f"two of {size}, the radius of the balls and packing are needed (the third follows), "
+            f"but {listed(given) or 'none'} {are} given; {advice}"
         )
-        if surplus := packed if len(packed) < len(given) - 1 else packed[1:]:
-            sentence += f", so remove {listed(surplus)}"
         yield Problem(("balls",), sentence)
 
 

@@ -68,8 +68,8 @@ def validated(data: Mapping[str, Any]) -> Experiment:
         experiment = _point(0, data, unset).experiment
     total = len(points(experiment)) * experiment.repeats
     if total > MAX_REPEATS:
-        advice = f"a run has at most {MAX_REPEATS:,}, so give fewer"
-        raise ConfigError([Problem(("repeats",), f"all repeats are {total:,} files; {advice}")])
+        sentence = f"the points have {total:,} repeats in all; at most {MAX_REPEATS:,} are allowed"
+        raise ConfigError([Problem(("repeats",), f"{sentence}, so give fewer")])
     return experiment
 
 
