@@ -80,11 +80,11 @@ def _machine() -> str:
 @cache
 def sources_hash(*patterns: str) -> str:
     """SHA-256 over the package's sources that match patterns such as ``engine/*.py``."""
-    package, found = Path(__file__).parent, hashlib.sha256()
+    package, total = Path(__file__).parent, hashlib.sha256()
     for pattern in patterns:
         for source in sorted(package.glob(pattern)):
-            found.update(source.read_bytes())
-    return found.hexdigest()
+            total.update(source.read_bytes())
+    return total.hexdigest()
 
 
 def user_hash(content: str) -> hmac.HMAC:

@@ -44,14 +44,14 @@ def printable(text: str, kept: str = "") -> str:
     """
     if text.isprintable():
         return text
-    return "".join(one if one.isprintable() or one in kept else ascii(one)[1:-1] for one in text)
+    return "".join(c if c.isprintable() or c in kept else ascii(c)[1:-1] for c in text)
 
 
 def point_label(parameters: Mapping[str, object]) -> str:
     """A point's swept keys and values, as in ``cor=0.8, balls.radius=1.0``."""
     nulls = {"container.mass": "∞", "wall_cor": "cor"}  # what they stand for
-    values = {key: nulls.get(key) if each is None else each for key, each in parameters.items()}
-    return printable(", ".join(f"{key}={value}" for key, value in values.items())) or "all"
+    values = ((key, nulls.get(key) if v is None else v) for key, v in parameters.items())
+    return printable(", ".join(f"{key}={value}" for key, value in values)) or "all"
 
 
 def listed(words: Sequence[str]) -> str:
@@ -94,9 +94,9 @@ def plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, dict):
-        return {str(key): plain(each) for key, each in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(each) for each in value]
+        return [plain(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

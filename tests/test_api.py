@@ -262,31 +262,6 @@ def test_the_exported_table_is_the_same(
 
 
 @pytest.mark.parametrize(
-    ("options", "results"),
-    [
-        (("--quantity", "Pressure", "--quantity", "ratio"), ["pressure", "energy_ratio"]),
-        (("--quantity", "kinetic energy", "--model", "haff"), ["alpha"]),
-        (("--model", "exp", "--quantity", "energy", "--table"), ["energy_ratio", "k"]),
-        (("--where", "cor=1", "--model", "haff", "--quantity", "time"), ["time"]),
-    ],
-)
-def test_a_quantity_and_a_model_choose_columns(
-    options: tuple[str, ...], results: list[str], run: snooker.Run, command: Snooker
-) -> None:
-    ended = command("export", "small", *options)
-    names, *rows = csv.reader(ended.out.splitlines())
-    assert names == ["point", "cor", "repeat", "ending", "complete", *results]
-    column = run.table(**({"cor": 1.0} if "--where" in options else {}))[results[-1]]
-    assert np.array_equal([float(row[-1]) for row in rows], column, equal_nan=True)
-
-
-def test_a_table_without_results_is_an_error(run: snooker.Run, command: Snooker) -> None:
-    ended = command("export", "small", "--quantity", "kinetic energy", "--model", "linear")
-    assert (ended.code, ended.out) == (2, "")
-    assert "no result has these names" in ended.err
-
-
-@pytest.mark.parametrize(
     "options", [("--states",), ("--times", "0"), ("--out", "a.h5md"), ("--out", "a.xyz")]
 )
 def test_a_table_has_no_states(

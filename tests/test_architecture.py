@@ -22,12 +22,12 @@ SIMULATING = ("containers", "errors", "files", "laws", "memory", "neighbours", "
 RUNNING = (*SIMULATING, "config", "engine", "formatting", "placement", "runs", "store", "theory")
 PARTS: dict[str, tuple[str, ...]] = {
     # Nothing of ours below
-    "errors": (),
     "files": (),
     "formatting": (),
     "memory": (),
     "neighbours": (),
     "laws": (),
+    "errors": ("formatting",),
     "containers": ("errors", "neighbours"),
     # A scene and its trace
     "config": ("containers", "errors", "formatting", "laws"),
@@ -38,8 +38,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "placement": ("config", "containers", "errors", "neighbours", "scene"),
     "engine": ("containers", "laws", "scene", "trace"),
     "store": ("containers", "errors", "files", "laws", "scene", "trace"),
-    "exit_codes": ("errors", "formatting"),
-    "runs": (*(part for part in RUNNING if part != "runs"), "exit_codes"),
+    "runs": tuple(part for part in RUNNING if part != "runs"),
     "export": ("engine", "errors", "files", "scene", "store", "trace"),
     # From repeats to conclusions
     "analysis": RUNNING,
@@ -56,7 +55,7 @@ PARTS["__main__"] = ("cli",)
 
 LIBRARIES: dict[str, tuple[str, ...]] = {
     "typer": ("cli",),
-    "rich": ("cli", "runs.progress"),
+    "rich": ("runs.progress",),
     "pydantic": ("config", "validation"),
     "pydantic_core": ("config",),
     "yaml": ("config", "figures", "report", "validation"),

@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 from command_line import Snooker
 
-from snooker_cli.errors import UserError
-from snooker_cli.exit_codes import raising
+from snooker_cli.errors import UserError, raising
 
 LOUD = ("export", "show", "verify")
 
@@ -37,7 +36,7 @@ main()
 
 AS_A_THREAD_READS = """
 import os, signal, threading
-from snooker_cli.exit_codes import guarded
+from snooker_cli.errors import guarded
 
 def command():
     threading.Thread(target=threading.Event().wait).start()
@@ -48,7 +47,7 @@ guarded(command)
 
 IN_A_CALLBACK = """
 import os, signal, time, weakref
-from snooker_cli.exit_codes import guarded
+from snooker_cli.errors import guarded
 
 class Reader:
     pass
@@ -79,7 +78,7 @@ while :; do sleep 0.02; done
 """
 
 
-def lost(*_arguments: object, **_options: object) -> str:
+def lost(*_arguments: object) -> str:
     raise KeyError("lost")
 
 
@@ -105,14 +104,10 @@ def test_an_unexpected_error_is_a_sentence_and_a_traceback_on_request(
     assert ended.err.count("Traceback") == (10 if wanted == "1" else 0)
 
 
-def too_large(*_arguments: object, **_options: object) -> None:
-    np.empty(2**56)
-
-
 def test_too_little_memory_is_a_sentence(
     finished: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("snooker_cli.runs.batch.versions", too_large)
+    monkeypatch.setattr("snooker_cli.runs.batch.versions", lambda: np.empty(2**56))
     ended = snooker("run", "small.yaml", "--no-progress", "-j", "1", "--fresh")
     assert ended.code == 4
     assert "there is too little memory (" in ended.err
@@ -120,34 +115,20 @@ def test_too_little_memory_is_a_sentence(
     assert "bug" not in ended.err
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["schema"],
-        *(pytest.param([name, "small"], marks=pytest.mark.long) for name in LOUD),
-    ],
-)
-def test_a_reader_that_leaves_ends_a_command_without_an_error(
+COMMANDS = [["schema"], *(pytest.param([name, "small"], marks=pytest.mark.long) for name in LOUD)]
+
+
+@pytest.mark.parametrize("arguments", COMMANDS)
+def test_a_reader_that_leaves_or_a_closed_stdout_is_no_error(
     arguments: list[str], finished: Path
 ) -> None:
+    """As with `| head` and `>&-`."""
+    command = [sys.executable, "-m", "snooker_cli", *arguments]
     read, write = os.pipe()
     os.close(read)
-    command = [sys.executable, "-m", "snooker_cli", *arguments]
     with os.fdopen(write) as pipe:
         done = subprocess.run(command, stdout=pipe, stderr=subprocess.PIPE, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["schema"],
-        *(pytest.param([name, "small"], marks=pytest.mark.long) for name in LOUD),
-    ],
-)
-def test_a_closed_stdout_is_no_error(arguments: list[str], finished: Path) -> None:
-    """As after `>&-`."""
-    command = [sys.executable, "-m", "snooker_cli", *arguments]
     closed = ["sh", "-c", 'exec "$@" >&-', "sh", *command]
     done = subprocess.run(closed, capture_output=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
@@ -213,14 +194,10 @@ def test_an_interrupt_while_modules_load(
     assert not (here / "runs").exists()
 
 
-def test_an_interrupt_does_not_wait_for_a_thread_that_reads(tmp_path: Path) -> None:
-    """Python waits for threads when it ends; reading a large file would take long."""
-    assert ended(AS_A_THREAD_READS, folder=tmp_path) == (130, "", "snooker: interrupted\n")
-
-
-def test_an_interrupt_in_a_callback_is_not_lost(tmp_path: Path) -> None:
-    """As h5py has them when a dataset is closed: Python drops what is raised there."""
-    assert ended(IN_A_CALLBACK, folder=tmp_path) == (130, "", "snooker: interrupted\n")
+@pytest.mark.parametrize("script", [AS_A_THREAD_READS, IN_A_CALLBACK])
+def test_an_interrupt_ends_a_command_at_once(script: str, tmp_path: Path) -> None:
+    """Python waits for threads when it ends, and drops what is raised in a callback, as of h5py."""
+    assert ended(script, folder=tmp_path) == (130, "", "snooker: interrupted\n")
 
 
 def test_a_signal_that_the_parent_ignores_stays_ignored() -> None:

@@ -32,13 +32,13 @@ SOUND = ("stop: message", "provenance: command", "provenance: config", "far", "f
 """Names of what `verify` need not blame: text that is only shown or never read, and large numbers.
 """
 
-SHARE = 6
-"""Of all files, each command is tried on one in six, and on all in long tests."""
+SHARE = 24
+"""Of all files, each command is tried on one in 24, and on all in long tests."""
 SECONDS, BYTES = 10.0, 10**9
 LIBRARIES = 300_000_000
 """Bytes that Python and the libraries take in a process of its own."""
 
-BOMB = "storage: a bomb"
+BOMB = "a chunk has another size than it declares: a bomb"
 COMMAND = f"provenance: command {json.dumps(hostile.ESCAPES)[:12]}"
 INNER = r"\u2066\r\n\u200b"
 """The line break in ``hostile.ESCAPES``, as it is printed."""
@@ -81,11 +81,7 @@ def check(snooker: Snooker, command: str, name: str) -> int:
     more = resident() - before
     printed = ended.out + ended.err
     assert ended.code in CODES, (command, name, printed)
-    assert not re.search("Traceback|a bug in snooker", printed), (
-        command,
-        name,
-        printed,
-    )
+    assert not re.search("Traceback|a bug in snooker", printed), (command, name, printed)
     assert printed.replace("\n", "").isprintable(), (command, name, printed)
     assert taken < SECONDS, (command, name, taken)
     assert more + LIBRARIES < BYTES, (command, name, more)
@@ -104,100 +100,37 @@ def manifests(finished_run: Run, tmp_path_factory: pytest.TempPathFactory) -> ho
     return hostile.Corpus(finished_run.directory / "run.json", folder, hostile.MANIFESTS)
 
 
-REFUSALS = {
-    "event: i": "wrong ball in an event",
-    "event: j": "wrong ball in an event",
-    "event: time": "wrong order of the times",
-    "event: impulse": "wrong impulse",
-    "event: residual": "wrong residual",
-    "times": "wrong ending",
-    "ball: at rest": "wrong speed of the container",
-    "ball: fast": "squares of speed times distance",
-    "ball: speed": "squares of speed times distance",
-    "ball at": "wrong place of a ball",
-    "ball far": "wrong place of a ball",
-    "finish: positions": "wrong place of a ball",
-    "finish: velocities": "wrong speed of a ball",
-    "finish: container_position nan": "wrong place of a ball",
-    "finish: container_position": "wrong place of the container",
-    "finish: container_velocity": "wrong speed of the container",
-    "container: away": "wrong speed of the container",
-    "container: moves": "wrong speed of the container",
-    "ball: radius": "wrong radius, mass or length",
-    "ball: mass": "wrong radius, mass or length",
-    "container: mass": "wrong mass of the container",
-    "rule: restitution": "wrong restitution",
-    "rule: contact_duration": "wrong contact_duration",
-    "rule: slides": "wrong rules",
-    "rules: slides": "wrong rules",
-    "too many events": "wrong number of events",
-    "counts": "wrong ending",
-    "stop: balls (99": "wrong balls in an ending",
-    "stop: time": "wrong ending",
-    "stop: early": "wrong end, which is before an event",
-    "stop: no time": "wrong ending",
-    "stop: impulse": "wrong ending",
-    "counts: at the wall": "wrong number of events",
-    "rows: b": "wrong rows of its repeats",
-    "type: text": "has neither numbers nor text of fixed length",
-    "type: sequence": "has neither numbers nor text of fixed length",
-    "type: compound": "has neither numbers nor text of fixed length",
-    "type: by name": "neither a group nor a dataset",
-    "storage: a circle": "a group with two names",
-    "storage: external": "is stored in a way that snooker does not use",
-    "storage: virtual": "is stored in a way that snooker does not use",
-    "storage: another filter": "is stored in a way that snooker does not use",
-    "storage: soft link": "it has a link to another place",
-    "storage: external link": "it has a link to another place",
-    "storage: own link": "it has a link to another place",
-    "storage: groups": "too many links",
-    "storage: a bomb": "a chunk has another size than it declares",
-    "storage: 1e15 rows": " bytes, and ",
-    "storage: 4e8 rows": " bytes, and ",
-    "storage: 4e8 balls": " bytes, and ",
-    "storage: large chunk": " bytes, and ",
-    "storage: wide text": " bytes, and ",
-    "storage: compound": "has neither numbers nor text of fixed length",
-    "storage: text": "has neither numbers nor text of fixed length",
-    "storage: one time less": "wrong rows of its repeats",
-    "storage: one impulse less": "wrong lengths of the columns",
-}
-"""By the beginning of a file's name, a part of the reason why it is refused."""
-
-
 def test_reading_refuses_a_file_for_what_is_wrong(finished: Path, repeats: hostile.Corpus) -> None:
     """Not for a hash, which whoever changes a file can make again."""
-    path, used = finished / REPEATS, set[str]()
+    path = finished / REPEATS
     for name in repeats.each(path, slice(None)):
-        starts = [each for each in REFUSALS if name.startswith(each)]
-        if starts:
-            longest = max(starts, key=len)
-            used.add(longest)
+        if reason := hostile.REASONS.get(name):
             with pytest.raises(StoreError) as refused:
                 store.check(path)
-            assert REFUSALS[longest] in refused.value.reason, name
-    assert used == REFUSALS.keys()
+            assert reason in refused.value.reason, name
 
 
-@pytest.mark.parametrize("name", [*SERIES_UNITS, "speed_histogram"])
-def test_reading_refuses_a_summary_for_what_is_wrong(name: str, warm: Run, tmp_path: Path) -> None:
-    """Whatever column of numbers is wrong, the reason has its name."""
-    path = warm.batches(0)[0]
-    damages = {key: each for key, each in hostile.KINDS["summary"].items() if f"{name}:" in key}
-    for key in (corpus := hostile.Corpus(path, tmp_path, damages)).kept:
-        (tmp_path / "file.h5").write_bytes(corpus.kept[key])
-        with pytest.raises(StoreError, match=f"wrong {name} of a summary|wrong end of a summary"):
+def test_reading_refuses_a_summary_for_what_is_wrong(warm: Run, tmp_path: Path) -> None:
+    """The reason has the name of the wrong column."""
+    names = [*SERIES_UNITS, "speed_histogram"]
+    columns = {key: d for key, d in hostile.KINDS["summary"].items() if key.split(": ")[0] in names}
+    corpus = hostile.Corpus(warm.batches(0)[0], tmp_path, columns)
+    assert len(corpus.kept) > 4 * len(SERIES_UNITS)
+    for key, content in corpus.kept.items():
+        (tmp_path / "file.h5").write_bytes(content)
+        column = key.partition(":")[0]
+        with pytest.raises(StoreError, match=f"wrong {column} of a summary|wrong end of a summary"):
             store.check(tmp_path / "file.h5")
 
 
-@pytest.mark.parametrize("name", ["type: text", "type: sequence"])
+@pytest.mark.parametrize("name", ["text", "sequence"])
 def test_types_come_before_values(name: str, finished: Path, repeats: hostile.Corpus) -> None:
     """HDF5 may crash on values of variable length. Headers are read without the other types."""
-    path = finished / REPEATS
-    path.write_bytes(repeats.kept[f"{name} of parameters/snooker"])
+    path, reason = finished / REPEATS, "has neither numbers nor text of fixed length"
+    path.write_bytes(repeats.kept[f"{reason}: {name} of parameters/snooker"])
     with h5py.File(path) as file, pytest.raises(ValueError, match="text of fixed length"):
         hdf5.read_attribute(file, "parameters/snooker", "scene")
-    path.write_bytes(repeats.kept[f"{name} of unread"])
+    path.write_bytes(repeats.kept[f"{reason}: {name} of unread"])
     assert len(store.read_headers(path)) == 3
 
 
@@ -228,9 +161,7 @@ def test_hostile_manifests(
         check(snooker, command, name)
 
 
-@pytest.mark.parametrize(
-    "size", [pytest.param(1 << 14), pytest.param(250_000, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("size", [1 << 12, pytest.param(250_000, marks=pytest.mark.long)])
 @pytest.mark.parametrize("command", ["validate any.yaml", "run any.yaml --dry-run --yes"])
 def test_hostile_configs(command: str, size: int, here: Path, snooker: Snooker) -> None:
     for name, content in hostile.configs(size).items():
@@ -251,16 +182,6 @@ def test_little_memory_is_taken(command: str, finished: Path, repeats: hostile.C
     assert code == 1
     assert "a chunk has another size than it declares" in ended.stderr
     assert 1024 * kilobytes < BYTES
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_a_bomb_is_refused(
-    command: str, finished: Path, repeats: hostile.Corpus, snooker: Snooker
-) -> None:
-    """The file is small; HDF5 would take 1.6 GB to read one of its chunks."""
-    (finished / REPEATS).write_bytes(repeats.kept[BOMB])
-    assert (finished / REPEATS).stat().st_size < 2_000_000
-    check(snooker, command, BOMB)
 
 
 KINDS = {
@@ -285,10 +206,8 @@ def test_hostile_summaries_and_boxes(kind: str, share: int, here: Path, snooker:
     for number, command in enumerate(COMMANDS):
         for name in corpus.each(path, slice(number % share, None, share)):
             code = check(snooker, command, name)
-            assert code == 1 or not command.startswith("verify") or name in SOUND, (
-                command,
-                name,
-            )
+            if command.startswith("verify"):
+                assert code == 1 or name in SOUND, (command, name)
 
 
 def test_a_wrong_checkpoint_concerns_only_run(
@@ -305,12 +224,11 @@ def test_a_wrong_checkpoint_concerns_only_run(
     good = path.read_bytes()
     assert store.read_checkpoint(path)
     corpus = hostile.Corpus(path, here / "corpus", hostile.CHECKPOINTS)
-    others = ("run", "plot", "animate", "ls", "show")  # some take long, two print the size
-    readers = [each for each in COMMANDS if not each.startswith(others)]
+    readers = ("verify small --replay", "fit small", "export small")
     expected = {command: snooker(*command.split()) for command in readers}
-    for number, name in enumerate(hostile.CHECKPOINTS):
-        for command in readers[number % 2 :: 2]:
-            path.write_bytes(corpus.kept[name])
+    for name, content in corpus.kept.items():
+        for command in readers:
+            path.write_bytes(content)
             assert snooker(*command.split()) == expected[command], (command, name)
         check(snooker, "run small.yaml --no-progress -o repeats=1", name)
         assert repeating.done(run)[0].cached
@@ -318,7 +236,7 @@ def test_a_wrong_checkpoint_concerns_only_run(
 
 
 @pytest.mark.parametrize(
-    "share", [pytest.param(24, id="some"), pytest.param(6, id="more", marks=pytest.mark.long)]
+    "share", [pytest.param(60, id="some"), pytest.param(6, id="more", marks=pytest.mark.long)]
 )
 @pytest.mark.parametrize("command", ["animate small --out film.gif --seconds 1", "report small"])
 def test_slow_commands(

@@ -5,7 +5,7 @@ import os
 import sys
 from functools import partial
 
-from snooker_cli.exit_codes import end_interrupted, guarded, handling
+from snooker_cli.errors import end_interrupted, guarded, handling
 
 COLLECT_AFTER = 100_000
 """New objects between two garbage collections: modules make many, and all of them stay."""

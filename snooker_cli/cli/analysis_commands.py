@@ -12,10 +12,9 @@ from typing import Annotated
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.run_analysis import RunAnalysis, comparisons, fits
 from snooker_cli.analysis.tables import PAIRED, named, note_lines, shown_name, table_lines, usual
-from snooker_cli.cli.options import RUN, AsJson, Names, RunName, Where, conditions
+from snooker_cli.cli.options import RUN, AsJson, Names, RunName, Where, conditions, flag, option
 from snooker_cli.cli.output import make_folder, print_line, print_result
 from snooker_cli.cli.run_command import run as simulate
-from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import EXAMPLES
 from snooker_cli.errors import RunError, UserError, check_name
 from snooker_cli.figures import FIGURES
@@ -95,10 +94,10 @@ def _print_analysis(
     """
     run = open_run(name)
     points = matching(run, Selection(conditions(where, run)))
-    found = analyse(run, points=points, counting=counting)
-    rows, notes = found.rows, found.notes
+    analysis = analyse(run, points=points, counting=counting)
+    rows, notes = analysis.rows, analysis.notes
     for field, parts in {"quantity": quantity or [""], "model": model or [""]}.items():
-        names = dict.fromkeys(f"'{shown_name(one[field])}'" for one in rows)  # some have commas
+        names = dict.fromkeys(f"'{shown_name(row[field])}'" for row in rows)  # some have commas
         rows, notes = named(rows, field, parts), named(notes, field, parts)
         if names and not rows:
             given, present = " ".join(parts), listed([*names])
@@ -108,7 +107,7 @@ def _print_analysis(
         footer = []
     below = [*footer, *note_lines(notes if every else usual(notes), len(points))]
     print_result(rows, as_json, lines, [] if brief else below)
-    found.save()
+    analysis.save()
 
 
 def report(

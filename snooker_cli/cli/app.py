@@ -1,12 +1,15 @@
 """All commands by name; the module of a command is loaded when the command runs."""
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
-from snooker_cli.cli.typer_classes import Command, Group, flag
-from snooker_cli.exit_codes import end_interrupted, handling
+from snooker_cli.errors import UserError, check_name, end_interrupted, handling
 
 COMMANDS = {
     "init": ("config_commands", "Write a commented config; without TEMPLATE, list all templates."),
@@ -28,6 +31,61 @@ COMMANDS = {
 """The module and the first sentence of the help of each command."""
 
 HIDDEN = ("reproduce", "schema")  # commands that ``snooker --help`` does not list
+
+
+@contextmanager
+def _sentences(ctx: Any) -> Iterator[None]:
+    """Inside, a wrong use of a command is a ``UserError``."""
+    try:
+        yield
+    except typer.TyperException as error:
+        text = error.format_message().rstrip(".")
+        text = f"{text[0].lower()}{text[1:]}; see `{ctx.command_path} --help`"
+        faults: Any = getattr(error.__cause__, "errors", list)()  # pydantic's, about a value
+        if faults:
+            text = _about_value(vars(error)["param"], faults[0])
+        raise UserError(text) from None
+
+
+def _about_value(option: Any, fault: dict[str, Any]) -> str:
+    """The sentence about a value that an option cannot have, from pydantic's error."""
+    whole = "whole " if fault["type"].startswith("int") else ""
+    limits = ""
+    if option.min is not None:
+        high = option.max
+        limits = f" from {option.min} to {high}" if high else f" of {option.min} or more"
+    needs = fault.get("ctx", {}).get("error", f"give a {whole}number{limits}")
+    return f"{option.opts[-1]} {fault['input']}: {needs}".rstrip(".")
+
+
+class Command(TyperCommand):
+    """A command with plain help."""
+
+    def get_help(self, ctx: Any) -> str:
+        """The help without braces around arguments, types of Python, and ``x`` in limits."""
+        text = re.sub(r"\{(\w+)\}", r"\1", super().get_help(ctx))
+        text = re.sub(r" <(str|path|list\[str\])>", lambda kind: " " * len(kind[0]), text)
+        return re.sub(r"x>=(?=\d)", "≥ ", re.sub(r"(\d)<=x<=(\d)", r"\1 to \2", text))
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments. Raises ``UserError``."""
+        with _sentences(ctx):
+            return super().parse_args(ctx, args)
+
+
+class Group(TyperGroup):
+    """A group of commands; without arguments it shows its help."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments. Raises ``UserError``."""
+        with _sentences(ctx) if args else nullcontext():
+            return super().parse_args(ctx, args)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that the arguments name, and its arguments. Raises ``UserError``."""
+        if not ctx.resilient_parsing:  # as it is while the shell completes a word
+            check_name(args[0], self.commands, "command", f"{ctx.command_path} --help")
+        return super().resolve_command(ctx, args)
 
 
 def loaded(name: str) -> Any:
@@ -77,7 +135,9 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def _root(
     context: typer.Context,
-    version: Annotated[bool, flag("--version", "Show the version.", callback=_version)] = False,
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version.", callback=_version)
+    ] = False,
 ) -> None:
     from snooker_cli.runs.progress import showing_notices
 

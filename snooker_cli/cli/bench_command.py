@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from snooker_cli.cli.options import AsJson
+from snooker_cli.cli.app import Command, Group
+from snooker_cli.cli.options import AsJson, flag, option
 from snooker_cli.cli.output import make_folder
-from snooker_cli.cli.typer_classes import Command, Group, flag, option
 from snooker_cli.errors import ExitCode
 from snooker_cli.runs.progress import notice
 

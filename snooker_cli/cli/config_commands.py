@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from snooker_cli.cli.options import ConfigPath, Overrides
+from snooker_cli.cli.options import ConfigPath, Overrides, flag, option
 from snooker_cli.cli.output import print_line, print_table
-from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import EXAMPLES, SCHEMA_FILE, load
 from snooker_cli.errors import UserError, check_name
 from snooker_cli.files import write_text
@@ -27,8 +26,8 @@ def templates() -> dict[str, Path]:
 
 def examples() -> dict[str, Path]:
     """The configs of configs/ by name, such as ``configs/hard/ring``, the hard ones last."""
-    found = [*sorted(EXAMPLES.glob("*.yaml")), *sorted(EXAMPLES.glob("hard/*.yaml"))]
-    return {f"configs/{path.relative_to(EXAMPLES).with_suffix('')}": path for path in found}
+    paths = [*sorted(EXAMPLES.glob("*.yaml")), *sorted(EXAMPLES.glob("hard/*.yaml"))]
+    return {f"configs/{path.relative_to(EXAMPLES).with_suffix('')}": path for path in paths}
 
 
 def purpose(config: Path) -> str:
@@ -53,16 +52,16 @@ def init(
     beside the config. With that, editors with a YAML language server complete keys and check
     values. The names of the written files are printed.
     """
-    found = templates() | examples()
+    configs = templates() | examples()
     if template is None or list_all:
         if out is not None:
             raise UserError(f"--out {out}: give the TEMPLATE to write; `snooker init` lists them")
-        shown = found if list_all else templates()
-        rows = [[name, purpose(each)] for name, each in shown.items()]
+        shown = configs if list_all else templates()
+        rows = [[name, purpose(path)] for name, path in shown.items()]
         print_table(["template", "what it is"], rows)
         return
-    check_name(template, found, "template", "snooker init --list")
-    text = found[template].read_text(encoding="utf-8")
+    check_name(template, configs, "template", "snooker init --list")
+    text = configs[template].read_text(encoding="utf-8")
     text = re.sub(r"\$schema=\S+", f"$schema={SCHEMA}", text, count=1)
     if out == Path("-"):
         typer.echo(text, nl=False)
@@ -72,7 +71,7 @@ def init(
     if os.path.lexists(path):
         raise UserError(f"{path}: exists already", "give --out for another name")
     commands = rf"^(#   snooker \w+ ){template}\b"  # in comments; they name the file
-    text = re.sub(commands, lambda one: one[1] + path.stem, text, flags=re.MULTILINE)
+    text = re.sub(commands, lambda match: match[1] + path.stem, text, flags=re.MULTILINE)
     schema_text = SCHEMA_FILE.read_text("utf-8")
     for written, content in ((path, text), (path.with_name(SCHEMA), schema_text)):
         write_text(written, content)
@@ -87,7 +86,7 @@ def validate(config: ConfigPath, override: Overrides = None) -> None:
     """
     loaded = load(config, override or ())
     points, scene_classes = checked(loaded)
-    balls = sorted({number for each in scene_classes for number in each.balls})
+    balls = sorted({number for scenes in scene_classes for number in scenes.balls})
     fewest = f"{balls[0]} to " if balls[1:] else ""
     counts = f"points: {len(points):,}, repeats of each: {loaded.experiment.repeats}"
     print_line(f"{config}: valid; {counts}, balls: {fewest}{balls[-1]}")

@@ -1,10 +1,11 @@
 """``snooker export``: a repeat's events or states, or a run's table, for other programs."""
 
-import json
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,12 +14,20 @@ from numpy.typing import NDArray
 
 from snooker_cli import __version__, api, store
 from snooker_cli import export as exporting
-from snooker_cli.analysis.tables import named
-from snooker_cli.cli.options import Names, PointNumber, RepeatNumber, RunName, Where, conditions
+from snooker_cli.cli.options import (
+    PointNumber,
+    RepeatNumber,
+    RunName,
+    Where,
+    conditions,
+    flag,
+    option,
+)
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
-from snooker_cli.cli.typer_classes import flag, option
-from snooker_cli.config import to_json
+from snooker_cli.config.axes import MAX_POINTS, option_values
+from snooker_cli.config.problems import PathError
 from snooker_cli.errors import UserError
+from snooker_cli.runs import RepeatStatus
 from snooker_cli.runs.folder import holds_results
 
 FORMATS = {".csv": "CSV", ".parquet": "Parquet", ".h5md": "H5MD", ".h5": "H5MD", ".xyz": "XYZ"}
@@ -40,8 +49,6 @@ def export(
         int | None, option("N", "States: number of even times.", min=2, max=MOST_FRAMES)
     ] = None,
     table: Annotated[bool, flag("--table", "Export a row for each repeat of all points.")] = False,
-    quantity: Names = None,
-    model: Names = None,
     out: Annotated[Path | None, option("FILE", "A .csv, .parquet, .h5md, .xyz [stdout].")] = None,
 ) -> None:
     """Export collisions or states of a repeat, or the table of a run.
@@ -55,7 +62,7 @@ def export(
 
     With --table each repeat of each point is a row: swept keys, how and when it ended, collisions,
     mean temperature, pressure and speed, the energy at the end over that at the start, and the
-    fitted constants k and α of exp(−kt) and of Haff's law. --quantity and --model choose columns.
+    fitted constants k and α of exp(−kt) and of Haff's law.
     """
     if out is not None and holds_results(out):
         raise UserError(f"--out {out}: this file holds results of a run", "give another name")
@@ -69,17 +76,17 @@ def export(
         raise UserError(f"{given[0]} needs --states")
     if len(given) > 1:
         raise UserError(f"{given[0]} and {given[1]} both choose times", "give one of them")
-    table = bool(table or quantity or model)
     if table and (states or given):
         raise UserError("--table is for all repeats, not for states, H5MD or XYZ")
     opened = api.open(run)
     selected = conditions(where, opened)
     points = opened.matching(**selected)
+    if table and out is not None:
+        print_line(str(opened.export(out, **selected)))
+        return
     if table:
-        rows = _chosen(opened.table(**selected), quantity or [""], model or [""])
-        units = {name: api.UNITS.get(name, "") for name in rows}
-        about = {"rows": len(rows["point"]), "config": json.loads(to_json(opened.experiment))}
-        _write_tables(units, [rows], out, about)
+        rows = opened.table(**selected)
+        _write_tables(dict.fromkeys(rows, ""), [rows], None, {})
         return
     if where:
         if point:
@@ -87,53 +94,53 @@ def export(
         if len(points) > 1:
             raise UserError(f"--where {' '.join(where)}: {len(points)} points; choose one of them")
         point = points[0].index
-    chosen = opened.chosen(point, repeat)
-    if chosen.experiment.record == "summary":
+    if opened.chosen(point, repeat).experiment.record == "summary":
         what = "states" if states else "events"
         problem = f"{opened.name} was run with `record: summary`: it has no {what} to export"
         raise UserError(problem, "give --table, or run the config with `record: events`")
     status = opened.status(point, repeat)
     status.accept()
-    path = status.path
     if states:
-        ((trace, header),) = store.read(path, [repeat])
-        wanted = _times(times, every, frames, trace.stop.time)
-        try:
-            batches = exporting.frames(trace, wanted)
-        except ValueError as error:
-            raise UserError(f"--times {times}: {error}") from None
-        units, tables = exporting.STATES, map(exporting.states_table, batches)
-        about = {"frames": len(wanted)}
-    else:
-        # Checked first, and then read in parts: memory stays bounded.
-        (header,) = (header for header in store.check(path) if header.repeat == repeat)
-        units = exporting.EVENTS
-        tables = map(exporting.events_table, store.read_events(path, repeat))
-        about = {"events": header.collisions}
+        _export_states(status, partial(_times, times, every, frames), out, form)
+        return
+    # Checked first, and then read in parts: memory stays bounded.
+    (header,) = (header for header in store.check(status.path) if header.repeat == repeat)
+    tables = map(exporting.events_table, store.read_events(status.path, repeat))
+    about = {"events": header.collisions} | _origin(header)
+    _write_tables(exporting.EVENTS, tables, out, about)
+
+
+def _export_states(
+    status: RepeatStatus,
+    times_until: Callable[[float], NDArray[np.float64]],
+    out: Path | None,
+    form: str,
+) -> None:
+    """Write the states of a repeat, or print them.
+
+    times_until : the end of the repeat -> the times of the states, s
+    """
+    ((trace, header),) = store.read(status.path, [status.repeat])
+    times = times_until(trace.stop.time)
+    try:
+        batches = exporting.frames(trace, times)
+    except ValueError as error:
+        raise UserError(f"--times: {error}") from None
     if out is not None and form == "XYZ":
         exporting.write_xyz(out, trace.start, batches)
         print_line(str(out))
     elif out is not None and form == "H5MD":
-        exporting.write_states(out, trace.start, header, wanted, batches)
+        exporting.write_states(out, trace.start, header, times, batches)
         print_line(str(out))
     else:
-        about |= {"bits": header.fingerprint, "ending": header.stop.known()}
-        about["provenance"] = asdict(header.provenance) | {"repeat": header.repeat}
-        _write_tables(units, tables, out, about)
+        about = {"frames": len(times)} | _origin(header)
+        _write_tables(exporting.STATES, map(exporting.states_table, batches), out, about)
 
 
-def _chosen(table: exporting.Table, quantity: list[str], model: list[str]) -> exporting.Table:
-    """The columns about a repeat, and results with these parts of names. Raises ``UserError``."""
-    names, laws = [*table], {"k": "exponential", "alpha": "haff"}  # of the kinetic energy
-    first = names.index("complete") + 1
-    results = [
-        {"": name, "quantity": name + " kinetic_energy" * (name in laws), "model": laws.get(name)}
-        for name in names[first:]
-    ]
-    found = [one[""] for one in named(named(results, "quantity", quantity), "model", model)]
-    if not found:
-        raise UserError("no result has these names; `snooker export RUN --table` has all")
-    return {name: table[name] for name in names[:first] + found}
+def _origin(header: store.RepeatHeader) -> dict[str, Any]:
+    """Where a repeat comes from, for the metadata of a Parquet file."""
+    provenance = asdict(header.provenance) | {"repeat": header.repeat}
+    return {"bits": header.fingerprint, "ending": header.stop.known(), "provenance": provenance}
 
 
 def _write_tables(
@@ -152,24 +159,19 @@ def _write_tables(
 
 
 def _times(
-    times: str | None, every: float | None, number: int | None, end: float
+    times: str | None, every: float | None, frames: int | None, end: float
 ) -> NDArray[np.float64]:
-    """The times of the states, s, with at most one of three options. Raises ``UserError``."""
+    """The times of the states, s, by at most one of three options. Raises ``UserError``."""
     if every is not None:
         if not end / MOST_FRAMES < every < math.inf:
             least = f"{end / MOST_FRAMES:.2g} s"
             raise UserError(f"--every {every:g}: give a finite time above {least}")
-        found = np.arange(int(end / every) + 2) * every
-        return np.asarray(found[found <= end], dtype=np.float64)
+        multiples = np.arange(int(end / every) + 2) * every
+        return np.asarray(multiples[multiples <= end], dtype=np.float64)
     if times is None:
-        return np.linspace(0.0, end, number or 2)
-    try:
-        if ":" not in times:
-            return np.array([float(time) for time in times.split(",")])
-        start, stop, count = times.split(":")
-        if 0 < int(count) <= MOST_FRAMES and math.isfinite(float(stop) - float(start)):
-            return np.linspace(float(start), float(stop), int(count))
-    except ValueError:
-        pass
-    ways = f"give times in s as 0,0.5,1 or as start:stop:count, at most {MOST_FRAMES:,}"
+        return np.linspace(0.0, end, frames or 2)
+    with suppress(PathError, TypeError, ValueError):
+        if values := option_values(times, f"--times {times}"):
+            return np.array([float(value) for value in values])  # type: ignore[arg-type]
+    ways = f"give times in s as 0,0.5,1 or as start:stop:count, at most {MAX_POINTS:,}"
     raise UserError(f"--times {times}: {ways}")

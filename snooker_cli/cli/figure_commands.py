@@ -3,6 +3,7 @@
 import re
 import webbrowser
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -12,14 +13,14 @@ import typer
 from snooker_cli.analysis.run_analysis import shorter_note
 from snooker_cli.animation import MOST_COLLISIONS, Film, film, page, with_events
 from snooker_cli.animation.html_player import MOST_FILMS
-from snooker_cli.cli.options import RUN, RunName, Where, conditions
+from snooker_cli.cli.options import RUN, RunName, Where, conditions, flag, option
 from snooker_cli.cli.output import first, print_line, print_table, print_wrapped
-from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import Point
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
+from snooker_cli.figures.registry import FigureSpec
 from snooker_cli.figures.selection import matching
 from snooker_cli.files import write_text
 from snooker_cli.formatting import counted, point_label, text_table, with_error
@@ -52,21 +53,14 @@ def plot(
     drawn; RUN --list prints why others are not. Figures of single points are drawn for each point.
     The command prints the names of the written files, and the captions of figures that you name.
     """
-    wanted, inches = list(dict.fromkeys(formats.lower().split(","))), _inches(size, dpi)
-    if not set(wanted) <= {"svg", "png", "pdf"}:
+    image_formats = list(dict.fromkeys(formats.lower().split(",")))
+    if not set(image_formats) <= {"svg", "png", "pdf"}:
         raise UserError(f"--format {formats}: give svg, png or pdf, or several with commas")
+    inches = _inches(size, dpi)
     if run is None:
         if not list_figures:
             raise UserError("give the RUN to plot, or --list for the names of the figures")
-        rows = [
-            [
-                one.name,
-                ", ".join(map(str, one.report_figures)) or "–",
-                f"{one.title}; for {one.needs[0].lower()}{one.needs[1:]}",
-            ]
-            for one in FIGURES.values()
-        ]
-        print_table(["figure", "source report's", "what it shows, and for which runs"], rows)
+        _print_registry()
         return
     opened = open_run(run)  # first, because a user may swap RUN and FIGURE
     for name in figures or ():
@@ -74,49 +68,35 @@ def plot(
     specs = [FIGURES[name] for name in dict.fromkeys(figures or FIGURES)]
     selection = Selection(conditions(where, opened), repeat)
     points = selected(opened, selection)
-    if missing_repeats := unfinished(opened, selection):
-        notice(f"{missing_repeats}; run the config again for the rest")
-    present = sum(len(opened.present(point)) for point in points)
-    if note := shorter_note(sum(map(opened.shorter, points)), present):
-        notice(note)
-    if list_figures and repeat is None:
-        statuses = [each for point in points for each in opened.statuses(point.index)]
-        if sum(each.collisions for each in statuses) > MOST_TO_LIST and all(
-            each.collisions > 0 for each in statuses if each.repeat == 0
-        ):
-            alone = opened.experiment.model_copy(update={"repeats": 1})
-            opened = replace(opened, experiment=alone)
+    _warn_of_missing(opened, points, selection)
+    if list_figures and repeat is None and _is_large(opened, points):
+        opened = replace(opened, experiment=opened.experiment.model_copy(update={"repeats": 1}))
     drawn: set[str] = set()
     impossible: Counter[tuple[str, str]] = Counter()
-    each_point = [Selection(dict(point.parameters), repeat) for point in points]
-    shown = [
-        (spec, one) for spec in specs for one in (each_point if spec.each_point else [selection])
-    ]
-    for spec, one in shown:
-        try:
-            figure = spec.make(opened, one)
-        except FigureError as error:
-            impossible[spec.name, str(error)] += 1
+    for spec, chosen, figure in _made(opened, specs, points, selection):
+        if isinstance(figure, FigureError):
+            impossible[spec.name, str(figure)] += 1
             continue
         drawn.add(spec.name)
-        if not list_figures:
-            from snooker_cli.figures.drawing import save  # loads matplotlib
+        if list_figures:
+            continue
+        from snooker_cli.figures.drawing import save  # loads matplotlib
 
-            folder = out or opened.figures_folder
-            with writing(folder):
-                files = save(figure, folder / _stem(spec.name, one), wanted, inches, dpi)
-            print_line("\n".join(map(str, files)))
-            if figures:
-                print_wrapped([figure.caption], indent=0)
-                for line in _table(figure):
-                    print_line(line)
+        folder = out or opened.figures_folder
+        with writing(folder):
+            files = save(figure, folder / _stem(spec.name, chosen), image_formats, inches, dpi)
+        print_line("\n".join(map(str, files)))
+        if figures:
+            print_wrapped([figure.caption], indent=0)
+            for line in _table(figure):
+                print_line(line)
     left_out = []
-    for (name, why), times in impossible.items():
-        where_not = f" at {times} of {len(opened.points)} points" if name in drawn else ""
-        left_out.append(f"{name} left out{where_not}: {why}")
+    for (name, reason), times in impossible.items():
+        at = f" at {times} of {len(opened.points)} points" if name in drawn else ""
+        left_out.append(f"{name} left out{at}: {reason}")
     if list_figures:
-        fitting = [f"{spec.name}: {spec.title}" for spec in specs if spec.name in drawn]
-        print_wrapped(fitting + left_out)
+        print_wrapped(f"{spec.name}: {spec.title}" for spec in specs if spec.name in drawn)
+        print_wrapped(left_out)
     elif figures or not drawn:
         for line in left_out:
             notice(line)
@@ -125,51 +105,101 @@ def plot(
         raise UserError(f"{opened.name} cannot give {', '.join(missing)}; see the reasons above")
 
 
+def _made(
+    run: Run, specs: Sequence[FigureSpec], points: Sequence[Point], selection: Selection
+) -> Iterator[tuple[FigureSpec, Selection, FigureData | FigureError]]:
+    """Each figure, of each point if it shows one point; an error if the run cannot give it."""
+    single = [Selection(dict(point.parameters), selection.repeat) for point in points]
+    for spec in specs:
+        for chosen in single if spec.each_point else [selection]:
+            try:
+                yield spec, chosen, spec.make(run, chosen)
+            except FigureError as error:
+                yield spec, chosen, error
+
+
+def _print_registry() -> None:
+    """Print a table of all figures."""
+    rows = [
+        [
+            spec.name,
+            ", ".join(map(str, spec.report_figures)) or "–",
+            f"{spec.title}; for {spec.needs[0].lower()}{spec.needs[1:]}",
+        ]
+        for spec in FIGURES.values()
+    ]
+    print_table(["figure", "source report's", "what it shows, and for which runs"], rows)
+
+
+def _warn_of_missing(run: Run, points: Sequence[Point], selection: Selection) -> None:
+    """Print how many repeats are missing, and how many are shorter than the extended run."""
+    if missing := unfinished(run, selection):
+        notice(f"{missing}; run the config again for the rest")
+    present = sum(len(run.present(point)) for point in points)
+    if note := shorter_note(sum(map(run.shorter, points)), present):
+        notice(note)
+
+
+def _is_large(run: Run, points: Sequence[Point]) -> bool:
+    """Whether figures of the first repeats alone show which figures are possible.
+
+    Making all of them takes minutes if there are many collisions. A first repeat without
+    collisions is no good sample.
+    """
+    statuses = [status for point in points for status in run.statuses(point.index)]
+    total = sum(status.collisions for status in statuses)
+    return total > MOST_TO_LIST and all(s.collisions > 0 for s in statuses if s.repeat == 0)
+
+
 def _table(figure: FigureData) -> list[str]:
     """The numbers of several points, in tables of at most ``WIDEST``; empty if there are none."""
     rows = figure.numbers.get("points", [])
+    if len(rows) < 2:
+        return []
     columns: list[list[str]] = []
-    for name in [name for row in rows[:1] for name in row if isinstance(row[name], float)]:
+    for name in [name for name in rows[0] if isinstance(rows[0][name], float)]:
         cells = [with_error(row.get(name), row.get(f"{name}_error")) for row in rows]
-        if rows[1:] and not name.endswith("_error") and (name not in GIVEN or len(set(cells)) > 1):
+        if not name.endswith("_error") and (name not in GIVEN or len(set(cells)) > 1):
             columns.append([name.replace("_", " "), *cells])
     points = ["point", *map(point_label, _varying([row["parameters"] for row in rows]))]
     tables: list[list[list[str]]] = []
+    width = WIDEST + 1
     for column in columns:
-        table = tables[-1] if tables else []
-        if not table or sum(2 + max(map(len, each)) for each in [*table, column]) > WIDEST + 2:
-            tables.append(table := [points])
-        table.append(column)
+        width += 2 + max(map(len, column))
+        if width > WIDEST:
+            tables.append([points])
+            width = max(map(len, points)) + 2 + max(map(len, column))
+        tables[-1].append(column)
     lines: list[str] = []
     for table in tables:
         (point, *headings), *shown = zip(*table, strict=True)
-        found = text_table([point, *(f">{heading}" for heading in headings)], shown)
-        lines += first(found, rest=" points in the JSON file")
+        table_lines = text_table([point, *(f">{heading}" for heading in headings)], shown)
+        lines += first(table_lines, rest=" points in the JSON file")
     return lines
 
 
 def _varying(parameters: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """The keys that differ between these points, with their values."""
-    keys = {key for each in parameters for key in each if each[key] != parameters[0][key]}
-    return [{key: value for key, value in each.items() if key in keys} for each in parameters]
+    keys = [key for key, value in parameters[0].items() if any(p[key] != value for p in parameters)]
+    return [{key: values[key] for key in keys} for values in parameters]
 
 
 def _inches(text: str | None, dpi: int | None) -> tuple[float, float] | None:
     """Width and height of ``--size``. Raises ``UserError``."""
     match = re.fullmatch(r"(\d*\.?\d+)x(\d*\.?\d+)", text or "")
-    found = (float(match[1]), float(match[2])) if match else None
-    if text is not None and not (found and all(1.5 <= side <= 50 for side in found)):
+    sides = (float(match[1]), float(match[2])) if match else None
+    if text is not None and not (sides and all(1.5 <= side <= 50 for side in sides)):
         raise UserError(f"--size {text}: give width and height from 1.5 to 50 inches, as in 6x4")
-    if found and dpi and max(found) * dpi > MOST_PIXELS:
+    if sides and dpi and max(sides) * dpi > MOST_PIXELS:
         raise UserError(f"--size {text} --dpi {dpi}: give at most {MOST_PIXELS:,} pixels a side")
-    return found
+    return sides
 
 
 def _stem(name: str, selection: Selection) -> str:
     parts = []
     for key, value in selection.where.items():
         values = value if isinstance(value, tuple) else (value,)
-        parts += [key, *("null" if each is None else str(each) for each in values)]
+        parts += [key, *("null" if item is None else str(item) for item in values)]
     if selection.repeat is not None:
         parts += ["repeat", str(selection.repeat)]
     return name + "".join("-" + re.sub(r"[^A-Za-z0-9._-]", "_", part) for part in parts)
@@ -212,9 +242,9 @@ def animate(
     first, chosen = opened.chosen(point or 0, numbers[-1]), conditions(where, opened)
     points = matching(opened, Selection(chosen, numbers[-1])) if where else (first,)
     if out is None:
-        shown = chosen or dict(first.parameters)
-        shown |= {"repeat": tuple(numbers)} if repeats else {}
-        out = opened.directory / f"{_stem('film', Selection(shown))}.html"
+        parts = chosen or dict(first.parameters)
+        parts |= {"repeat": tuple(numbers)} if repeats else {}
+        out = opened.directory / f"{_stem('film', Selection(parts))}.html"
     ending = out.suffix.lower()
     if ending not in (".html", ".gif", ".mp4"):
         raise UserError(f"--out {out}: give a name that ends in .html, .gif or .mp4")
@@ -225,12 +255,12 @@ def animate(
         few = f"shows at most {counted(most, 'repeat')}, not {number}"
         raise UserError(f"{out}: {few}", "give fewer points or repeats")
     span = since, until, collisions or MOST_COLLISIONS
-    films = [_film(opened, one, repeat, span) for one in points for repeat in numbers]
-    for made in films if collisions is None else ():
-        if made.left_out:
+    films = [_film(opened, place, repeat, span) for place in points for repeat in numbers]
+    for shown in films if collisions is None else ():
+        if shown.left_out:
             notice(
-                f"the film of {made.subtitle} ends after {len(made):,} collisions, at "
-                f"{made.end:.6g} s; --from, --until and --collisions choose others"
+                f"the film of {shown.subtitle} ends after {len(shown):,} collisions, at "
+                f"{shown.end:.6g} s; --from, --until and --collisions choose others"
             )
     if ending == ".html":
         write_text(out, page(*films, pace=pace, seconds=seconds))

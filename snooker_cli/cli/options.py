@@ -8,12 +8,22 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config.axes import option_values
 from snooker_cli.config.problems import PathError
 from snooker_cli.errors import UserError
 from snooker_cli.figures.selection import distinct
 from snooker_cli.runs import Run
+
+
+def flag(name: str, text: str, **more: Any) -> Any:
+    """An option without a value."""
+    return typer.Option(name, help=text, **more)
+
+
+def option(metavar: str, text: str, *names: str, **more: Any) -> Any:
+    """An option with a value. By default it has the name of its parameter."""
+    return typer.Option(*names, metavar=metavar, help=text, **more)
+
 
 EngineName = Literal["allpairs", "cells"]  # the engines that a user can choose
 
@@ -47,18 +57,13 @@ Jobs = Annotated[
     int | None, option("N", "Repeats at a time [all cores].", "-j", "--jobs", min=1, max=1024)
 ]
 
-_WITHIN = {
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-    "=": operator.ge,
-}
+_COMPARED = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+_COMPARED["="] = operator.ge  # of the lower end of a range
 
 
 def conditions(where: Sequence[str] | None, run: Run) -> dict[str, Any]:
     """The conditions of ``--where``: a value of each key, or a tuple of several of the run's."""
-    found: dict[str, Any] = {}
+    values_of_key: dict[str, Any] = {}
     for text in where or ():
         match = re.fullmatch(r"\s*([^<>=\s]+)\s*([<>]=?|=)\s*(.*\S)\s*", text)
         if not match:
@@ -68,14 +73,15 @@ def conditions(where: Sequence[str] | None, run: Run) -> dict[str, Any]:
             if sign == "=" and value.count(":") != 1:
                 values = option_values(value, f"--where {text}")
             else:
-                first, *last = map(float, value.split(":") if sign == "=" else [value])
-                tests = [(_WITHIN[sign], first), *((operator.le, end) for end in last)]
-                there = [one for one in distinct(run.points, key) if isinstance(one, int | float)]
-                chosen = [one for one in there if all(within(one, end) for within, end in tests)]
-                values = [*chosen] or [f"{sign}{value}".removeprefix("=")]  # which no point has
+                low, *high = map(float, value.split(":") if sign == "=" else [value])
+                numbers = [n for n in distinct(run.points, key) if isinstance(n, int | float)]
+                values = [
+                    n for n in numbers if _COMPARED[sign](n, low) and n <= min(high, default=n)
+                ]
+                values = values or [f"{sign}{value}".removeprefix("=")]  # which no point has
         except PathError as error:
             raise UserError(f"--where {text}: {error}") from None
         except ValueError:
             raise UserError(f"--where {text}: give numbers, as in cor=0.7:0.9 or cor>0.8") from None
-        found[key] = tuple(values) if len(values) > 1 else values[0]
-    return found
+        values_of_key[key] = tuple(values) if len(values) > 1 else values[0]
+    return values_of_key

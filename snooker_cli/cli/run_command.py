@@ -9,15 +9,15 @@ import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from snooker_cli import runs, theory
-from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Jobs, Overrides
+from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Jobs, Overrides, flag, option
 from snooker_cli.cli.output import first, print_result
-from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config import load
 from snooker_cli.errors import ExitCode, UserError
 from snooker_cli.formatting import (
@@ -55,11 +55,7 @@ def run(
         float, option("MINUTES", "Save unfinished repeats this often.", min=0)
     ] = CHECKPOINT_INTERVAL / 60,
     dry_run: Annotated[bool, flag("--dry-run", "Only show the engine, time and disk.")] = False,
-    verbose: Annotated[bool, flag("--verbose", "--dry-run: also what is modelled or not.")] = False,
     yes: Annotated[bool, flag("--yes", "Allow runs over a week or the free disk space.")] = False,
-    no_collapse: Annotated[
-        bool, flag("--no-collapse", "Exit code 5 after a collapse.", hidden=True)
-    ] = False,
     as_json: AsJson = False,
     no_progress: Annotated[bool, flag("--no-progress", "No progress bar.")] = False,
 ) -> None:
@@ -74,41 +70,32 @@ def run(
     repeats at a time [1024]. Without a scheduler, --part 1/4 to --part 4/4 on several machines
     share the work and the folder.
     """
-    numbers = None
-    if part is not None:
-        match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", part)
-        numbers = (int(match[1]), int(match[2])) if match else (0, 0)
-        if not 1 <= numbers[0] <= numbers[1]:
-            raise UserError(f"--part {part}: give K/N with 1 ≤ K ≤ N, as in 3/16")
-        if fresh:
-            raise UserError("--part and --fresh: parts delete nothing; delete the folder first")
     cancelled = threading.Event()
     loaded = load(config, override or ())
     points, scene_classes = checked(loaded, engine)
     target = Run(out or runs.RUNS / config.stem, loaded.experiment, points, engine)
-    share, idle = share_of(target, *numbers) if numbers else (None, "")
+    share, idle = (None, "") if part is None else _share(target, part, fresh)
     cluster = _cluster(executor, jobs, cancelled)
     workers = threads = jobs or processors()
     if cluster is not None:
         workers = processors()
         threads = max(1, min(cluster.threads, jobs or cluster.threads))
+    plan = partial(run_plan, target, scene_classes, threads, share=share)
     with cluster or nullcontext():
         change = runs.planned_change(target, fresh=fresh)
         if dry_run:
             if change:
                 notice(change)
-            found = run_plan(target, scene_classes, threads, fresh, share)
-            lines = [*_plan_lines(found, part, verbose), *target.common_random_notes]
-            print_result(found, as_json, [idle] if idle else lines)
+            planned = plan(fresh=fresh)
+            lines = [*_plan_lines(planned, part), *target.common_random_notes]
+            print_result(planned, as_json, [idle] if idle else lines)
             return
         # Stored files are checked only if the whole run would be too much.
-        if not yes and is_excessive(run_plan(target, scene_classes, threads, True, share)):
-            found = run_plan(target, scene_classes, threads, fresh, share)
-            if is_excessive(found):
-                ways = "set fewer collisions or repeats, or `record: summary`, or give --yes"
-                raise UserError(_estimate(found), ways)
+        if not yes and is_excessive(plan(fresh=True)) and is_excessive(left := plan(fresh=fresh)):
+            ways = "set fewer collisions or repeats, or `record: summary`, or give --yes"
+            raise UserError(_estimate(left), ways)
         analyses = [] if fresh else target.analyses()
-        outcomes, watcher = execute_watched(
+        results, progress = execute_watched(
             target,
             fresh=fresh,
             bar=not no_progress,
@@ -119,26 +106,40 @@ def run(
             interval=60 * checkpoint,
             processes=True,
         )
-    if removed := [path for path in analyses if not path.exists()]:
-        again = listed([f"`snooker {path.stem} {target.directory}`" for path in removed])
-        names = listed([path.name for path in removed])
-        notice(f"removed {names}, because the run has changed; run {again} again")
-    simulated = not all(each.cached for each in outcomes)
-    if simulated and not fresh and target.figures():
-        folder = target.figures_folder
-        notice(f"{folder}: these figures are older; run `snooker plot {target.directory}` again")
-    summary = _summary(target, outcomes, watcher)
-    lines = [idle] if idle else [*_summary_lines(target, outcomes, summary)]
+    simulated = not all(result.cached for result in results)
+    _warn_of_older(target, analyses, figures=simulated and not fresh)
+    summary = _summary(target, results, progress)
+    lines = [idle] if idle else [*_summary_lines(target, results, summary)]
     print_result(summary, as_json, lines)
     if cancelled.is_set():
-        done = share_done(outcomes, len(points) * loaded.experiment.repeats)
+        done = share_done(results, len(points) * loaded.experiment.repeats)
         command = "the same command without --fresh" if fresh else "the same command again"
         notice(f"interrupted: {done}; run {command} to finish")
         os._exit(ExitCode.INTERRUPTED)  # Python would wait for threads with nothing to save
-    if any(each.error for each in outcomes):
+    if any(result.error for result in results):
         raise typer.Exit(ExitCode.SOME_FAILED)
-    if no_collapse and any(each.stop and each.stop.reason.collapsed for each in outcomes):
-        raise typer.Exit(ExitCode.COLLAPSED)
+
+
+def _share(run: Run, part: str, fresh: bool) -> tuple[set[tuple[int, int]], str]:
+    """What ``share_of`` gives for ``--part``. Raises ``UserError``."""
+    match = re.fullmatch(r"(\d{1,6})/(\d{1,6})", part)
+    k, n = (int(match[1]), int(match[2])) if match else (0, 0)
+    if not 1 <= k <= n:
+        raise UserError(f"--part {part}: give K/N with 1 ≤ K ≤ N, as in 3/16")
+    if fresh:
+        raise UserError("--part and --fresh: parts delete nothing; delete the folder first")
+    return share_of(run, k, n)
+
+
+def _warn_of_older(run: Run, analyses: Sequence[Path], figures: bool) -> None:
+    """Print which of the analyses were removed and, if wanted, that figures are older."""
+    if removed := [path for path in analyses if not path.exists()]:
+        names = listed([path.name for path in removed])
+        again = listed([f"`snooker {path.stem} {run.directory}`" for path in removed])
+        notice(f"removed {names}, because the run has changed; run {again} again")
+    if figures and run.figures():
+        again = f"run `snooker plot {run.directory}` again"
+        notice(f"{run.figures_folder}: these figures are older; {again}")
 
 
 def _cluster(executor: str, at_once: int | None, cancelled: threading.Event) -> DaskExecutor | None:
@@ -156,30 +157,26 @@ def _cluster(executor: str, at_once: int | None, cancelled: threading.Event) -> 
     return cluster
 
 
-def _plan_lines(plan: dict[str, Any], part: str | None, verbose: bool) -> Iterator[str]:
-    """The plan as text; `verbose` adds what is modelled and what is left out."""
+def _plan_lines(plan: dict[str, Any], part: str | None) -> Iterator[str]:
+    """The plan as text."""
     of_part = f"; part {part}" if part else ""
     yield (
         f"{counted(plan['points'], 'point')}, {counted(plan['repeats'], 'repeat')} each{of_part}: "
         f"{plan['cached']:,} stored in {plan['run']}, {plan['to_do']:,} to do"
     )
-    for one in plan["kinds"]:
-        balls, points = one["balls"], point_label(one["points"][0])
+    for scenes in plan["kinds"]:
+        balls, points = scenes["balls"], scenes["points"]
         fewest = f"{balls[0]:,} to " if balls[1:] else ""
-        if one["points"][1:]:
-            last = point_label(one["points"][-1])
-            points = f"{counted(len(one['points']), 'point')}, {points} to {last}"
+        title = point_label(points[0])
+        if points[1:]:
+            title = f"{counted(len(points), 'point')}, {title} to {point_label(points[-1])}"
         yield ""
-        yield f"{points}: {fewest}{counted(balls[-1], 'ball')}, {one['to_do']:,} to do"
-        models = dict(one["models"])
-        yield f"  engine    {one['engine']}"
-        if ratios := [each for each in one["critical_ratios"] if each is not None]:
+        yield f"{title}: {fewest}{counted(balls[-1], 'ball')}, {scenes['to_do']:,} to do"
+        yield f"  engine    {scenes['engine']}"
+        if ratios := [ratio for ratio in scenes["critical_ratios"] if ratio is not None]:
             values = " to ".join(dict.fromkeys(f"{f(ratios):.2g}" for f in (min, max)))
             yield f"  L/L_c     {values}: {theory.CRITICAL}"
-        yield f"  records   {'events' if models.pop('events') else 'a summary'}"
-        for heading, wanted in (("modelled", True), ("left out", False))[: 2 * verbose]:
-            names = [name for name, is_so in models.items() if is_so is wanted]
-            yield f"  {heading}  {listed(names) if names else 'nothing'}"
+        yield f"  records   {'events' if scenes['models']['events'] else 'a summary'}"
     yield ""
     yield _estimate(plan)
     if plan["cools_out"]:
@@ -203,40 +200,42 @@ def _estimate(plan: dict[str, Any]) -> str:
     return time + disk
 
 
-def _summary(run: Run, outcomes: Sequence[RepeatResult], watcher: RunProgress) -> dict[str, Any]:
+def _summary(run: Run, results: Sequence[RepeatResult], progress: RunProgress) -> dict[str, Any]:
     """What ``--json`` prints."""
     by_point: list[list[RepeatResult]] = [[] for _ in run.points]
-    for each in outcomes:
-        by_point[each.point].append(each)
+    for result in results:
+        by_point[result.point].append(result)
     points = [
         {
             "parameters": point.as_json(),
-            "repeats": len(mine),
-            "cached": sum(each.cached for each in mine),
-            "collisions": sum(each.collisions for each in mine),
-            "ended": Counter(str(each.stop.reason) if each.stop else "failed" for each in mine),
+            "repeats": len(repeats),
+            "cached": sum(repeat.cached for repeat in repeats),
+            "collisions": sum(repeat.collisions for repeat in repeats),
+            "ended": Counter(
+                str(repeat.stop.reason) if repeat.stop else "failed" for repeat in repeats
+            ),
             "stops": [
-                {"repeat": each.repeat, **each.stop.known()}
-                for each in mine
-                if each.stop and not each.stop.reason.complete
+                {"repeat": repeat.repeat, **repeat.stop.known()}
+                for repeat in repeats
+                if repeat.stop and not repeat.stop.reason.complete
             ],
-            "errors": [each.error for each in mine if each.error],
+            "errors": [repeat.error for repeat in repeats if repeat.error],
         }
-        for point, mine in zip(run.points, by_point, strict=True)
+        for point, repeats in zip(run.points, by_point, strict=True)
     ]
-    simulated, seconds = watcher.simulated, watcher.seconds
+    seconds = progress.seconds
     return {
         "run": str(run.directory),
-        "events": simulated,
+        "events": progress.simulated,
         "seconds": round(seconds, 3),
-        "compiling_seconds": round(watcher.compiling, 3),
-        "events_per_second": round(simulated / seconds) if seconds > 0 else 0,
+        "compiling_seconds": round(progress.compiling, 3),
+        "events_per_second": round(progress.simulated / seconds) if seconds > 0 else 0,
         "points": points,
     }
 
 
 def _summary_lines(
-    run: Run, outcomes: Sequence[RepeatResult], summary: dict[str, Any]
+    run: Run, results: Sequence[RepeatResult], summary: dict[str, Any]
 ) -> Iterator[str]:
     """The table of points, early ends, and where the results are.
 
@@ -254,32 +253,33 @@ def _summary_lines(
         if point["repeats"]  # a part of a run has none of some points
     ]
     yield from first(text_table(["point", ">repeats", ">collisions", "ended"], rows))
-    if kept := sum(outcome.unstored for outcome in outcomes):
+    if kept := sum(result.unstored for result in results):
         files = "The older, longer file was" if kept == 1 else f"{kept} older, longer files were"
         yield f"{files} kept."
     collapsed = [
-        printable(f"point {outcome.point}, repeat {outcome.repeat}: {outcome.stop.message}")
-        for outcome in outcomes
-        if outcome.stop and outcome.stop.reason.collapsed
+        printable(f"point {result.point}, repeat {result.repeat}: {result.stop.message}")
+        for result in results
+        if result.stop and result.stop.reason.collapsed
     ]
     yield from first(collapsed, 3, " such repeats")
-    yield from _collapse_hints(run, outcomes)
+    yield from _collapse_hints(run, results)
     done = []
     if summary["events"]:
         compiling = summary["compiling_seconds"]
         after = f" after {compiling:.0f} s of compiling" if compiling >= 1 else ""
         speed = f"{summary['seconds']:.2f} s ({summary['events_per_second']:,} events/s)"
         done.append(f"{counted(summary['events'], 'event')} in {speed}{after}")
-    if cached := sum(outcome.cached for outcome in outcomes):
+    if cached := sum(result.cached for result in results):
         were = "was" if cached == 1 else "were"
         done.append(f"{counted(cached, 'repeat')} {were} already stored")
     yield f"{', '.join(done) or 'no events'}; results in {run.directory}"
 
 
-def _collapse_hints(run: Run, outcomes: Sequence[RepeatResult]) -> list[str]:
+def _collapse_hints(run: Run, results: Sequence[RepeatResult]) -> list[str]:
     """How the config can be changed so that collapsed repeats continue, each way once."""
     ways = []
-    for point, reason in sorted({(each.point, each.stop.reason) for each in outcomes if each.stop}):
+    reasons = {(result.point, result.stop.reason) for result in results if result.stop}
+    for point, reason in sorted(reasons):
         experiment = run.points[point].experiment
         lossy = min(experiment.cor, experiment.effective_wall_cor) < 1.0
         if reason is StopReason.WALL_TRAP and experiment.collapse == "stop":

@@ -1,23 +1,19 @@
 """``snooker ls``, ``show`` and ``verify``: the state of runs and of their files."""
 
-import sys
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import track
 
-from snooker_cli.cli.options import AsJson, Jobs, RunName
+from snooker_cli.cli.options import AsJson, Jobs, RunName, flag
 from snooker_cli.cli.output import first, print_result
-from snooker_cli.cli.typer_classes import flag
 from snooker_cli.errors import ExitCode, RunError, StoreError
 from snooker_cli.formatting import counted, listed, point_label, printable, size, text_table
 from snooker_cli.runs import State, open_run, runs_in
 from snooker_cli.runs.execution import processors
-from snooker_cli.runs.progress import notice
+from snooker_cli.runs.progress import counting, notice
 from snooker_cli.runs.status import COUNTS, ended, run_status
 from snooker_cli.runs.verification import verify as verdicts
 
@@ -36,32 +32,33 @@ def ls(
     `snooker verify` also reads the content of the files. Short repeats count as to do until their
     file is written.
     """
-    found: list[dict[str, Any]] = []
+    statuses: list[dict[str, Any]] = []
     for path in runs_in(directory):
         try:
-            found.append(run_status(open_run(path)))
-            del found[-1]["ledger"]
+            status = run_status(open_run(path))
+            del status["ledger"]
         except (RunError, StoreError) as error:
             notice(str(error))
-            found.append({"run": str(path), "error": str(error)})
-    if not found and not as_json:
+            status = {"run": str(path), "error": str(error)}
+        statuses.append(status)
+    if not statuses and not as_json:
         notice(f"{directory}: contains no runs")
         return
     headings = ["run", ">points", ">repeats", *COUNT_HEADINGS]
     headings += [">size", "last file", ">engine", "config"]
     rows = [
         [
-            Path(one["run"]).name,
-            *_counts(one, "points", "repeats"),
-            size(one["bytes"]),
-            _local_time(one["last_file"]),
-            _engine(one),
-            one["config"],
+            Path(status["run"]).name,
+            *_counts(status, "points", "repeats"),
+            size(status["bytes"]),
+            _local_time(status["last_file"]),
+            _engine(status),
+            status["config"],
         ]
-        for one in found
-        if "error" not in one
+        for status in statuses
+        if "error" not in status
     ]
-    print_result(found, as_json, text_table(headings, rows))
+    print_result(statuses, as_json, text_table(headings, rows))
 
 
 def show(run: RunName, as_json: AsJson = False) -> None:
@@ -76,12 +73,12 @@ def show(run: RunName, as_json: AsJson = False) -> None:
     title = f" ({printable(content['title'])})" if content["title"] else ""
     state = f"{content['run']}: {content['state']}{title}"
     points = content["ledger"]
-    rows = [[point_label(one["parameters"]), *_counts(one), ended(one)] for one in points]
-    remarks = dict.fromkeys(
-        f"{one.get('file') or 'point {}, repeat {}'.format(k, one['repeat'])}: {one['remark']}"
-        for k, point in enumerate(points)
-        for one in point["remarks"]
-    )
+    rows = [[point_label(point["parameters"]), *_counts(point), ended(point)] for point in points]
+    remarks: dict[str, None] = {}  # one for the repeats of a file
+    for number, point in enumerate(points):
+        for remark in point["remarks"]:
+            place = remark.get("file") or f"point {number}, repeat {remark['repeat']}"
+            remarks[f"{place}: {remark['remark']}"] = None
     contents = [f"{counted(content['files'], 'file')} of {size(content['bytes'])}"]
     contents += content["analyses"]
     if content["figures"]:
@@ -102,9 +99,9 @@ def _counts(record: Mapping[str, Any], *before: str) -> list[str]:
     return [f"{record[name]:,}" for name in (*before, *COUNTS, "collisions")]
 
 
-def _engine(one: Mapping[str, Any]) -> str:
+def _engine(record: Mapping[str, Any]) -> str:
     """The engine version, and the engine's name if it was forced."""
-    return " ".join([str(one["engine_version"]), one["engine"] or ""]).rstrip()
+    return f"{record['engine_version']} {record['engine'] or ''}".rstrip()
 
 
 def _local_time(text: str | None) -> str:
@@ -126,30 +123,31 @@ def verify(
     repeats are reported, but they are no error.
     """
     opened = open_run(run)
-    checked = track(
-        verdicts(opened, replay=replay, workers=jobs or processors()),
-        "",
-        total=len(opened.points) * opened.experiment.repeats,
-        console=Console(stderr=True),
-        transient=True,
-        disable=not sys.stderr.isatty(),
+    verified = verdicts(opened, replay=replay, workers=jobs or processors())
+    total = len(opened.points) * opened.experiment.repeats
+    statuses = sorted(
+        counting(verified, "", total), key=lambda status: (status.point, status.repeat)
     )
-    found = sorted(checked, key=lambda each: (each.point, each.repeat))
-    counts = {str(state): sum(each.state is state for each in found) for state in State}
+    counts = {str(state): sum(status.state is state for status in statuses) for state in State}
     del counts[str(State.UNUSABLE)]
-    bad: list[dict[str, Any]] = []
-    for each in found:
-        if each.state is State.UNUSABLE:
-            place = {"point": each.point, "repeat": each.repeat, "path": str(each.path)}
-            bad.append(place | {"error": str(each.error)})
+    bad = [
+        {
+            "point": status.point,
+            "repeat": status.repeat,
+            "path": str(status.path),
+            "error": str(status.error),
+        }
+        for status in statuses
+        if status.state is State.UNUSABLE
+    ]
     how = "read and simulated again" if replay else "read again"
-    files = len({one["path"] for one in bad})
+    files = len({repeat["path"] for repeat in bad})
     damage = f", {counted(files, 'bad file')}" if files else ""
     complete = counted(counts["done"], "complete repeat")
-    lines = [*dict.fromkeys(one["error"] for one in bad)]
+    lines = [*dict.fromkeys(str(repeat["error"]) for repeat in bad)]
     lines.append(f"{opened.directory}: {complete}{damage}, {how}")
     states = {"missing": "", "interrupted": "", "shorter": " than the extended run"}
-    if rest := [f"{counts[each]:,} {each}{more}" for each, more in states.items() if counts[each]]:
+    if rest := [f"{counts[name]:,} {name}{more}" for name, more in states.items() if counts[name]]:
         lines.append(f"{listed(rest)}; run the config again to complete them")
     content = {"run": str(opened.directory), "replayed": replay, **counts, "bad": bad}
     print_result(content, as_json, lines)

@@ -80,6 +80,6 @@ def _loaded(source: YamlDocument, overrides: Iterable[str]) -> Loaded:
         return Loaded(validated(source.data), source)
     except ConfigError as error:
         raise ConfigError(
-            replace(each, position=source.position(each.path, each.about_key))
-            for each in error.problems
+            replace(problem, position=source.position(problem.path, problem.about_key))
+            for problem in error.problems
         ) from None

@@ -64,12 +64,12 @@ def range_values(text: str) -> list[Data] | None:
         values = _evenly_spaced(*match.groups())
     else:
         return None
-    found: list[Data] = list(islice(values, MAX_POINTS + 1))
-    if not found:
+    first: list[Data] = list(islice(values, MAX_POINTS + 1))
+    if not first:
         raise PathError("this range is empty; it stops before its second limit, as in Python")
-    if len(found) > MAX_POINTS:
-        raise PathError(f"these are more than {MAX_POINTS:,} values; take fewer")
-    return found
+    if len(first) > MAX_POINTS:
+        raise PathError(f"this range has more than {MAX_POINTS:,} values; take fewer")
+    return first
 
 
 def _evenly_spaced(start: str, stop: str, count: str) -> Iterator[float]:
@@ -97,19 +97,19 @@ def axes(sweep: object) -> Axes:
     if isinstance(sweep, tuple):
         return sweep
     problems: list[Problem] = []
-    found = [axis for group in _groups(sweep) if (axis := _axis(group, problems))]
-    keys = [key for axis in found for key, _ in axis]
+    grid = tuple(axis for group in _groups(sweep) if (axis := _axis(group, problems)))
+    keys = [key for axis in grid for key, _ in axis]
     problems += [
         _fault(key, "the sweep sets this key twice; keep one of the two")
         for key in dict.fromkeys(keys)
         if keys.count(key) > 1 or any(is_inside(key, outer) for outer in keys)
     ]
-    if (count := math.prod(len(axis[0][1]) for axis in found)) > MAX_POINTS:
-        sentence = f"the grid has {count:,} points, of at most {MAX_POINTS:,}; sweep fewer values"
-        problems.append(Problem(("sweep",), sentence))
+    if (count := math.prod(len(axis[0][1]) for axis in grid)) > MAX_POINTS:
+        sentence = f"the grid has {count:,} points; at most {MAX_POINTS:,} are allowed"
+        problems.append(Problem(("sweep",), f"{sentence}, so sweep fewer values"))
     if problems:
         raise ConfigError(problems)
-    return tuple(found)
+    return grid
 
 
 def written(sweep: Axes) -> dict[str, Any]:
@@ -150,20 +150,20 @@ def _axis(group: object, problems: list[Problem]) -> Axis:
         sentence = f"{given(group)} is given where a mapping is needed, such as {example}"
         problems.append(Problem(("sweep",), sentence, about_key=True))
         return ()
-    found: dict[str, tuple[Value, ...]] = {}
+    values_of_key: dict[str, tuple[Value, ...]] = {}
     for key, values in group.items():
         try:
             if (top := key_path(str(key))[0]) in WHOLE_RUN:
                 sentence = "belongs to the whole run and cannot be swept; give one value"
                 raise PathError(f"{top} {sentence}")
-            found[key] = _values(str(key), values)
+            values_of_key[key] = _values(str(key), values)
         except PathError as error:
             problems.append(_fault(key, str(error)))
-    if len({len(values) for values in found.values()}) > 1:
-        counts = ", ".join(f"{len(values):,} of {key}" for key, values in found.items())
+    if len({len(values) for values in values_of_key.values()}) > 1:
+        counts = ", ".join(f"{len(values):,} of {key}" for key, values in values_of_key.items())
         sentence = f"a zip needs equally many values of each key, but there are {counts}"
-        problems.append(_fault(next(iter(found)), sentence))
-    return tuple(found.items())
+        problems.append(_fault(next(iter(values_of_key)), sentence))
+    return tuple(values_of_key.items())
 
 
 def _fault(key: str, sentence: str) -> Problem:
@@ -183,16 +183,15 @@ def _values(key: str, values: object) -> tuple[Value, ...]:
         if str(values).startswith("range("):
             advice = "; quote range(…) in braces"
         elif type(values) in (str, int, float) and values != "":
-            one = shown(values) if isinstance(values, str) else given(values)
-            advice = f"; write {key}: [{one}], or set {key} outside the sweep"
+            value = shown(values) if isinstance(values, str) else given(values)
+            advice = f"; write {key}: [{value}], or set {key} outside the sweep"
         raise PathError(f"{given(values)} is given where {needs}{advice}")
-    found = tuple(tuple(each) if isinstance(each, list) else each for each in values)
-    for value in found:
-        for part in value if isinstance(value, tuple) else [value]:
+    for value in values:
+        for part in value if isinstance(value, list | tuple) else [value]:
             if isinstance(part, Mapping | list | tuple):
                 needs = "single values or pairs are needed; sweep the keys inside one by one"
                 raise PathError(f"{given(part)} is given where {needs}")
-    return found
+    return tuple(tuple(value) if isinstance(value, list) else value for value in values)
 
 
 # Overrides: KEY=VALUE, or KEY=several values for a sweep over that key.
@@ -239,7 +238,7 @@ def option_values(text: str, name: str) -> list[Data]:
         return range_values(text) or document(f"[{text}\n]", name).data
     except ConfigError as error:
         here = Position(source=name)
-        raise ConfigError(replace(each, position=here) for each in error.problems) from None
+        raise ConfigError(replace(problem, position=here) for problem in error.problems) from None
 
 
 def _replaced(source: YamlDocument, path: KeyPath, values: list[Data], mark: Mark) -> YamlDocument:
@@ -251,13 +250,13 @@ def _replaced(source: YamlDocument, path: KeyPath, values: list[Data], mark: Mar
     for group in _groups(data.get("sweep")):
         if isinstance(group, Mapping):
             group = {
-                each: values if each == key else old
-                for each, old in group.items()
-                if swept or not (each == key or is_inside(each, key))
+                other: values if other == key else old
+                for other, old in group.items()
+                if swept or not (other == key or is_inside(other, key))
             }
         groups.append(group)
     if swept and not any(key in group for group in groups):
         groups.append({key: values})
-    marks = {each: old for each, old in source.marks.items() if each[: len(target)] != target}
+    marks = {place: old for place, old in source.marks.items() if place[: len(target)] != target}
     above = {target[:end]: mark for end in range(1, len(target))}
     return YamlDocument({**data, "sweep": {ZIP: groups}}, {**above, **marks, target: mark})

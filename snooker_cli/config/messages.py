@@ -35,48 +35,49 @@ _SYNONYMS = {"restitution": "cor", "e": "cor", "number": "count", "n": "count", 
 
 def config_error(error: ValidationError) -> ConfigError:
     """The problems of an Experiment's validation error, without positions."""
-    found: list[Problem] = []
+    problems: list[Problem] = []
     suggested: set[KeyPath] = set()
     missing: list[Problem] = []
-    for each in error.errors(include_url=False):
-        if max(len(found), len(missing) - len(suggested)) >= MOST_FOUND:
+    for fault in error.errors(include_url=False):
+        if max(len(problems), len(missing) - len(suggested)) >= MOST_FOUND:
             break
-        location, value = each["loc"], each["input"]
+        location, value = fault["loc"], fault["input"]
         # The tag of a variant follows balls, and the index of a group.
         path = location[:1] + location[2:] if location[:1] == ("balls",) else location
         if location[:2] == ("balls", "species"):
             path = ("balls", *location[2:3], *location[4:])
         names = tuple(part for part in location[:-1] if isinstance(part, str))
         model = _MODELS.get(names, Experiment)
-        match each["type"]:
+        match fault["type"]:
             case "value_error":
-                found.extend(each["ctx"]["error"].problems)
+                problems.extend(fault["ctx"]["error"].problems)
             case "needs":
-                needs, is_number = each["ctx"].values()
+                needs, is_number = fault["ctx"].values()
                 advice = _advice_on_number(value, path) if is_number else ""
-                found.append(_misfit(path, value, needs, advice))
+                problems.append(_misfit(path, value, needs, advice))
             case "literal_error":
-                expected = each["ctx"]["expected"]
+                expected = fault["ctx"]["expected"]
                 near = _nearest(value, re.findall("'(.*?)'", expected))
-                found.append(_misfit(path, value, expected, near and f"did you mean {near}?"))
+                problems.append(_misfit(path, value, expected, near and f"did you mean {near}?"))
             case "union_tag_not_found":
-                found.append(_no_variant(path, value))
+                problems.append(_no_variant(path, value))
             case "missing":
                 text = " ".join(str(model.model_fields[str(location[-1])].description).split())
                 sentence = f"the key is missing; add it: {text[0].lower()}{text[1:].rstrip('.')}"
                 missing.append(Problem(path, sentence, about_key=True))
             case "extra_forbidden":
                 sentence, nearest = _unknown(str(location[-1]), given(value), model)
-                found.append(Problem(path, sentence, about_key=True))
+                problems.append(Problem(path, sentence, about_key=True))
                 suggested.add((*path[:-1], nearest))
             # Pydantic counts only the valid items, so a list with a bad one can seem too short.
             case "too_short" if not value:
-                found.append(_misfit(path, value, "a list of at least one item"))
+                problems.append(_misfit(path, value, "a list of at least one item"))
             case "tuple_type":
-                found.append(_misfit(path, value, "a list"))
+                problems.append(_misfit(path, value, "a list"))
             case name if name != "too_short":
-                found.append(_misfit(path, value, "a mapping of keys to values"))
-    return ConfigError([*found, *(each for each in missing if each.path not in suggested)])
+                problems.append(_misfit(path, value, "a mapping of keys to values"))
+    problems += (problem for problem in missing if problem.path not in suggested)
+    return ConfigError(problems)
 
 
 def _unknown(key: str, named: str, model: type[BaseModel]) -> tuple[str, str]:
@@ -110,7 +111,7 @@ def _nearest(text: Any, known: Collection[str]) -> str:
     """The known word that a text probably means; empty if none is near."""
     word = str(text).partition(":")[0].lower()
     near = [_SYNONYMS.get(word, ""), *difflib.get_close_matches(word, known, n=1)]
-    return next((each for each in near if each in known), "")
+    return next((key for key in near if key in known), "")
 
 
 def _meant(key: str, near: str) -> str:

@@ -163,7 +163,7 @@ class ContainerConfig(_Sparse):
         first, *others = (getattr(self, key) for key in self.shape_class.keys)
         if first is None:
             return None
-        return self.shape_class(first, *(first if each is None else each for each in others))
+        return self.shape_class(first, *(first if side is None else side for side in others))
 
 
 class Rings(Model):
@@ -243,8 +243,8 @@ def _tag(balls: object) -> str | None:
     """The only key of BALLS that a mapping has, or that of a model; "species" for a list."""
     if isinstance(balls, list | tuple):
         return "species"
-    found = [key for key in BALLS if key in _keys(balls)]
-    return found[0] if len(found) == 1 else None
+    tags = [key for key in BALLS if key in _keys(balls)]
+    return tags[0] if len(tags) == 1 else None
 
 
 def _keys(part: object) -> Collection[str]:
@@ -254,7 +254,7 @@ def _keys(part: object) -> Collection[str]:
 
 Group = Annotated[
     Annotated[Ball, Tag("position")] | Annotated[Species, Tag("count")],
-    Discriminator(lambda one: "position" if "position" in _keys(one) else "count"),
+    Discriminator(lambda group: "position" if "position" in _keys(group) else "count"),
 ]
 """One ball at its place, or a species."""
 
@@ -366,18 +366,18 @@ class Experiment(Model):
     def species(self) -> tuple[Species, ...]:
         """The species of balls given by count; none of rings or a list."""
         groups = self.balls if isinstance(self.balls, tuple) else (self.balls,)
-        return tuple(each for each in groups if isinstance(each, Species))
+        return tuple(group for group in groups if isinstance(group, Species))
 
     @property
     def placed(self) -> tuple[Ball, ...]:
         """The single balls with a position among species; balls 0, 1, … of the scene."""
         groups = self.balls if isinstance(self.balls, tuple) else ()
-        return tuple(each for each in groups if isinstance(each, Ball))
+        return tuple(group for group in groups if isinstance(group, Ball))
 
     @property
     def start(self) -> str:
         """Places of balls given by count at the start, "lattice" or "random"."""
-        return next((each.start for each in self.species if each.start), "lattice")
+        return next((kind.start for kind in self.species if kind.start), "lattice")
 
     @property
     def packing(self) -> tuple[str, float] | None:
@@ -466,18 +466,18 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
     elif placed and (faults := tuple(_faults_of_placed(experiment))):
         yield from faults
         return
-    number = sum(each.count for each in species)
+    number = sum(kind.count for kind in species)
     if number > MAX_BALLS:
-        sentence = f"the species have {number:,} balls in all, of at most {MAX_BALLS:,}; give fewer"
-        yield Problem(("balls",), sentence)
+        sentence = f"the species have {number:,} balls in all; at most {MAX_BALLS:,} are allowed"
+        yield Problem(("balls",), f"{sentence}, so give fewer")
     if number == 1 and not shape.has_wall:
         sentence = f"one ball in a {shape.title} meets nothing; give two or more"
         yield Problem((*paths[0], "count"), sentence)
-    for path, each in zip(paths, species, strict=True):
-        if each.start not in (None, experiment.start):
-            sentence = f"{each.start} is given where another species has {experiment.start}"
+    for path, kind in zip(paths, species, strict=True):
+        if kind.start not in (None, experiment.start):
+            sentence = f"{kind.start} is given where another species has {experiment.start}"
             yield Problem((*path, "start"), f"{sentence}; give one for all")
-    without = [path for path, each in zip(paths, species, strict=True) if each.radius is None]
+    without = [path for path, kind in zip(paths, species, strict=True) if kind.radius is None]
     there = {
         size: container.given is not None,
         "the radius of the balls": not without,
@@ -490,12 +490,13 @@ def _faults_of_species(experiment: Experiment) -> Iterator[Problem]:
         sentence = "the radius is missing; give one to each species, or to none if packing is given"
         yield from (Problem((*path, "radius"), sentence, about_key=True) for path in without)
     elif len(given) != 2 or len(packed) == 2:
+        are = "are" if given[1:] else "is"
+        surplus = packed if len(packed) < len(given) - 1 else packed[1:]
+        advice = f"remove {listed(surplus)}" if surplus else "add what is missing"
         sentence = (
-            f"two of {size}, the radius of the balls and packing are needed, and the third "
-            f"follows; given is {listed(given) or 'none'}"
+            f"two of {size}, the radius of the balls and packing are needed (the third follows), "
+            f"but {listed(given) or 'none'} {are} given; {advice}"
         )
-        if surplus := packed if len(packed) < len(given) - 1 else packed[1:]:
-            sentence += f", so remove {listed(surplus)}"
         yield Problem(("balls",), sentence)
 
 

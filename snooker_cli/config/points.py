@@ -68,8 +68,8 @@ def validated(data: Mapping[str, Any]) -> Experiment:
         experiment = _point(0, data, unset).experiment
     total = len(points(experiment)) * experiment.repeats
     if total > MAX_REPEATS:
-        advice = f"a run has at most {MAX_REPEATS:,}, so give fewer"
-        raise ConfigError([Problem(("repeats",), f"all repeats are {total:,} files; {advice}")])
+        sentence = f"the points have {total:,} repeats in all; at most {MAX_REPEATS:,} are allowed"
+        raise ConfigError([Problem(("repeats",), f"{sentence}, so give fewer")])
     return experiment
 
 
@@ -98,13 +98,13 @@ def points(experiment: Experiment) -> tuple[Point, ...]:
         [[(key, index, values[index]) for key, values in axis] for index in range(len(axis[0][1]))]
         for axis in experiment.sweep
     ]
-    found: dict[Any, tuple[Point, list[_Step]]] = {}
+    distinct: dict[Any, tuple[Point, list[_Step]]] = {}
     problems: dict[KeyPath, Problem] = {}
     for index, combined in enumerate(itertools.product(*grid)):
         steps = list(itertools.chain(*combined))
         try:
             point = _point(index, base, steps)
-            _, same = found.setdefault(point.parameters, (point, steps))
+            _, same = distinct.setdefault(point.parameters, (point, steps))
             if same is not steps:
                 both = zip(steps, same, strict=True)
                 key, place = next(new[:2] for new, old in both if new[1] != old[1])
@@ -112,12 +112,12 @@ def points(experiment: Experiment) -> tuple[Point, ...]:
                 raise ConfigError([Problem(("sweep", key, place), sentence)])
         except ConfigError as error:
             # Points that share a value have its problem.
-            problems = {each.path: each for each in error.problems} | problems
+            problems = {problem.path: problem for problem in error.problems} | problems
             if len(problems) > MOST_SHOWN:
                 break
     if problems:
         raise ConfigError(problems.values())
-    return tuple(point for point, _ in found.values())
+    return tuple(point for point, _ in distinct.values())
 
 
 def _point(index: int, base: Mapping[str, Any], steps: Iterable[_Step]) -> Point:
@@ -131,8 +131,8 @@ def _point(index: int, base: Mapping[str, Any], steps: Iterable[_Step]) -> Point
     try:
         experiment = Experiment.model_validate(data)
     except ValidationError as error:
-        found = config_error(error).problems
-        raise ConfigError(_in_sweep(problem, steps) for problem in found) from None
+        problems = config_error(error).problems
+        raise ConfigError(_in_sweep(problem, steps) for problem in problems) from None
     # As the model reads them: 1.0 for a written 1.
     parameters = tuple((key, value_at(experiment, key_path(key))) for key, *_ in steps)
     return Point(index, parameters, experiment)
@@ -171,8 +171,8 @@ def digest(experiment: Experiment, *, without: Collection[str] = ()) -> str:
         if getattr(experiment, key) == Experiment.model_fields[key].default:
             physics.pop(key, None)
     if experiment.species:
-        groups = [each.model_copy(update={"start": None}) for each in experiment.species]
-        physics["balls"] = [each.model_dump() for each in (*experiment.placed, *groups)]
+        species = [kind.model_copy(update={"start": None}) for kind in experiment.species]
+        physics["balls"] = [group.model_dump() for group in (*experiment.placed, *species)]
         physics["start"] = experiment.start
     text = json.dumps(physics, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
@@ -191,9 +191,8 @@ def stream_seed(experiment: Experiment) -> int:
 
 def extends(longer: Experiment, shorter: Experiment) -> bool:
     """Whether a point has the same physics as another and ends no earlier."""
-    ends = [
-        [math.inf if (end := getattr(each, name)) is None else end for name in LIMITS]
-        for each in (longer, shorter)
-    ]
-    same = digest(longer, without=LIMITS) == digest(shorter, without=LIMITS)
-    return same and all(map(operator.ge, *ends))
+    for limit in LIMITS:
+        end, other = getattr(longer, limit), getattr(shorter, limit)
+        if end is not None and (other is None or end < other):
+            return False
+    return digest(longer, without=LIMITS) == digest(shorter, without=LIMITS)

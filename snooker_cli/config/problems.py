@@ -139,8 +139,8 @@ class ConfigError(SnookerError, ValueError):
     problems: tuple[Problem, ...]
 
     def __init__(self, problems: Iterable[Problem]) -> None:
-        found = islice(problems, MOST_FOUND)
-        self.problems = tuple(sorted(found, key=lambda problem: problem.position))
+        first = islice(problems, MOST_FOUND)
+        self.problems = tuple(sorted(first, key=lambda problem: problem.position))
         lines = [str(problem) for problem in self.problems[:MOST_SHOWN]]
         if (more := len(self.problems) - MOST_SHOWN) > 0:
             number = "" if len(self.problems) == MOST_FOUND else f"{more:,} "

@@ -19,7 +19,6 @@ from snooker_cli.config.problems import ConfigError, Data, KeyPath, Position, Pr
 
 MAX_BYTES = 1 << 18  # of a configuration: reading it takes at most some seconds
 LARGE = 1 << 15  # characters of a text that takes PyYAML over a second
-MOST_NAMED = 3  # configs that a message about their folder names
 MAX_DEPTH = 20  # levels of nested lists and mappings; a configuration needs 5
 
 # https://yaml.org/spec/1.2.2/#103-core-schema, table 10.3
@@ -90,18 +89,18 @@ def text_of(path: Path, name: str) -> str:
 
 
 def _no_file(path: Path) -> str:
-    """The sentence about a path without a file, with the configs that it may mean.
+    """The sentence about a path without a file, with a config that it may mean.
 
-    One has the same or nearly the same name. Otherwise they are those in this folder.
+    It has the same or nearly the same name, or is the only one in this folder.
     """
     name = f"{path.name.removesuffix('.yaml')}.yaml"
     near = [path.with_name(name), Path(name), Path("configs", name)] if path.name else []
-    beside = {each.stem: each for each in path.parent.glob("*.yaml")}
+    beside = {config.stem: config for config in path.parent.glob("*.yaml")}
     near += [beside[stem] for stem in difflib.get_close_matches(path.stem, beside, n=1)]
-    meant = [each for each in near if each.is_file()][:1] or sorted(path.glob("*.yaml"))
-    found = [shown(str(each), 200) for each in meant[:MOST_NAMED]]
-    found += [f"{len(meant) - MOST_NAMED} more"] if meant[MOST_NAMED:] else []
-    advice = f"did you mean {' or '.join(found)}?" if found else "name a config file (YAML)"
+    inside = list(path.glob("*.yaml"))
+    near += inside if len(inside) == 1 else []
+    meant = next((config for config in near if config.is_file()), None)
+    advice = f"did you mean {shown(str(meant), 200)}?" if meant else "name a config file (YAML)"
     if path.is_dir():
         return f"this is a folder, not a config file; {advice}"
     return f"there is no file at this path; {advice}"
@@ -115,7 +114,7 @@ def document(text: str, name: str) -> YamlDocument:
             data = reader.data(node, ())
             if reader.problems:
                 raise ConfigError(reader.problems)
-            return YamlDocument(data, reader.found)
+            return YamlDocument(data, reader.places)
         position = reader.position(reader.get_mark())
         sentence = "the file is empty; write at least container, balls and cor"
     except ConfigError:
@@ -127,7 +126,7 @@ def document(text: str, name: str) -> YamlDocument:
         if "cannot start any token" in problem:
             start = problem.split()[2]
             unknown = f"a value cannot start with {start}; put it in quotes if it is text"
-        sentence = next((each for part, each in _SYNTAX if part in problem), unknown)
+        sentence = next((meaning for part, meaning in _SYNTAX if part in problem), unknown)
     except yaml.reader.ReaderError as error:
         before = text[: error.position]
         column = len(before) - before.rfind("\n")
@@ -149,18 +148,18 @@ class _Reader(yaml.SafeLoader):
 
     Large texts are read by libyaml, ten times as fast; it differs on tabs, and in its sentences.
 
-    found, problems : what `data` found so far
+    places, problems : what `data` has read so far
     """
 
     def __init__(self, text: str, name: str) -> None:
         super().__init__(text)
         if len(text) > LARGE and "\t" not in text and hasattr(yaml, "CSafeLoader"):
             events = yaml.CSafeLoader(text)
-            for each in ("check_event", "peek_event", "get_event"):
-                setattr(self, each, getattr(events, each))
+            for method in ("check_event", "peek_event", "get_event"):
+                setattr(self, method, getattr(events, method))
         self.yaml_implicit_resolvers = {None: _RESOLVERS}
         self.source, self.depth = name, 0
-        self.found: dict[KeyPath, Mark] = {}
+        self.places: dict[KeyPath, Mark] = {}
         self.problems: list[Problem] = []
 
     def position(self, mark: Any) -> Position:
@@ -190,7 +189,7 @@ class _Reader(yaml.SafeLoader):
         here = self.position(node.start_mark)
         if key and isinstance(node, yaml.CollectionNode) and not node.flow_style:
             here = key  # of a block of lines, its key on the line above is found more easily
-        self.found[path] = Mark(key or here, here)
+        self.places[path] = Mark(key or here, here)
         if isinstance(node, yaml.SequenceNode):
             return [self.data(item, (*path, k)) for k, item in enumerate(node.value)]
         if isinstance(node, yaml.MappingNode):
@@ -209,8 +208,8 @@ class _Reader(yaml.SafeLoader):
                 here, sentence = path, "this cannot be a key; a key is a word followed by a colon"
             elif key.value == "<<":
                 sentence = "merge keys (<<) are not supported; write the keys out"
-            elif here in self.found:
-                first = self.found[here].key
+            elif here in self.places:
+                first = self.places[here].key
                 sentence = f"the key is given twice, here and at {first}; keep one of them"
             if sentence:
                 self.problems.append(Problem(here, sentence, position=position))

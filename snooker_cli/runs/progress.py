@@ -7,20 +7,22 @@ import time
 from collections.abc import Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, TypeVar
 
 import rich.progress
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from snooker_cli.exit_codes import STOPPING, bug_message, handling
+from snooker_cli.errors import STOPPING, bug_message, handling
 from snooker_cli.formatting import counted, printable
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.folder import create, locked, locked_for_part
 from snooker_cli.runs.plan import batch_size
 from snooker_cli.runs.run import Run
-from snooker_cli.trace import StopReason, Trace
+from snooker_cli.trace import StopReason
+
+Item = TypeVar("Item")
 
 MOST_FAILURES = 10  # failures that are printed as they come; a full disk fails every repeat
 
@@ -117,11 +119,11 @@ class RunProgress(Watcher):
             notice("more failures are counted, without a message")
 
 
-def counting(traces: Iterable[Trace], label: str, total: int) -> Iterator[Trace]:
+def counting(repeats: Iterable[Item], label: str, total: int) -> Iterator[Item]:
     """The repeats in order; a terminal shows how many have been read."""
     console, hidden = Console(stderr=True), not sys.stderr.isatty()
     yield from rich.progress.track(
-        traces, label, total, console=console, transient=True, disable=hidden
+        repeats, label, total, console=console, transient=True, disable=hidden
     )
 
 

@@ -9,7 +9,7 @@ import pytest
 from command_line import Snooker
 
 from snooker_cli.cli.config_commands import SCHEMA, templates
-from snooker_cli.config import digest, load
+from snooker_cli.config import SCHEMA_FILE, digest, load
 from snooker_cli.runs import open_run
 from snooker_cli.theory import published_ratio
 
@@ -27,8 +27,9 @@ SHORT = {
 
 
 @pytest.mark.parametrize("name", templates())
-def test_a_template_runs(name: str, here: Path, snooker: Snooker) -> None:
+def test_a_template_is_valid_and_runs(name: str, here: Path, snooker: Snooker) -> None:
     assert snooker("init", name).code == 0
+    assert snooker("validate", f"{name}.yaml").code == 0
     short = [f"--override={override}" for override in SHORT[name]]
     ended = snooker("run", f"{name}.yaml", *short, "--no-progress")
     assert ended.code == 0, ended.err
@@ -79,7 +80,8 @@ def test_the_pressure_in_dense_is_the_published_one() -> None:
     assert f"of the literature, {published.ratio:.2f}," in text
 
 
-def test_an_old_schema_is_renewed(here: Path, snooker: Snooker) -> None:
+def test_the_schema_is_renewed_and_a_template_is_printed(here: Path, snooker: Snooker) -> None:
     (here / SCHEMA).write_text("{}")
     assert snooker("init", "haff").code == 0
-    assert (here / SCHEMA).read_text() == snooker("schema").out
+    assert (here / SCHEMA).read_text() == snooker("schema").out == SCHEMA_FILE.read_text()
+    assert snooker("init", "haff", "--out", "-").out == (here / "haff.yaml").read_text()

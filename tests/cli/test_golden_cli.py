@@ -1,7 +1,8 @@
 """What every command prints, held in ``golden/cli`` as transcripts of a terminal.
 
 A transcript has commands after ``$ ``, their stdout, their stderr after ``2> ``, their exit code,
-and notes after ``#: ``. It starts in a new folder with ``small.yaml`` and its finished run,
+and notes after ``#: ``. Commands after ``% `` prepare something: they must succeed, and what they
+print is not kept. A transcript starts in a new folder with ``small.yaml`` and its finished run,
 which has one file for each repeat; runs that a transcript makes have batches. A refused command
 (exit code 2 or 3, no output) must also leave all files as they were.
 
@@ -13,11 +14,10 @@ from __future__ import annotations
 import re
 import shlex
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
+from command_line import Ended, Snooker
 
 from snooker_cli.errors import ExitCode
 
@@ -65,32 +65,41 @@ def tree(folder: Path) -> dict[Path, bytes]:
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def printed(command: str, snooker: Callable[..., Any], here: Path) -> str:
-    """What a line of a transcript prints: ``snooker`` in this process, others in a shell."""
+def executed(command: str, snooker: Snooker, here: Path) -> Ended:
+    """How a line of a transcript ends: ``snooker`` in this process, others in a shell."""
     program, *arguments = shlex.split(command)
-    if program == "snooker":
-        before = tree(here)
-        ended = snooker(*arguments)
-        code, out, err = ended.code, ended.out, ended.err
-        if code in (ExitCode.USAGE, ExitCode.CONFIG) and not out:
-            assert tree(here) == before, command
-    else:
+    if program != "snooker":
         done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
-        code, out, err = done.returncode, done.stdout, done.stderr
-    assert "Traceback" not in err
-    end = "" if not out or out.endswith("\n") else "\n"
-    text = out + end + "".join(f"2> {line}".rstrip() + "\n" for line in err.splitlines())
-    return f"$ {command}\n{masked(text, here)}exit {code}\n\n"
+        return Ended(done.returncode, done.stdout, done.stderr)
+    before = tree(here)
+    ended = snooker(*arguments)
+    if ended.code in (ExitCode.USAGE, ExitCode.CONFIG) and not ended.out:
+        assert tree(here) == before, command
+    assert "Traceback" not in ended.err
+    return ended
 
 
-def played(transcript: str, snooker: Callable[..., Any], here: Path) -> str:
+def printed(command: str, ended: Ended, here: Path) -> str:
+    """A command of a transcript and what it prints."""
+    end = "" if not ended.out or ended.out.endswith("\n") else "\n"
+    errors = "".join(f"2> {line}".rstrip() + "\n" for line in ended.err.splitlines())
+    return f"$ {command}\n{masked(ended.out + end + errors, here)}exit {ended.code}\n\n"
+
+
+def played(transcript: str, snooker: Snooker, here: Path) -> str:
     """The transcript with what its commands print now."""
     now = []
-    for line in transcript.splitlines(keepends=True):
-        if line.startswith("$ "):
-            now.append(printed(line[2:].strip(), snooker, here))
-        elif line.startswith("#: "):
-            now.append(line)
+    for line in transcript.splitlines():
+        mark, _, command = line.partition(" ")
+        if mark in ("$", "%"):
+            ended = executed(command, snooker, here)
+        if mark == "$":
+            now.append(printed(command, ended, here))
+        elif mark == "%":
+            assert ended.code == 0, (command, ended.err)
+            now.append(f"{line}\n\n")
+        elif mark == "#:":
+            now.append(f"{line}\n")
     return "".join(now)
 
 
@@ -98,7 +107,7 @@ def played(transcript: str, snooker: Callable[..., Any], here: Path) -> str:
 def test_commands_print_what_the_transcripts_say(
     path: Path,
     separate: Path,
-    snooker: Callable[..., Any],
+    snooker: Snooker,
     monkeypatch: pytest.MonkeyPatch,
     pytestconfig: pytest.Config,
 ) -> None:
@@ -113,8 +122,7 @@ def test_commands_print_what_the_transcripts_say(
         assert now == transcript
 
 
-def test_every_command_has_a_transcript(snooker: Callable[..., Any]) -> None:
+def test_every_command_has_a_transcript(snooker: Snooker) -> None:
     _, commands = snooker("--help").out.split("Commands:\n")
-    assert set(re.findall(r"(?m)^  (\w+)", commands)) <= {
-        path.stem for path in GOLDEN.glob("*.txt")
-    }
+    names = set(re.findall(r"(?m)^  (\w+)", commands))
+    assert names <= {path.stem for path in GOLDEN.glob("*.txt")}

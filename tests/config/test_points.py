@@ -4,25 +4,23 @@ import hashlib
 import json
 import math
 import pickle
+from pathlib import Path
 
 import pytest
 from config_texts import BASE, PAIR, experiment
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from snooker_cli.config import (
-    BallCount,
+    EXAMPLES,
     BallList,
     ConfigError,
     Experiment,
-    Rings,
     digest,
     extends,
+    load,
     parse,
     points,
     to_json,
 )
-from snooker_cli.config.models import Ball, ContainerConfig, Species
 from snooker_cli.config.points import stream_seed
 
 # Points
@@ -162,76 +160,26 @@ def test_a_point_extends_another_of_the_same_physics_that_ends_no_later() -> Non
     assert not extends(experiment(BASE, "collisions=501", "cor=0.9"), experiment())
 
 
-# Random experiments
-
-STEADY = settings(derandomize=True, deadline=None)
-POSITIVE = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
-PLANE = st.tuples(*2 * [st.floats(allow_nan=False, allow_infinity=False)])
-RESTITUTION = st.floats(0, 1)
-FRACTIONS = st.floats(0, 1, exclude_min=True)
-AMOUNT = st.floats(1e-50, 1e50)
-EQUAL = {"mass": AMOUNT, "speed": st.floats(0, 1e150)}
-RINGS = st.builds(Rings, rings=st.integers(0, 9), radius=AMOUNT, ring_extent=FRACTIONS, **EQUAL)
-BALLS = st.builds(Ball, position=PLANE, velocity=PLANE, radius=AMOUNT, mass=AMOUNT)
-LISTS = st.builds(BallList, list=st.lists(BALLS, min_size=1, max_size=3))
-COUNT = EQUAL | {"count": st.integers(2, 10**6), "speeds": st.sampled_from(["equal", "maxwell"])}
-STARTS = st.none() | st.sampled_from(["lattice", "random"])
-BOXES = st.sampled_from(["box", "periodic"])
-PACKED = st.builds(ContainerConfig, shape=BOXES | st.just("circle"), packing=FRACTIONS)
-FILLED = (
-    st.tuples(
-        st.builds(ContainerConfig, radius=AMOUNT, mass=POSITIVE | st.just(math.inf)),
-        RINGS | LISTS,
-    )
-    | st.tuples(
-        st.builds(ContainerConfig, shape=BOXES, width=AMOUNT, height=st.none() | AMOUNT),
-        LISTS | st.builds(BallCount, **COUNT, start=STARTS, packing=FRACTIONS),
-    )
-    | st.tuples(PACKED, st.builds(BallCount, **COUNT, start=STARTS, radius=AMOUNT))
-    | st.tuples(PACKED, st.tuples(*2 * [st.builds(Species, **COUNT, radius=AMOUNT)]))
-)
-"""Two of the container's size, the radius and packing; and places in a container with a size."""
-
-AXES = st.lists(RESTITUTION, min_size=1, max_size=9, unique=True)
-ZIPS = st.lists(st.tuples(RESTITUTION, RESTITUTION), min_size=1, max_size=9, unique=True).map(
-    lambda steps: dict(zip(("cor", "wall_cor"), zip(*steps, strict=True), strict=True))
-)
-SWEEPS = (
-    st.dictionaries(st.sampled_from(["cor", "wall_cor"]), AXES)
-    | ZIPS.map(lambda group: {"zip": group})
-    | ZIPS.map(lambda group: {"collisions": [1, 2], "zip": [group, {"time": [1, 2]}]})
-)
-KEYWORDS = {
-    "title": st.none()
-    | st.text(st.characters(exclude_categories=["C", "Z"]) | st.just(" "), min_size=1)
-    | st.sampled_from(["no", "1e6", "null", "0o7", "~", "- x", "a: b", "'"]),
-    "cor": RESTITUTION,
-    "wall_cor": st.none() | RESTITUTION,
-    "collisions": st.integers(1, 2**63 - 1),
-    "time": st.none() | st.floats(1e-250, allow_infinity=False, allow_nan=False),
-    "repeats": st.integers(1, 1000),
-    "seed": st.integers(0, 2**63 - 1),
-    "common_random": st.booleans(),
-    "record": st.sampled_from(["events", "summary"]),
-    "sweep": st.none() | SWEEPS,
-}
-EXPERIMENTS = FILLED.flatmap(
-    lambda filled: st.builds(
-        Experiment, container=st.just(filled[0]), balls=st.just(filled[1]), **KEYWORDS
-    )
-)
+# Round trips
 
 
-@given(EXPERIMENTS)
-@STEADY
-def test_experiments_can_be_written_and_read_back_and_have_distinct_points(
-    experiment: Experiment,
-) -> None:
-    copy = parse(to_json(experiment)).experiment
-    assert copy == experiment
-    assert digest(copy) == digest(experiment)
-    grid = points(experiment)
-    assert len(grid) == math.prod(len(axis[0][1]) for axis in experiment.sweep)
+CONFIGS = sorted(EXAMPLES.glob("**/*.yaml"))
+
+
+@pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
+def test_examples_can_be_written_and_read_back_and_have_distinct_points(path: Path) -> None:
+    read = load(path).experiment
+    copy = parse(to_json(read)).experiment
+    assert digest(copy) == digest(read)
+    grid = points(read)
+    assert [point.experiment for point in points(copy)] == [point.experiment for point in grid]
+    assert len(grid) == math.prod(len(axis[0][1]) for axis in read.sweep)
     assert len({point.experiment for point in grid}) == len(grid)
     for point in grid:
         assert points(point.experiment)[0].experiment == point.experiment
+
+
+@pytest.mark.parametrize("title", ["no", "1e6", "null", "0o7", "~", "- x", "a: b", "'", 'µ "ü"'])
+def test_a_title_that_yaml_reads_otherwise_is_written_and_read_back(title: str) -> None:
+    named = experiment(BASE).model_copy(update={"title": title})
+    assert parse(to_json(named)).experiment == named
