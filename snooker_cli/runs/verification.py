@@ -67,7 +67,7 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
             idle.put(checkers.enter_context(IsolatedChecker()))
         try:
             for point in run.points:
-                statuses = threads.each(verified, run.batches(point.index))
+                statuses = threads.results(verified, run.batches(point.index))
                 yield from run.best(point.index, chain.from_iterable(statuses))
         finally:
             cancelled.set()

@@ -375,7 +375,7 @@ def test_a_cancelled_run_leaves_threads_alone_that_have_nothing_to_store() -> No
         return item
 
     with ThreadExecutor(2, cancelled) as threads:
-        results = threads.each(slow, range(7))
+        results = threads.results(slow, range(7))
         assert next(results) == 0
         assert begun.wait(60)
         cancelled.set()
