@@ -37,7 +37,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "trace": ("scene",),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "neighbours", "scene"),
-    "engine": ("containers", "laws", "scene", "trace"),
+    "engine": ("containers", "errors", "laws", "scene", "trace"),
     "store": ("containers", "errors", "files", "laws", "scene", "trace"),
     "exit_codes": ("errors", "formatting"),
     "runs": (*(part for part in RUNNING if part != "runs"), "exit_codes"),

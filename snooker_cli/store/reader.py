@@ -98,8 +98,7 @@ def read_events(path: Path, repeat: int) -> Iterator[Events]:
     """
     with _opened(path) as file:
         numbers = [header.repeat for header in _headers(file, path)]
-        rows = _rows(file)[numbers.index(repeat)]
-        yield from map(_without_zeros, events_in(file, rows, EVENTS_AT_A_TIME))
+        yield from EventReader(file).pieces(_rows(file)[numbers.index(repeat)])
 
 
 @contextmanager
@@ -199,24 +198,21 @@ def _checked(
     if wanted is not None and len(chosen) < len(wanted):
         raise _changed(path)
     traces = _traces(file, headers, rows, chosen)
-    columns, few = None, keep_events or rows[-1].stop <= EVENTS_AT_A_TIME
-    if few and "connectivity" in file and len(chosen) > 1:
-        columns = next(events_in(file, slice(None), None, rows))
+    at_a_time = max(rows[-1].stop, 1) if keep_events else EVENTS_AT_A_TIME
+    reader = EventReader(file, at_a_time) if "connectivity" in file else None
     for k, trace in zip(chosen, traces, strict=True):
         fingerprint = Fingerprint()
-        if trace.summary is None:
+        if reader and trace.summary is None:
             _require(trace.collisions == rows[k].stop - rows[k].start, "number of events")
-            at_a_time = None if keep_events else EVENTS_AT_A_TIME
-            parts = events_in(file, rows[k], at_a_time) if columns is None else [columns[rows[k]]]
             at_wall = 0
-            for events in map(_without_zeros, parts):
+            for events in reader.pieces(rows[k]):
                 _check_events(events, trace)
                 at_wall += int(np.count_nonzero(events.at_wall))
                 fingerprint.add(events)
-                if keep_events:
+                if keep_events:  # which are in one piece
                     trace = replace(trace, events=events)
             _require(at_wall == trace.wall_events, "number of events at the wall")
-        else:
+        elif trace.summary:
             _check_summary(trace.summary, trace)
         if fingerprint.content(trace) != headers[k].fingerprint:
             raise _changed(path)
@@ -339,50 +335,59 @@ def _check_motion(
     _require(np.all(np.abs(rest) <= room), "place of a ball")
 
 
-def events_in(
-    file: h5py.File, rows: slice, at_a_time: int | None, repeats: Sequence[slice] = ()
-) -> Iterator[Events]:
-    """The events in these rows, checked, in pieces or all at once; at least one piece.
+class EventReader:
+    """Reads and checks the events of a file in blocks of rows. The last block stays in memory.
 
-    repeats : the rows of each repeat, if there are several
+    Many short repeats are in one block, and a long repeat is in many blocks.
     """
-    number = hdf5.length(file, f"{layout.TIME}/value")
-    names = [path for path in layout.EVENTS if file.id.links.exists(path.encode())]
-    lengths = {hdf5.length(file, f"{path}/value") for path in names}
-    _require(lengths == {number}, "lengths of the columns of events")
-    balls = hdf5.length(file, f"{layout.BALLS}/radius")
-    least = SLIDE if json.loads(_parameter(file, "scene")).get("slides") else CONTAINER
-    first, last, _ = rows.indices(number)
-    at_a_time = at_a_time or max(last - first, 1)
-    before, begins = 0.0, np.array([each.start for each in repeats], np.int64)
-    for start in range(first, max(last, first + 1), at_a_time):
-        some = slice(start, min(start + at_a_time, last))
-        pairs = hdf5.read_rows(file, f"{layout.COLLISIONS}/value", np.int32, some)
-        i, j = np.ascontiguousarray(pairs[:, 0].T)
-        time = hdf5.read_rows(file, f"{layout.TIME}/value", rows=some)
-        impulse = hdf5.read_rows(file, f"{layout.IMPULSE}/value", rows=some)
-        residual = None
-        if layout.RESIDUAL in names:
-            residual = hdf5.read_rows(file, f"{layout.RESIDUAL}/value", rows=some, sparse=True)
+
+    def __init__(self, file: h5py.File, at_a_time: int = EVENTS_AT_A_TIME) -> None:
+        self._file, self._size = file, at_a_time
+        self._paths = [path for path in layout.EVENTS if file.id.links.exists(path.encode())]
+        self.number = hdf5.length(file, f"{layout.TIME}/value")
+        lengths = {hdf5.length(file, f"{path}/value") for path in self._paths}
+        _require(lengths == {self.number}, "lengths of the columns of events")
+        self._balls = hdf5.length(file, f"{layout.BALLS}/radius")
+        slides = json.loads(_parameter(file, "scene")).get("slides")
+        self._least_partner = SLIDE if slides else CONTAINER
+        self._start, self._block = -1, Events(*(np.zeros(0, kind) for kind in "diid"))
+
+    def pieces(self, rows: slice) -> Iterator[Events]:
+        """The events of one repeat, or the last of them, block by block; at least one piece."""
+        before = 0.0
+        last = max(rows.stop, rows.start + 1)
+        for start in range(rows.start - rows.start % self._size, last, self._size):
+            if start != self._start:
+                self._block = self._checked_block(slice(start, start + self._size))
+                self._start = start
+            events = self._block[max(rows.start - start, 0) : max(rows.stop - start, 0)]
+            if len(events):
+                ascend = np.all(np.diff(events.time, prepend=before) >= 0)
+                _require(ascend, "order of the times of events")
+                before = events.time[-1]
+            if events.residual is not None and not events.residual.any():
+                events = replace(events, residual=None)  # another repeat of the file has some
+            yield events
+
+    def _checked_block(self, rows: slice) -> Events:
+        """The events in these rows. Raises ``ValueError`` for values that no event has."""
+
+        def column(path: str, dtype: Any = np.float64, sparse: bool = False) -> NDArray[Any]:
+            return hdf5.read_rows(self._file, f"{path}/value", dtype, rows, sparse)
+
+        i, j = np.ascontiguousarray(column(layout.COLLISIONS, np.int32)[:, 0].T)
+        time, impulse, residual = column(layout.TIME), column(layout.IMPULSE), None
+        if layout.RESIDUAL in self._paths:
+            residual = column(layout.RESIDUAL, sparse=True)
             _require(np.isfinite(residual).all(), "residual of a time")
         if len(time):
             # Replaying writes to the arrays of these balls.
-            in_range = i.min() >= 0 and least <= j.min() and max(i.max(), j.max()) < balls
+            in_range = i.min() >= 0 and self._least_partner <= j.min()
+            in_range = in_range and max(i.max(), j.max()) < self._balls
             _require(in_range and not np.any(i == j), "ball in an event")
-            steps = np.diff(time, prepend=before)
-            begins = begins[begins < len(time)]
-            steps[begins] = time[begins]  # the times of each repeat ascend from 0
-            _require(steps.min() >= 0 and np.isfinite(time).all(), "order of the times of events")
+            _require(np.isfinite(time).all(), "order of the times of events")
             _require(np.isfinite(impulse).all() and impulse.min() >= 0, "impulse of an event")
-            before = time[-1]
-        yield Events(time, i, j, impulse, residual)
-
-
-def _without_zeros(events: Events) -> Events:
-    """Events without residuals if those are all zero: another repeat of the file has some."""
-    if events.residual is None or events.residual.any():
-        return events
-    return replace(events, residual=None)
+        return Events(time, i, j, impulse, residual)
 
 
 def _summaries(file: h5py.File, rows: Sequence[slice]) -> list[Summary]:

@@ -21,7 +21,7 @@ from snooker_cli.files import discard, move_into_place, temporary_path
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, write_h5md_group
-from snooker_cli.store.reader import events_in
+from snooker_cli.store.reader import EventReader
 from snooker_cli.trace import SERIES_UNITS, Events, Trace, joined
 
 ROWS = 65536  # events in a chunk of a file, 24 to 32 bytes each; longer files are written in chunks
@@ -178,14 +178,15 @@ class Recorder(AbstractContextManager["Recorder"]):
         with h5py.File(self.path, locking=False) as old:
             hashes = hdf5.read_rows(old, f"{layout.CHECKPOINT}/{layout.HASHES}", None)
             self._fingerprint.restore(hashes)
-            number = hdf5.length(old, f"{layout.TIME}/value") if layout.TIME in old else 0
+            reader = EventReader(old) if layout.TIME in old else None
+            number = reader.number if reader else 0
             full = self._written = self.number = number - number % ROWS
             for path in (f"{each}/value" for each in layout.EVENTS if full and each in old):
                 old.copy(path, self._open(), path)
                 data = self._open()[path].id
                 data.set_extent((full, *data.shape[1:]))
-            if full < number:
-                for events in events_in(old, slice(full, number), None):
+            if reader and full < number:
+                for events in reader.pieces(slice(full, number)):
                     self.add(events)
 
     @contextmanager

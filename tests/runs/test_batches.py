@@ -75,53 +75,7 @@ def test_missing_repeats_get_files_of_their_own(one_point: str, tmp_path: Path) 
     assert contents(run) == bits
 
 
-def test_more_repeats_keep_the_files(one_point: str, tmp_path: Path) -> None:
-    done(made(tmp_path, one_point))
-    before = bytes_of(tmp_path)
-    run = made(tmp_path, one_point, "repeats=5")
-    assert [each.repeat for each in done(run) if not each.cached] == [3, 4]
-    assert names(run) == ["0000-0002", "0003-0004"]
-    assert before.items() <= bytes_of(tmp_path).items()
-    fewer = made(tmp_path, one_point, "repeats=1")
-    after = bytes_of(tmp_path)
-    assert [each.repeat for each in done(fewer)] == [0]
-    assert bytes_of(tmp_path) == after
-
-
 # Several files of one repeat
-
-
-class Looks(Watcher):
-    """The lengths of all repeats and the files while each batch is simulated."""
-
-    def __init__(self, run: Run) -> None:
-        self.run = run
-        self.seen: list[tuple[list[int], list[str]]] = []
-
-    def events(self, number: int) -> None:
-        (point,) = self.run.points
-        lengths = [trace.collisions for trace in self.run.traces(point)]
-        if (lengths, names(self.run)) not in self.seen:
-            self.seen.append((lengths, names(self.run)))
-
-
-def test_an_extension_with_smaller_batches_replaces_the_files_at_its_end(
-    one_point: str, tmp_path: Path
-) -> None:
-    with batches_of(4):
-        done(made(tmp_path / "run", one_point, "repeats=4"))
-    run = made(tmp_path / "run", one_point, "repeats=4", "collisions=400")
-    looks = Looks(run)
-    with batches_of(2):
-        done(run, watcher=looks)
-    assert looks.seen == [
-        ([150, 150, 150, 150], ["0000-0003"]),
-        ([400, 400, 150, 150], ["0000-0001", "0000-0003"]),
-    ]
-    assert names(run) == ["0000-0001", "0002-0003"]
-    at_once = made(tmp_path / "at once", one_point, "repeats=4", "collisions=400")
-    done(at_once)
-    assert contents(run) == contents(at_once)
 
 
 def test_an_interrupted_extension_keeps_the_older_file(one_point: str, tmp_path: Path) -> None:
@@ -263,15 +217,6 @@ def test_a_repeat_without_a_place_for_its_balls_fails_alone(
     whole = made(tmp_path / "whole", one_point, "repeats=4")
     done(whole)
     assert contents(run) == contents(whole)
-
-
-def test_a_batch_without_any_place_for_balls_leaves_no_file(
-    one_point: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run = made(tmp_path, one_point)
-    refuse_to_place(monkeypatch, 0, 1, 2)
-    assert [each.repeat for each in done(run) if each.error] == [0, 1, 2]
-    assert bytes_of(tmp_path) == {}
 
 
 def test_each_repeat_of_a_batch_that_cannot_be_stored_fails_once(
