@@ -15,7 +15,7 @@ from snooker_cli.cli.output import first, print_result
 from snooker_cli.cli.typer_classes import flag
 from snooker_cli.errors import ExitCode, RunError, StoreError
 from snooker_cli.formatting import counted, listed, point_label, printable, size, text_table
-from snooker_cli.runs import State, open_run, runs_in
+from snooker_cli.runs import RepeatState, open_run, runs_in
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.progress import notice
 from snooker_cli.runs.status import COUNTS, ended, run_status
@@ -135,11 +135,11 @@ def verify(
         disable=not sys.stderr.isatty(),
     )
     found = sorted(checked, key=lambda each: (each.point, each.repeat))
-    counts = {str(state): sum(each.state is state for each in found) for state in State}
-    del counts[str(State.UNUSABLE)]
+    counts = {str(state): sum(each.state is state for each in found) for state in RepeatState}
+    del counts[str(RepeatState.UNUSABLE)]
     bad: list[dict[str, Any]] = []
     for each in found:
-        if each.state is State.UNUSABLE:
+        if each.state is RepeatState.UNUSABLE:
             place = {"point": each.point, "repeat": each.repeat, "path": str(each.path)}
             bad.append(place | {"error": str(each.error)})
     how = "read and simulated again" if replay else "read again"

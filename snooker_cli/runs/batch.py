@@ -20,7 +20,7 @@ from snooker_cli.engine import ENGINE_VERSION, simulate, simulate_batch
 from snooker_cli.errors import SceneError, StoreError
 from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.runs.plan import first_scene
-from snooker_cli.runs.run import RepeatStatus, Run, State
+from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Stop, StopReason
 
@@ -202,7 +202,7 @@ def _simulated_long(
     run, point = job.run, batch.point
     path, older = run.path(*batch), run.status(point, repeat)
     started, seconds, checkpoint = datetime.now(UTC), 0.0, None
-    if older.state is State.INTERRUPTED and older.header is not None and older.path == path:
+    if older.state is RepeatState.INTERRUPTED and older.header is not None and older.path == path:
         try:
             checkpoint = store.read_checkpoint(path)
         except StoreError as error:
@@ -257,7 +257,7 @@ def _scenes(run: Run, batch: Batch) -> tuple[dict[int, Scene], list[RepeatResult
 def cached(status: RepeatStatus) -> RepeatResult | None:
     """The result of a repeat that is done already; None if it is not."""
     header = status.header
-    if status.state is not State.DONE or header is None:
+    if status.state is not RepeatState.DONE or header is None:
         return None
     return RepeatResult(status.point, status.repeat, header.stop, header.collisions, cached=True)
 

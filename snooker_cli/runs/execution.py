@@ -43,7 +43,7 @@ from snooker_cli.runs.folder import (
     record_failure,
 )
 from snooker_cli.runs.plan import alike, batch_size
-from snooker_cli.runs.run import RepeatStatus, Run, State
+from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
 
 POLL_INTERVAL = 0.02  # seconds between two looks whether a run was cancelled
 LEAST_FOR_PROCESS = 6  # batches of short repeats for each process; its start takes a second
@@ -262,9 +262,11 @@ def execute(
         statuses = _checked(run, threads, watcher, part)
         for result in filter(None, map(cached, statuses)):
             finish(result)
-        kept = {status.path for status in statuses if status.state is State.DONE}
+        kept = {status.path for status in statuses if status.state is RepeatState.DONE}
         missing = [
-            (status.point, status.repeat) for status in statuses if status.state is not State.DONE
+            (status.point, status.repeat)
+            for status in statuses
+            if status.state is not RepeatState.DONE
         ]
         # Simulate and store these.
         if part is None:
@@ -318,7 +320,9 @@ def _checked(
         for status in run.best(point, statuses)
         if part is None or (point, status.repeat) in part
     ]
-    unusable = {status.path: status.error for status in best if status.state is State.UNUSABLE}
+    unusable = {
+        status.path: status.error for status in best if status.state is RepeatState.UNUSABLE
+    }
     for error in filter(None, unusable.values()):
         watcher.unusable(error.problem)
     return best

@@ -16,7 +16,7 @@ from snooker_cli.config import LIMITS, Experiment, Point, digest, extends, point
 from snooker_cli.errors import UNREADABLE, DeniedError, RunError, StoreError, error_text
 from snooker_cli.files import discard, unfinished, write_json
 from snooker_cli.formatting import listed, plain, printable
-from snooker_cli.runs.run import ANALYSES, MANIFEST, Run, State
+from snooker_cli.runs.run import ANALYSES, MANIFEST, RepeatState, Run
 
 if sys.platform != "win32":
     import fcntl
@@ -134,7 +134,7 @@ def _has_longer_repeat(run: Run) -> bool:
     files = chain.from_iterable(run.batches(point.index) for point in run.points)
     found = chain.from_iterable(map(run.file_statuses, files))
     return any(
-        each.state is State.UNUSABLE and each.header and each.repeat < run.experiment.repeats
+        each.state is RepeatState.UNUSABLE and each.header and each.repeat < run.experiment.repeats
         for each in found
     )
 

@@ -16,7 +16,7 @@ from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
 from snooker_cli.memory import MEMORY
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs.run import Run, State
+from snooker_cli.runs.run import RepeatState, Run
 from snooker_cli.scene import Scene
 
 MOST_SECONDS = 7 * 86400.0  # a run whose estimate is longer needs ``--yes``
@@ -206,7 +206,7 @@ def run_plan(
                 if isinstance(status.error, DeniedError):
                     raise status.error
                 mine = share is None or (status.point, status.repeat) in share
-                to_do[status.point] -= mine and status.state is State.DONE
+                to_do[status.point] -= mine and status.state is RepeatState.DONE
     missing = to_do.total()
     threads = max(1, min(workers, missing))
     kinds = [_class_plan(each, to_do) for each in classes]

@@ -22,7 +22,7 @@ from snooker_cli.errors import RunError, StoreError
 from snooker_cli.formatting import listed
 from snooker_cli.placement.starting_scene import collision_rules, starting_scene
 from snooker_cli.runs.execution import ThreadExecutor
-from snooker_cli.runs.run import RepeatStatus, Run, State
+from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
 from snooker_cli.trace import StopReason
 
 if sys.platform != "win32":
@@ -78,7 +78,7 @@ def _verified(
 ) -> RepeatStatus:
     """A repeat's status: unusable if its rules are not the config's, or a replay differs."""
     header = status.header
-    if header is None or status.state is State.UNUSABLE:
+    if header is None or status.state is RepeatState.UNUSABLE:
         return status
     reason = ""
     wanted = store.written_rules(collision_rules(run.points[status.point].experiment))
@@ -93,7 +93,9 @@ def _verified(
         reason = f"simulating repeat {status.repeat} again gives other bits"
     if not reason:
         return status
-    return replace(status, state=State.UNUSABLE, error=StoreError(status.path, reason, ADVICE))
+    return replace(
+        status, state=RepeatState.UNUSABLE, error=StoreError(status.path, reason, ADVICE)
+    )
 
 
 def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Event) -> bool:

@@ -18,7 +18,7 @@ from snooker_cli.config import Experiment, to_json
 from snooker_cli.engine import simulate, simulate_batch
 from snooker_cli.errors import RunError, SceneError, StoreError
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs import Run, State, batch
+from snooker_cli.runs import RepeatState, Run, batch
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.folder import failures
@@ -125,7 +125,12 @@ def test_of_two_files_the_done_one_counts_or_else_the_longer(
         store.write(run.path(0, [repeat]), [(repeat, trace)], source)
     assert [trace.collisions for trace in run.traces(point)] == [150, 200, 400, 150]
     states = [status.state for status in run.statuses(0)]
-    assert states == [State.SHORTER, State.INTERRUPTED, State.DONE, State.SHORTER]
+    assert states == [
+        RepeatState.SHORTER,
+        RepeatState.INTERRUPTED,
+        RepeatState.DONE,
+        RepeatState.SHORTER,
+    ]
     with pytest.raises(RunError) as caught:  # for a longer file, though a shorter one is there
         made(tmp_path, one_point, "repeats=4")
     assert caught.value.code == "shorter_limits"
@@ -151,7 +156,7 @@ def test_damaged_files_are_deleted_once_their_repeats_are_stored_elsewhere(
         image = bytearray(path.read_bytes())
         image[image.index(store.read(path)[1][0].events.impulse.tobytes()) + 5] ^= 1
         path.write_bytes(image)
-    assert {status.state for status in run.statuses(0)} == {State.DONE}
+    assert {status.state for status in run.statuses(0)} == {RepeatState.DONE}
     with pytest.raises(StoreError, match="its content has changed"):
         list(run.traces(run.points[0]))
     assert not any(each.cached for each in done(run))
@@ -165,7 +170,7 @@ def test_a_file_with_other_repeats_than_its_name_has_is_not_used(
     run, bits = in_twos(tmp_path, one_point)
     shutil.copy(run.path(0, [2, 3]), run.path(0, [0, 1]))
     states = [status.state for status in run.statuses(0)]
-    assert states == [State.UNUSABLE] * 2 + [State.DONE] * 2
+    assert states == [RepeatState.UNUSABLE] * 2 + [RepeatState.DONE] * 2
     assert {status.error and status.error.reason for status in run.statuses(0)} == {
         "is repeat 2 of point 0",
         None,

@@ -16,7 +16,7 @@ from snooker_cli.engine import simulation
 from snooker_cli.errors import StoreError
 from snooker_cli.files import user_key
 from snooker_cli.runs.execution import Watcher, execute
-from snooker_cli.runs.run import State
+from snooker_cli.runs.run import RepeatState
 from snooker_cli.store import file_format as layout
 
 FEW = """\
@@ -68,13 +68,13 @@ def test_checkpoints_do_not_change_a_bit(
     monkeypatch.setattr(simulation, "CHUNK", PIECE)
     run = made(tmp_path / "pieces", text, *overrides)
     interrupts = 0
-    while run.status(0, 0).state is not State.DONE:
+    while run.status(0, 0).state is not RepeatState.DONE:
         watcher = Stops(3)
         (result,) = execute(
             run, workers=1, watcher=watcher, cancelled=watcher.cancelled, interval=0.0
         )
         assert result.error is None
-        interrupts += run.status(0, 0).state is State.INTERRUPTED
+        interrupts += run.status(0, 0).state is RepeatState.INTERRUPTED
     assert interrupts >= 2
     assert contents(run) == contents(whole)
     with pytest.raises(StoreError):  # a repeat that is done has none

@@ -16,7 +16,7 @@ from forging import Forged, forge
 from repeating import contents, done, made
 
 from snooker_cli import runs, store
-from snooker_cli.runs import State
+from snooker_cli.runs import RepeatState
 from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason
 
@@ -71,7 +71,7 @@ def assert_completes(directory: Path, text: str, reference: Path) -> None:
     last = max(int(path.name.split(".")[0].split("-")[2]) for path in left)
     repeats = f"repeats={last + 1}"
     run = made(directory, text, repeats)
-    kept = [each.repeat for each in run.statuses(0) if each.state is State.DONE]
+    kept = [each.repeat for each in run.statuses(0) if each.state is RepeatState.DONE]
     with runs.locked(directory):
         outcomes = done(run, workers=2)
     assert [each.repeat for each in outcomes if each.cached] == kept
