@@ -169,18 +169,18 @@ def simulate_and_store(
             return [*failed, _simulated_long(job, batch, repeat, scene, begun, watch)]
         started, clock, point = datetime.now(UTC), time.perf_counter(), batch.point
         traces = simulate_batch([*scenes.values()], watch=watch, **job.limits(point))
-        found = list(zip(scenes, traces, strict=True))
-        if found:
+        simulated = list(zip(scenes, traces, strict=True))
+        if simulated:
             begun.add(batch, stores=True)
             provenance = job.provenance(point, started, time.perf_counter() - clock)
-            store.write(job.run.path(*batch), found, provenance)
+            store.write(job.run.path(*batch), simulated, provenance)
         return failed + [
-            RepeatResult(point, repeat, trace.stop, trace.collisions) for repeat, trace in found
+            RepeatResult(point, repeat, trace.stop, trace.collisions) for repeat, trace in simulated
         ]
     except AbandonedError:
         return None
     except StoreError as error:
-        return failed + [RepeatResult(batch.point, each, error=str(error)) for each in scenes]
+        return failed + [RepeatResult(batch.point, repeat, error=str(error)) for repeat in scenes]
     except Exception as error:  # the failure of one batch does not stop the others
         return unexpected(batch, error)
 

@@ -288,13 +288,13 @@ class Run:
 
     def figures(self) -> list[Path]:
         """The figure files that ``plot`` saved, known by the JSON beside each figure."""
-        found = []
+        paths = []
         for path in sorted(self.figures_folder.glob("*.json")):
             with suppress(*UNREADABLE):
                 content = json.loads(path.read_text("utf-8", "replace"))
                 if isinstance(content, dict) and content.keys() >= FIGURE_KEYS:
-                    found += [path, *map(path.with_suffix, (".svg", ".png", ".pdf"))]
-        return [path for path in found if path.is_file()]
+                    paths += [path, *map(path.with_suffix, (".svg", ".png", ".pdf"))]
+        return [path for path in paths if path.is_file()]
 
 
 _FILE = re.compile(r"point-(\d+)/repeats-(\d+)-(\d+)\.h5")

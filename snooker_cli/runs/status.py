@@ -49,7 +49,7 @@ def run_status(run: Run) -> dict[str, Any]:
             state = "done"
             row["ended"][str(status.header.stop.reason)] += 1
             row["collisions"] += status.header.collisions
-        elif any(point == status.point and status.repeat in some for point, some in writing):
+        elif any(point == status.point and status.repeat in repeats for point, repeats in writing):
             state = "running"
         elif item in failed:
             state, remark = "failed", printable(f"failed: {failed[item]}")

@@ -167,13 +167,15 @@ def read_rows(
     return values[rows] if data.shape else values
 
 
-def _unpacked(data: Any, chunk: tuple[int, ...], some: slice, dtype: np.dtype[Any]) -> NDArray[Any]:
+def _unpacked(
+    data: Any, chunk: tuple[int, ...], wanted: slice, dtype: np.dtype[Any]
+) -> NDArray[Any]:
     """Rows of a dataset in chunks that have the size which they declare.
 
     HDF5 would unpack all of a chunk, up to ``INFLATION`` times its bytes, before it compares.
     """
     kind, rows, rest = data.dtype, chunk[0], data.shape[1:]
-    first, last, _ = some.indices(data.shape[0])
+    first, last, _ = wanted.indices(data.shape[0])
     values = np.zeros((last - first, *rest), dtype)
     size = kind.itemsize * math.prod(chunk)
     for start in range(first - first % rows, last, rows):

@@ -83,12 +83,14 @@ def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
             return None
         list(_checked(file, path, None, keep_events=False))
         names = file[layout.CHECKPOINT]
-        found = {name: hdf5.read_rows(file, f"{layout.CHECKPOINT}/{name}", None) for name in names}
+        checkpoint = {
+            name: hdf5.read_rows(file, f"{layout.CHECKPOINT}/{name}", None) for name in names
+        }
         written = hdf5.read_attribute(file, layout.CHECKPOINT, "content")
-        if layout.checkpoint_hash(found, _parameter(file, "content")) != written:
+        if layout.checkpoint_hash(checkpoint, _parameter(file, "content")) != written:
             reason = "its checkpoint is damaged, or of another user, machine or version"
             raise StoreError(path, reason, "run it again")
-        return found
+        return checkpoint
 
 
 def read_events(path: Path, repeat: int) -> Iterator[Events]:
@@ -170,8 +172,8 @@ def _ending(text: str) -> tuple[Stop, int, int]:
     stop = Stop(reason, balls=balls, **fields)
     counts = (wall_events, pair_events, *balls)
     numbers = [stop.time, *filter(None, (stop.accumulation_time, stop.impulse_to_come))]
-    sound = all(type(each) is int and each >= 0 for each in counts)
-    sound &= all(type(each) in (int, float) and 0 <= each < math.inf for each in numbers)
+    sound = all(type(count) is int and count >= 0 for count in counts)
+    sound &= all(type(value) in (int, float) and 0 <= value < math.inf for value in numbers)
     _require(sound and isinstance(stop.message, str), "ending")
     # Balls that touch may collide, or be trapped, at time zero.
     begins = stop.time == 0 and reason is not StopReason.TIME
@@ -185,7 +187,7 @@ def _rows(file: h5py.File) -> list[slice]:
     ends = hdf5.read_rows(file, layout.ROWS, np.int64).tolist()
     last = hdf5.length(file, f"{column}/value")
     _require(ends[0] == 0 and ends[-1] == last and sorted(ends) == ends, "rows of its repeats")
-    return [slice(*each) for each in pairwise(ends)]
+    return [slice(first, last) for first, last in pairwise(ends)]
 
 
 def _checked(
@@ -297,7 +299,7 @@ def _traces(
 
     for header in headers:
         _require(all(ball < len(radii) for ball in header.stop.balls), "balls in an ending")
-    _check_motion(scene(0), np.array([each.stop.time for each in headers]), moving, places)
+    _check_motion(scene(0), np.array([header.stop.time for header in headers]), moving, places)
     summaries = [None] * len(headers) if "connectivity" in file else _summaries(file, rows)
     traces = []
     for k in chosen:
@@ -399,6 +401,6 @@ def _summaries(file: h5py.File, rows: Sequence[slice]) -> list[Summary]:
     _require(shapes == {counts.shape[:1]}, "lengths of the columns of the summary")
     _require(counts.shape[1:] == (SPEED_BINS,), "speed_histogram of a summary")
     return [
-        Summary(Series(**{name: values[some] for name, values in columns.items()}), counts[some])
-        for some in rows
+        Summary(Series(**{name: values[own] for name, values in columns.items()}), counts[own])
+        for own in rows
     ]

@@ -181,7 +181,7 @@ class Recorder(AbstractContextManager["Recorder"]):
             reader = EventReader(old) if layout.TIME in old else None
             number = reader.number if reader else 0
             full = self._written = self.number = number - number % ROWS
-            for path in (f"{each}/value" for each in layout.EVENTS if full and each in old):
+            for path in (f"{name}/value" for name in layout.EVENTS if full and name in old):
                 old.copy(path, self._open(), path)
                 data = self._open()[path].id
                 data.set_extent((full, *data.shape[1:]))
@@ -234,9 +234,9 @@ def _write_element(
 def _write_summaries(file: h5py.File, traces: Sequence[Trace]) -> None:
     summaries = [trace.summary for trace in traces if trace.summary is not None]
     for name, unit in SERIES_UNITS.items():
-        values = np.concatenate([getattr(each.series, name) for each in summaries])
+        values = np.concatenate([getattr(summary.series, name) for summary in summaries])
         _write_element(file, f"{layout.SUMMARY}/{name}", values, unit, _chunk(values))
-    counts = layout.smallest(np.concatenate([each.speed_histogram for each in summaries]))
+    counts = layout.smallest(np.concatenate([summary.speed_histogram for summary in summaries]))
     _write_element(file, f"{layout.SUMMARY}/speed_histogram", counts, "1", _chunk(counts))
 
 
@@ -244,8 +244,8 @@ def _write_scenes(file: h5py.File, traces: Sequence[Trace]) -> None:
     """Write the balls and the container at the start and the finish of each repeat."""
     scenes = [scene for trace in traces for scene in (trace.start, trace.finish)]
     start = scenes[0]
-    moving = [(each.positions, each.velocities) for each in scenes]
-    container = [([each.container_position], [each.container_velocity]) for each in scenes]
+    moving = [(scene.positions, scene.velocities) for scene in scenes]
+    container = [([scene.container_position], [scene.container_velocity]) for scene in scenes]
     radius = getattr(start.container, "radius", math.nan)
     for group, places_and_velocities, masses, radii in (
         (layout.BALLS, moving, start.masses, start.radii),
