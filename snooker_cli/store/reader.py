@@ -100,7 +100,8 @@ def read_events(path: Path, repeat: int) -> Iterator[Events]:
     """
     with _opened(path) as file:
         numbers = [header.repeat for header in _headers(file, path)]
-        yield from EventReader(file).pieces(_rows(file)[numbers.index(repeat)])
+        rows = _rows(file)[numbers.index(repeat)]
+        yield from EventReader(file, EVENTS_AT_A_TIME).pieces(rows)
 
 
 @contextmanager
@@ -341,9 +342,11 @@ class EventReader:
     """Reads and checks the events of a file in blocks of rows. The last block stays in memory.
 
     Many short repeats are in one block, and a long repeat is in many blocks.
+
+    at_a_time : rows of a block
     """
 
-    def __init__(self, file: h5py.File, at_a_time: int = EVENTS_AT_A_TIME) -> None:
+    def __init__(self, file: h5py.File, at_a_time: int) -> None:
         self._file, self._size = file, at_a_time
         self._paths = [path for path in layout.EVENTS if file.id.links.exists(path.encode())]
         self.number = hdf5.length(file, f"{layout.TIME}/value")

@@ -178,7 +178,7 @@ class Recorder(AbstractContextManager["Recorder"]):
         with h5py.File(self.path, locking=False) as old:
             hashes = hdf5.read_rows(old, f"{layout.CHECKPOINT}/{layout.HASHES}", None)
             self._fingerprint.restore(hashes)
-            reader = EventReader(old) if layout.TIME in old else None
+            reader = EventReader(old, ROWS) if layout.TIME in old else None
             number = reader.number if reader else 0
             full = self._written = self.number = number - number % ROWS
             for path in (f"{name}/value" for name in layout.EVENTS if full and name in old):
