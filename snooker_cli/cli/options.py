@@ -12,7 +12,6 @@ from snooker_cli.cli.typer_classes import flag, option
 from snooker_cli.config.axes import option_values
 from snooker_cli.config.problems import PathError
 from snooker_cli.errors import UserError
-from snooker_cli.figures.selection import distinct
 from snooker_cli.runs import Run
 
 EngineName = Literal["allpairs", "cells"]  # the engines that a user can choose
@@ -58,6 +57,8 @@ _WITHIN = {
 
 def conditions(where: Sequence[str] | None, run: Run) -> dict[str, Any]:
     """The conditions of ``--where``: a value of each key, or a tuple of several of the run's."""
+    from snooker_cli.figures.selection import distinct  # loads SciPy, which `ls` does not need
+
     found: dict[str, Any] = {}
     for text in where or ():
         match = re.fullmatch(r"\s*([^<>=\s]+)\s*([<>]=?|=)\s*(.*\S)\s*", text)

@@ -39,7 +39,7 @@ def create(run: Run, *, fresh: bool = False) -> str:
     change = planned_change(run, fresh=fresh)
     with writing(run.directory):
         if fresh:
-            for old in (*run.directory.glob("point-*/repeat*.h5"), *run.figures()):
+            for old in (*run.directory.glob("point-*/repeats-*.h5"), *run.figures()):
                 old.unlink()
             for folder in run.directory.glob("point-*"):
                 with suppress(OSError):  # it is not empty
