@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain, groupby
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from snooker_cli.trace import StopReason, Trace
 MANIFEST = "run.json"
 ANALYSES = ("fit.json", "compare.json")
 REMEMBERED_SIZE = 1_000_000  # bytes of a file up to which its repeats stay in memory
+HEADER_SIZE = 1000  # bytes in memory of what is known of a repeat, approximately
 REPLACES = "run the config again, which replaces it"
 
 Check = Callable[[Path], list[RepeatHeader]]  # ``store.check``, or the same in a child process
@@ -236,11 +237,11 @@ class Run:
             info = store.file_info(path)
             if info is None:  # another process has just deleted it
                 return []
-            headers = (
-                check(path)
-                if check
-                else MEMORY.get(("headers", path, info), lambda: store.read_headers(path))
-            )
+            if check:
+                headers = check(path)
+            else:
+                key, size = ("headers", path, info), HEADER_SIZE * len(repeats)
+                headers = MEMORY.get(key, partial(store.read_headers, path), size=size)
             for header in headers:
                 if header.provenance.point != point or header.repeat not in repeats:
                     reason = f"is repeat {header.repeat} of point {header.provenance.point}"

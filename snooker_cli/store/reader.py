@@ -150,11 +150,11 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     _require(provenance.engine in (None, "allpairs", "cells"), "engine in its provenance")
     ascend = all(first < second for first, second in pairwise([-1, *numbers]))
     _require(len(numbers) > 0 and ascend, "numbers of its repeats")
-    endings = map(_ending, hdf5.read_text(file, layout.ENDINGS))
+    endings = json.loads(f"[{','.join(hdf5.read_text(file, layout.ENDINGS))}]")
     rules = {**json.loads(_parameter(file, "scene"))}
     del rules["shape"]
     return [
-        RepeatHeader(number, *ending, provenance, content, rules)
+        RepeatHeader(number, *_ending(ending), provenance, content, rules)
         for number, ending, content in zip(numbers, endings, contents, strict=True)
     ]
 
@@ -165,9 +165,9 @@ def _require(holds: object, what: str) -> None:
         raise ValueError(f"wrong {what}")
 
 
-def _ending(text: str) -> tuple[Stop, int, int]:
+def _ending(stored: dict[str, Any]) -> tuple[Stop, int, int]:
     """How a repeat ended, and its collisions with the wall and between balls."""
-    fields = {**json.loads(text)}
+    fields = {**stored}
     wall_events, pair_events = (fields.pop(name) for name in layout.COUNTS)
     reason, balls = StopReason(fields.pop("reason")), tuple(fields.pop("balls"))
     stop = Stop(reason, balls=balls, **fields)
