@@ -34,16 +34,16 @@ class _Unfailing(io.FileIO):
 
     def write(self, data: Any) -> int:
         rest = memoryview(data)
-        while rest and not self.error:
-            rest = rest[self._tried(super().write, rest) :]
+        try:
+            while rest and not self.error:
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self.error = error
         return len(data)
 
     def truncate(self, size: int | None = None) -> int:
-        return self._tried(super().truncate, size)
-
-    def _tried(self, call: Callable[[Any], int], argument: Any) -> int:
         try:
-            return call(argument)
+            return super().truncate(size)
         except OSError as error:
             self.error = self.error or error
             return 0

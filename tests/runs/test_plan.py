@@ -78,19 +78,12 @@ def test_a_class_holds_points_that_need_the_same(small_config: str) -> None:
         (("balls.count=80",), []),
         (("balls.count=200",), ["cells"]),
         (("balls.count=4096", "balls.radius=0.05"), ["cells", "balls sorted by cells"]),
-        (("container={shape: box, width: 20}",), ["cells", "straight walls"]),
-        (("container={shape: periodic, width: 20}",), ["cells", "periodic images"]),
-        (("balls.count=80", "collapse=slide"), ["sliding along the wall"]),
-        (("balls.count=80", "cor=0.9", "wall_cor=1"), ["losses between balls"]),
         (("balls.count=80", "wall_cor=0.9"), ["losses at the wall", "wall traps"]),
         (
             ("balls.count=80", "wall_cor=0.9", "collapse=slide"),
             ["losses at the wall", "sliding along the wall"],
         ),
-        (
-            ("balls.count=80", "wall_cor=0.9", "collapse={tc: 0.01}"),
-            ["losses at the wall", "lasting contacts"],
-        ),
+        (("balls.count=80", "collapse={tc: 0.01}"), ["lasting contacts"]),
         (
             ("container={shape: box, width: 20}", "cor=0.9", "collapse={elastic_below: 0.01}"),
             [
