@@ -119,6 +119,12 @@ class StoreError(SnookerError):
         self.advice = advice
 
 
+class UnsoundError(SnookerError):
+    """A repeat in memory whose events cannot be true."""
+
+    exit_code = ExitCode.UNSOUND
+
+
 class AbsentError(StoreError):
     """A result file that is missing or cannot be written."""
 

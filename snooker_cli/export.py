@@ -89,9 +89,9 @@ def csv_lines(units: Mapping[str, str], tables: Iterable[Table]) -> Iterator[str
             yield ",".join(units) + "\n"
         columns = [table[name] for name in units]
         for first in range(0, len(columns[0]), CSV_LINES):
-            some = (column[first : first + CSV_LINES].tolist() for column in columns)
+            values = (column[first : first + CSV_LINES].tolist() for column in columns)
             lines = StringIO()
-            csv.writer(lines, lineterminator="\n").writerows(zip(*some, strict=True))
+            csv.writer(lines, lineterminator="\n").writerows(zip(*values, strict=True))
             yield lines.getvalue()
 
 

@@ -34,9 +34,14 @@ class Memory:
             self._kept.move_to_end((key, id(owner)))
             return self._kept[key, id(owner)][0]
 
-    def keep(self, key: Hashable, result: Result, owner: object = None) -> Result:
-        """Keep a result, which is returned. Keys of different owners are different."""
-        name, number = (key, id(owner)), size_of(result)
+    def keep(
+        self, key: Hashable, result: Result, owner: object = None, size: int | None = None
+    ) -> Result:
+        """Keep a result, which is returned. Keys of different owners are different.
+
+        size : about its bytes [counted, which takes long for many small objects]
+        """
+        name, number = (key, id(owner)), size_of(result) if size is None else size
         if owner is not None:
             weakref.finalize(owner, self._forget, name).atexit = False
         with self._lock:
@@ -47,10 +52,16 @@ class Memory:
             self.size += number
         return result
 
-    def get(self, key: Hashable, make: Callable[[], Result], owner: object = None) -> Result:
-        """The result with a key, which ``make`` computes if it is not kept."""
+    def get(
+        self,
+        key: Hashable,
+        make: Callable[[], Result],
+        owner: object = None,
+        size: int | None = None,
+    ) -> Result:
+        """The result with a key, which ``make`` computes if it is not kept; see ``keep``."""
         known: Result | None = self.find(key, owner)
-        return self.keep(key, make(), owner) if known is None else known
+        return self.keep(key, make(), owner, size) if known is None else known
 
     def _forget(self, name: Hashable) -> None:
         with self._lock:

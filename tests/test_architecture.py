@@ -36,7 +36,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "trace": ("scene",),
     # From a config to stored repeats
     "placement": ("config", "containers", "errors", "neighbours", "scene"),
-    "engine": ("containers", "laws", "scene", "trace"),
+    "engine": ("containers", "errors", "laws", "scene", "trace"),
     "store": ("containers", "errors", "files", "laws", "scene", "trace"),
     "runs": tuple(part for part in RUNNING if part != "runs"),
     "export": ("engine", "errors", "files", "scene", "store", "trace"),

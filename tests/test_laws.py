@@ -18,7 +18,7 @@ from snooker_cli.engine import collision, jit
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.laws import Constant, law_of
 from snooker_cli.runs import Run, open_run
-from snooker_cli.runs.run import State
+from snooker_cli.runs.run import RepeatState
 from snooker_cli.runs.verification import verify
 from snooker_cli.theory import critical_ratio
 
@@ -101,14 +101,14 @@ def test_a_file_keeps_the_law(copy: Run, damped: Damped) -> None:
 @pytest.mark.parametrize("changes", [{"pair_law": Constant(0.123)}, {"elastic_below": 0.5}])
 def test_verification_finds_a_file_of_other_rules(changes: dict[str, object], copy: Run) -> None:
     """Though its hashes are right, and its config is that of the run."""
-    assert {status.state for status in verify(copy, replay=False, workers=1)} == {State.DONE}
+    assert {status.state for status in verify(copy, replay=False, workers=1)} == {RepeatState.DONE}
     with_traces(
         lambda trace: replace(
             trace, start=replace(trace.start, **changes), finish=replace(trace.finish, **changes)
         )
     )(copy.batches(0)[0])
     status = next(verify(copy, replay=False, workers=1))
-    assert status.state is State.UNUSABLE
+    assert status.state is RepeatState.UNUSABLE
     assert "than the config's" in str(status.error)
 
 

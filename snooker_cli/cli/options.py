@@ -11,7 +11,6 @@ import typer
 from snooker_cli.config.axes import option_values
 from snooker_cli.config.problems import PathError
 from snooker_cli.errors import UserError
-from snooker_cli.figures.selection import distinct
 from snooker_cli.runs import Run
 
 
@@ -63,6 +62,8 @@ _COMPARED["="] = operator.ge  # of the lower end of a range
 
 def conditions(where: Sequence[str] | None, run: Run) -> dict[str, Any]:
     """The conditions of ``--where``: a value of each key, or a tuple of several of the run's."""
+    from snooker_cli.figures.selection import distinct  # loads SciPy, which `ls` does not need
+
     values_of_key: dict[str, Any] = {}
     for text in where or ():
         match = re.fullmatch(r"\s*([^<>=\s]+)\s*([<>]=?|=)\s*(.*\S)\s*", text)

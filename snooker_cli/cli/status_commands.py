@@ -11,7 +11,7 @@ from snooker_cli.cli.options import AsJson, Jobs, RunName, flag
 from snooker_cli.cli.output import first, print_result
 from snooker_cli.errors import ExitCode, RunError, StoreError
 from snooker_cli.formatting import counted, listed, point_label, printable, size, text_table
-from snooker_cli.runs import State, open_run, runs_in
+from snooker_cli.runs import RepeatState, open_run, runs_in
 from snooker_cli.runs.execution import processors
 from snooker_cli.runs.progress import counting, notice
 from snooker_cli.runs.status import COUNTS, ended, run_status
@@ -128,8 +128,8 @@ def verify(
     statuses = sorted(
         counting(verified, "", total), key=lambda status: (status.point, status.repeat)
     )
-    counts = {str(state): sum(status.state is state for status in statuses) for state in State}
-    del counts[str(State.UNUSABLE)]
+    counts = {str(state): sum(status.state is state for status in statuses) for state in RepeatState}
+    del counts[str(RepeatState.UNUSABLE)]
     bad = [
         {
             "point": status.point,
@@ -138,7 +138,7 @@ def verify(
             "error": str(status.error),
         }
         for status in statuses
-        if status.state is State.UNUSABLE
+        if status.state is RepeatState.UNUSABLE
     ]
     how = "read and simulated again" if replay else "read again"
     files = len({repeat["path"] for repeat in bad})

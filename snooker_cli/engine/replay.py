@@ -11,8 +11,10 @@ from snooker_cli.engine.collision import collide, count
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.engine.sliding import FLIES, slide_on, write_states
+from snooker_cli.errors import UnsoundError
 from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace
 
+ESCAPE = 1.0  # of the container's size from its centre; rounding takes balls over half of it
 BRANCHES = 50  # balls that can be added in the time that changing the sums of two takes
 
 
@@ -35,7 +37,7 @@ def replay(trace: Trace, times: ArrayLike) -> States:
     """The states at ``times`` (s, ascending); at the time of a collision, just after it.
 
     Raises ``ValueError`` if the trace has no events, or for times that are not ascending within
-    0 and the trace's end.
+    0 and the trace's end; ``UnsoundError`` for events that do not follow from the start.
     """
     if trace.events is None:
         raise ValueError("this repeat was recorded as a summary: it has no events to replay")
@@ -52,6 +54,13 @@ def replay(trace: Trace, times: ArrayLike) -> States:
     period = run.state.period
     if period is not None:
         positions = positions - period * np.rint(positions / period)
+    # A file with other events, but right hashes, leads balls anywhere.
+    reach = ESCAPE * max(trace.start.container.size)
+    if not np.all(np.abs(positions - container_out[:, np.newaxis, :2]) < reach):
+        raise UnsoundError(
+            "a ball leaves the container when its stored events are carried out again",
+            "find the file with `snooker verify RUN --replay`, delete it and run again",
+        )
     return States(
         time=wanted,
         positions=positions + origin,

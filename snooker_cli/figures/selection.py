@@ -12,7 +12,7 @@ from snooker_cli.config import Point
 from snooker_cli.containers import SHAPES
 from snooker_cli.errors import FigureError
 from snooker_cli.formatting import listed, short
-from snooker_cli.runs import RepeatStatus, Run, State
+from snooker_cli.runs import RepeatState, RepeatStatus, Run
 
 Item = TypeVar("Item")
 
@@ -155,7 +155,7 @@ def statuses(run: Run, point: Point, selection: Selection) -> list[RepeatStatus]
     return [
         status
         for status in run.statuses(point.index)
-        if selection.repeat in (None, status.repeat) and status.state is not State.MISSING
+        if selection.repeat in (None, status.repeat) and status.state is not RepeatState.MISSING
     ]
 
 

@@ -20,7 +20,7 @@ from snooker_cli.engine import ENGINE_VERSION, simulate, simulate_batch
 from snooker_cli.errors import SceneError, StoreError
 from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.runs.plan import first_scene
-from snooker_cli.runs.run import RepeatStatus, Run, State
+from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Stop, StopReason
 
@@ -169,18 +169,18 @@ def simulate_and_store(
             return [*failed, _simulated_long(job, batch, repeat, scene, begun, watch)]
         started, clock, point = datetime.now(UTC), time.perf_counter(), batch.point
         traces = simulate_batch([*scenes.values()], watch=watch, **job.limits(point))
-        found = list(zip(scenes, traces, strict=True))
-        if found:
+        simulated = list(zip(scenes, traces, strict=True))
+        if simulated:
             begun.add(batch, stores=True)
             provenance = job.provenance(point, started, time.perf_counter() - clock)
-            store.write(job.run.path(*batch), found, provenance)
+            store.write(job.run.path(*batch), simulated, provenance)
         return failed + [
-            RepeatResult(point, repeat, trace.stop, trace.collisions) for repeat, trace in found
+            RepeatResult(point, repeat, trace.stop, trace.collisions) for repeat, trace in simulated
         ]
     except AbandonedError:
         return None
     except StoreError as error:
-        return failed + [RepeatResult(batch.point, each, error=str(error)) for each in scenes]
+        return failed + [RepeatResult(batch.point, repeat, error=str(error)) for repeat in scenes]
     except Exception as error:  # the failure of one batch does not stop the others
         return unexpected(batch, error)
 
@@ -202,7 +202,7 @@ def _simulated_long(
     run, point = job.run, batch.point
     path, older = run.path(*batch), run.status(point, repeat)
     started, seconds, checkpoint = datetime.now(UTC), 0.0, None
-    if older.state is State.INTERRUPTED and older.header is not None and older.path == path:
+    if older.state is RepeatState.INTERRUPTED and older.header is not None and older.path == path:
         try:
             checkpoint = store.read_checkpoint(path)
         except StoreError as error:
@@ -257,7 +257,7 @@ def _scenes(run: Run, batch: Batch) -> tuple[dict[int, Scene], list[RepeatResult
 def cached(status: RepeatStatus) -> RepeatResult | None:
     """The result of a repeat that is done already; None if it is not."""
     header = status.header
-    if status.state is not State.DONE or header is None:
+    if status.state is not RepeatState.DONE or header is None:
         return None
     return RepeatResult(status.point, status.repeat, header.stop, header.collisions, cached=True)
 

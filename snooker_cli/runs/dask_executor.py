@@ -170,8 +170,8 @@ class DaskExecutor(Executor):
         with ExitStack() as exits:
             exits.enter_context(silence_logging_cmgr("critical"))
             try:
-                found = distributed.Security().get_connection_args("client")
-                if address.startswith("tls:") and not found.get("ssl_context"):
+                security = distributed.Security().get_connection_args("client")
+                if address.startswith("tls:") and not security.get("ssl_context"):
                     # A client that begins without certificates cannot be closed.
                     raise RunError(
                         f"--executor dask={address}: dask's configuration names no certificates "

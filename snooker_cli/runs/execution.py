@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from concurrent import futures
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from functools import partial
-from itertools import groupby, product
+from itertools import chain, groupby, islice, product
 from multiprocessing import get_context, parent_process
 from operator import itemgetter
 from pathlib import Path
@@ -43,7 +43,7 @@ from snooker_cli.runs.folder import (
     record_failure,
 )
 from snooker_cli.runs.plan import alike, batch_size
-from snooker_cli.runs.run import RepeatStatus, Run, State
+from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
 
 POLL_INTERVAL = 0.02  # seconds between two looks whether a run was cancelled
 LEAST_FOR_PROCESS = 6  # batches of short repeats for each process; its start takes a second
@@ -92,32 +92,28 @@ class Executor(AbstractContextManager["Executor"]):
         watcher : its ``simulating`` and ``events`` are called
         """
 
-    def each(self, function: Callable[[Any], Result], items: Iterable[Any]) -> Iterator[Result]:
+    def results(self, function: Callable[[Any], Result], items: Iterable[Any]) -> Iterator[Result]:
         """The results of a function as they come; once cancelled, only those that are stored."""
         pending: dict[Future[Result], Any] = {}
         ended: SimpleQueue[Future[Result]] = SimpleQueue()
-        todo = iter(items)
+        waiting = iter(items)
         while not (self._cancelled.is_set() and self._stored().isdisjoint(pending.values())):
-            while len(pending) < self._at_once and not self._cancelled.is_set():
-                item = next(todo, None)
-                if item is None:
-                    break
-                future = self._pool.submit(function, item)
-                pending[future] = item
-                future.add_done_callback(ended.put)
+            if not self._cancelled.is_set():
+                for item in islice(waiting, self._at_once - len(pending)):
+                    future = self._pool.submit(function, item)
+                    pending[future] = item
+                    future.add_done_callback(ended.put)
             if not pending:
                 return
-            try:
+            with suppress(Empty):
                 future = ended.get(timeout=POLL_INTERVAL)
-            except Empty:
-                continue
-            yield self._result(future, pending.pop(future))
+                yield self._result(future, pending.pop(future))
 
     def counted(
         self, function: Callable[[Batch], Results], batches: Iterable[Batch], watcher: Watcher
     ) -> Iterator[Results]:
-        """As ``each``; the watcher gets the collisions of a batch when it has ended."""
-        for results in self.each(function, batches):
+        """As ``results``; the watcher gets the collisions of a batch when it has ended."""
+        for results in self.results(function, batches):
             watcher.events(sum(result.collisions for result in results or ()))
             yield results
 
@@ -148,7 +144,7 @@ class ThreadExecutor(Executor):
         clock, run = time.perf_counter(), job.run
         points = [run.points[point] for point in sorted({point for point, _ in missing})]
         scenes = [same[0].experiment for same in alike(points).values()]
-        for _ in self.each(lambda each: compile_for(each, run.engine), scenes):
+        for _ in self.results(partial(compile_for, engine=run.engine), scenes):
             pass
         if not self._cancelled.is_set():
             watcher.simulating(time.perf_counter() - clock)
@@ -157,9 +153,8 @@ class ThreadExecutor(Executor):
             with ProcessExecutor(self._processes, job, self._cancelled) as others:
                 yield from others.simulate(job, missing, watcher)
             return
-        yield from self.each(
-            lambda batch: simulate_and_store(job, batch, self._begun, watcher.events), missing
-        )
+        simulated = partial(simulate_and_store, job, begun=self._begun, events=watcher.events)
+        yield from self.results(simulated, missing)
 
     def _stored(self) -> Set[Any]:
         return self._begun.stop()
@@ -251,9 +246,6 @@ def execute(
     for a file that cannot be read, before anything is simulated.
     """
     results: list[RepeatResult] = []
-    missing: list[tuple[int, int]] = []
-    found: dict[int, list[RepeatStatus]] = {point.index: [] for point in run.points}
-    kept: set[Path] = set()
     manifest = manifest_number(run.directory)
 
     def is_lost() -> bool:  # another part may write the same manifest
@@ -266,54 +258,74 @@ def execute(
         watcher.finished(result)
 
     with ThreadExecutor(workers, cancelled, processes) as threads:
-        paths = [path for point in found for path in run.batches(point)]
-        for statuses in threads.each(partial(run.file_statuses, check=store.check), paths):
-            for status in statuses:
-                if isinstance(status.error, DeniedError):
-                    raise status.error
-                found[status.point].append(status)
-        for point, statuses in found.items():
-            best = run.best(point, statuses)
-            for status in best:
-                if part is not None and (point, status.repeat) not in part:
-                    continue
-                if result := cached(status):
-                    kept.add(status.path)
-                    finish(result)
-                else:
-                    missing.append((point, status.repeat))
-            unusable = {each.path: each.error for each in best if each.state is State.UNUSABLE}
-            for error in filter(None, unusable.values()):
-                watcher.unusable(error.problem)
+        # Which repeats are stored, and which are missing?
+        statuses = _checked(run, threads, watcher, part)
+        for result in filter(None, map(cached, statuses)):
+            finish(result)
+        kept = {status.path for status in statuses if status.state is RepeatState.DONE}
+        missing = [
+            (status.point, status.repeat)
+            for status in statuses
+            if status.state is not RepeatState.DONE
+        ]
+        # Simulate and store these.
         if part is None:
             discard(run.directory / FAILURES)
-        all_checked = not cancelled.is_set()
-        if missing and all_checked:
+        if missing and not cancelled.is_set():
             for path in run.analyses() if part is None else ():
                 path.unlink(missing_ok=True)
-            simulating = executor or threads
-            job = Job(run, command or _command(), interval)
             batches = _batches(run, missing)
             kept |= {run.path(*batch) for batch in batches}
-            for ended in simulating.simulate(job, batches, watcher):
-                for result in ended or ():
+            job = Job(run, command or _command(), interval)
+            for of_batch in (executor or threads).simulate(job, batches, watcher):
+                for result in of_batch or ():
                     finish(result)
                 if is_lost():
                     cancelled.set()  # nothing more can be stored
+        # Delete the files that these replace.
         if is_lost():
             raise RunError(
                 f"{run.directory}: was deleted, moved or replaced during the run",
                 "run the same command again",
                 code="lost",
             )
-        if part is None and not cancelled.is_set() and not any(each.error for each in results):
+        failed = [result for result in results if result.error]
+        if part is None and not cancelled.is_set() and not failed:
             run.delete_all_but(kept)
     # Again, because temporary files that filled the disk are gone.
     recorded = failures(run)
-    for each in results:
-        if each.error and (each.point, each.repeat) not in recorded:
-            record_failure(run, each.point, each.repeat, each.error)
+    for result in failed:
+        if result.error and (result.point, result.repeat) not in recorded:
+            record_failure(run, result.point, result.repeat, result.error)
     return sorted(results, key=lambda result: (result.point, result.repeat))
+
+
+def _checked(
+    run: Run, threads: Executor, watcher: Watcher, part: Set[tuple[int, int]] | None
+) -> list[RepeatStatus]:
+    """The best status of each repeat, or of those of a part; every file is read and checked.
+
+    Raises ``DeniedError`` for a file that cannot be read.
+    """
+    of_points: dict[int, list[RepeatStatus]] = {point.index: [] for point in run.points}
+    paths = chain.from_iterable(map(run.batches, of_points))
+    for statuses in threads.results(partial(run.file_statuses, check=store.check), paths):
+        for status in statuses:
+            if isinstance(status.error, DeniedError):
+                raise status.error
+            of_points[status.point].append(status)
+    best = [
+        status
+        for point, statuses in of_points.items()
+        for status in run.best(point, statuses)
+        if part is None or (point, status.repeat) in part
+    ]
+    unusable = {
+        status.path: status.error for status in best if status.state is RepeatState.UNUSABLE
+    }
+    for error in filter(None, unusable.values()):
+        watcher.unusable(error.problem)
+    return best
 
 
 def share_of(run: Run, k: int, n: int) -> tuple[set[tuple[int, int]], str]:
@@ -327,17 +339,15 @@ def share_of(run: Run, k: int, n: int) -> tuple[set[tuple[int, int]], str]:
 
 def _batches(run: Run, missing: Iterable[tuple[int, int]]) -> list[Batch]:
     """The missing repeats, in batches of consecutive ones."""
-    found: list[Batch] = []
-    for point, repeats in groupby(missing, key=itemgetter(0)):
+    batches: list[Batch] = []
+    for point, pairs in groupby(missing, key=itemgetter(0)):
         size = batch_size(run.points[point].experiment, run.engine)
-        batch: tuple[int, ...] = ()
-        for _, repeat in repeats:
-            if batch and (repeat != batch[-1] + 1 or len(batch) == size):
-                found.append(Batch(point, batch))
-                batch = ()
-            batch += (repeat,)
-        found.append(Batch(point, batch))
-    return found
+        # Among consecutive numbers, the difference from their rank is the same.
+        ranked = enumerate(repeat for _, repeat in pairs)
+        for _, together in groupby(ranked, key=lambda pair: pair[1] - pair[0]):
+            repeats = tuple(repeat for _, repeat in together)
+            batches += [Batch(point, repeats[k : k + size]) for k in range(0, len(repeats), size)]
+    return batches
 
 
 def _command() -> str:

@@ -16,7 +16,7 @@ from snooker_cli.config import LIMITS, Experiment, Point, digest, extends, point
 from snooker_cli.errors import UNREADABLE, DeniedError, RunError, StoreError, error_text
 from snooker_cli.files import discard, unfinished, write_json
 from snooker_cli.formatting import listed, plain, printable
-from snooker_cli.runs.run import ANALYSES, MANIFEST, Run, State
+from snooker_cli.runs.run import ANALYSES, MANIFEST, RepeatState, Run
 
 if sys.platform != "win32":
     import fcntl
@@ -39,7 +39,7 @@ def create(run: Run, *, fresh: bool = False) -> str:
     change = planned_change(run, fresh=fresh)
     with writing(run.directory):
         if fresh:
-            for old in (*run.directory.glob("point-*/repeat*.h5"), *run.figures()):
+            for old in (*run.directory.glob("point-*/repeats-*.h5"), *run.figures()):
                 old.unlink()
             for folder in run.directory.glob("point-*"):
                 with suppress(OSError):  # it is not empty
@@ -117,25 +117,26 @@ def _physics(point: Point) -> tuple[dict[str, Any], str]:
 
 def _changed_limits(before: Run, now: Run) -> str:
     """The limits that differ between two runs: ``collisions from 150 to 300``."""
-    found = []
+    changes = []
     for name in LIMITS:
         values = [
             list(dict.fromkeys(getattr(point.experiment, name) for point in run.points))
             for run in (before, now)
         ]
         if values[0] != values[1]:
-            old, new = (json.dumps(each if each[1:] else each[0]) for each in values)
-            found.append(f"{name} from {old} to {new}")
-    return ", ".join(found)
+            old, new = (json.dumps(limits if limits[1:] else limits[0]) for limits in values)
+            changes.append(f"{name} from {old} to {new}")
+    return ", ".join(changes)
 
 
 def _has_longer_repeat(run: Run) -> bool:
     """Whether a readable repeat in the folder is longer than a run's config asks for."""
     files = chain.from_iterable(run.batches(point.index) for point in run.points)
-    found = chain.from_iterable(map(run.file_statuses, files))
     return any(
-        each.state is State.UNUSABLE and each.header and each.repeat < run.experiment.repeats
-        for each in found
+        status.state is RepeatState.UNUSABLE
+        and status.header
+        and status.repeat < run.experiment.repeats
+        for status in chain.from_iterable(map(run.file_statuses, files))
     )
 
 
@@ -238,8 +239,8 @@ def locked_for_part(run: Run) -> Iterator[None]:
 def holds_manifest(run: Run) -> bool:
     """Whether the folder has this run's manifest, in any file."""
     with suppress(*UNREADABLE):
-        found = json.loads((run.directory / MANIFEST).read_text("utf-8"))
-        return bool(found == plain(run.manifest()))
+        manifest = json.loads((run.directory / MANIFEST).read_text("utf-8"))
+        return bool(manifest == plain(run.manifest()))
     return False
 
 
@@ -335,10 +336,10 @@ def record_failure(run: Run, point: int, repeat: int, error: str) -> None:
 
 def failures(run: Run) -> dict[tuple[int, int], str]:
     """The error of each point and repeat that failed; a line that is cut is skipped."""
-    found: dict[tuple[int, int], str] = {}
+    errors: dict[tuple[int, int], str] = {}
     with suppress(OSError):
         for line in (run.directory / FAILURES).read_text("utf-8", "replace").splitlines():
             with suppress(*UNREADABLE):
-                one = json.loads(line)
-                found[int(one["point"]), int(one["repeat"])] = str(one["error"])
-    return found
+                row = json.loads(line)
+                errors[int(row["point"]), int(row["repeat"])] = str(row["error"])
+    return errors

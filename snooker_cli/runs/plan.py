@@ -16,7 +16,7 @@ from snooker_cli.errors import DeniedError, SceneError
 from snooker_cli.formatting import point_label
 from snooker_cli.memory import MEMORY
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs.run import Run, State
+from snooker_cli.runs.run import RepeatState, Run
 from snooker_cli.scene import Scene
 
 MOST_SECONDS = 7 * 86400.0  # a run whose estimate is longer needs ``--yes``
@@ -77,7 +77,7 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     Raises ``SceneError``, naming the point, for a scene that cannot exist or be repeated, or that
     the chosen engine cannot simulate.
     """
-    found: dict[Any, list[tuple[Point, int, float | None, tuple[float, float]]]] = {}
+    groups: dict[Any, list[tuple[Point, int, float | None, tuple[float, float]]]] = {}
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
@@ -96,18 +96,18 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
             wrong = error.key if isinstance(error, SceneError) else "container.shape"
             raise SceneError(wrong, f"{error}{where}") from None
         models["events"] = experiment.record == "events"
-        start = theory.starting_rates(scene)
+        rates = theory.starting_rates(scene)
         for point in same:
             needed = models | _loss_models(point.experiment)
             key = type(scene.container), tuple(needed.items())
             ratio = theory.critical_ratio(scene, point.experiment.cor)
-            found.setdefault(key, []).append((point, scene.number, ratio, start))
+            groups.setdefault(key, []).append((point, scene.number, ratio, rates))
     classes = []
-    for (shape, modelled), members in found.items():
-        members.sort(key=lambda each: each[0].index)
-        ordered, balls, lengths, rates = zip(*members, strict=True)
-        classes.append(SceneClass(shape, ordered, balls, lengths, rates, dict(modelled)))
-    return sorted(classes, key=lambda each: each.points[0].index)
+    for (shape, modelled), members in groups.items():
+        members.sort(key=lambda member: member[0].index)
+        ordered, balls, lengths, starting_rates = zip(*members, strict=True)
+        classes.append(SceneClass(shape, ordered, balls, lengths, starting_rates, dict(modelled)))
+    return sorted(classes, key=lambda scene_class: scene_class.points[0].index)
 
 
 def _collisions(experiment: Experiment, balls: int, rates: tuple[float, float]) -> int:
@@ -139,12 +139,12 @@ def _loss_models(experiment: Experiment) -> dict[str, bool]:
 def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
     """Points by scene and record; they differ in losses, limits and random numbers."""
     common = {"cor": 1.0, "wall_cor": None, "collisions": 1, "time": None, "title": None}
-    found: dict[Experiment, list[Point]] = {}
+    groups: dict[Experiment, list[Point]] = {}
     for point in points:
         collapse = "slide" if point.experiment.collapse == "slide" else "stop"
         same = point.experiment.model_copy(update={**common, "collapse": collapse})
-        found.setdefault(same, []).append(point)
-    return found
+        groups.setdefault(same, []).append(point)
+    return groups
 
 
 def batch_size(experiment: Experiment, engine: str | None) -> int:
@@ -206,10 +206,10 @@ def run_plan(
                 if isinstance(status.error, DeniedError):
                     raise status.error
                 mine = share is None or (status.point, status.repeat) in share
-                to_do[status.point] -= mine and status.state is State.DONE
+                to_do[status.point] -= mine and status.state is RepeatState.DONE
     missing = to_do.total()
     threads = max(1, min(workers, missing))
-    kinds = [_class_plan(each, to_do) for each in classes]
+    kinds = [_class_plan(scene_class, to_do) for scene_class in classes]
     totals = {name: sum(kind[name] for kind in kinds) for name in ESTIMATES}
     return {
         "run": str(run.directory),
@@ -224,8 +224,8 @@ def run_plan(
         "seconds": totals["processor_seconds"] / threads,
         "cools_out": any(
             to_do[point.index] > 0 and _cools_out(point.experiment, balls)
-            for each in classes
-            for point, balls in zip(each.points, each.balls, strict=True)
+            for scene_class in classes
+            for point, balls in zip(scene_class.points, scene_class.balls, strict=True)
         ),
         "bytes": totals["bytes"],
         "common_random": run.experiment.common_random,
@@ -239,32 +239,38 @@ def is_excessive(plan: dict[str, Any]) -> bool:
     return plan["seconds"] > MOST_SECONDS or (free is not None and plan["bytes"] > free)
 
 
-def _class_plan(each: SceneClass, to_do: Mapping[int, int]) -> dict[str, Any]:
+def _class_plan(scene_class: SceneClass, to_do: Mapping[int, int]) -> dict[str, Any]:
     estimates = [
-        _estimates(each, point.experiment, balls, rates, to_do[point.index])
-        for point, balls, rates in zip(each.points, each.balls, each.rates, strict=True)
+        _estimates(scene_class, point.experiment, balls, rates, to_do[point.index])
+        for point, balls, rates in zip(
+            scene_class.points, scene_class.balls, scene_class.rates, strict=True
+        )
     ]
     return {
-        "points": [point.as_json() for point in each.points],
-        "balls": sorted(set(each.balls)),
-        "critical_ratios": each.lengths,
-        "shape": each.shape.name,
-        "engine": "cells" if each.models["cells"] else "allpairs",
-        "to_do": sum(to_do[point.index] for point in each.points),
-        "models": each.models,
+        "points": [point.as_json() for point in scene_class.points],
+        "balls": sorted(set(scene_class.balls)),
+        "critical_ratios": scene_class.lengths,
+        "shape": scene_class.shape.name,
+        "engine": "cells" if scene_class.models["cells"] else "allpairs",
+        "to_do": sum(to_do[point.index] for point in scene_class.points),
+        "models": scene_class.models,
         **dict(zip(ESTIMATES, map(sum, zip(*estimates, strict=True)), strict=True)),
     }
 
 
 def _estimates(
-    each: SceneClass, experiment: Experiment, balls: int, rates: tuple[float, float], repeats: int
+    scene_class: SceneClass,
+    experiment: Experiment,
+    balls: int,
+    rates: tuple[float, float],
+    repeats: int,
 ) -> tuple[int, float, int]:
     """Collisions, time on one thread (s) and disk for some repeats."""
-    collisions, events = _collisions(experiment, balls, rates), each.models["events"]
+    collisions, events = _collisions(experiment, balls, rates), scene_class.models["events"]
     stored, recording = float(BYTES_OF_SUMMARY), 1.5e-6 * min(collisions, 20_000)
     if events:
         stored, recording = collisions * BYTES_OF_EVENT, 8e-7 * collisions
-    seconds = _seconds(balls, each.models["cells"], collisions) + recording
+    seconds = _seconds(balls, scene_class.models["cells"], collisions) + recording
     size = BYTES_OF_REPEAT + BYTES_OF_BALL * balls + stored
     return repeats * collisions, repeats * seconds, round(repeats * size)
 
@@ -282,9 +288,9 @@ def _cools_out(experiment: Experiment, balls: int) -> bool:
 
 def _free_bytes(directory: Path) -> int | None:
     """The free space where a folder is or will be; None if the system does not report it."""
-    there = next((each for each in (directory, *directory.parents) if each.exists()), directory)
+    existing = (folder for folder in (directory, *directory.parents) if folder.exists())
     try:
-        disk = shutil.disk_usage(there)
+        disk = shutil.disk_usage(next(existing, directory))
     except OSError:
         return None
     return disk.free if disk.total else None

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain, groupby
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from snooker_cli.trace import StopReason, Trace
 MANIFEST = "run.json"
 ANALYSES = ("fit.json", "compare.json")
 REMEMBERED_SIZE = 1_000_000  # bytes of a file up to which its repeats stay in memory
+HEADER_SIZE = 1000  # bytes in memory of what is known of a repeat, approximately
 REPLACES = "run the config again, which replaces it"
 
 Check = Callable[[Path], list[RepeatHeader]]  # ``store.check``, or the same in a child process
@@ -32,7 +33,7 @@ Check = Callable[[Path], list[RepeatHeader]]  # ``store.check``, or the same in 
 FIGURE_KEYS = {"kind", "title", "caption", "numbers", "layers"}  # in the JSON beside a figure
 
 
-class State(StrEnum):
+class RepeatState(StrEnum):
     """Whether a repeat's file belongs to a run and is complete."""
 
     DONE = "done"  # complete, and of this run
@@ -54,25 +55,25 @@ class RepeatStatus:
     point: int
     repeat: int
     path: Path
-    state: State
+    state: RepeatState
     header: RepeatHeader | None = None
     error: StoreError | None = None
 
     def accept(self) -> None:
         """Raise ``StoreError`` for a file that cannot be used; reading reports a missing one."""
-        if self.error and self.state is State.UNUSABLE:
+        if self.error and self.state is RepeatState.UNUSABLE:
             raise self.error
 
     @property
     def collisions(self) -> int:
-        """Of a file that can be used; -1 for one that cannot, and -2 without a file."""
-        if self.state in (State.MISSING, State.UNUSABLE) or self.header is None:
-            return -2 if self.state is State.MISSING else -1
+        """The collisions in a file that can be used; -1 without one."""
+        if self.header is None or self.state is RepeatState.UNUSABLE:
+            return -1
         return self.header.collisions
 
     def worth(self) -> tuple[bool, int]:
         """Of several files of a repeat the best is done, or has the most collisions."""
-        return self.state is State.DONE, self.collisions
+        return self.state is RepeatState.DONE, self.collisions
 
 
 @dataclass(frozen=True)
@@ -147,13 +148,13 @@ class Run:
 
     def present(self, point: Point) -> list[int]:
         """The repeats of a point that have a file, with any content."""
-        return [
-            each.repeat for each in self.statuses(point.index) if each.state is not State.MISSING
-        ]
+        statuses = self.statuses(point.index)
+        return [status.repeat for status in statuses if status.state is not RepeatState.MISSING]
 
     def shorter(self, point: Point) -> int:
         """The number of a point's repeats that are older than an extension of the run."""
-        return sum(each.state is State.SHORTER for each in self.statuses(point.index))
+        statuses = self.statuses(point.index)
+        return sum(status.state is RepeatState.SHORTER for status in statuses)
 
     def traces(self, point: Point, present: Sequence[int] | None = None) -> Iterator[Trace]:
         """The repeats of a point that have a file, or these repeats, in order.
@@ -164,12 +165,13 @@ class Run:
         not of this run.
         """
         statuses = [
-            each
-            for each in self.statuses(point.index)
-            if each.state is not State.MISSING and (present is None or each.repeat in present)
+            status
+            for status in self.statuses(point.index)
+            if status.state is not RepeatState.MISSING
+            and (present is None or status.repeat in present)
         ]
-        for path, same in groupby(statuses, key=lambda status: status.path):
-            yield from self._read(path, list(same))
+        for path, of_file in groupby(statuses, key=lambda status: status.path):
+            yield from self._read(path, list(of_file))
         if not statuses:
             which = f"the point {point_label(point.as_json())}" if point.parameters else "it"
             raise RunError(
@@ -201,17 +203,18 @@ class Run:
 
     def statuses(self, point: int, *, check: Check | None = None) -> list[RepeatStatus]:
         """Whether each repeat of a point is done, as ``file_statuses``."""
-        found = (self.file_statuses(path, check=check) for path in self.batches(point))
-        return self.best(point, chain.from_iterable(found))
+        of_files = (self.file_statuses(path, check=check) for path in self.batches(point))
+        return self.best(point, chain.from_iterable(of_files))
 
     def best(self, point: int, statuses: Iterable[RepeatStatus]) -> list[RepeatStatus]:
         """The best status of each repeat of a point, of all files that may hold it."""
-        found: dict[int, RepeatStatus] = {}
-        for each in statuses:
-            found[each.repeat] = max(found.get(each.repeat, each), each, key=RepeatStatus.worth)
+        best: dict[int, RepeatStatus] = {}
+        for status in statuses:
+            other = best.get(status.repeat, status)
+            best[status.repeat] = max(other, status, key=RepeatStatus.worth)
         return [
-            found.get(repeat)
-            or RepeatStatus(point, repeat, self.path(point, [repeat]), State.MISSING)
+            best.get(repeat)
+            or RepeatStatus(point, repeat, self.path(point, [repeat]), RepeatState.MISSING)
             for repeat in range(self.experiment.repeats)
         ]
 
@@ -234,11 +237,11 @@ class Run:
             info = store.file_info(path)
             if info is None:  # another process has just deleted it
                 return []
-            headers = (
-                check(path)
-                if check
-                else MEMORY.get(("headers", path, info), lambda: store.read_headers(path))
-            )
+            if check:
+                headers = check(path)
+            else:
+                key, size = ("headers", path, info), HEADER_SIZE * len(repeats)
+                headers = MEMORY.get(key, partial(store.read_headers, path), size=size)
             for header in headers:
                 if header.provenance.point != point or header.repeat not in repeats:
                     reason = f"is repeat {header.repeat} of point {header.provenance.point}"
@@ -247,7 +250,7 @@ class Run:
             return []
         except StoreError as error:
             return [
-                RepeatStatus(point, repeat, path, State.UNUSABLE, error=error)
+                RepeatStatus(point, repeat, path, RepeatState.UNUSABLE, error=error)
                 for repeat in repeats[: self.experiment.repeats]
             ]
         return [self._classified(path, point, header) for header in headers]
@@ -255,7 +258,7 @@ class Run:
     def _classified(self, path: Path, point: int, header: RepeatHeader) -> RepeatStatus:
         """Whether a repeat with this header belongs to this run and is complete."""
         source, own = header.provenance, self.points[point]
-        state, reason, advice = State.UNUSABLE, "", REPLACES
+        state, reason, advice = RepeatState.UNUSABLE, "", REPLACES
         if source.engine_version != self.engine_version:
             reason = f"is of engine version {source.engine_version}, not {self.engine_version}"
         elif source.engine != self.engine:
@@ -265,11 +268,11 @@ class Run:
             reason = "is of another config"
             key = "extended", source.config, source.digest, own.experiment
             if MEMORY.get(key, lambda: _is_extended(source, own.experiment)):
-                state, reason, advice = State.SHORTER, "is shorter than the extended run", ""
+                state, reason, advice = RepeatState.SHORTER, "is shorter than the extended run", ""
         elif header.stop.reason is StopReason.INTERRUPTED:
-            state, reason, advice = State.INTERRUPTED, printable(header.stop.message), ""
+            state, reason, advice = RepeatState.INTERRUPTED, printable(header.stop.message), ""
         else:
-            return RepeatStatus(point, header.repeat, path, State.DONE, header)
+            return RepeatStatus(point, header.repeat, path, RepeatState.DONE, header)
         error = StoreError(path, reason, advice)
         return RepeatStatus(point, header.repeat, path, state, header, error)
 
@@ -286,13 +289,13 @@ class Run:
 
     def figures(self) -> list[Path]:
         """The figure files that ``plot`` saved, known by the JSON beside each figure."""
-        found = []
+        paths = []
         for path in sorted(self.figures_folder.glob("*.json")):
             with suppress(*UNREADABLE):
                 content = json.loads(path.read_text("utf-8", "replace"))
                 if isinstance(content, dict) and content.keys() >= FIGURE_KEYS:
-                    found += [path, *map(path.with_suffix, (".svg", ".png", ".pdf"))]
-        return [path for path in found if path.is_file()]
+                    paths += [path, *map(path.with_suffix, (".svg", ".png", ".pdf"))]
+        return [path for path in paths if path.is_file()]
 
 
 _FILE = re.compile(r"point-(\d+)/repeats-(\d+)-(\d+)\.h5")

@@ -17,7 +17,7 @@ from snooker_cli import store
 from snooker_cli.files import unfinished
 from snooker_cli.formatting import printable
 from snooker_cli.runs.folder import failures, is_locked
-from snooker_cli.runs.run import RepeatStatus, Run, State, named
+from snooker_cli.runs.run import RepeatState, RepeatStatus, Run, named
 from snooker_cli.trace import StopReason
 
 COUNTS = ("done", "running", "failed", "to_do")  # each repeat is counted in one of these
@@ -45,11 +45,11 @@ def run_status(run: Run) -> dict[str, Any]:
         row, item, remark = ledger[status.point], (status.point, status.repeat), ""
         if status.path not in files and (info := store.file_info(status.path)):
             files[status.path] = *info, status
-        if status.state is State.DONE and status.header is not None:
+        if status.state is RepeatState.DONE and status.header is not None:
             state = "done"
             row["ended"][str(status.header.stop.reason)] += 1
             row["collisions"] += status.header.collisions
-        elif any(point == status.point and status.repeat in some for point, some in writing):
+        elif any(point == status.point and status.repeat in repeats for point, repeats in writing):
             state = "running"
         elif item in failed:
             state, remark = "failed", printable(f"failed: {failed[item]}")
@@ -59,7 +59,7 @@ def run_status(run: Run) -> dict[str, Any]:
                 remark = "; ".join(filter(None, (status.error.reason, status.error.advice)))
         row[state] += 1
         if remark:
-            unusable = state == "to_do" and status.state is State.UNUSABLE
+            unusable = state == "to_do" and status.state is RepeatState.UNUSABLE
             file = {"file": str(status.path)} if unusable else {}
             row["remarks"].append({"repeat": status.repeat, "remark": remark} | file)
     totals = {name: sum(row[name] for row in ledger) for name in numbers}

@@ -1,13 +1,19 @@
 """Verify a run: read every file, check its hash and origin, and simulate it again on request."""
 
 import json
+import signal
+import sys
 import threading
+import time
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import replace
 from itertools import chain
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
 from queue import SimpleQueue
+from typing import Any
 
 from snooker_cli import store
 from snooker_cli.config import validated
@@ -16,8 +22,16 @@ from snooker_cli.errors import RunError, StoreError
 from snooker_cli.formatting import listed
 from snooker_cli.placement.starting_scene import collision_rules, starting_scene
 from snooker_cli.runs.execution import ThreadExecutor
-from snooker_cli.runs.run import RepeatStatus, Run, State
+from snooker_cli.runs.run import RepeatState, RepeatStatus, Run
 from snooker_cli.trace import StopReason
+
+if sys.platform != "win32":
+    import resource
+
+SECONDS, BYTES_PER_SECOND = 20, 1e6  # processor time for a file; most take a hundredth of it
+MEMORY, MEMORY_PER_BYTE = 1.2e9, 8  # bytes for a process and a file; the libraries take 2e8
+
+ADVICE = "delete it and run again"
 
 
 def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
@@ -38,49 +52,54 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
             "verify it without --replay",
         )
     cancelled = threading.Event()
-    idle: SimpleQueue[store.IsolatedChecker] = SimpleQueue()
+    idle: SimpleQueue[IsolatedChecker] = SimpleQueue()
 
     def verified(path: Path) -> list[RepeatStatus]:
         checker = idle.get()
         try:
-            found = run.file_statuses(path, check=checker.check)
+            statuses = run.file_statuses(path, check=checker.check)
         finally:
             idle.put(checker)
-        found = [_by_the_rules(run, each) for each in found]
-        return [_repeated(run, each, cancelled) for each in found] if replay else found
+        return [_verified(run, status, replay, cancelled) for status in statuses]
 
     with ThreadExecutor(workers, cancelled) as threads, ExitStack() as checkers:
         for _ in range(workers):
-            idle.put(checkers.enter_context(store.IsolatedChecker()))
+            idle.put(checkers.enter_context(IsolatedChecker()))
         try:
             for point in run.points:
-                found = threads.each(verified, run.batches(point.index))
-                yield from run.best(point.index, chain.from_iterable(found))
+                statuses = threads.results(verified, run.batches(point.index))
+                yield from run.best(point.index, chain.from_iterable(statuses))
         finally:
             cancelled.set()
 
 
-def _by_the_rules(run: Run, status: RepeatStatus) -> RepeatStatus:
-    """A repeat's status: unusable if its collisions follow other rules than the config's."""
-    if status.header is None or status.state is State.UNUSABLE:
+def _verified(
+    run: Run, status: RepeatStatus, replay: bool, cancelled: threading.Event
+) -> RepeatStatus:
+    """A repeat's status: unusable if its rules are not the config's, or a replay differs."""
+    header = status.header
+    if header is None or status.state is RepeatState.UNUSABLE:
         return status
+    reason = ""
     wanted = store.written_rules(collision_rules(run.points[status.point].experiment))
-    rules = status.header.rules  # zero and false are as good as absent
+    rules = header.rules  # zero and false are as good as absent
     names = [
         name for name in {**wanted, **rules} if (wanted.get(name) or 0) != (rules.get(name) or 0)
     ]
-    if not names:
+    if names:
+        reason = f"repeat {status.repeat} was simulated with another {listed(names)} than the "
+        reason += "config's"
+    elif replay and not _is_repeatable(run, header, cancelled):
+        reason = f"simulating repeat {status.repeat} again gives other bits"
+    if not reason:
         return status
-    reason = f"repeat {status.repeat} was simulated with another {listed(names)} than the config's"
-    error = StoreError(status.path, reason, "delete it and run again")
-    return replace(status, state=State.UNUSABLE, error=error)
+    return replace(
+        status, state=RepeatState.UNUSABLE, error=StoreError(status.path, reason, ADVICE)
+    )
 
 
-def _repeated(run: Run, status: RepeatStatus, cancelled: threading.Event) -> RepeatStatus:
-    """A repeat's status after it is simulated again: unusable if that gives other bits."""
-    header = status.header
-    if header is None or status.state is State.UNUSABLE:
-        return status
+def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Event) -> bool:
+    """Whether simulating a repeat again gives the same bits, or is cancelled."""
     source = header.provenance
     experiment = run.points[source.point].experiment
     limits = experiment
@@ -102,8 +121,76 @@ def _repeated(run: Run, status: RepeatStatus, cancelled: threading.Event) -> Rep
     ends = [(stop.reason, stop.time, stop.balls) for stop in (again.stop, header.stop)]
     if interrupted or ends[0] == ends[1]:
         again = replace(again, stop=header.stop)
-    if fingerprint.content(again) == header.fingerprint or cancelled.is_set():
-        return status
-    reason = f"simulating repeat {status.repeat} again gives other bits"
-    error = StoreError(status.path, reason, "delete it and run again")
-    return replace(status, state=State.UNUSABLE, error=error)
+    return fingerprint.content(again) == header.fingerprint or cancelled.is_set()
+
+
+class IsolatedChecker(AbstractContextManager["IsolatedChecker"]):
+    """Checks files one after the other in a child process; a new one begins after a crash."""
+
+    _process: Any = None
+
+    def __exit__(self, *_error: object) -> None:
+        if self._process is not None:
+            self._process.kill()
+
+    def check(self, path: Path) -> list[store.RepeatHeader]:
+        """As ``store.check``. Raises ``StoreError`` also for a file that ends the process.
+
+        Raises ``RunError`` if no process can begin.
+        """
+        if self._process is None:
+            context = get_context("spawn")  # a fork would copy locks that other threads hold
+            self._files, there = context.Pipe()
+            self._process = context.Process(target=_check_files, args=(there,), daemon=True)
+            self._process.start()
+            there.close()
+            if self._answer() is not None:
+                raise RunError("no process to check files can begin", "close other programs")
+        size = (store.file_info(path) or (0, 0))[0]
+        seconds = int(SECONDS + size / BYTES_PER_SECOND)
+        with suppress(OSError):
+            self._files.send((path, seconds, int(MEMORY + MEMORY_PER_BYTE * size)))
+        answer = self._answer()
+        if isinstance(answer, int):
+            how = f"ends its process (exit code {answer})"
+            if answer < 0:
+                name = signal.Signals(-answer).name
+                how = f"takes longer than {seconds} s" if name == "SIGXCPU" else f"crashes ({name})"
+            answer = StoreError(path, f"reading it {how}", ADVICE)
+        if isinstance(answer, StoreError):
+            raise answer
+        return list(answer)
+
+    def _answer(self) -> Any:
+        """What the process sends, or its exit code after it has ended."""
+        try:
+            return self._files.recv()
+        except (EOFError, OSError):
+            self._process.join()
+            code, self._process = self._process.exitcode, None
+            return code
+
+
+def _check_files(files: Connection) -> None:
+    """Answer each path with the headers of its file or an error, until the parent ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
+    files.send(None)
+    with suppress(EOFError, OSError):
+        while True:
+            path, seconds, memory = files.recv()
+            if sys.platform != "win32":
+                _limit(resource.RLIMIT_CPU, int(time.process_time()) + seconds)
+                _limit(resource.RLIMIT_DATA, memory)
+                _limit(resource.RLIMIT_CORE, 0)
+            try:
+                files.send(store.check(path))
+            except StoreError as error:
+                files.send(error)
+
+
+def _limit(name: int, limit: int) -> None:
+    """Give this process at most so much of a resource, or what the system allows."""
+    if sys.platform != "win32":
+        _, most = resource.getrlimit(name)
+        limit = limit if most == resource.RLIM_INFINITY else min(limit, most)
+        resource.setrlimit(name, (limit, most))

@@ -9,7 +9,6 @@ from snooker_cli.store.file_format import Fingerprint as Fingerprint
 from snooker_cli.store.file_format import Provenance as Provenance
 from snooker_cli.store.file_format import RepeatHeader as RepeatHeader
 from snooker_cli.store.file_format import written_rules as written_rules
-from snooker_cli.store.isolation import IsolatedChecker as IsolatedChecker
 from snooker_cli.store.reader import check as check
 from snooker_cli.store.reader import file_info as file_info
 from snooker_cli.store.reader import read as read

@@ -45,10 +45,10 @@ CHECKPOINT = "checkpoint"
 HASHES = "hashes"  # in the checkpoint, the hashes of past events
 
 RULES = tuple(
-    each.name
-    for each in fields(Scene)
-    if each.name not in ("positions", "velocities", "radii", "masses")
-    and not each.name.startswith("container")
+    field.name
+    for field in fields(Scene)
+    if field.name not in ("positions", "velocities", "radii", "masses")
+    and not field.name.startswith("container")
 )
 """The fields of a scene that are stored as JSON: all but its balls and container."""
 
@@ -152,7 +152,7 @@ class Fingerprint:
         """Begin after as many rows as ``hashes`` gave hashes for."""
         for name, column in zip((*self._columns, "residual"), hashes, strict=False):
             self._columns[name] = hashlib.sha256()
-            self._hashes[name] = [each.tobytes() for each in column]
+            self._hashes[name] = [row.tobytes() for row in column]
         self._number = HASHED_ROWS * hashes.shape[1]
 
     def content(self, trace: Trace) -> str:
@@ -182,11 +182,11 @@ def checkpoint_hash(checkpoint: Mapping[str, NDArray[Any]], content: str) -> str
     Kernels use such arrays without a check, so those of a stranger, or of an engine with other
     sources, are dangerous. Raises ``OSError`` without a key.
     """
-    found = user_hash(content + sources_hash("engine/*.py", "laws.py"))
+    digest = user_hash(content + sources_hash("engine/*.py", "laws.py"))
     for name, values in sorted(checkpoint.items()):
-        found.update(f"{name} {values.dtype.str} {values.shape}".encode())
-        found.update(_bytes(values))
-    return found.hexdigest()
+        digest.update(f"{name} {values.dtype.str} {values.shape}".encode())
+        digest.update(_bytes(values))
+    return digest.hexdigest()
 
 
 def _scene_bytes(scene: Scene) -> bytes:

@@ -34,16 +34,16 @@ class _Unfailing(io.FileIO):
 
     def write(self, data: Any) -> int:
         rest = memoryview(data)
-        while rest and not self.error:
-            rest = rest[self._tried(super().write, rest) :]
+        try:
+            while rest and not self.error:
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self.error = error
         return len(data)
 
     def truncate(self, size: int | None = None) -> int:
-        return self._tried(super().truncate, size)
-
-    def _tried(self, call: Callable[[Any], int], argument: Any) -> int:
         try:
-            return call(argument)
+            return super().truncate(size)
         except OSError as error:
             self.error = self.error or error
             return 0
@@ -167,13 +167,15 @@ def read_rows(
     return values[rows] if data.shape else values
 
 
-def _unpacked(data: Any, chunk: tuple[int, ...], some: slice, dtype: np.dtype[Any]) -> NDArray[Any]:
+def _unpacked(
+    data: Any, chunk: tuple[int, ...], wanted: slice, dtype: np.dtype[Any]
+) -> NDArray[Any]:
     """Rows of a dataset in chunks that have the size which they declare.
 
     HDF5 would unpack all of a chunk, up to ``INFLATION`` times its bytes, before it compares.
     """
     kind, rows, rest = data.dtype, chunk[0], data.shape[1:]
-    first, last, _ = some.indices(data.shape[0])
+    first, last, _ = wanted.indices(data.shape[0])
     values = np.zeros((last - first, *rest), dtype)
     size = kind.itemsize * math.prod(chunk)
     for start in range(first - first % rows, last, rows):

@@ -83,12 +83,14 @@ def read_checkpoint(path: Path) -> dict[str, NDArray[Any]] | None:
             return None
         list(_checked(file, path, None, keep_events=False))
         names = file[layout.CHECKPOINT]
-        found = {name: hdf5.read_rows(file, f"{layout.CHECKPOINT}/{name}", None) for name in names}
+        checkpoint = {
+            name: hdf5.read_rows(file, f"{layout.CHECKPOINT}/{name}", None) for name in names
+        }
         written = hdf5.read_attribute(file, layout.CHECKPOINT, "content")
-        if layout.checkpoint_hash(found, _parameter(file, "content")) != written:
+        if layout.checkpoint_hash(checkpoint, _parameter(file, "content")) != written:
             reason = "its checkpoint is damaged, or of another user, machine or version"
             raise StoreError(path, reason, "run it again")
-        return found
+        return checkpoint
 
 
 def read_events(path: Path, repeat: int) -> Iterator[Events]:
@@ -99,7 +101,7 @@ def read_events(path: Path, repeat: int) -> Iterator[Events]:
     with _opened(path) as file:
         numbers = [header.repeat for header in _headers(file, path)]
         rows = _rows(file)[numbers.index(repeat)]
-        yield from map(_without_zeros, events_in(file, rows, EVENTS_AT_A_TIME))
+        yield from EventReader(file, EVENTS_AT_A_TIME).pieces(rows)
 
 
 @contextmanager
@@ -148,11 +150,11 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     _require(provenance.engine in (None, "allpairs", "cells"), "engine in its provenance")
     ascend = all(first < second for first, second in pairwise([-1, *numbers]))
     _require(len(numbers) > 0 and ascend, "numbers of its repeats")
-    endings = map(_ending, hdf5.read_text(file, layout.ENDINGS))
+    endings = json.loads(f"[{','.join(hdf5.read_text(file, layout.ENDINGS))}]")
     rules = {**json.loads(_parameter(file, "scene"))}
     del rules["shape"]
     return [
-        RepeatHeader(number, *ending, provenance, content, rules)
+        RepeatHeader(number, *_ending(ending), provenance, content, rules)
         for number, ending, content in zip(numbers, endings, contents, strict=True)
     ]
 
@@ -163,16 +165,16 @@ def _require(holds: object, what: str) -> None:
         raise ValueError(f"wrong {what}")
 
 
-def _ending(text: str) -> tuple[Stop, int, int]:
+def _ending(stored: dict[str, Any]) -> tuple[Stop, int, int]:
     """How a repeat ended, and its collisions with the wall and between balls."""
-    fields = {**json.loads(text)}
+    fields = {**stored}
     wall_events, pair_events = (fields.pop(name) for name in layout.COUNTS)
     reason, balls = StopReason(fields.pop("reason")), tuple(fields.pop("balls"))
     stop = Stop(reason, balls=balls, **fields)
     counts = (wall_events, pair_events, *balls)
     numbers = [stop.time, *filter(None, (stop.accumulation_time, stop.impulse_to_come))]
-    sound = all(type(each) is int and each >= 0 for each in counts)
-    sound &= all(type(each) in (int, float) and 0 <= each < math.inf for each in numbers)
+    sound = all(type(count) is int and count >= 0 for count in counts)
+    sound &= all(type(value) in (int, float) and 0 <= value < math.inf for value in numbers)
     _require(sound and isinstance(stop.message, str), "ending")
     # Balls that touch may collide, or be trapped, at time zero.
     begins = stop.time == 0 and reason is not StopReason.TIME
@@ -186,7 +188,7 @@ def _rows(file: h5py.File) -> list[slice]:
     ends = hdf5.read_rows(file, layout.ROWS, np.int64).tolist()
     last = hdf5.length(file, f"{column}/value")
     _require(ends[0] == 0 and ends[-1] == last and sorted(ends) == ends, "rows of its repeats")
-    return [slice(*each) for each in pairwise(ends)]
+    return [slice(first, last) for first, last in pairwise(ends)]
 
 
 def _checked(
@@ -199,24 +201,21 @@ def _checked(
     if wanted is not None and len(chosen) < len(wanted):
         raise _changed(path)
     traces = _traces(file, headers, rows, chosen)
-    columns, few = None, keep_events or rows[-1].stop <= EVENTS_AT_A_TIME
-    if few and "connectivity" in file and len(chosen) > 1:
-        columns = next(events_in(file, slice(None), None, rows))
+    at_a_time = max(rows[-1].stop, 1) if keep_events else EVENTS_AT_A_TIME
+    reader = EventReader(file, at_a_time) if "connectivity" in file else None
     for k, trace in zip(chosen, traces, strict=True):
         fingerprint = Fingerprint()
-        if trace.summary is None:
+        if reader and trace.summary is None:
             _require(trace.collisions == rows[k].stop - rows[k].start, "number of events")
-            at_a_time = None if keep_events else EVENTS_AT_A_TIME
-            parts = events_in(file, rows[k], at_a_time) if columns is None else [columns[rows[k]]]
             at_wall = 0
-            for events in map(_without_zeros, parts):
+            for events in reader.pieces(rows[k]):
                 _check_events(events, trace)
                 at_wall += int(np.count_nonzero(events.at_wall))
                 fingerprint.add(events)
-                if keep_events:
+                if keep_events:  # which are in one piece
                     trace = replace(trace, events=events)
             _require(at_wall == trace.wall_events, "number of events at the wall")
-        else:
+        elif trace.summary:
             _check_summary(trace.summary, trace)
         if fingerprint.content(trace) != headers[k].fingerprint:
             raise _changed(path)
@@ -301,7 +300,7 @@ def _traces(
 
     for header in headers:
         _require(all(ball < len(radii) for ball in header.stop.balls), "balls in an ending")
-    _check_motion(scene(0), np.array([each.stop.time for each in headers]), moving, places)
+    _check_motion(scene(0), np.array([header.stop.time for header in headers]), moving, places)
     summaries = [None] * len(headers) if "connectivity" in file else _summaries(file, rows)
     traces = []
     for k in chosen:
@@ -339,50 +338,61 @@ def _check_motion(
     _require(np.all(np.abs(rest) <= room), "place of a ball")
 
 
-def events_in(
-    file: h5py.File, rows: slice, at_a_time: int | None, repeats: Sequence[slice] = ()
-) -> Iterator[Events]:
-    """The events in these rows, checked, in pieces or all at once; at least one piece.
+class EventReader:
+    """Reads and checks the events of a file in blocks of rows. The last block stays in memory.
 
-    repeats : the rows of each repeat, if there are several
+    Many short repeats are in one block, and a long repeat is in many blocks.
+
+    at_a_time : rows of a block
     """
-    number = hdf5.length(file, f"{layout.TIME}/value")
-    names = [path for path in layout.EVENTS if file.id.links.exists(path.encode())]
-    lengths = {hdf5.length(file, f"{path}/value") for path in names}
-    _require(lengths == {number}, "lengths of the columns of events")
-    balls = hdf5.length(file, f"{layout.BALLS}/radius")
-    least = SLIDE if json.loads(_parameter(file, "scene")).get("slides") else CONTAINER
-    first, last, _ = rows.indices(number)
-    at_a_time = at_a_time or max(last - first, 1)
-    before, begins = 0.0, np.array([each.start for each in repeats], np.int64)
-    for start in range(first, max(last, first + 1), at_a_time):
-        some = slice(start, min(start + at_a_time, last))
-        pairs = hdf5.read_rows(file, f"{layout.COLLISIONS}/value", np.int32, some)
-        i, j = np.ascontiguousarray(pairs[:, 0].T)
-        time = hdf5.read_rows(file, f"{layout.TIME}/value", rows=some)
-        impulse = hdf5.read_rows(file, f"{layout.IMPULSE}/value", rows=some)
-        residual = None
-        if layout.RESIDUAL in names:
-            residual = hdf5.read_rows(file, f"{layout.RESIDUAL}/value", rows=some, sparse=True)
+
+    def __init__(self, file: h5py.File, at_a_time: int) -> None:
+        self._file, self._size = file, at_a_time
+        self._paths = [path for path in layout.EVENTS if file.id.links.exists(path.encode())]
+        self.number = hdf5.length(file, f"{layout.TIME}/value")
+        lengths = {hdf5.length(file, f"{path}/value") for path in self._paths}
+        _require(lengths == {self.number}, "lengths of the columns of events")
+        self._balls = hdf5.length(file, f"{layout.BALLS}/radius")
+        slides = json.loads(_parameter(file, "scene")).get("slides")
+        self._least_partner = SLIDE if slides else CONTAINER
+        self._start, self._block = -1, Events(*(np.zeros(0, kind) for kind in "diid"))
+
+    def pieces(self, rows: slice) -> Iterator[Events]:
+        """The events of one repeat, or the last of them, block by block; at least one piece."""
+        before = 0.0
+        last = max(rows.stop, rows.start + 1)
+        for start in range(rows.start - rows.start % self._size, last, self._size):
+            if start != self._start:
+                self._block = self._checked_block(slice(start, start + self._size))
+                self._start = start
+            events = self._block[max(rows.start - start, 0) : max(rows.stop - start, 0)]
+            if len(events):
+                ascend = np.all(np.diff(events.time, prepend=before) >= 0)
+                _require(ascend, "order of the times of events")
+                before = events.time[-1]
+            if events.residual is not None and not events.residual.any():
+                events = replace(events, residual=None)  # another repeat of the file has some
+            yield events
+
+    def _checked_block(self, rows: slice) -> Events:
+        """The events in these rows. Raises ``ValueError`` for values that no event has."""
+
+        def column(path: str, dtype: Any = np.float64, sparse: bool = False) -> NDArray[Any]:
+            return hdf5.read_rows(self._file, f"{path}/value", dtype, rows, sparse)
+
+        i, j = np.ascontiguousarray(column(layout.COLLISIONS, np.int32)[:, 0].T)
+        time, impulse, residual = column(layout.TIME), column(layout.IMPULSE), None
+        if layout.RESIDUAL in self._paths:
+            residual = column(layout.RESIDUAL, sparse=True)
             _require(np.isfinite(residual).all(), "residual of a time")
         if len(time):
             # Replaying writes to the arrays of these balls.
-            in_range = i.min() >= 0 and least <= j.min() and max(i.max(), j.max()) < balls
+            in_range = i.min() >= 0 and self._least_partner <= j.min()
+            in_range = in_range and max(i.max(), j.max()) < self._balls
             _require(in_range and not np.any(i == j), "ball in an event")
-            steps = np.diff(time, prepend=before)
-            begins = begins[begins < len(time)]
-            steps[begins] = time[begins]  # the times of each repeat ascend from 0
-            _require(steps.min() >= 0 and np.isfinite(time).all(), "order of the times of events")
+            _require(np.isfinite(time).all(), "order of the times of events")
             _require(np.isfinite(impulse).all() and impulse.min() >= 0, "impulse of an event")
-            before = time[-1]
-        yield Events(time, i, j, impulse, residual)
-
-
-def _without_zeros(events: Events) -> Events:
-    """Events without residuals if those are all zero: another repeat of the file has some."""
-    if events.residual is None or events.residual.any():
-        return events
-    return replace(events, residual=None)
+        return Events(time, i, j, impulse, residual)
 
 
 def _summaries(file: h5py.File, rows: Sequence[slice]) -> list[Summary]:
@@ -394,6 +404,6 @@ def _summaries(file: h5py.File, rows: Sequence[slice]) -> list[Summary]:
     _require(shapes == {counts.shape[:1]}, "lengths of the columns of the summary")
     _require(counts.shape[1:] == (SPEED_BINS,), "speed_histogram of a summary")
     return [
-        Summary(Series(**{name: values[some] for name, values in columns.items()}), counts[some])
-        for some in rows
+        Summary(Series(**{name: values[own] for name, values in columns.items()}), counts[own])
+        for own in rows
     ]

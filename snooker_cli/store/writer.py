@@ -21,7 +21,7 @@ from snooker_cli.files import discard, move_into_place, temporary_path
 from snooker_cli.store import file_format as layout
 from snooker_cli.store import hdf5
 from snooker_cli.store.file_format import Fingerprint, Provenance, write_h5md_group
-from snooker_cli.store.reader import events_in
+from snooker_cli.store.reader import EventReader
 from snooker_cli.trace import SERIES_UNITS, Events, Trace, joined
 
 ROWS = 65536  # events in a chunk of a file, 24 to 32 bytes each; longer files are written in chunks
@@ -178,14 +178,15 @@ class Recorder(AbstractContextManager["Recorder"]):
         with h5py.File(self.path, locking=False) as old:
             hashes = hdf5.read_rows(old, f"{layout.CHECKPOINT}/{layout.HASHES}", None)
             self._fingerprint.restore(hashes)
-            number = hdf5.length(old, f"{layout.TIME}/value") if layout.TIME in old else 0
+            reader = EventReader(old, ROWS) if layout.TIME in old else None
+            number = reader.number if reader else 0
             full = self._written = self.number = number - number % ROWS
-            for path in (f"{each}/value" for each in layout.EVENTS if full and each in old):
+            for path in (f"{name}/value" for name in layout.EVENTS if full and name in old):
                 old.copy(path, self._open(), path)
                 data = self._open()[path].id
                 data.set_extent((full, *data.shape[1:]))
-            if full < number:
-                for events in events_in(old, slice(full, number), None):
+            if reader and full < number:
+                for events in reader.pieces(slice(full, number)):
                     self.add(events)
 
     @contextmanager
@@ -233,9 +234,9 @@ def _write_element(
 def _write_summaries(file: h5py.File, traces: Sequence[Trace]) -> None:
     summaries = [trace.summary for trace in traces if trace.summary is not None]
     for name, unit in SERIES_UNITS.items():
-        values = np.concatenate([getattr(each.series, name) for each in summaries])
+        values = np.concatenate([getattr(summary.series, name) for summary in summaries])
         _write_element(file, f"{layout.SUMMARY}/{name}", values, unit, _chunk(values))
-    counts = layout.smallest(np.concatenate([each.speed_histogram for each in summaries]))
+    counts = layout.smallest(np.concatenate([summary.speed_histogram for summary in summaries]))
     _write_element(file, f"{layout.SUMMARY}/speed_histogram", counts, "1", _chunk(counts))
 
 
@@ -243,8 +244,8 @@ def _write_scenes(file: h5py.File, traces: Sequence[Trace]) -> None:
     """Write the balls and the container at the start and the finish of each repeat."""
     scenes = [scene for trace in traces for scene in (trace.start, trace.finish)]
     start = scenes[0]
-    moving = [(each.positions, each.velocities) for each in scenes]
-    container = [([each.container_position], [each.container_velocity]) for each in scenes]
+    moving = [(scene.positions, scene.velocities) for scene in scenes]
+    container = [([scene.container_position], [scene.container_velocity]) for scene in scenes]
     radius = getattr(start.container, "radius", math.nan)
     for group, places_and_velocities, masses, radii in (
         (layout.BALLS, moving, start.masses, start.radii),

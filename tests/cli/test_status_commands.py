@@ -24,8 +24,8 @@ from snooker_cli.files import temporary_path, write_json
 from snooker_cli.runs.execution import execute
 from snooker_cli.runs.folder import is_locked, record_failure
 from snooker_cli.runs.status import ended as endings
-from snooker_cli.runs.verification import verify
-from snooker_cli.store import IsolatedChecker, RepeatHeader
+from snooker_cli.runs.verification import IsolatedChecker, verify
+from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason
 
 COUNTS = ("done", "running", "failed", "to_do")
@@ -292,5 +292,5 @@ def test_a_file_that_crashes_its_reader_is_one_bad_file(
     ended = snooker("verify", str(finished), "-j", "1")
     assert (ended.code, ended.err) == (1, "")
     error, counts = ended.out.splitlines()
-    assert error.startswith(f"{bad}: reading it crashes (exit code -11); ")
+    assert error.startswith(f"{bad}: reading it crashes (SIGSEGV); ")
     assert "3 complete repeats, 1 bad file" in counts

@@ -18,7 +18,7 @@ from snooker_cli.config import Experiment, to_json
 from snooker_cli.engine import simulate, simulate_batch
 from snooker_cli.errors import RunError, SceneError, StoreError
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.runs import Run, State, batch
+from snooker_cli.runs import RepeatState, Run, batch
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.folder import failures
@@ -75,53 +75,7 @@ def test_missing_repeats_get_files_of_their_own(one_point: str, tmp_path: Path) 
     assert contents(run) == bits
 
 
-def test_more_repeats_keep_the_files(one_point: str, tmp_path: Path) -> None:
-    done(made(tmp_path, one_point))
-    before = bytes_of(tmp_path)
-    run = made(tmp_path, one_point, "repeats=5")
-    assert [each.repeat for each in done(run) if not each.cached] == [3, 4]
-    assert names(run) == ["0000-0002", "0003-0004"]
-    assert before.items() <= bytes_of(tmp_path).items()
-    fewer = made(tmp_path, one_point, "repeats=1")
-    after = bytes_of(tmp_path)
-    assert [each.repeat for each in done(fewer)] == [0]
-    assert bytes_of(tmp_path) == after
-
-
 # Several files of one repeat
-
-
-class Looks(Watcher):
-    """The lengths of all repeats and the files while each batch is simulated."""
-
-    def __init__(self, run: Run) -> None:
-        self.run = run
-        self.seen: list[tuple[list[int], list[str]]] = []
-
-    def events(self, number: int) -> None:
-        (point,) = self.run.points
-        lengths = [trace.collisions for trace in self.run.traces(point)]
-        if (lengths, names(self.run)) not in self.seen:
-            self.seen.append((lengths, names(self.run)))
-
-
-def test_an_extension_with_smaller_batches_replaces_the_files_at_its_end(
-    one_point: str, tmp_path: Path
-) -> None:
-    with batches_of(4):
-        done(made(tmp_path / "run", one_point, "repeats=4"))
-    run = made(tmp_path / "run", one_point, "repeats=4", "collisions=400")
-    looks = Looks(run)
-    with batches_of(2):
-        done(run, watcher=looks)
-    assert looks.seen == [
-        ([150, 150, 150, 150], ["0000-0003"]),
-        ([400, 400, 150, 150], ["0000-0001", "0000-0003"]),
-    ]
-    assert names(run) == ["0000-0001", "0002-0003"]
-    at_once = made(tmp_path / "at once", one_point, "repeats=4", "collisions=400")
-    done(at_once)
-    assert contents(run) == contents(at_once)
 
 
 def test_an_interrupted_extension_keeps_the_older_file(one_point: str, tmp_path: Path) -> None:
@@ -171,7 +125,12 @@ def test_of_two_files_the_done_one_counts_or_else_the_longer(
         store.write(run.path(0, [repeat]), [(repeat, trace)], source)
     assert [trace.collisions for trace in run.traces(point)] == [150, 200, 400, 150]
     states = [status.state for status in run.statuses(0)]
-    assert states == [State.SHORTER, State.INTERRUPTED, State.DONE, State.SHORTER]
+    assert states == [
+        RepeatState.SHORTER,
+        RepeatState.INTERRUPTED,
+        RepeatState.DONE,
+        RepeatState.SHORTER,
+    ]
     with pytest.raises(RunError) as caught:  # for a longer file, though a shorter one is there
         made(tmp_path, one_point, "repeats=4")
     assert caught.value.code == "shorter_limits"
@@ -197,7 +156,7 @@ def test_damaged_files_are_deleted_once_their_repeats_are_stored_elsewhere(
         image = bytearray(path.read_bytes())
         image[image.index(store.read(path)[1][0].events.impulse.tobytes()) + 5] ^= 1
         path.write_bytes(image)
-    assert {status.state for status in run.statuses(0)} == {State.DONE}
+    assert {status.state for status in run.statuses(0)} == {RepeatState.DONE}
     with pytest.raises(StoreError, match="its content has changed"):
         list(run.traces(run.points[0]))
     assert not any(each.cached for each in done(run))
@@ -211,7 +170,7 @@ def test_a_file_with_other_repeats_than_its_name_has_is_not_used(
     run, bits = in_twos(tmp_path, one_point)
     shutil.copy(run.path(0, [2, 3]), run.path(0, [0, 1]))
     states = [status.state for status in run.statuses(0)]
-    assert states == [State.UNUSABLE] * 2 + [State.DONE] * 2
+    assert states == [RepeatState.UNUSABLE] * 2 + [RepeatState.DONE] * 2
     assert {status.error and status.error.reason for status in run.statuses(0)} == {
         "is repeat 2 of point 0",
         None,
@@ -263,15 +222,6 @@ def test_a_repeat_without_a_place_for_its_balls_fails_alone(
     whole = made(tmp_path / "whole", one_point, "repeats=4")
     done(whole)
     assert contents(run) == contents(whole)
-
-
-def test_a_batch_without_any_place_for_balls_leaves_no_file(
-    one_point: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run = made(tmp_path, one_point)
-    refuse_to_place(monkeypatch, 0, 1, 2)
-    assert [each.repeat for each in done(run) if each.error] == [0, 1, 2]
-    assert bytes_of(tmp_path) == {}
 
 
 def test_each_repeat_of_a_batch_that_cannot_be_stored_fails_once(

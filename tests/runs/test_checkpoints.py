@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import threading
-import time
 from pathlib import Path
 
 import h5py
@@ -19,7 +16,7 @@ from snooker_cli.engine import simulation
 from snooker_cli.errors import StoreError
 from snooker_cli.files import user_key
 from snooker_cli.runs.execution import Watcher, execute
-from snooker_cli.runs.run import State
+from snooker_cli.runs.run import RepeatState
 from snooker_cli.store import file_format as layout
 
 FEW = """\
@@ -71,13 +68,13 @@ def test_checkpoints_do_not_change_a_bit(
     monkeypatch.setattr(simulation, "CHUNK", PIECE)
     run = made(tmp_path / "pieces", text, *overrides)
     interrupts = 0
-    while run.status(0, 0).state is not State.DONE:
+    while run.status(0, 0).state is not RepeatState.DONE:
         watcher = Stops(3)
         (result,) = execute(
             run, workers=1, watcher=watcher, cancelled=watcher.cancelled, interval=0.0
         )
         assert result.error is None
-        interrupts += run.status(0, 0).state is State.INTERRUPTED
+        interrupts += run.status(0, 0).state is RepeatState.INTERRUPTED
     assert interrupts >= 2
     assert contents(run) == contents(whole)
     with pytest.raises(StoreError):  # a repeat that is done has none
@@ -158,49 +155,3 @@ def test_without_a_key_nothing_is_lost(
     store.check(file_of(run, 0, 0))
     (result,) = finish(run)
     assert (result.error, result.collisions) == (None, 140_000)
-
-
-def test_a_long_summary_has_checkpoints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a summary no events are recorded, but its collisions count."""
-    text, overrides = CONFIGS["all pairs, summary"]
-    monkeypatch.setattr(simulation, "CHUNK", PIECE)
-    run, found = made(tmp_path / "run", text, *overrides), list[bool]()
-
-    class Looks(Watcher):
-        def events(self, number: int) -> None:
-            found.append(file_of(run, 0, 0).exists())
-
-    execute(run, workers=1, watcher=Looks(), cancelled=threading.Event(), interval=0.0)
-    assert found[0] is False
-    assert any(found)
-
-
-@pytest.mark.long
-@pytest.mark.skipif(sys.platform == "win32", reason="it has no SIGKILL")
-@pytest.mark.parametrize("name", ["all pairs, slides", "all pairs, free", "cells, tc"])
-def test_killed_processes_lose_only_what_is_after_the_last_checkpoint(
-    name: str, tmp_path: Path
-) -> None:
-    text, overrides = CONFIGS[name]
-    overrides = (*overrides, "collisions=700000")
-    whole = made(tmp_path / "whole", text, *overrides)
-    finish(whole)
-    run = made(tmp_path / "run", text, *overrides)
-    config = tmp_path / "config.yaml"
-    config.write_text(text)
-    command = [sys.executable, "-m", "snooker_cli", "run", config, "--out", run.directory]
-    command += ["--checkpoint", "0", *(f"--override={each}" for each in overrides)]
-    lengths = []
-    for _ in range(4):
-        before = store.file_info(run.path(0, [0]))
-        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as one:
-            while store.file_info(run.path(0, [0])) == before and one.poll() is None:
-                time.sleep(0.001)
-            time.sleep(0.02 * len(lengths))
-            one.kill()
-        (header,) = store.check(run.path(0, [0]))
-        lengths.append(header.collisions)
-    assert lengths == sorted(lengths)
-    assert 0 < lengths[0] < lengths[-1]
-    finish(run)
-    assert contents(run) == contents(whole)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import threading
 from collections.abc import Callable
@@ -11,18 +10,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from repeating import StopsAfter, bytes_of, content_hash, contents, done, file_of, made
+from repeating import StopsAfter, bytes_of, contents, done, file_of, made
 
 from snooker_cli import runs, store
-from snooker_cli.config import digest, parse
-from snooker_cli.engine import ENGINE_VERSION, simulate
-from snooker_cli.errors import RunError, StoreError
-from snooker_cli.placement.starting_scene import starting_scene
+from snooker_cli.engine import ENGINE_VERSION
+from snooker_cli.errors import StoreError
 from snooker_cli.runs import Run
 from snooker_cli.runs.batch import AbandonedError, Batch, Begun, RepeatResult
 from snooker_cli.runs.execution import ThreadExecutor, Watcher, execute
 from snooker_cli.runs.folder import FAILURES, failures, record_failure
-from snooker_cli.runs.run import ANALYSES
 from snooker_cli.runs.status import run_status
 from snooker_cli.trace import StopReason
 
@@ -130,16 +126,6 @@ def test_one_bad_file_is_done_again_and_only_that(
     assert all(each.startswith(f"{path}: {reason}") for each in notes.refused)
 
 
-def test_new_repeats_delete_what_was_made_of_fewer(copied: Run, small_config: str) -> None:
-    for name in ANALYSES:
-        (copied.directory / name).write_text("[]")
-    done(copied)
-    assert len(copied.analyses()) == 2
-    file_of(copied, 0, 0).unlink()
-    done(copied)
-    assert copied.analyses() == []
-
-
 # Extending: the bits of a run that was as long from the start
 
 
@@ -210,65 +196,7 @@ def test_an_interrupt_while_extending_loses_no_collision(
     assert contents(longer) == contents(at_once)
 
 
-def test_an_unfinished_extension_is_read_and_cannot_be_undone(
-    small_config: str, tmp_path: Path
-) -> None:
-    """One repeat is as long as the run is now, the others are as they were."""
-    elastic = small_config.replace("[0.85, 1.0]", "[1.0]")
-    done(made(tmp_path, elastic))
-    done(made(tmp_path, elastic, "collisions=151", "repeats=1"))
-    run = made(tmp_path, elastic, "collisions=151")
-    (point,) = run.points
-    assert (len(run.present(point)), run.shorter(point)) == (3, 2)
-    assert [trace.collisions for trace in run.traces(point)] == [151, 150, 150]
-    with pytest.raises(RunError) as caught:
-        made(tmp_path, elastic)
-    assert caught.value.code == "shorter_limits"
-
-
 # The same bits
-
-
-@pytest.mark.parametrize("record", ["events", "summary"])
-def test_results_do_not_depend_on_the_number_of_threads(
-    record: str, small_config: str, tmp_path: Path
-) -> None:
-    overrides = (f"record={record}", "repeats=8")
-    runs = {jobs: made(tmp_path / str(jobs), small_config, *overrides) for jobs in (1, 2, 4)}
-    found = {}
-    for jobs, run in runs.items():
-        results = done(run, workers=jobs)
-        assert [(each.point, each.repeat) for each in results] == [
-            (point, repeat) for point in (0, 1) for repeat in range(8)
-        ]
-        found[jobs] = contents(run)
-    assert found[1] == found[2] == found[4]
-    assert len(set(found[1].values())) == 16
-
-
-def test_a_file_has_all_that_is_needed_to_make_the_repeat_again(finished_run: Run) -> None:
-    for point in finished_run.points:
-        for repeat in range(3):
-            ((trace, header),) = store.read(file_of(finished_run, point.index, repeat), [repeat])
-            source = header.provenance
-            assert (source.point, header.repeat) == (point.index, repeat)
-            assert source.engine_version == ENGINE_VERSION
-            assert json.loads(source.parameters) == dict(point.parameters)
-            assert {"python", "snooker", "numpy", "numba", "h5py"} <= set(
-                json.loads(source.versions)
-            )
-            assert source.machine
-            assert source.started.endswith("+00:00")
-            assert source.seconds > 0
-            experiment = parse(source.config).experiment
-            assert experiment == point.experiment
-            assert source.digest == digest(experiment)
-            again = simulate(
-                starting_scene(experiment, header.repeat),
-                collisions=experiment.collisions,
-                time=experiment.time,
-            )
-            assert content_hash(again) == content_hash(trace)
 
 
 # Failures
@@ -338,32 +266,6 @@ def test_a_cut_line_of_the_record_hides_no_other(copied: Run) -> None:
 # Interrupts
 
 
-def test_an_interrupted_repeat_is_saved_and_done_again(
-    small_config: str, tmp_path: Path, one_each: None
-) -> None:
-    overrides = ("cor=1", "collisions=150000", "repeats=2")
-    whole = made(tmp_path / "whole", small_config, *overrides)
-    done(whole)
-    run = made(tmp_path / "interrupted", small_config, *overrides)
-    cancelled = threading.Event()
-    results = execute(run, workers=1, watcher=StopsAfter(100_000, cancelled), cancelled=cancelled)
-    (stopped,) = results
-    assert stopped.stop is not None
-    assert stopped.stop.reason is StopReason.INTERRUPTED
-    saved = run.read(run.points[0], 0)
-    assert saved.collisions == stopped.collisions
-    assert 100_000 <= saved.collisions < 150_000
-    assert [result.cached for result in done(run)] == [False, False]
-    assert contents(run) == contents(whole)
-    # What was saved is the beginning of the whole.
-    events, all_events = saved.events, whole.read(whole.points[0], 0).events
-    assert events is not None
-    assert all_events is not None
-    for name in ("time", "i", "j", "impulse"):
-        column = getattr(events, name)
-        assert column.tobytes() == getattr(all_events, name)[: len(events)].tobytes()
-
-
 def test_a_cancelled_run_leaves_threads_alone_that_have_nothing_to_store() -> None:
     """Such as one that places a million balls."""
     cancelled, begun, continues = threading.Event(), threading.Event(), threading.Event()
@@ -375,7 +277,7 @@ def test_a_cancelled_run_leaves_threads_alone_that_have_nothing_to_store() -> No
         return item
 
     with ThreadExecutor(2, cancelled) as threads:
-        results = threads.each(slow, range(7))
+        results = threads.results(slow, range(7))
         assert next(results) == 0
         assert begun.wait(60)
         cancelled.set()

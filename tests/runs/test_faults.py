@@ -7,16 +7,13 @@ import resource
 import shutil
 import subprocess
 import sys
-from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pytest
 from command_line import Snooker
 from repeating import contents, done, made
 
 from snooker_cli import runs
-from snooker_cli.runs import Run
 from snooker_cli.runs.status import run_status
 
 # -B, because many versions of Python leave cut files of compiled modules on a full disk.
@@ -138,61 +135,6 @@ def test_an_export_of_states_on_a_full_disk_ends_with_a_sentence(room: int, fini
     sentence = "snooker: states.h5: cannot be written (File too large); make room or choose"
     assert ended.stderr.startswith(sentence)
     assert not [*Path().glob("states*")]
-
-
-@cache
-def mounts() -> bool:
-    """Whether a process of ours may mount file systems that it alone sees, as on most Linux."""
-    if shutil.which("unshare") is None:
-        return False
-    trial = ["unshare", "-rm", "mount", "-t", "tmpfs", "tmpfs", "/tmp"]
-    return subprocess.run(trial, capture_output=True, check=False).returncode == 0
-
-
-READ_ONLY = """
-import json, subprocess, sys
-
-snooker, folder, commands = json.loads(sys.argv[1])
-subprocess.run(["mount", "--bind", folder, folder], check=True)
-subprocess.run(["mount", "-o", "remount,ro,bind", folder], check=True)
-ended = [subprocess.run([*snooker, *each], capture_output=True, text=True) for each in commands]
-print(json.dumps([(one.returncode, one.stdout, one.stderr) for one in ended]))
-"""
-
-
-@pytest.mark.long
-@pytest.mark.skipif(not mounts(), reason="a process may not mount file systems here")
-def test_a_read_only_folder_is_read_and_nothing_else(
-    finished_one_each: Run, small_config: str, tmp_path: Path
-) -> None:
-    config, folder = tmp_path / "small.yaml", tmp_path / "run"
-    config.write_text(small_config)
-    shutil.copytree(finished_one_each.directory, folder)
-    half = folder / "half"  # another run, in the same read-only place, with a repeat to do
-    shutil.copytree(finished_one_each.directory, half)
-    (half / "point-0001" / "repeats-0002-0002.h5").unlink()
-    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    run = ["run", str(config), "--no-progress"]
-    commands = [
-        [*run, "--out", str(folder)],
-        [*run, "--out", str(folder), "-o", "repeats=4"],
-        [*run, "--out", str(half)],
-        ["ls", str(folder)],
-        ["verify", str(folder)],
-    ]
-    about = json.dumps([SNOOKER, str(folder), commands])
-    script = ["unshare", "-rm", sys.executable, "-c", READ_ONLY, about]
-    ended: Any = subprocess.run(script, capture_output=True, text=True, check=True)
-    same, more, rest, *looks = json.loads(ended.stdout)
-    refused = "Read-only file system"
-    assert (same[0], same[2]) == (0, "")
-    assert "6 repeats were already stored" in same[1]
-    assert more[0] == 2
-    assert f"{folder}: cannot be written ({refused}); give --out for another folder" in more[2]
-    assert rest[0] == 4
-    assert f"cannot write the result ({refused}); check the folder and" in rest[2]
-    assert [(code, err) for code, _, err in looks] == [(0, "")] * 2
-    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
 @pytest.mark.parametrize(

@@ -198,11 +198,20 @@ def test_an_extension_can_be_undone_until_its_first_repeat_is_done(
     assert files(tmp_path) == before
 
 
-def test_results_of_another_engine_version_are_refused(copied: Path, small_config: str) -> None:
+@pytest.mark.parametrize(
+    ("key", "code"),
+    [("engine_version", "other_engine_version"), ("schema_version", "other_schema")],
+)
+def test_results_of_another_version_are_refused_or_replaced(
+    key: str, code: str, copied: Path, small_config: str
+) -> None:
     manifest = json.loads((copied / MANIFEST).read_text())
-    manifest["engine_version"] += 1
-    write_json(copied / MANIFEST, manifest)
-    assert refusal(run_of(copied, small_config)) == "other_engine_version"
+    write_json(copied / MANIFEST, manifest | {key: manifest[key] + 1})
+    run = run_of(copied, small_config)
+    assert refusal(run) == code
+    runs.create(run, fresh=True)
+    assert list(files(copied)) == [MANIFEST]
+    assert runs.open_run(copied) == run
 
 
 def test_a_forced_engine_is_part_of_what_a_run_is(
@@ -263,24 +272,6 @@ def test_fresh_deletes_what_was_made_of_the_old_results(copied: Path, small_conf
     runs.create(other, fresh=True)
     assert set(files(copied)) == {MANIFEST, *theirs}
     assert runs.open_run(copied) == other
-
-
-def test_results_of_the_older_layout_are_refused_or_replaced(
-    copied: Path, small_config: str
-) -> None:
-    """They have a file for each repeat, ``repeat-0000.h5``."""
-    for path in copied.glob("point-*/*.h5"):
-        path.rename(path.with_name(f"repeat-{path.stem[-4:]}.h5"))
-    manifest = json.loads((copied / MANIFEST).read_text()) | {"schema_version": 2}
-    write_json(copied / MANIFEST, manifest)
-    run = run_of(copied, small_config)
-    assert refusal(run) == "other_schema"
-    sentence = r"copied: its files have version 2 of the schema, and .* version 4; run .* --fresh"
-    with pytest.raises(RunError, match=sentence):
-        runs.open_run(copied)
-    runs.create(run, fresh=True)
-    assert list(files(copied)) == [MANIFEST]
-    assert runs.open_run(copied) == run
 
 
 # Lock and clear away

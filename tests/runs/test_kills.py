@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import random
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -16,7 +18,7 @@ from forging import Forged, forge
 from repeating import contents, done, made
 
 from snooker_cli import runs, store
-from snooker_cli.runs import State
+from snooker_cli.runs import RepeatState
 from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason
 
@@ -71,7 +73,7 @@ def assert_completes(directory: Path, text: str, reference: Path) -> None:
     last = max(int(path.name.split(".")[0].split("-")[2]) for path in left)
     repeats = f"repeats={last + 1}"
     run = made(directory, text, repeats)
-    kept = [each.repeat for each in run.statuses(0) if each.state is State.DONE]
+    kept = [each.repeat for each in run.statuses(0) if each.state is RepeatState.DONE]
     with runs.locked(directory):
         outcomes = done(run, workers=2)
     assert [each.repeat for each in outcomes if each.cached] == kept
@@ -257,6 +259,59 @@ def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path
 
 
 # Two processes in one folder
+
+
+MEETINGS = int(os.environ.get("SNOOKER_MEETINGS", "6"))
+"""How often two processes meet in a folder."""
+
+READERS = ["fit", "compare", "verify", "show", "ls", "export", "plot"]
+
+
+def ended(process: Forged) -> int:
+    process.communicate()
+    assert process.returncode is not None
+    return process.returncode
+
+
+@pytest.mark.parametrize("meeting", ["both run", "one is killed", "one extends, one reads"])
+def test_two_processes_meet_in_one_folder(meeting: str, one_point: str, tmp_path: Path) -> None:
+    """One has the lock, and the other ends with a sentence; what is read is whole."""
+    chance, config, directory = random.Random(meeting), tmp_path / "c.yaml", tmp_path / "shared"
+    config.write_text(one_point)
+    with forge(config, tmp_path / "first") as one, forge(config, tmp_path / "second") as other:
+        for number in range(1, MEETINGS + 1):
+            reads = "reads" in meeting
+            limits = [f"collisions={1000 * number if reads else 20_000}", "repeats=40"]
+            if not reads or number == 1:
+                shutil.rmtree(directory, ignore_errors=True)
+            if number == 1 and reads:
+                done(made(directory, one_point, "collisions=500", "repeats=40"))
+            run = arguments(config, directory, "-o", limits[0], "-o", limits[1])
+            first = Forged(one, run)
+            time.sleep(chance.choice([0.0, chance.uniform(0.0, 0.3)]))
+            reader = READERS[number % len(READERS)]
+            to = ["--out", str(tmp_path / "out.csv")] if reader == "export" else []
+            words = [reader, str(directory), *(["energy"] if reader == "plot" else []), *to]
+            second = Forged(other, words if reads else run)
+            if meeting == "one is killed":
+                time.sleep(chance.uniform(0.0, 0.2))
+                with suppress(ProcessLookupError):
+                    first.kill()
+            codes = ended(first), ended(second)
+            expected = {
+                "both run": [(0, 0), (0, 2), (2, 0)],
+                "one is killed": [(-9, 0), (-9, 2), (0, 0), (0, 2), (2, 0)],
+            }.get(meeting, [(0, 0)])
+            assert codes in expected
+            text = one_point.replace("collisions: 150", limits[0].replace("=", ": "))
+            if not files_in(directory):  # of a kill before the first one
+                done(made(directory, text, limits[1]))
+            assert_completes(directory, text, tmp_path / f"alone {number if reads else 0}")
+    for folder in ("first", "second"):
+        talk = (tmp_path / folder / "talk").read_text()
+        assert not re.search("Traceback|a bug in snooker", talk), talk
+        for line in talk.splitlines():
+            assert re.match("snooker: ", line), talk
 
 
 UNLOCKED = """

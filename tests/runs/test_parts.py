@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -14,7 +13,6 @@ from repeating import batches_of, contents, created, done, made, run_of
 
 from snooker_cli import runs
 from snooker_cli.errors import RunError
-from snooker_cli.runs import open_run
 from snooker_cli.runs.execution import Watcher, execute, share_of
 from snooker_cli.runs.folder import locked_for_part
 
@@ -65,6 +63,7 @@ def test_parts_delete_nothing_and_a_plain_run_does(tmp_path: Path) -> None:
     done(longer)
     assert len([*longer.directory.glob("point-*/*.h5")]) < len(before)
     assert not record.exists()
+    assert longer.analyses() == []
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="it cannot lock folders")
@@ -99,23 +98,3 @@ def test_a_part_that_cannot_be_is_refused(part: str, here: Path, snooker: Snooke
     assert snooker("run", "small.yaml", "--part", part).code == 2
     assert snooker("run", "small.yaml", "--part", "1/2", "--fresh").code == 2
     assert not Path("runs").exists()
-
-
-@pytest.mark.long
-def test_three_parts_at_the_same_time_give_the_hashes_of_a_plain_run(
-    here: Path, snooker: Snooker
-) -> None:
-    given = ["run", "small.yaml", "-o", *SWEEP, "--no-progress"]
-    assert snooker(*given, "--out", "plain").code == 0
-    command = [sys.executable, "-m", "snooker_cli", *given, "--out", "shared", "--part"]
-    parts = [
-        subprocess.Popen([*command, f"{part}/3"], stderr=subprocess.PIPE, text=True)
-        for part in (1, 2, 3)
-    ]
-    errors = [part.communicate()[1] for part in parts]
-    assert [part.returncode for part in parts] == [0, 0, 0], errors
-    plain, shared = open_run("plain"), open_run("shared")
-    assert len(contents(shared)) == 24
-    assert contents(shared) == contents(plain)
-    assert names(shared.directory) == names(plain.directory)
-    assert "24 repeats were already stored" in snooker(*given, "--out", "shared").out

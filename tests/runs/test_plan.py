@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from snooker_cli import theory
 from snooker_cli.config import parse, points
 from snooker_cli.containers import Circle
 from snooker_cli.engine import simulate
@@ -79,19 +78,12 @@ def test_a_class_holds_points_that_need_the_same(small_config: str) -> None:
         (("balls.count=80",), []),
         (("balls.count=200",), ["cells"]),
         (("balls.count=4096", "balls.radius=0.05"), ["cells", "balls sorted by cells"]),
-        (("container={shape: box, width: 20}",), ["cells", "straight walls"]),
-        (("container={shape: periodic, width: 20}",), ["cells", "periodic images"]),
-        (("balls.count=80", "collapse=slide"), ["sliding along the wall"]),
-        (("balls.count=80", "cor=0.9", "wall_cor=1"), ["losses between balls"]),
         (("balls.count=80", "wall_cor=0.9"), ["losses at the wall", "wall traps"]),
         (
             ("balls.count=80", "wall_cor=0.9", "collapse=slide"),
             ["losses at the wall", "sliding along the wall"],
         ),
-        (
-            ("balls.count=80", "wall_cor=0.9", "collapse={tc: 0.01}"),
-            ["losses at the wall", "lasting contacts"],
-        ),
+        (("balls.count=80", "collapse={tc: 0.01}"), ["lasting contacts"]),
         (
             ("container={shape: box, width: 20}", "cor=0.9", "collapse={elastic_below: 0.01}"),
             [
@@ -115,29 +107,6 @@ def test_only_what_a_scene_needs_is_modelled(
     assert each.models == ELASTIC | dict.fromkeys(modelled, True)
     (each,) = classes_of(GAS, *overrides, "record=summary")
     assert each.models == ELASTIC | dict.fromkeys(modelled, True) | {"events": False}
-
-
-def test_points_with_and_without_losses_are_of_two_classes(small_config: str) -> None:
-    lossy, elastic = classes_of(small_config, "cor=0.8,1.0", "balls.rings=1,2")
-    assert [point.index for point in lossy.points] == [0, 1]
-    assert [point.index for point in elastic.points] == [2, 3]
-    differing = {name for name, is_so in lossy.models.items() if is_so != elastic.models[name]}
-    assert differing == {"losses between balls", "losses at the wall", "wall traps"}
-
-
-def test_a_class_has_the_box_length_over_the_critical_one() -> None:
-    """It grows as the CoR falls; two balls, those at rest, elastic ones and a solid have none."""
-    circle, solid = Circle(20.0), ("container={shape: periodic, width: 20}", "balls.radius=0.944")
-    expected = [
-        circle.longest_wave / theory.critical_length(e, 20, 0.3, circle) for e in (0.9, 0.7)
-    ]
-    (one,) = classes_of(GAS, "container.radius=20", "balls.count=20", "cor=0.9,0.7")
-    assert one.lengths == pytest.approx(expected, rel=1e-12)
-    assert expected[0] < expected[1]
-    few, rest = ["balls.count=2", "cor=0.9"], ["balls.speed=0", "cor=0.9"]
-    for others in (["cor=1"], [*solid, "cor=0.9"], few, rest):
-        (one,) = classes_of(GAS, *others)
-        assert one.lengths == (None,), others
 
 
 def test_an_engine_can_be_forced_upon_all_scenes_it_knows(small_config: str) -> None:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import h5py
@@ -218,15 +216,6 @@ def test_a_run_that_was_deleted_is_not_made_again(
     assert not [*tmp_path.iterdir()]
 
 
-def test_a_config_of_many_balls_fits(
-    traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
-) -> None:
-    """HDF5 keeps attributes of more than 64 KiB elsewhere than small ones."""
-    long = replace(provenance, config=json.dumps({"list": [0.1] * 100_000}))
-    store.write(tmp_path / "long.h5", [(7, traces["events"])], long)
-    assert store.read(tmp_path / "long.h5")[0][1].provenance == long
-
-
 def test_content_hash_sees_every_array_and_the_ending(traces: dict[str, Trace]) -> None:
     trace = traces["events"]
     events, stop = trace.events, trace.stop
@@ -261,26 +250,7 @@ def test_content_hash_sees_every_array_and_the_ending(traces: dict[str, Trace]) 
     assert len(hashes) == 1 + len(others)
 
 
-class EarlierStop(SimpleNamespace):
-    """Without the fields of wall traps, which files of earlier versions lack."""
-
-    def known(self) -> dict[str, Any]:
-        return vars(self)
-
-
-def test_fields_without_a_value_keep_earlier_hashes(traces: dict[str, Trace]) -> None:
-    trace = traces["events"]
-    names = ("reason", "time", "balls", "message")
-    earlier: Any = EarlierStop(**{name: getattr(trace.stop, name) for name in names})
-    assert content_hash(trace) == content_hash(replace(trace, stop=earlier))
-
-
 # What cannot be trusted
-
-
-def foreign_hdf5(path: Path) -> None:
-    with h5py.File(path, "w") as file:
-        file["temperature"] = np.arange(3.0)
 
 
 def foreign_h5md(path: Path) -> None:
@@ -299,7 +269,6 @@ def old_schema(path: Path) -> None:
         (lambda path: None, "there is no such result"),
         (lambda path: path.write_bytes(b"cor: 0.8\n"), "not a readable result"),
         (lambda path: path.write_bytes(b"\x89HDF\r\n\x1a\n"), "not a readable result"),
-        (foreign_hdf5, "not a readable result"),
         (foreign_h5md, "not a readable result"),
         (old_schema, "is in version 3 of the files' schema"),
         (lambda path: path.mkdir(), "is a folder"),
@@ -403,19 +372,3 @@ def test_a_lack_of_memory_is_a_file_that_cannot_be_read(
     monkeypatch.setattr(hdf5, "check_links", lacks)
     with pytest.raises(StoreError, match=r"large\.h5: not a readable result .*MemoryError"):
         store.check(path)
-
-
-def test_reading_makes_no_h5py_object_for_a_dataset(
-    traces: dict[str, Trace],
-    tmp_path: Path,
-    provenance: Provenance,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """They take three times as long as low-level calls, and most files are short."""
-    for name, trace in traces.items():
-        store.write(tmp_path / name, [(7, trace)], provenance)
-    monkeypatch.setattr(h5py.Group, "__getitem__", lambda *_: pytest.fail("an object of h5py"))
-    for name in traces:
-        path = tmp_path / name
-        assert [header for _, header in store.read(path)] == store.check(path)
-        assert store.read_headers(path)[0].provenance == provenance

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pyh5md import File, element
 from repeating import content_hash
 
 from snooker_cli import store
@@ -77,22 +76,6 @@ def test_the_pieces_do_not_matter(
         assert content_hash(found) == header.fingerprint == whole
         assert len(events_of(found)) == number
     assert [each.stop for each in store.check(tmp_path / "pieces.h5")] == [trace.stop] * 2
-
-
-def test_a_long_file_is_valid_h5md_in_chunks(
-    trace: Trace, tmp_path: Path, provenance: Provenance
-) -> None:
-    store.write(tmp_path / "long.h5", [(0, trace)], provenance)
-    events = events_of(trace)
-    with File(str(tmp_path / "long.h5"), "r") as file:
-        collisions = element(file["connectivity"], "collisions")
-        time = element(file["observables"], "time")
-        assert np.array_equal(time.value[:], events.time)
-        assert np.array_equal(collisions.value[:, 0, 1], events.j)
-        impulse = element(file["observables"], "impulse")
-        assert np.array_equal(impulse.value[:], events.impulse)
-        for data in (collisions.value, time.value, impulse.value):
-            assert (data.chunks[0], data.compression, data.shuffle) == (ROWS, "gzip", True)
 
 
 def test_what_is_not_finished_leaves_nothing(trace: Trace, tmp_path: Path) -> None:
