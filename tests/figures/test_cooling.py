@@ -117,20 +117,6 @@ def test_fits_are_beside_the_mean_of_all_repeats(decaying: Run) -> None:
     assert chosen.label == "simulation, repeat 2"
 
 
-def test_each_law_has_one_colour(decaying: Run) -> None:
-    found = shown(decaying, "energy-fit", cor=0.8), shown(decaying, "decay-against-cor")
-    for model in LAWS.values():
-        of_law = [
-            {layer.series for layer in figure.layers if model.label in str(layer.label)}
-            for figure in found
-        ]
-        assert of_law[0] == of_law[1]
-        assert len(of_law[0]) == 1
-    (kinetic_theory,) = layers(found[1], Line)
-    k, alpha = layers(found[1], Points)
-    assert kinetic_theory.series == alpha.series != k.series
-
-
 def test_no_theory_of_collisions_where_the_mean_free_path_exceeds_the_container(
     tmp_path: Path,
 ) -> None:
@@ -146,18 +132,6 @@ def test_no_theory_of_collisions_where_the_mean_free_path_exceeds_the_container(
     assert remark in shown(run, "a2", balls__radius=0.01).caption
     a2 = shown(run, "a2")
     assert [row["theory"] is None for row in a2.numbers["points"]] == [True, False]
-
-
-def test_a_decay_over_more_than_a_decade_has_a_logarithmic_axis(decaying: Run) -> None:
-    for name in ("energy", "energy-fit", "haff-time", "event-decay"):
-        steep = shown(decaying, name, cor=0.8)
-        drawn = np.concatenate([line.y for line in layers(steep, Line)])
-        assert drawn.max() > 10 * drawn.min() > 0 or name == "haff-time"
-        assert steep.y_log
-    slow = shown(decaying, "energy-fit", cor=0.9)
-    values = layers(slow, Line)[0].y
-    assert slow.y_log == (values.max() > 10 * values.min())
-    assert not shown(decaying, "pressure-fit", cor=0.9).y_log
 
 
 @pytest.mark.filterwarnings("error")

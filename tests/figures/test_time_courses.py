@@ -13,7 +13,7 @@ from snooker_cli import theory
 from snooker_cli.analysis import observables, structure
 from snooker_cli.analysis.observables import standard_errors, time_means
 from snooker_cli.engine import replay, series
-from snooker_cli.figures import Line, Reference, time_courses
+from snooker_cli.figures import FIGURES, Line, Reference, Selection, time_courses
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
 from snooker_cli.figures.figure_data import Band, bands
 from snooker_cli.formatting import with_error
@@ -211,7 +211,7 @@ def test_many_balls_are_measured_in_few_repeats(
 ) -> None:
     """64 balls at 61 times: three repeats are too many, two have the first and the last one."""
     monkeypatch.setattr(time_courses, "MOST_TRIANGULATED", 3 * 64 * 61 - 1)
-    found = shown(periodic, "hexatic-order", cor=0.8)
+    found = FIGURES["hexatic-order"].make(periodic, Selection({"cor": 0.8}))
     (line,) = layers(found, Line)
     repeats = [traces(periodic, 0)[k] for k in (0, 2)]
     rows = [structure.measured(structure.hexatic_order, trace, line.x[[-1]]) for trace in repeats]
