@@ -33,14 +33,14 @@ X = np.array([0.1, 0.2, 0.3])
 
 EVERYTHING = FigureData(
     kind="everything",
-    title="Every type of layer, under a title that is so long that it needs a second line",
+    title="Every <type> of layer & $\\frac, under a title that is so long that it needs a second line",
     x_label="time (s)",
-    y_label="a quantity whose name is too long for one line (Pa·m)",
+    y_label="a quantity $q$ whose name is too long for one line (Pa·m)",
     layers=(
         Band(X, X - 0.1, X + 0.1, "band", 0),
         Line(X, X / 3, "line", 0),
         Line(X, X**2, "steps", 1, "dotted", steps=True),
-        Points(X, X + 1, np.array([0.1, np.nan, 0.3]), "points", 2),
+        Points(X, X + 1, np.array([0.1, np.nan, 0.3]), "$ points", 2),
         Points(X, X + 2, label="open points", series=3, filled=False),
         Reference("x", 0.25, "x = 0.25"),
         Reference("y", 2.5),
