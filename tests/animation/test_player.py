@@ -199,34 +199,6 @@ def test_balls_that_slide_are_where_the_trace_has_them(opened: Opened) -> None:
         np.testing.assert_allclose(pressures, made.pressure(np.array(times)), rtol=1e-12)
 
 
-OVERFLOWING = """
-(() => {
-  const { charts } = player, panel = charts.panels[1], [course] = charts.courses;
-  panel.top = 0.2 * Math.max(...course.rows.map((time, row) => panel.at(course, row, time)));
-  panel.colour = "warn";  // which no other panel and no text has
-  charts.made = "";
-  player.goTo(1);
-  player.draw();
-  const pen = charts.canvas.getContext("2d"), half = (panel.right - charts.left) / 2;
-  const strip = pen.getImageData(charts.left, panel.head + charts.gap - 20, half, 40);
-  const hue = [1, 3, 5].map((at) => parseInt(paint("warn").trim().slice(at, at + 2), 16));
-  const found = [0, 0];
-  for (let k = 0; k < strip.data.length; k += 4) {
-    const inside = k >= strip.data.length * 19 / 40;
-    found[inside ? 1 : 0] += hue.every((part, c) => strip.data[k + c] === part);
-  }
-  return found;
-})()
-"""
-"""Points with a curve's colour above and in its panel, where most of it is above the limit."""
-
-
-def test_a_curve_stays_in_its_panel(opened: Opened) -> None:
-    above, inside = opened(sliding_films()["whole"]).value(OVERFLOWING)
-    assert above == 0
-    assert inside > 0
-
-
 LOOKS = """
 (() => {
   const bottom = (name) => find(name).getBoundingClientRect().bottom;

@@ -33,7 +33,7 @@ X = np.array([0.1, 0.2, 0.3])
 
 EVERYTHING = FigureData(
     kind="everything",
-    title="Every <type> of layer & $\\frac, under a title that is so long that it needs a second line",
+    title="Every <type> of layer & $\\frac, in a title so long that it needs a second line",
     x_label="time (s)",
     y_label="a quantity $q$ whose name is too long for one line (Pa·m)",
     layers=(

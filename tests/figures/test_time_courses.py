@@ -131,19 +131,6 @@ def test_no_band_of_one_repeat_or_of_repeats_without_common_times() -> None:
     assert bands([early, late], 0, steps=True) == []
 
 
-def test_the_axis_of_the_pressure_shows_its_mean(decaying: Run) -> None:
-    """Not the first hit, which may be many times as large: the first tenth of the time is cut."""
-    found = shown(decaying, "pressure")
-    later = list(found.numbers["theory"])
-    for index in range(len(decaying.points)):
-        for trace in traces(decaying, index):
-            time, values = observables.cumulative_pressure(trace, series(trace))
-            later.append(float(values[time >= 0.1 * time[-1]].max()))
-    assert found.y_limits == (0, pytest.approx(1.1 * max(later)))
-    time = np.linspace(0.0, 1.0, 101)[1:]
-    assert observables.settled_top(time, 1 / time) == pytest.approx(1 / 0.11)
-
-
 # Means over the repeats of what the states have.
 
 
