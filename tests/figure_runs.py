@@ -87,9 +87,18 @@ def layers(figure: FigureData, layer_type: type[Any]) -> list[Any]:
     return [layer for layer in figure.layers if isinstance(layer, layer_type)]
 
 
+MADE: dict[str, FigureData] = {}
+"""Figures of this session's runs, which do not change."""
+
+
 def shown(run: Run, name: str, repeat: int | None = None, **where: Any) -> FigureData:
+    """A figure of a run, made once."""
     keys = {key.replace("__", "."): value for key, value in where.items()}
-    return FIGURES[name].make(run, Selection(keys, repeat))
+    selection = Selection(keys, repeat)
+    called = f"{run.directory} {name} {selection}"
+    if called not in MADE:
+        MADE[called] = FIGURES[name].make(run, selection)
+    return MADE[called]
 
 
 def why_not(run: Run, name: str, repeat: int | None = None, **where: Any) -> str:

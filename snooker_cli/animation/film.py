@@ -1,9 +1,12 @@
-"""A repeat -> a film: its balls, collisions, energy and pressure in a span of time."""
+"""A repeat -> a film (its balls, collisions, energy and pressure) -> the page that plays it."""
 
-import math
-from collections.abc import Iterator
+import base64
+import html
+import json
+import re
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from importlib.resources import files
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +28,11 @@ MOST_AGAIN = 10_000_000  # collisions simulated for a film of a summary: some 30
 MOST_BALLS = 10_000  # in a film: a browser draws this number several times a second
 BATCH = 2_000_000  # balls times collisions whose states are in memory at a time; 64 MB
 FASTER = 0.02  # share of the balls' speeds above the colour scale: a gas has a few fast balls
+MARGIN = 0.03  # around the container, as a part of its size
+STRAY = 0.5  # part of its size: the view follows a container that moves farther
+
+Pace = Literal["time", "events"]
+"""What passes evenly while a film is shown: its time, or its collisions."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +49,8 @@ class Film:
     settling : the ball that bounces after the last collision until it slides, or ``None``
     after : (*n*, 4) velocities of i (u, v) and of j or the container after it, m/s
     contacts : (*n*, 2) points of contact, m
-    container_path : (*n* + 2, 2) the container's centre at the start, collisions and end, m
+    extent : left, right, bottom and top of the part of the plane that is shown, m
+    follow : whether this view moves with the container's centre, the origin of ``extent`` then
     kinetic_energy : (*n* + 1,) of the balls at the start and after each collision, J
     haff_rate : α of Haff's law fitted to the energy of the whole repeat, 1/s; ``None`` without one
     pressure_sum : (*n* + 1,) what ``pressure`` divides by the time, Pa m s
@@ -65,7 +74,8 @@ class Film:
     settling: int | None
     after: Floats
     contacts: Floats
-    container_path: Floats
+    extent: tuple[float, float, float, float]
+    follow: bool
     kinetic_energy: Floats
     haff_rate: float | None
     pressure_sum: Floats
@@ -136,21 +146,29 @@ def film(
     haff = repeat_fits(trace, "kinetic_energy")["haff"]
     # Later events are not needed, except the next one: a ball may bounce until it slides there.
     trace = replace(trace, events=events[: last + 1 if scene.slides else last], summary=None)
-    opening, centres = replay(trace, [since]), replay(trace, [since, end]).container_positions
-    table = _at_collisions(trace, time, i, j)
-    energy = np.append(_energy(trace, opening), table[:, 6])
+    columns, rows = series(trace), slice(first, last + 1)
+    energy = columns.kinetic_energy[rows]
     if not np.isfinite(energy).all():
         raise FigureError("has an energy that is not finite")
     slides = _slides(trace)
-    pressure_sum, pressure_gain = _pressure(trace, slides, first, since, time, energy)
+    if scene.container.has_wall:
+        pressure_gain = _slide_forces(trace, slides)[rows] / scene.container.wall_length
+        pressure_sum = columns.wall_impulse[rows] / scene.container.wall_length
+    else:
+        moving = integrals(trace, columns.kinetic_energy, columns.time[rows])
+        pressure_gain = energy / scene.container.area
+        pressure_sum = (moving + columns.pair_virial[rows] / 2) / scene.container.area
+    pressure_sum[0] += pressure_gain[0] * (since - columns.time[first])
+    opening, centres = replay(trace, [since]), replay(trace, [since, end]).container_positions
+    table = _at_collisions(trace, time, i, j)
+    extent, follow = _view(trace, np.vstack([centres, table[:, 6:]]))
     speeds = np.hypot(*np.vstack([opening.velocities[0], table[:, :2]]).T)
+    ended = end >= trace.stop.time and not trace.stop.reason.complete
     return Film(
         trace=trace,
         title=printable(title),
         subtitle=printable(subtitle),
-        ending=""
-        if end < trace.stop.time or trace.stop.reason.complete
-        else printable(trace.stop.message),
+        ending=printable(trace.stop.message) if ended else "",
         start=float(since),
         end=float(end),
         before=first,
@@ -163,7 +181,8 @@ def film(
         settling=next((ball for ball, begin, _ in slides.tolist() if begin == last), None),
         after=table[:, :4],
         contacts=table[:, 4:6],
-        container_path=np.vstack([centres[:1], table[:, 7:], centres[1:]]),
+        extent=extent,
+        follow=follow,
         kinetic_energy=energy,
         haff_rate=haff.value if haff.value > 0 else None,
         pressure_sum=pressure_sum,
@@ -194,12 +213,12 @@ def with_events(
 
 
 def _at_collisions(trace: Trace, time: Floats, i: Integers, j: Integers) -> Floats:
-    """(*n*, 9) velocities of both bodies after collisions, contact, energy (J), container's place.
+    """(*n*, 8) velocities of both bodies after collisions, contacts, the container's centres.
 
     Collisions at the same instant all have the state after the last of them.
     """
     scene, step = trace.start, max(1, BATCH // trace.start.number)
-    table = np.empty((len(time), 9))
+    table = np.empty((len(time), 8))
     for first in range(0, len(time), step):
         chunk = slice(first, first + step)
         states, ball, other = replay(trace, time[chunk]), i[chunk], j[chunk]
@@ -214,35 +233,20 @@ def _at_collisions(trace: Trace, time: Floats, i: Integers, j: Integers) -> Floa
         centre = states.container_positions
         contacts = place + scene.radii[ball][:, None] * unit
         contacts = centre + scene.container.nearest_image(contacts - centre)
-        columns = states.velocities[row, ball], moving, contacts, _energy(trace, states)
-        table[chunk] = np.column_stack([*columns, centre])
+        table[chunk] = np.hstack([states.velocities[row, ball], moving, contacts, centre])
     return table
 
 
-def _energy(trace: Trace, states: States) -> Floats:
-    """Kinetic energy of the balls, J; `film` refuses one that is not finite."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.asarray(0.5 * np.sum(states.velocities**2, axis=2) @ trace.start.masses)
-
-
-def _pressure(
-    trace: Trace, slides: Integers, first: int, since: float, time: Floats, energy: Floats
-) -> tuple[Floats, Floats]:
-    """``pressure_sum`` and ``pressure_gain`` of a film from event ``first`` on."""
-    scene, events = trace.start, trace.events
-    assert events is not None
-    rows = slice(first, first + len(time) + 1)
-    if scene.container.has_wall:
-        given, force = (
-            column[rows] / scene.container.wall_length for column in _wall_impulse(trace, slides)
-        )
-        begun = float(events.time[first - 1]) if first else 0.0
-        given[0] += force[0] * (since - begun)
-        return given, force
-    reach = scene.radii[events.i] + scene.radii[events.j]
-    virial = np.cumsum(np.append(0.0, events.impulse * reach))[rows]
-    moving = integrals(trace, series(trace).kinetic_energy, np.append(since, time))
-    return (moving + virial / 2) / scene.container.area, energy / scene.container.area
+def _view(trace: Trace, centres: Floats) -> tuple[tuple[float, float, float, float], bool]:
+    """``extent`` and ``follow`` of a film in which the container's centre is at these places."""
+    size = np.array(trace.start.container.size)
+    low, high = centres.min(axis=0), centres.max(axis=0)
+    follow = bool(np.any(high - low > STRAY * size))
+    if follow:
+        low = high = np.zeros(2)
+    reach = size / 2 + MARGIN * size.max()
+    (left, bottom), (right, top) = (low - reach).tolist(), (high + reach).tolist()
+    return (left, right, bottom, top), follow
 
 
 def _slides(trace: Trace) -> Integers:
@@ -250,7 +254,7 @@ def _slides(trace: Trace) -> Integers:
 
     The last one is the number of events for a ball that slides to the end.
     """
-    events, found = trace.events, [np.empty((0, 3), np.int32)]
+    events, slides = trace.events, [np.empty((0, 3), np.int32)]
     assert events is not None
     for ball in np.unique(events.i[events.j == SLIDE]):
         own = np.flatnonzero((events.i == ball) | (events.j == ball))
@@ -258,13 +262,13 @@ def _slides(trace: Trace) -> Integers:
         # The second of two such events has the impulse of the slide up to a hit.
         begins = np.flatnonzero(sliding & ~np.append(False, sliding[:-1]))
         ends = np.append(own, len(events))[begins + 1]
-        found.append(np.column_stack([np.full(len(begins), ball), own[begins], ends]))
-    slides = np.concatenate(found)
-    return slides[np.argsort(slides[:, 1])]
+        slides.append(np.column_stack([np.full(len(begins), ball), own[begins], ends]))
+    rows = np.concatenate(slides)
+    return rows[np.argsort(rows[:, 1])]
 
 
-def _wall_impulse(trace: Trace, slides: Integers) -> tuple[Floats, Floats]:
-    """(*n* + 1,) impulse on the wall, kg m/s, and force, N, at the start and after each event.
+def _slide_forces(trace: Trace, slides: Integers) -> Floats:
+    """(*n* + 1,) force of sliding balls on the wall at the start and after each event, N.
 
     A ball of mass m that slides with speed v on a circle of radius a has the force m v²/a.
     """
@@ -272,19 +276,14 @@ def _wall_impulse(trace: Trace, slides: Integers) -> tuple[Floats, Floats]:
     assert events is not None
     velocities = replay(trace, events.time[first]).velocities[np.arange(len(balls)), balls]
     reach = scene.container.size[0] / 2 - scene.radii[balls]
-    change = np.zeros(len(events) + 2)
     pressing = scene.masses[balls] * np.sum(velocities**2, axis=1) / reach
+    change = np.zeros(len(events) + 2)
     np.add.at(change, first + 1, pressing)
     np.subtract.at(change, last + 1, pressing)
-    force = np.cumsum(change[:-1])
-    given = np.where(events.at_wall, events.impulse, 0.0)
-    ends = last[last < len(events)]
-    given[ends[events.j[ends] == SLIDE]] = 0.0  # counted by the force already
-    pressed = force[:-1] * np.diff(events.time, prepend=0.0)
-    return np.append(0.0, np.cumsum(given + pressed)), force
+    return np.cumsum(change[:-1])
 
 
-# A film -> its view of the plane and its frames: states at evenly spaced moments
+# Films -> one HTML page with their data and the player; it needs no other file or network.
 
 SPEED_COLOURS = (
     *("#0d0887", "#41049d", "#6a00a8", "#8f0da4", "#b12a90"),
@@ -295,102 +294,70 @@ SPEED_COLOURS = (
 The steps of lightness are even, also for colour-blind people. The yellow end is too light on white.
 """
 
-MARGIN = 0.03  # around the container, as a part of its size
-
-STRAY = 0.5
-"""Part of its size: the view follows a container that moves farther, and otherwise rests."""
-
-VISIBLE = 0.1  # part of its size: a small motion is enlarged to this at most
+SCRIPTS = ("drawing.js", "motion.js", "arena.js", "charts.js", "player.js")
+MOST_FILMS = 4  # on a page: more have too little room
 
 
-@dataclass(frozen=True)
-class View:
-    """The part of the plane that a film shows.
+def embedded(page: str, label: str) -> str:
+    """An ``iframe`` with a film's page, which may only run its script; ``label`` describes it."""
+    return (
+        f'<iframe class="player" title="{html.escape(label)}" loading="lazy" '
+        f'sandbox="allow-scripts" allow="fullscreen" srcdoc="{html.escape(page)}"></iframe>'
+    )
 
-    extent : left, right, bottom and top, m; relative to the container's centre with ``follow``
-    follow : whether the view moves with the container
-    farthest : largest distance of the container from its place at the start, m
-    magnifications : factors, from 1 on, by which its motion can be enlarged
+
+def page(*films: Film, pace: Pace = "time", seconds: float | None = None) -> str:
+    """The page that plays films side by side, in step; always the same bytes for the same films.
+
+    films : from the same time on; one to ``MOST_FILMS``, which have different subtitles
+    pace : at the beginning
+    seconds : length at speed 1; without it, the player chooses
     """
-
-    extent: tuple[float, float, float, float]
-    follow: bool
-    farthest: float
-    magnifications: tuple[float, ...]
-
-
-def view(film: Film) -> View:
-    """The view of a film."""
-    width, height = film.trace.start.container.size
-    size, path = max(width, height), film.container_path
-    low, high = path.min(axis=0), path.max(axis=0)
-    farthest = float(np.max(np.hypot(*(path - path[0]).T)))
-    follow = bool(np.any(high - low > STRAY * np.array([width, height])))
-    if follow:
-        low = high = np.zeros(2)
-    reach = np.array([width, height]) / 2 + MARGIN * size
-    (left, bottom), (right, top) = (low - reach).tolist(), (high + reach).tolist()
-    powers = 0
-    if farthest > 0 and not follow:
-        powers = max(0, math.floor(math.log10(VISIBLE * size / farthest)))
-    magnifications = tuple(10.0**power for power in range(powers + 1))
-    return View((left, right, bottom, top), follow, farthest, magnifications)
+    data = {"pace": pace, "seconds": seconds, "films": [_content(film) for film in films]}
+    content = json.dumps(
+        data, ensure_ascii=False, allow_nan=False, separators=(",", ":"), default=_packed
+    )
+    parts = {
+        "title": html.escape(films[0].title),
+        "style": _part("player.css"),
+        "film": content.replace("<", "\\u003c"),  # it cannot end the script element around it
+        "script": "\n".join(_part(name) for name in SCRIPTS),
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda mark: parts[mark[1]], _part("player.html"))
 
 
-Pace = Literal["time", "events"]
-"""What passes evenly while a film is shown: its time, or its collisions."""
+def _content(film: Film) -> dict[str, Any]:
+    """The player's data: the film's own, and the scene's."""
+    scene, opening = film.trace.start, film.opening
+    own = {
+        re.sub(r"_(\w)", lambda letter: letter[1].upper(), name): value
+        for name, value in vars(film).items()
+        if name not in ("trace", "opening")
+    }
+    # Rows, ball by ball: position, velocity, radius.
+    balls = np.vstack([opening.positions[0].T, opening.velocities[0].T, scene.radii])
+    return own | {
+        "contacts": film.contacts.astype(np.float32),
+        "pressureGain": film.pressure_gain if film.pressure_gain.any() else "",
+        "pressureTop": film.pressure_top,
+        "startEnergy": scene.kinetic_energy,
+        "balls": balls,
+        "masses": scene.masses,
+        "container": [*opening.container_positions[0], *opening.container_velocities[0]],
+        "outline": scene.container.outline.tolist(),
+        "periodic": not scene.container.has_wall,
+        "size": scene.container.size,
+        "free": scene.free,
+        "wallCor": scene.wall_restitution,
+        "colours": SPEED_COLOURS,
+    }
 
-FLASH = 0.3  # how long a contact flashes, s of showing; as in the player's script
-MOST_FLASHES = 60  # the latest ones: more would hide the balls; as in the player's script
+
+def _packed(values: NDArray[Any]) -> str:
+    """The bytes of an array, row after row and little-endian, as base64."""
+    data = values.astype(values.dtype.newbyteorder("<")).tobytes()
+    return base64.b64encode(data).decode("ascii")
 
 
-@dataclass(frozen=True)
-class Frame:
-    """What a film shows at a time (s), after this number of its collisions.
-
-    positions, speeds : (*N*, 2) m, in a periodic box inside it; (*N*,) m/s
-    container : (2,) m, its centre
-    flashes, ages : the collisions that flash, at most ``MOST_FLASHES``; 0 at the contact, 1 in
-        the end
-    """
-
-    time: float
-    collisions: int
-    positions: NDArray[np.float64]
-    speeds: NDArray[np.float64]
-    container: NDArray[np.float64]
-    flashes: NDArray[np.intp]
-    ages: NDArray[np.float64]
-
-
-def frames(film: Film, pace: Pace, count: int, seconds: float) -> Iterator[Frame]:
-    """Frames of a film, the first at its start and the last at its end.
-
-    pace : with "events" each collision takes the same part, and so does the time after the last
-    count : number of frames, at least 2
-    seconds : length of the showing; a contact flashes for ``FLASH`` of it
-    """
-    # From 0 to 1: when frames are shown, and the start, the collisions and the end of the film.
-    shown, knots = np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, len(film.knots))
-    if pace == "time":
-        knots = (film.knots - film.start) / (film.end - film.start)
-    # Rounding must not move the last frame beyond the end.
-    times = np.clip(np.interp(shown, knots, film.knots), film.start, film.end)
-    collisions = np.searchsorted(film.time, times, side="right")
-    hit, flash = knots[1:-1], FLASH / seconds
-    recent = np.searchsorted(hit, shown - flash, side="right")
-    step = max(1, BATCH // film.trace.start.number)
-    for first in range(0, count, step):
-        states = replay(film.trace, times[first : first + step])
-        for row, frame in enumerate(range(first, first + len(states.time))):
-            done = collisions[frame]
-            flashes = np.arange(max(min(recent[frame], done), done - MOST_FLASHES), done)
-            yield Frame(
-                time=float(times[frame]),
-                collisions=int(done),
-                positions=states.positions[row],
-                speeds=np.hypot(*states.velocities[row].T),
-                container=states.container_positions[row],
-                flashes=flashes,
-                ages=np.clip((shown[frame] - hit[flashes]) / flash, 0.0, 1.0),
-            )
+def _part(name: str) -> str:
+    return (files("snooker_cli.animation") / "player" / name).read_text(encoding="utf-8")

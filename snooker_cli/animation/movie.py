@@ -3,6 +3,8 @@
 import math
 import shutil
 import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
@@ -17,7 +19,8 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 from PIL import Image
 
-from snooker_cli.animation.film import SPEED_COLOURS, Film, Frame, Pace, frames, view
+from snooker_cli.animation.film import BATCH, SPEED_COLOURS, Film, Pace
+from snooker_cli.engine import replay
 from snooker_cli.errors import UserError
 from snooker_cli.figures.drawing import colour, styled
 from snooker_cli.files import atomic_write
@@ -40,15 +43,74 @@ PALETTE_FRAMES = 3
 SMALLEST = 2.0  # points: the diameter of balls that would be too small to see
 MOST_FRAMES = 1200  # in a GIF: each needs 0.4 MB of memory, and pages load it slowly
 
+FLASH = 0.3  # how long a contact flashes, s of showing; as in the player's script
+MOST_FLASHES = 60  # the latest ones: more would hide the balls; as in the player's script
+
+# As in the player's charts: bins of speeds over √(2T/m), the last with all faster balls, and the
+# share of the balls at the top of the panel.
+BIN, BINS, MOST_SHARE = 0.2, 15, 0.25
+
 MP4_OPTIONS = ["-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart", "-f", "mp4"]
 """For ffmpeg: colours for every player, little loss, and the index at the front."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What a film shows at a time (s), after this number of its collisions.
+
+    positions, speeds : (*N*, 2) m, in a periodic box inside it; (*N*,) m/s
+    container : (2,) m, its centre
+    flashes, ages : the collisions that flash, at most ``MOST_FLASHES``; 0 at the contact, 1 in
+        the end
+    """
+
+    time: float
+    collisions: int
+    positions: Floats
+    speeds: Floats
+    container: Floats
+    flashes: NDArray[np.intp]
+    ages: Floats
+
+
+def frames(film: Film, pace: Pace, count: int, seconds: float) -> Iterator[Frame]:
+    """Frames of a film, the first at its start and the last at its end.
+
+    pace : with "events" each collision takes the same part, and so does the time after the last
+    count : number of frames, at least 2
+    seconds : length of the showing; a contact flashes for ``FLASH`` of it
+    """
+    # From 0 to 1: when frames are shown, and the start, the collisions and the end of the film.
+    shown, knots = np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, len(film.knots))
+    if pace == "time":
+        knots = (film.knots - film.start) / (film.end - film.start)
+    # Rounding must not move the last frame beyond the end.
+    times = np.clip(np.interp(shown, knots, film.knots), film.start, film.end)
+    collisions = np.searchsorted(film.time, times, side="right")
+    hit, flash = knots[1:-1], FLASH / seconds
+    recent = np.searchsorted(hit, shown - flash, side="right")
+    step = max(1, BATCH // film.trace.start.number)
+    for first in range(0, count, step):
+        states = replay(film.trace, times[first : first + step])
+        for row, frame in enumerate(range(first, first + len(states.time))):
+            done = collisions[frame]
+            flashes = np.arange(max(min(recent[frame], done), done - MOST_FLASHES), done)
+            yield Frame(
+                time=float(times[frame]),
+                collisions=int(done),
+                positions=states.positions[row],
+                speeds=np.hypot(*states.velocities[row].T),
+                container=states.container_positions[row],
+                flashes=flashes,
+                ages=np.clip((shown[frame] - hit[flashes]) / flash, 0.0, 1.0),
+            )
 
 
 class Screen:
     """The figure of a film; resting parts are drawn once, and ``image`` adds the moving parts."""
 
     def __init__(self, film: Film, pace: Pace) -> None:
-        self.film, self.seen = film, view(film)
+        self.film, self.by_collision = film, pace == "events"
         self.figure = figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor="white")
         self.canvas = cast(Any, FigureCanvasAgg(figure))  # its methods have no types
         self.moving: list[Artist] = []
@@ -59,7 +121,7 @@ class Screen:
         self.count = self._moves(self._text(0.98, 0.955, color=SOFT, ha="right"))
         self.ending = self._moves(self._text(0.02, 0.025, color="#a8380f", size=7))
         self._add_container(figure.add_axes((0.01, 0.11, 0.53, 0.76)))
-        self._add_curves(by_collision=pace == "events")
+        self._add_panels()
         self.colours = LinearSegmentedColormap.from_list("speed", SPEED_COLOURS)
         self.scale = Normalize(0.0, film.top_speed, clip=True)
         axes = figure.add_axes((0.175, 0.063, 0.2, 0.018))
@@ -76,7 +138,7 @@ class Screen:
     def image(self, frame: Frame) -> Pixels:
         """(*height*, *width*, 3) the pixels of a frame: red, green and blue."""
         film, scene = self.film, self.film.trace.start
-        origin = frame.container if self.seen.follow else np.zeros(2)
+        origin = frame.container if film.follow else np.zeros(2)
         centre = frame.container - origin
         self.wall.set_xy(scene.container.outline + centre)
         which, places = _seen(frame.positions - origin, scene.radii, centre, scene.container.period)
@@ -98,13 +160,19 @@ class Screen:
         self.ending.set_text(film.ending if frame.time >= film.end else "")
         energy = float(film.kinetic_energy[frame.collisions])
         pressure = float(film.pressure(np.array([frame.time]))[0])
-        values = (energy, energy / scene.number, pressure)
         now = float(frame.collisions) if self.by_collision else frame.time
         rows = slice(frame.collisions + 1)
-        for (line, point, text, unit, column), value in zip(self.curves, values, strict=True):
+        for (line, point, text, unit, column), value in zip(
+            self.curves, (energy, pressure), strict=True
+        ):
             line.set_data(np.append(self.steps[rows], now), np.append(column[rows], value))
             point.set_data([now], [min(value, point.axes.get_ylim()[1])])
-            text.set_text(f"{_reading(value)} {unit}")
+            text.set_text(f"{short(value, 4)} {unit}")
+        temperature = energy / scene.number
+        reduced = frame.speeds * np.sqrt(scene.masses / (2 * temperature or 1.0))
+        bins = np.minimum(reduced / BIN, BINS - 1).astype(int)
+        self.bars.set_data(np.bincount(bins, minlength=BINS) / scene.number)
+        self.temperature.set_text(f"T = {short(temperature, 4)} J")
         self.canvas.restore_region(self.still)
         for artist in self.moving:
             self.figure.draw_artist(artist)
@@ -128,7 +196,7 @@ class Screen:
         """Add the container, the balls and the flashes."""
         axes.set_axis_off()
         axes.set_aspect("equal")
-        left, right, bottom, top = self.seen.extent
+        left, right, bottom, top = self.film.extent
         axes.set_xlim(left, right)
         axes.set_ylim(bottom, top)
         axes.apply_aspect()
@@ -145,37 +213,49 @@ class Screen:
         if not container.has_wall:
             self.balls.set_clip_path(self.wall)
 
-    def _add_curves(self, *, by_collision: bool) -> None:
-        """Add the panels of the three curves, each with its name and current value above it."""
-        film, self.by_collision = self.film, by_collision
-        self.steps = np.arange(len(film) + 1.0) if by_collision else film.rows
+    def _add_panels(self) -> None:
+        """Add kinetic energy with Haff's law, pressure, and the balls by speed with Maxwell's."""
+        film = self.film
+        self.steps = np.arange(len(film) + 1.0) if self.by_collision else film.rows
         energy, pressure = film.kinetic_energy, film.pressure(film.rows)
-        temperature = energy / film.trace.start.number
         pressure[pressure == 0] = np.nan  # it begins at the first collision
-        panels = (
-            ("kinetic energy", "J", colour(0), energy, energy.max()),
-            ("temperature", "J", colour(2), temperature, temperature.max()),
-            ("mean pressure since t = 0", "Pa m", colour(4), pressure, film.pressure_top),
-        )
         self.curves: list[Any] = []
-        for row, (name, unit, shade, values, top) in enumerate(panels):
-            axes = self.figure.add_axes((0.585, 0.655 - 0.265 * row, 0.395, 0.185))
-            axes.set_xlim(float(self.steps[0]), max(len(film), 1.0) if by_collision else film.end)
-            axes.set_ylim(0, 1.08 * top or 1.0)
-            axes.tick_params(labelbottom=row == 2)
-            axes.set_title(name, loc="left", fontweight="normal", color=INK, pad=5)
+        for bottom, name, unit, shade, values, top in (
+            (0.69, "kinetic energy", "J", colour(0), energy, energy.max()),
+            (0.44, "mean pressure since t = 0", "Pa m", colour(4), pressure, film.pressure_top),
+        ):
+            axes, text = self._panel(bottom, name, shade, 1.08 * top or 1.0)
+            axes.set_xlim(
+                float(self.steps[0]), max(len(film), 1.0) if self.by_collision else film.end
+            )
             line, point = axes.plot([], [], "-", [], [], "o", color=shade, clip_on=False)
             line.set_clip_on(True)
-            text = axes.set_title("", loc="right", color=shade, pad=5)
-            for artist in (line, point, text):
-                self._moves(artist)
-            self.curves.append((line, point, text, unit, values))
-        axes.set_xlabel("collisions shown" if by_collision else "time (s)")
+            self.curves.append((self._moves(line), self._moves(point), text, unit, values))
+            if film.haff_rate is not None and values is energy:
+                law = film.trace.start.kinetic_energy / (1 + film.haff_rate * film.rows) ** 2
+                axes.plot(
+                    self.steps, law, "--", color=INK, linewidth=0.8, label="Haff’s law, fitted"
+                )
+                axes.legend(loc="upper right")
+            axes.tick_params(labelbottom=values is pressure)
+        axes.set_xlabel("collisions shown" if self.by_collision else "time (s)")
+        axes, self.temperature = self._panel(0.11, "balls by speed now", colour(2), MOST_SHARE)
+        edges, speeds = BIN * np.arange(BINS + 1), np.linspace(0.0, BIN * BINS, 121)
+        axes.set_xlim(0.0, BIN * BINS)
+        self.bars = self._moves(
+            axes.stairs(edges[1:], edges, fill=True, color=colour(2), alpha=0.6)
+        )
+        law = BIN * 2 * speeds * np.exp(-(speeds**2))
+        axes.plot(speeds, law, "--", color=INK, linewidth=0.8, label="Maxwell’s law")
+        axes.legend(loc="upper right")
+        axes.set_xlabel("speed ÷ √(2T/m)")
 
-
-def _reading(value: float) -> str:
-    """A number to three digits, as the page shows it: up to 100,000 without a power of ten."""
-    return f"{float(f'{value:.3g}'):.0f}" if 999.5 <= value < 99_950 else short(value)
+    def _panel(self, bottom: float, name: str, shade: str, top: float) -> tuple[Axes, Any]:
+        """Axes below their name, and the text of the current value there."""
+        axes = self.figure.add_axes((0.585, bottom, 0.395, 0.155))
+        axes.set_ylim(0.0, top)
+        axes.set_title(name, loc="left", fontweight="normal", color=INK, pad=5)
+        return axes, self._moves(axes.set_title("", loc="right", color=shade, pad=5))
 
 
 def _seen(

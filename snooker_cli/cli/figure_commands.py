@@ -11,8 +11,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from snooker_cli.analysis.run_analysis import shorter_note
-from snooker_cli.animation import MOST_COLLISIONS, Film, film, page, with_events
-from snooker_cli.animation.html_player import MOST_FILMS
+from snooker_cli.animation import MOST_COLLISIONS, MOST_FILMS, Film, film, page, with_events
 from snooker_cli.cli.options import RUN, RunName, Where, conditions, flag, option
 from snooker_cli.cli.output import first, print_line, print_table, print_wrapped
 from snooker_cli.config import Point

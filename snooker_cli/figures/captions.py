@@ -25,6 +25,7 @@ from snooker_cli.figures.figure_data import (
     Points,
     bands,
     legend_line,
+    more_than_a_decade,
     thinned,
 )
 from snooker_cli.figures.selection import (
@@ -92,6 +93,13 @@ class FigureBuilder:
     def traces(self, point: Point) -> Iterator[Trace]:
         """The selected repeats of a point that are there. Raises ``StoreError``."""
         return self.run.traces(point, self.repeats(point))
+
+    def moving(self, point: Point) -> list[Trace]:
+        """These repeats; ``FigureError`` if nothing moves, so that no ratio to the start exists."""
+        traces = list(self.traces(point))
+        if traces[0].start.kinetic_energy == 0:
+            raise FigureError("nothing moves at the start, so there is no ratio to it")
+        return traces
 
     def repeats(self, point: Point) -> list[int]:
         """The numbers of these repeats."""
@@ -185,6 +193,11 @@ class FigureBuilder:
         name, errors = self.label(point) or "simulation", standard_errors(rows)
         self.lines.append(Points(x, rows.mean(axis=0), errors, name, index))
 
+    @property
+    def covers_decades(self) -> bool:
+        """Whether the lines cover more than a decade."""
+        return more_than_a_decade(line.y for line in self.lines if isinstance(line, Line))
+
     def add_histogram(self, index: int, point: Point, edges: Array, heights: Array) -> None:
         """Add the outline of bins between edges (*n* + 1,)."""
         x, y = np.append(edges[0], edges), np.pad(heights, 1)
@@ -238,12 +251,6 @@ class FigureBuilder:
             numbers={**(numbers or {}), **({"points": self.records} if self.records else {})},
             **{**self.fields, "title": self.title, **others},
         )
-
-
-def require_motion(scene: Scene) -> None:
-    """Raise ``FigureError`` where nothing moves at the start, so that no ratio to it exists."""
-    if scene.kinetic_energy == 0:
-        raise FigureError("nothing moves at the start, so there is no ratio to it")
 
 
 def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:

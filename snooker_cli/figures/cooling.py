@@ -21,14 +21,13 @@ from snooker_cli.analysis.observables import (
 )
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder, require_motion
+from snooker_cli.figures.captions import LOG_SPREAD, SPREAD, FigureBuilder
 from snooker_cli.figures.figure_data import (
     Array,
     FigureData,
     Line,
     LineStyle,
     Points,
-    Reference,
     bands,
     legend_line,
     more_than_a_decade,
@@ -48,7 +47,6 @@ LEAST_COLLISIONS = 10
 
 COUNTS = 14  # steps of the collision count at which the energy is averaged over the repeats
 FLOOR_MATTERS = 0.1  # the floor is drawn where it is at least this share of the energy that is left
-SAME_FLOOR = 0.01  # floors that differ by less are one line
 
 _FLOORS = {
     "L": " L keeps the energy L²/2I of a rotation, I at the end.",
@@ -73,54 +71,45 @@ _SERIES = {law: series for series, law in enumerate(LAWS, start=1)}
 def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
     """The mean decay of a quantity or that of a chosen repeat, fits, and a band of all repeats."""
     (point,), known = build.points, QUANTITIES[quantity]
-    number, one = build.repeats(point)[0], build.selection.repeat is not None
+    number, chosen = build.repeats(point)[0], build.selection.repeat is not None
     build.selection = Selection(build.selection.where)  # the means are over all repeats
-    row = build.repeats(point).index(number)
-    traces = list(build.traces(point))
-    require_motion(traces[row].start)
-    found = decays(traces, (quantity,))
-    if not any(decay.fits[row].converged for decay in found):
-        raise FigureError(f"repeat {number} cannot be fitted: {found[0].fits[row].message}")
-    found = [decay for decay in found if any(each.converged for each in decay.fits)]
-    curves = [(each.time, each.value) for each in (curve(trace, quantity) for trace in traces)]
-    started = [each for each in curves if len(each[0]) > 1]
+    row, traces = build.repeats(point).index(number), build.moving(point)
+    fitted = decays(traces, (quantity,))
+    if not any(decay.fits[row].converged for decay in fitted):
+        raise FigureError(f"repeat {number} cannot be fitted: {fitted[0].fits[row].message}")
+    courses = [curve(trace, quantity) for trace in traces]
+    started = [(course.time, course.value) for course in courses if len(course.time) > 1]
     log = more_than_a_decade(values for _, values in started)
     label = f"all {len(started)} repeats, {LOG_SPREAD if log else SPREAD}"
     build.bands = bands(started, 0, label, steps=not known.is_mean, logarithmic=log)
-    (time, value), kept = curves[row], thinned(curves[row][0])
-    time, value, label = time[kept], value[kept], f"simulation, repeat {number}"
-    if build.bands and not one:
+    kept = thinned(courses[row].time)
+    time, value = courses[row].time[kept], courses[row].value[kept]
+    label = f"simulation, repeat {number}"
+    if build.bands and not chosen:
         (band,) = build.bands
         value = np.sqrt(band.low * band.high) if log else (band.low + band.high) / 2
         time, label = band.x, f"simulation, mean of {len(started)} repeats"
     build.lines.append(Line(time, value, label, steps=not known.is_mean, broad=True))
     fine = np.linspace(time[0], time[-1], 300)
-    numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": number}
-    for decay in found:
-        model, fit, mean = LAWS[decay.law], decay.fits[row], decay.over_repeats
-        good, symbol = decay.goodness, model.mean_symbol if known.is_mean else model.symbol
+    numbers: dict[str, Any] = {"parameters": point.as_json(), "repeat": number, "fits": []}
+    for decay in fitted:
+        converged = [fit for fit in decay.fits if fit.converged]
+        if not converged:
+            continue
+        model, mean, good = LAWS[decay.law], decay.over_repeats, decay.goodness
+        symbol = model.mean_symbol if known.is_mean else model.symbol
         text = f"{symbol} = {with_error(mean.value, mean.error, RATE)}"
-        of = f"mean of {mean.repeats} repeats" if mean.repeats > 1 else "one repeat"
-        fitted = [fitted_curve(each, fine) for each in decay.fits if each.converged]
+        repeats = f"mean of {mean.repeats} repeats" if mean.repeats > 1 else "one repeat"
         with np.errstate(divide="ignore"):
-            law = np.exp(np.mean(np.log(fitted), axis=0))
-        build.lines.append(Line(fine, law, f"{model.label}, {of}: {text}", _SERIES[decay.law]))
-        holds = f"holds until {short(good.holds_to)} of {short(good.judged_to)} s"
+            logs = np.log([fitted_curve(fit, fine) for fit in converged])
+        name = f"{model.label}, {repeats}: {text}"
+        build.lines.append(Line(fine, np.exp(logs.mean(axis=0)), name, _SERIES[decay.law]))
+        holds = f", holds until {short(good.holds_to)} of {short(good.judged_to)} s"
         if good.holds_to == good.judged_from:
-            holds = "refused from the start"
-        build.result(
-            None, f"{model.label}, {text}{f', {holds}' if good.degrees_of_freedom else ''}"
-        )
-        numbers |= {
-            model.key: fit.value,
-            f"{model.key}_error": fit.error,
-            f"{model.key}_mean": mean.value,
-            f"{model.key}_standard_error": mean.error,
-            f"{model.key}_half_range": mean.max_min_half_range,
-            f"{model.key}_repeats": mean.repeats,
-            f"{model.key}_chi_squared_per_degree": good.chi_squared_per_degree,
-            f"{model.key}_holds_until": good.holds_to,
-        }
+            holds = ", refused from the start"
+        build.result(None, f"{model.label}, {text}{holds if good.degrees_of_freedom else ''}")
+        numbers[model.key] = decay.fits[row].value
+        numbers["fits"].append(decay.as_json())
     # An exponential leaves slower decays by many decades.
     lowest = min(values.min() for _, values in started) / 10 if log else 0.0
     return build.figure(
@@ -136,18 +125,14 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
 
 def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     """The decay constants of the energy against the CoR; with the source report's k if wanted."""
-    points, scene = build.points, build.start(build.points[0])
-    require_motion(scene)
-    rates = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
-    wall = points[0].experiment.wall_cor
+    points = build.points
     for point in points:
-        traces = list(build.traces(point))
+        traces = build.moving(point)
         fitted = decays(traces, ("kinetic_energy",))
         means = {LAWS[decay.law].key: decay.over_repeats for decay in fitted}
         constants = {key: (mean.value, mean.error) for key, mean in means.items()}
         if source:
-            reported = np.array([reported_constant(trace) for trace in traces])
-            constants["report_k"] = mean_and_error(reported)
+            constants["report_k"] = mean_and_error(np.array([*map(reported_constant, traces)]))
         build.record(
             point,
             **constants,
@@ -155,8 +140,7 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
             ended_early=fitted[-1].short,
         )
     cors = np.array([point.experiment.cor for point in points])
-    records = build.records
-    column = {name: np.array([record[name] for record in records]) for name in records[0]}
+    column = {name: np.array([row[name] for row in build.records]) for name in build.records[0]}
     caption, (k_series, alpha_series) = "", _SERIES.values()
     if source:
         name = "k by the source report"
@@ -165,34 +149,35 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
             "Dashed: the source report's k = −2 ln(CoR)⟨v⟩/λ, ⟨v⟩ of complete repeats and "
             "λ = 1/(√2 n 2πr). "
         )
+    scene = build.start(points[0])
+    rates = predictions.scene_rates(scene, meeting_temperature(scene.kinetic_energy, scene))
     if rates is not None:
         # The logarithm has no value at CoR 0.
         grid = np.linspace(max(cors[0], 0.01), cors[-1], 100)
-        curves = []
-        for e in map(float, grid):
-            loss = theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
-            report = theory.source_decay_constant(e, rates.mean_free_path, rates.mean_speed)
-            curves.append((report, theory.haff_rate(loss)))
-        report_k, alpha = np.array(curves).T
         if source:
+            free_path, speed = rates.mean_free_path, rates.mean_speed
+            law = [theory.source_decay_constant(float(e), free_path, speed) for e in grid]
             name = "k, mean free path after Enskog"
-            build.lines.append(Line(grid, report_k, name, k_series, "dotted"))
+            build.lines.append(Line(grid, np.array(law), name, k_series, "dotted"))
             caption += (
                 "Dotted: k with ⟨v⟩ at the start and Enskog's λ = 1/(√2 n 4rχ), χ for the size of "
                 "the balls."
             )
+        wall = points[0].experiment.wall_cor
+        losses = (
+            theory.cooling_rate(e, rates.ball_ball, e if wall is None else wall, rates.wall)
+            for e in map(float, grid)
+        )
+        alpha = np.array([theory.haff_rate(loss) for loss in losses])
         build.lines.append(Line(grid, alpha, "α, kinetic theory", alpha_series, "solid"))
-    for law, model in LAWS.items():
+    for law_name, model in LAWS.items():
         name, errors = f"{model.symbol}, {model.label} fitted", column[f"{model.key}_error"]
-        build.lines.append(Points(cors, column[model.key], errors, name, _SERIES[law]))
+        build.lines.append(Points(cors, column[model.key], errors, name, _SERIES[law_name]))
     title = build.title
     if points[0].experiment.container.shape_class.has_wall:
         title = f"{title}: {described(points[0], 'wall_cor')}"
-    return build.figure(
-        caption,
-        numbers={"ended_early": sum(record["ended_early"] for record in build.records)},
-        title=title,
-    )
+    early = sum(record["ended_early"] for record in build.records)
+    return build.figure(caption, numbers={"ended_early": early}, title=title)
 
 
 # How the rate falls with time.
@@ -201,9 +186,8 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
 def haff_time(build: FigureBuilder) -> FigureData:
     """The local decay rate −d ln E/dt against time, with Haff's law and one constant."""
     for index, point in enumerate(build.points):
-        traces = list(build.traces(point))
+        traces = build.moving(point)
         scene = traces[0].start
-        require_motion(scene)
         edges, rates, errors, left = _local_rates(traces)
         fitted = decays(traces, ("kinetic_energy",))
         rate = {decay.law: decay.over_repeats.value for decay in fitted}
@@ -293,11 +277,10 @@ def _local_rates(traces: Sequence[Trace]) -> tuple[Array, Array, Array, float]:
 
 def event_decay(build: FigureBuilder) -> FigureData:
     """The energy against collisions, where kinetic theory has an exponential at any density."""
-    drawn: list[float] = []
+    floor_drawn = False
     for index, point in enumerate(build.points):
-        traces = list(build.traces(point))
+        traces = build.moving(point)
         scene = traces[0].start
-        require_motion(scene)
         if scene.number < 2:
             raise FigureError("kinetic theory does not cover one ball; it needs two or more")
         calm = [before_collapse(trace) for trace in traces]
@@ -321,7 +304,7 @@ def event_decay(build: FigureBuilder) -> FigureData:
                 record["theory_above_floor"] = above[-1]
                 if floor >= FLOOR_MATTERS * final[0]:
                     build.lines.append(Line(x, above, None, index, "dashed"))
-                    drawn.append(floor)
+                    floor_drawn = True
         build.record(point, text, **record, final_ratio=final)
     kept, caption = _kept(build.points), f"E/E(0) in the end: {build.results_text}."
     if any("theory" in record for record in build.records):
@@ -331,13 +314,9 @@ def event_decay(build: FigureBuilder) -> FigureData:
         wall_cors = [point.experiment.effective_wall_cor for point in build.points]
         lossy = kept == "L" and min(wall_cors) < 1
         caption += f", one with the wall of CoR e′ (1 − e′²)E/{shared}." if lossy else "."
-    if drawn:
+    if floor_drawn:
         build.lines.append(legend_line(f"the same above the energy kept by {kept}", "dashed"))
         caption += _FLOORS[kept]
-        if max(drawn) - min(drawn) < SAME_FLOOR * max(drawn):
-            mean = float(np.mean(drawn))
-            text = f"energy kept by {kept}, {short(mean, 2)} E(0)"
-            build.lines.append(Reference("y", mean, text, "dotted"))
     return build.figure(caption)
 
 

@@ -1,26 +1,29 @@
-"""Distributions of distances from the centre, distances between balls, and speeds."""
+"""Distances from the centre and between balls, the pair correlation, and speeds."""
 
 import math
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis import predictions
+from snooker_cli.analysis import predictions, structure
 from snooker_cli.analysis.observables import (
     at_collisions,
     central_distances,
     instants,
+    mean_and_error,
     pair_distances,
     reduced_speed_counts,
 )
+from snooker_cli.analysis.structure import measured
 from snooker_cli.config import Point
 from snooker_cli.containers import Circle
 from snooker_cli.errors import FigureError
 from snooker_cli.figures.captions import FigureBuilder
-from snooker_cli.figures.figure_data import NEUTRAL, Array, FigureData, Line, Reference
+from snooker_cli.figures.figure_data import NEUTRAL, Array, FigureData, Line, Points, Reference
 from snooker_cli.figures.selection import elastic
-from snooker_cli.formatting import exact, listed, short
+from snooker_cli.formatting import exact, listed, short, with_error
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS
 
@@ -122,6 +125,63 @@ def _sample(central: bool, build: FigureBuilder, point: Point) -> _Sample:
     density = counts / (counts.sum() * np.diff(edges))
     limit, extreme = (high, max(extremes)) if central else (low, min(extremes))
     return _Sample(scene, edges, density, limit, extreme, max(beyond))
+
+
+# Pairs by their distance, over those of balls at random places.
+
+MOST_STATES = 40  # of a repeat
+MOST_PAIRED = 200_000  # balls times states of a point, which take seconds
+
+LAST = 0.99
+"""Part of a repeat's time that is its last state: at its last collision, two balls touch."""
+
+
+def pair_correlation(build: FigureBuilder) -> FigureData:
+    """g(r): mean over the second half of repeats that lose no energy, else at the end."""
+    build.lines.append(Reference("y", 1.0))
+    for index, point in enumerate(build.points):
+        scene = build.start(point)
+        diameter = 2 * float(np.mean(scene.radii))
+        if scene.number < 2:
+            raise FigureError("one ball has no pair; it needs two or more")
+        edges = structure.distance_edges(scene)
+        most = MOST_PAIRED // scene.number
+        build.limit(point, most)
+        parts = np.array([LAST])
+        if elastic(point) and (count := min(MOST_STATES, most // len(build.repeats(point)))) > 1:
+            parts = np.linspace(0.5, LAST, count)
+        g = partial(structure.pair_correlation, edges=edges)
+        rows = np.array(
+            [
+                measured(g, trace, parts * trace.stop.time).mean(axis=0)
+                for trace in build.traces(point)
+            ]
+        )
+        build.add_means(index, build.label(point), (edges[1:] + edges[:-1]) / 2 / diameter, rows)
+        state = predictions.scene_state(scene, 1.0)
+        if state is None:
+            build.record(point, contact=None, theory=None)
+            continue
+        first = int(np.argmin(np.abs(edges - diameter)))
+        contact = mean_and_error(rows[:, first : first + 2] @ (1.5, -0.5))
+        text, expected = with_error(*contact), None
+        if elastic(point):
+            expected = theory.contact_value(state.bulk_packing)
+            text += f", theory {short(expected, 4)}"
+            name = None if any(isinstance(layer, Points) for layer in build.lines) else "theory, χ"
+            marker = Points(np.ones(1), np.array([expected]), None, name, index, filled=False)
+            build.lines.append(marker)
+        build.record(point, text, contact=contact, theory=expected)
+    kinds = set(map(elastic, build.points))
+    when = "Mean over the second half" if True in kinds else "The last state"
+    if len(kinds) > 1:
+        when = "Elastic points: mean over the second half; others: the last state"
+    caption = f"{when} of each repeat."
+    if build.results:
+        caption += f" At contact, from the first two bins: {build.results_text}."
+    equal = all(build.start(point).equal_balls for point in build.points)
+    x_label = f"distance / {'' if equal else 'mean '}diameter"
+    return build.figure(caption, x_label=x_label)
 
 
 # The distribution of speeds beside Maxwell and Boltzmann's and the one at fixed energy.

@@ -112,9 +112,9 @@ def draw(data: FigureData, size: tuple[float, float] | None = None) -> Figure:
             inset.set_xlim(axes.get_xlim())
             inset.set_ylabel(data.inset_label, fontsize=7)
             inset.tick_params(labelsize=6)
-        axes.set_xlabel(data.x_label)
-        axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH))
-        axes.set_title("\n".join(title), loc="left", pad=4)
+        axes.set_xlabel(data.x_label, parse_math=False)
+        axes.set_ylabel(textwrap.fill(data.y_label, LABEL_WIDTH), parse_math=False)
+        axes.set_title("\n".join(title), loc="left", pad=4, parse_math=False)
         columns = _legend(figure, [entry[1] for entry in entries], [entry[2] for entry in entries])
         lines = len(title) - 1 - (-len(entries) // columns)
         figure.set_size_inches(size or (WIDTH, HEIGHT + LINE_HEIGHT * lines))
@@ -198,6 +198,8 @@ def _legend(figure: Figure, artists: list[Any], labels: list[str]) -> int:
     """Add the legend below the axes; the most columns, up to three, in which it fits the width."""
     for columns in (3, 2, 1):
         legend = figure.legend(artists, labels, loc="outside lower center", ncols=columns)
+        for text in legend.get_texts():
+            text.set_parse_math(False)  # labels are texts, not formulas
         if columns == 1 or legend.get_window_extent().width <= LEGEND_SHARE * figure.bbox.width:
             break
         legend.remove()

@@ -39,52 +39,55 @@ CURVE = 120  # vertices of a curve of theory
 SAME = 1e-9  # packings or temperatures are the same within this share
 
 
-class Gas(NamedTuple):
-    """What decides the pressure of a gas: number of balls, temperature (J) and area (m²)."""
+class _State(NamedTuple):
+    """What decides the pressure of a point's gas (m, J, m²), and the pressures of its repeats.
 
+    pressures, over_ideal : (*repeats*,) Pa·m, and over those of the ideal gas
+    """
+
+    point: Point
+    scene: Scene
+    radius: float
     number: float
     temperature: float
     area: float
+    pressures: Array
+    over_ideal: Array
 
     @property
     def ideal_pressure(self) -> float:
         """Pressure of the ideal gas, Pa·m."""
-        return theory.ideal_gas_pressure(*self)
+        return theory.ideal_gas_pressure(self.number, self.temperature, self.area)
 
-    def pressure(self, scene: Scene, radius: float) -> float:
-        """Pressure of hard disks in the scene's container, scaled (Pa·m); nan if they are solid."""
-        container = scene.container.scaled(math.sqrt(self.area / scene.container.area))
-        state = predictions.fluid(self.number, self.temperature, radius, container)
+    @property
+    def expected(self) -> float:
+        """Pressure of hard disks in a container of this shape, Pa·m; nan if they are solid."""
+        container = self.scene.container.scaled(math.sqrt(self.area / self.scene.container.area))
+        state = predictions.fluid(self.number, self.temperature, self.radius, container)
         return math.nan if state is None else state.pressure
 
-
-class _State(NamedTuple):
-    """A point's scene and gas, its repeats' pressures (Pa·m), also over the ideal gas's; r, m."""
-
-    point: Point
-    scene: Scene
-    gas: Gas
-    pressures: Array
-    over_ideal: Array
-    radius: float
+    @property
+    def conditions(self) -> dict[str, float]:
+        """Number of balls, temperature and area, for the records of a figure."""
+        return {"number": self.number, "temperature": self.temperature, "area": self.area}
 
 
 def pressures(axis: str, build: FigureBuilder) -> FigureData:
-    """Pressures along a field of ``Gas``, a series for each ball radius, with theory."""
+    """Pressures along a field of ``_State``, a series for each ball radius, with theory."""
     for index, group in enumerate(build.groups):
         states = [_state(build, point) for point in group]
-        x = np.array([getattr(state.gas, axis) for state in states])
-        scene, grid = states[0].scene, np.linspace(x.max() / CURVE, x.max(), CURVE)
+        x = np.array([getattr(state, axis) for state in states])
+        grid = np.linspace(x.max() / CURVE, x.max(), CURVE)
         if axis == "area":
             grid = np.geomspace(x.min(), x.max(), CURVE)
-        heat = float(np.mean([state.gas.temperature for state in states]))
-        gas = states[0].gas._replace(temperature=heat)
-        gases = [gas._replace(**{axis: float(value)}) for value in grid]
+        heat = float(np.mean([state.temperature for state in states]))
+        first = states[0]._replace(temperature=heat)
+        curve = [first._replace(**{axis: value}) for value in grid.tolist()]
         if index == 0:  # it is the same for every radius
-            ideal = np.array([other.ideal_pressure for other in gases])
+            ideal = np.array([state.ideal_pressure for state in curve])
             build.lines.append(Line(grid, ideal, IDEAL, NEUTRAL, "dashed"))
-        if scene.equal_balls:
-            values = np.array([other.pressure(scene, states[0].radius) for other in gases])
+        if first.scene.equal_balls:
+            values = np.array([state.expected for state in curve])
             build.lines.append(Line(grid, values, None, index, "dotted"))
         name = build.label(group[0], [points[0] for points in build.groups])
         means = [mean_and_error(state.pressures) for state in states]
@@ -92,8 +95,7 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
         build.lines.append(Points(x, y, y_error, name or "simulation", index))
         ratios = [float(state.over_ideal.mean()) for state in states]
         for state, pressure, ratio in zip(states, means, ratios, strict=True):
-            numbers = state.gas._asdict()
-            build.record(state.point, **numbers, pressure=pressure, over_ideal=ratio)
+            build.record(state.point, **state.conditions, pressure=pressure, over_ideal=ratio)
         build.result(name, f"{min(ratios):.3f} to {max(ratios):.3f}")
     build.lines.append(legend_line(THEORY, "dotted"))
     return build.figure(f"Simulated over ideal pressure: {build.results_text}.")
@@ -102,43 +104,42 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
 def temperature_ratio(build: FigureBuilder) -> FigureData:
     """The temperature by equipartition over that of the ideal gas law, against the ball radius."""
     states = [_state(build, point) for point in build.points]
-    scene, gas = states[0].scene, states[0].gas
 
-    def expected(radius: float) -> float:
-        return gas.ideal_pressure / gas.pressure(scene, radius)
+    def theory_of(radii: Array) -> list[float]:
+        gases = [states[0]._replace(radius=float(radius)) for radius in radii]
+        return [gas.ideal_pressure / gas.expected for gas in gases]
 
+    radii = np.array([state.radius for state in states])
     means = [mean_and_error(1 / state.over_ideal) for state in states]
-    for state, ratio in zip(states, means, strict=True):
-        build.record(state.point, ratio=ratio, theory=expected(state.radius))
-    radii, (y, y_error) = np.array([state.radius for state in states]), np.array(means).T
+    for state, ratio, expected in zip(states, means, theory_of(radii), strict=True):
+        build.record(state.point, ratio=ratio, theory=expected)
     fine = np.linspace(0.0, radii.max(), CURVE)[1:]
-    curve = np.array([expected(float(radius)) for radius in fine])
+    curve, (y, y_error) = np.array(theory_of(fine)), np.array(means).T
     build.lines += [
         IDEAL_RATIO,
         Line(fine, curve, THEORY, NEUTRAL, "dotted"),
         Points(radii, y, y_error, "simulation"),
     ]
     return build.figure(
-        f"The ratio is {short(means[0][0], 4)} at r = {short(radii[0])} m and "
-        f"{short(means[-1][0], 4)} at r = {short(radii[-1])} m, where theory has "
-        f"{short(curve[-1], 4)}."
+        f"The ratio is {short(y[0], 4)} at r = {short(radii[0])} m and {short(y[-1], 4)} at "
+        f"r = {short(radii[-1])} m, where theory has {short(curve[-1], 4)}."
     )
 
 
 def van_der_waals(build: FigureBuilder) -> FigureData:
     """P V/(N T) against packing, with van der Waals' b, also by single points, and a."""
     states = [_state(build, point) for point in build.points]
-    scene, radius, disk = states[0].scene, states[0].radius, math.pi * states[0].radius ** 2
-    gases = [state.gas for state in states]
-    densities = np.array([gas.number / gas.area for gas in gases])
-    temperatures = np.array([gas.temperature for gas in gases])
+    first, radius, disk = states[0], states[0].radius, math.pi * states[0].radius ** 2
+    densities = np.array([state.number / state.area for state in states])
+    temperatures = np.array([state.temperature for state in states])
     if not any(np.ptp(value) > SAME * np.max(value) for value in (densities, temperatures)):
         raise FigureError("it needs points at two or more areas, numbers or temperatures")
     if any(not state.scene.equal_balls or state.radius != radius for state in states):
         raise FigureError("it needs balls of one radius; choose it by balls.radius with --where")
     ratios, errors = np.array([mean_and_error(state.over_ideal) for state in states]).T
     # A fit weighs by errors, and those of few repeats are poor: pooled, they share a scale.
-    noise = ratios if scene.container.has_wall else ratios - 1
+    walls = first.scene.container.has_wall
+    noise = ratios if walls else ratios - 1
     errors = np.abs(noise) * math.sqrt(np.mean((errors / noise) ** 2))
     packing, single = disk * densities, (1 - 1 / ratios) / densities / disk
     b, b_error = (value / disk for value in excluded_area(densities, ratios, errors))
@@ -146,11 +147,10 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     misfit = math.sqrt(np.sum(residuals**2) / max(1, len(states) - 1))
     a, a_error = attraction(densities, temperatures, ratios, errors)
     grid = np.linspace(0.0, packing.max() * 1.05, CURVE)[1:]
-    first, packings = gases[0], grid.tolist()
-    scaled = [first._replace(area=first.number * disk / value) for value in packings]
-    if first.number != gases[-1].number:  # few balls have a smaller pressure at the same packing
-        scaled = [first._replace(number=first.area * value / disk) for value in packings]
-    real = np.array([value.pressure(scene, radius) / value.ideal_pressure for value in scaled])
+    scaled = [first._replace(area=first.number * disk / float(value)) for value in grid]
+    if first.number != states[-1].number:  # few balls have a smaller pressure at the same packing
+        scaled = [first._replace(number=first.area * float(value) / disk) for value in grid]
+    real = np.array([state.expected / state.ideal_pressure for state in scaled])
     build.lines += [IDEAL_RATIO, Line(grid, real, THEORY, NEUTRAL, "dotted")]
     fits: list[tuple[float, str, LineStyle]] = [
         (2.0, "van der Waals, b = 2 disks", "dashdot"),
@@ -163,12 +163,12 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     for k, state in enumerate(states):
         build.record(
             state.point,
-            **gases[k]._asdict(),
+            **state.conditions,
             packing=packing[k],
             over_ideal=(ratios[k], errors[k]),
             excluded_disks=(single[k], errors[k] / ratios[k] ** 2 / packing[k]),
             van_der_waals=1 / (1 - b * packing[k]),
-            theory=gases[k].pressure(state.scene, radius) / gases[k].ideal_pressure,
+            theory=state.expected / state.ideal_pressure,
         )
     low, high = np.argmin(packing), np.argmax(packing)
     notes = f"; {short(single[low])} at a packing of {short(packing[low], 2)} and "
@@ -181,9 +181,9 @@ def van_der_waals(build: FigureBuilder) -> FigureData:
     if np.min(np.diff(np.sort(packing))) <= SAME * packing[high]:
         notes += " Points of one packing lie at one x."
     warm = "" if math.isnan(a) else f" From temperatures, a = {with_error(a, a_error, 'J m²')}."
-    walls = " With walls, b has the strip that no centre reaches." * scene.container.has_wall
+    strip = " With walls, b has the strip that no centre reaches." * walls
     return build.figure(
-        f"Fitted with a = 0: b = {with_error(b, b_error, 'disk areas')}{notes}{warm}{walls}",
+        f"Fitted with a = 0: b = {with_error(b, b_error, 'disk areas')}{notes}{warm}{strip}",
         numbers={
             "excluded_disks": b,
             "excluded_disks_error": b_error,
@@ -249,5 +249,5 @@ def _state(build: FigureBuilder, point: Point) -> _State:
     if np.any(pressures == 0):
         raise FigureError("a repeat has no collisions with the wall, so no pressure; run longer")
     scene = build.start(point)
-    gas = Gas(scene.number, float(warm.mean()), scene.container.area)
-    return _State(point, scene, gas, pressures, over_ideal, float(scene.radii[0]))
+    size, area = float(scene.radii[0]), scene.container.area
+    return _State(point, scene, size, scene.number, warm.mean(), area, pressures, over_ideal)

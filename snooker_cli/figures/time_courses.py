@@ -1,22 +1,31 @@
-"""Energy, momentum and mean pressure over time."""
+"""Over time: energy, momentum, pressure, hexatic order, a2, species' temperatures, local energy."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from snooker_cli.analysis import observables, predictions
+from snooker_cli import theory
+from snooker_cli.analysis import observables, predictions, structure
+from snooker_cli.analysis.observables import energy_ratio, mean_and_error, series, time_means
+from snooker_cli.analysis.structure import measured
+from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
-from snooker_cli.figures.captions import FigureBuilder, require_motion
+from snooker_cli.figures.captions import FigureBuilder
 from snooker_cli.figures.figure_data import (
+    Array,
     Curve,
     FigureData,
+    Line,
     Reference,
     at_common_times,
+    legend_line,
     more_than_a_decade,
 )
 from snooker_cli.figures.selection import elastic
 from snooker_cli.formatting import short, with_error
-from snooker_cli.scene import EPSILON
+from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import Trace
 
 MOMENTUM_UNIT = 1e-15
@@ -27,13 +36,10 @@ MARGIN = 0.1  # margin above settled pressures, as a share of them
 
 def energy(build: FigureBuilder) -> FigureData:
     """Kinetic energy of balls and container over that at the start."""
-    courses: list[list[Curve]] = []
-    for point in build.points:
-        courses.append([])
-        for trace in build.traces(point):
-            require_motion(trace.start)
-            columns = observables.series(trace)
-            courses[-1].append((columns.time, observables.energy_ratio(columns)))
+    courses = [
+        [(columns.time, energy_ratio(columns)) for columns in map(series, build.moving(point))]
+        for point in build.points
+    ]
     log = more_than_a_decade(ratios for curves in courses for _, ratios in curves)
     for index, (point, curves) in enumerate(zip(build.points, courses, strict=True)):
         build.add_course(index, point, curves, logarithmic=log)
@@ -41,16 +47,11 @@ def energy(build: FigureBuilder) -> FigureData:
             point,
             elastic=elastic(point),
             final_ratio=float(curves[0][1][-1]),
-            largest_rise=max(float(np.max(np.diff(ratio), initial=0.0)) for _, ratio in curves),
             largest_deviation=max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves),
         )
-    sentences = []
-    if kept := [record["largest_deviation"] for record in build.records if record["elastic"]]:
-        sentences.append(f"Elastic collisions keep the energy to {short(max(kept), 2)} of it.")
-    if rises := [record["largest_rise"] for record in build.records if not record["elastic"]]:
-        risen = f"An inelastic collision raises it by {short(max(rises), 2)} of E(0) at most."
-        sentences.append(risen if max(rises) else "No inelastic collision raises the energy.")
-    return build.figure(" ".join(sentences), logarithmic=log)
+    kept = [record["largest_deviation"] for record in build.records if record["elastic"]]
+    caption = f"Elastic collisions keep the energy to {short(max(kept), 2)} of it." if kept else ""
+    return build.figure(caption, logarithmic=log)
 
 
 def momentum_component(name: str, build: FigureBuilder) -> FigureData:
@@ -96,7 +97,7 @@ def pressure(build: FigureBuilder) -> FigureData:
         build.add_course(index, point, curves, steps=False)
         top = max([top, *(observables.settled_top(*curve) for curve in curves)])
         times, rows = at_common_times(curves)
-        final = observables.mean_and_error(rows[:, -1])
+        final = mean_and_error(rows[:, -1])
         build.record(point, with_error(*final, "Pa·m"), time=float(times[-1]), pressure=final)
     if not any(record["pressure"] for record in build.records):
         raise FigureError("nothing hits the wall, so there is no pressure; run longer")
@@ -123,8 +124,142 @@ def _momentum(trace: Trace, name: str) -> Curve:
 def _pressure(trace: Trace) -> Curve:
     """Times (s) and mean pressures since the start (Pa·m): at first 0, without walls the ideal."""
     scene = trace.start
-    time, values = observables.cumulative_pressure(trace, observables.series(trace))
+    time, values = observables.cumulative_pressure(trace, series(trace))
     if not len(time):
         raise FigureError("nothing happens after the start of a repeat, so it has no pressure")
     first = 0.0 if scene.container.has_wall else scene.kinetic_energy / scene.container.area
     return np.append(0.0, time), np.append(first, values)
+
+
+# Means over the repeats of what the states have at even numbers of collisions.
+
+MOST_SPECIES = 6  # that one figure can show
+TIMES = 61  # times at which repeats are compared
+
+MOST_BALLS, MOST_TRIANGULATED = 5_000_000, 500_000
+"""Balls times states of a point for sums and for hexatic order, which take seconds."""
+
+
+def _courses(
+    build: FigureBuilder, measure: Callable[[Trace, Array], Array], most: int = MOST_BALLS
+) -> Iterator[tuple[Point, Scene, Array, Array]]:
+    """Each point, its start, times (*t*,), s, and what ``measure`` gives there, (*n*, *t*, *k*).
+
+    The times have even collision numbers of the first repeat, until the end of the shortest one.
+    ``most`` balls times states are measured.
+    """
+    for point in build.points:
+        build.limit(point, most // (build.start(point).number * TIMES))
+        end, first = min(trace.stop.time for trace in build.traces(point)), build.traces(point)
+        columns = series(next(first))
+        events = columns.wall_events + columns.pair_events
+        # Between collisions: at one, two balls touch.
+        numbers = np.floor(np.linspace(0, np.interp(end, columns.time, events), TIMES)) - 0.5
+        times = np.unique(np.minimum(np.interp(numbers, events, columns.time), end))
+        if len(times) < 2:
+            raise FigureError("nothing happens until the end of the shortest repeat; run longer")
+        rows = np.array([measure(trace, times) for trace in build.traces(point)])
+        if not np.any(np.isfinite(rows)):
+            raise FigureError("the balls are too few, or do not move; run more balls")
+        yield point, build.start(point), times, rows.reshape(*rows.shape[:2], -1)
+
+
+def hexatic_order(build: FigureBuilder) -> FigureData:
+    """|⟨ψ6⟩| over time."""
+    measure = partial(measured, structure.hexatic_order)
+    courses = _courses(build, measure, MOST_TRIANGULATED)
+    for index, (point, scene, times, rows) in enumerate(courses):
+        build.add_means(index, build.label(point), times, rows[..., 0])
+        final = mean_and_error(rows[:, -1, 0])
+        build.record(point, with_error(*final), final=final, balls=scene.number)
+    return build.figure(
+        f"At the end: {build.results_text}. N balls of a fluid have about 1/√N.",
+        logarithmic=build.covers_decades,
+    )
+
+
+def a2(build: FigureBuilder) -> FigureData:
+    """a2 over time, with theory for balls of one type; of a mixture for each species."""
+    for point, scene, times, rows in _courses(build, _a2):
+        names = [None] if scene.equal_balls else _names(scene)
+        expected, known = None, not build.too_thin(scene)
+        if known and scene.equal_balls and scene.constant_laws and 0 < scene.restitution < 1:
+            expected = theory.sonine_coefficient(scene.restitution)
+        elif known and elastic(point) and (free := predictions.independent_velocities(scene)):
+            expected = theory.fixed_energy_kurtosis(free) / 2 - 1
+        for column, name in zip(np.moveaxis(rows, 2, 0), names, strict=True):
+            if not np.isfinite(column).any():
+                continue
+            label, index = ", ".join(filter(None, [build.label(point), name])), len(build.records)
+            middle = (times[1:] + times[:-1]) / 2 if scene.equal_balls else times
+            build.add_means(index, label or None, middle, column)
+            if expected is not None:
+                flat = np.array([expected, expected])
+                build.lines.append(Line(times[[0, -1]], flat, None, index, "dotted"))
+            final = mean_and_error(column[:, column.shape[1] // 2 :].mean(axis=1))
+            build.record(point, species=name, second_half=final, theory=expected)
+            build.result(label, with_error(*final))
+    source = ""
+    if any(record["theory"] is not None for record in build.records):
+        build.lines.append(legend_line("theory", "dotted"))
+        source = " Theory: homogeneous cooling (van Noije & Ernst 1998); at CoR 1 about −1/N."
+    return build.figure(f"Mean over the second half: {build.results_text}.{source}")
+
+
+def species_temperature(build: FigureBuilder) -> FigureData:
+    """Mean kinetic energy of each species over time."""
+    _names(build.start(build.points[0]))  # refuses one species before its states are replayed
+    measure = partial(measured, structure.species_temperature)
+    kept = elastic(build.points[0])  # the temperatures of one instant vary
+    for point, scene, times, rows in _courses(build, measure):
+        names, start = _names(scene), len(times) // 2 if kept else -1
+        means = rows[:, start:].mean(axis=1)
+        for index, name in enumerate(names):
+            build.add_means(index, name, times, rows[..., index])
+            build.result(name, with_error(*mean_and_error(means[:, index]), "J"))
+        first, last = means[:, 0], means[:, -1]
+        ratio = mean_and_error(first / last) if np.all(last > 0) else None
+        build.record(point, species=names, ratio=ratio)
+    when = "Mean over the second half" if kept else "At the end"
+    return build.figure(f"{when}: {build.results_text}.", logarithmic=build.covers_decades)
+
+
+def local_energy(build: FigureBuilder) -> FigureData:
+    """Energy of a ball relative to the local flow, and in total, over the total at the start."""
+    measure = partial(measured, _both_energies)
+    for index, (point, scene, times, rows) in enumerate(_courses(build, measure)):
+        ratios = rows / (scene.kinetic_energy / scene.number)
+        build.add_means(index, build.label(point), times, ratios[..., 0], "solid")
+        build.add_means(index, None, times, ratios[..., 1], "dotted")
+        share = mean_and_error(rows[:, -1, 0] / rows[:, -1, 1])
+        build.record(point, with_error(*share), share=share)
+    build.lines.append(legend_line("all kinetic energy", "dotted"))
+    return build.figure(
+        f"The flow is that of cells with {structure.BALLS_IN_CELL:g} balls on average. Local over "
+        f"all energy at the end: {build.results_text}; 1 where neighbours move independently.",
+        logarithmic=build.covers_decades,
+    )
+
+
+def _both_energies(positions: Array, velocities: Array, scene: Scene) -> Array:
+    """`local_energy` and the mean kinetic energy of a ball, J; (2,)."""
+    local = structure.local_energy(positions, velocities, scene)
+    return np.array([local, scene.kinetic_energy / scene.number])
+
+
+def _a2(trace: Trace, times: Array) -> Array:
+    """a2 of balls of one type as means between times, of a mixture at the times."""
+    if trace.start.equal_balls:
+        return time_means(trace, series(trace).energy_moment, times) / 2 - 1
+    _names(trace.start)
+    if trace.events is None:
+        raise FigureError("a2 of a mixture needs the balls' states; run it with `record: events`")
+    return measured(structure.a2, trace, times)
+
+
+def _names(scene: Scene) -> list[str]:
+    """The species of a mixture in the legend. Raises ``FigureError`` for one or too many."""
+    firsts = [balls[0] for balls in structure.species(scene)]
+    if not 1 < len(firsts) <= MOST_SPECIES:
+        raise FigureError(f"it needs 2 to {MOST_SPECIES} species of balls, not {len(firsts)}")
+    return [f"r = {scene.radii[k]:g} m, m = {scene.masses[k]:g} kg" for k in firsts]

@@ -1,8 +1,10 @@
-"""A film, its frames and its movies show what the trace contains."""
+"""A film, its page, its frames and its movies show what the trace contains."""
 
 from __future__ import annotations
 
+import html
 import math
+import re
 import shutil
 from dataclasses import replace
 from importlib import import_module
@@ -12,20 +14,27 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib import colormaps
-from matplotlib.colors import to_hex
-from moving_pictures import SHAPES, content, slack, slide_begins, sliding, sliding_films
+from moving_pictures import (
+    SHAPES,
+    apart,
+    content,
+    slack,
+    slide_begins,
+    sliding,
+    sliding_films,
+    times_of,
+)
 from PIL import Image
 from scenes import gas
 
 from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.analysis.observables import cumulative_pressure
-from snooker_cli.animation import Film, film, page, with_events
-from snooker_cli.animation.film import FLASH, MOST_FLASHES, frames, view
-from snooker_cli.animation.movie import SPEED_COLOURS, _reading, save_movie
+from snooker_cli.animation import Film, embedded, film, page, with_events
+from snooker_cli.animation.movie import BIN, FLASH, MOST_FLASHES, Screen, frames, save_movie
 from snooker_cli.containers import Circle
 from snooker_cli.engine import replay, series, simulate
 from snooker_cli.errors import FigureError, UserError
+from snooker_cli.figures.drawing import styled
 from snooker_cli.trace import CONTAINER, StopReason, Trace
 
 
@@ -34,8 +43,6 @@ def test_what_is_shown_is_in_the_trace(name: str, films: dict[str, Film]) -> Non
     made = films[name]
     found = series(made.trace)
     np.testing.assert_allclose(made.kinetic_energy, found.kinetic_energy, rtol=1e-13)
-    path = replay(made.trace, made.knots).container_positions
-    np.testing.assert_allclose(made.container_path, path, atol=1e-12)
     time, pressure = cumulative_pressure(made.trace, found)
     np.testing.assert_allclose(made.pressure(time), pressure, rtol=1e-12, atol=1e-12)
     scene = made.trace.start
@@ -61,14 +68,6 @@ def test_what_is_shown_is_in_the_trace(name: str, films: dict[str, Film]) -> Non
     assert np.max(np.abs(gaps), initial=0.0) < slack(made.trace)
 
 
-def test_the_words_of_a_film_are_printable(shown: dict[str, Trace]) -> None:
-    """A title may come from a folder's name."""
-    trace = shown["free"]
-    trapped = replace(trace.stop, reason=StopReason.WALL_TRAP, message="a\u202eb")
-    made = film(replace(trace, stop=trapped), "a\u202eb", "a\u202eb")
-    assert [made.title, made.subtitle, made.ending] == [r"a\u202eb"] * 3
-
-
 def test_a_film_shows_the_wanted_span(shown: dict[str, Trace]) -> None:
     for name in ("free", "periodic"):
         trace = shown[name]
@@ -87,25 +86,10 @@ def test_a_film_shows_the_wanted_span(shown: dict[str, Trace]) -> None:
         np.testing.assert_array_equal(short.opening.positions, replay(trace, [since]).positions)
 
 
-def test_a_sliding_ball_is_shown_on_its_circle_and_presses() -> None:
-    """Between its events, in frames; and the pressure is that of the observables at each row."""
+def test_a_sliding_ball_presses() -> None:
+    """The pressure is that of the observables at each row, and grows evenly between rows."""
     made = sliding_films()["whole"]
-    events, found = made.trace.events, series(made.trace)
-    assert events is not None
-    k = max(slide_begins(made.trace), key=lambda each: made.time[each])
-    ball, since = int(made.i[k]), float(made.time[k])
-    assert ball not in (*made.i[k + 1 :], *made.j[k + 1 :])  # it slides to the end
-    late = [frame for frame in frames(made, "time", 600, 20.0) if frame.time >= since]
-    assert len(late) > 20
-    place, velocity = (
-        getattr(replay(made.trace, [since]), name)[0, ball] for name in ("positions", "velocities")
-    )
-    turning = (place[0] * velocity[1] - place[1] * velocity[0]) / (place @ place)
-    angles = np.arctan2(place[1], place[0]) + turning * np.array([f.time - since for f in late])
-    reach = made.trace.start.container.radius - 0.1
-    circle = reach * np.column_stack([np.cos(angles), np.sin(angles)])
-    assert np.max(np.abs(np.array([f.positions[ball] for f in late]) - circle)) < 1e-11
-    time, pressure = cumulative_pressure(made.trace, found)
+    time, pressure = cumulative_pressure(made.trace, series(made.trace))
     last = np.append(np.diff(time) > 0, True)  # of an instant
     np.testing.assert_allclose(made.pressure(time[last]), pressure[last], rtol=1e-12)
     ends = made.time[-1] + (made.end - made.time[-1]) * np.array([0.0, 0.5, 1.0])
@@ -189,37 +173,87 @@ def test_haffs_law_over_the_energy_is_the_fit(films: dict[str, Film], shown: Any
 
 
 def test_a_film_without_collisions_and_one_that_ended_early(shown: dict[str, Trace]) -> None:
+    """Texts may come from a folder's name."""
     trace = shown["fixed"]
     assert trace.events is not None
     still = film(trace, "", until=float(trace.events.time[0]) / 2)
     assert (len(still), still.before) == (0, 0)
     assert content(page(still))["time"].size == 0
     assert [frame.time for frame in frames(still, "events", 2, 1.0)] == [0.0, still.end]
-    stop = replace(trace.stop, reason=StopReason.WALL_TRAP, message="ball 3 is trapped")
-    trapped = replace(trace, stop=stop)
-    assert film(trapped, "").ending == "ball 3 is trapped"
-    assert film(trapped, "", most=10).ending == ""
-    assert film(trace, "").ending == ""
+    stop = replace(trace.stop, reason=StopReason.WALL_TRAP, message="a\u202eb")
+    trapped = film(replace(trace, stop=stop), "a\u202eb", "a\u202eb")
+    assert [trapped.title, trapped.subtitle, trapped.ending] == [r"a\u202eb"] * 3
+    assert film(replace(trace, stop=stop), "", most=10).ending == film(trace, "").ending == ""
 
 
-def test_the_view_and_its_colours(films: dict[str, Film]) -> None:
-    width = films["fixed"].trace.start.container.size[0]
-    resting = view(films["fixed"])
-    assert (resting.follow, resting.farthest, resting.magnifications) == (False, 0.0, (1.0,))
-    colours = [to_hex(colormaps["plasma"](x)) for x in np.linspace(0, 0.9, len(SPEED_COLOURS))]
-    assert list(SPEED_COLOURS) == colours
-    np.testing.assert_allclose(np.abs(resting.extent), 0.53 * width)
+def test_the_view_follows_a_container_that_moves_far(films: dict[str, Film]) -> None:
+    half = 0.53 * films["fixed"].trace.start.container.size[0]
+    np.testing.assert_allclose(np.abs(films["fixed"].extent), half)
     heavy = replace(gas("circle", 37, 0.3), container_mass=1e6)
-    moving = view(film(simulate(heavy, collisions=100), ""))
-    assert not moving.follow
-    assert moving.magnifications == tuple(10.0**k for k in range(len(moving.magnifications)))
-    assert 0.01 * width <= moving.magnifications[-1] * moving.farthest <= 0.1 * width
+    assert not film(simulate(heavy, collisions=100), "").follow
     free = gas("circle", 37, 0.3, container_mass=20.0)
     flight = np.full(2, 99.0)
     away = replace(free, velocities=free.velocities + flight, container_velocity=flight)
-    followed = view(film(simulate(away, collisions=200), ""))
+    followed = film(simulate(away, collisions=200), "")
     assert followed.follow
-    np.testing.assert_allclose(np.abs(followed.extent), 0.53 * width)
+    np.testing.assert_allclose(np.abs(followed.extent), half)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_moving_straight_between_the_pages_collisions_gives_the_trace(
+    name: str, films: dict[str, Film]
+) -> None:
+    """The player's method, in Python: a body changes only when it collides."""
+    trace, data = films[name].trace, content(page(films[name]))
+    container, times = trace.start.container, times_of(trace)
+    assert (data["outline"], tuple(data["size"])) == (container.outline.tolist(), container.size)
+    assert (data["start"], data["end"]) == (0.0, trace.stop.time)
+    balls = data["balls"].reshape(5, -1)
+    np.testing.assert_array_equal(balls[4], trace.start.radii)
+    place = np.vstack([balls[:2].T, data["container"][:2]])
+    motion = np.vstack([balls[2:4].T, data["container"][2:]])
+    clock = np.zeros(len(place))
+    after = data["after"].reshape(-1, 2, 2)
+    done, found = 0, []
+    for time in times:
+        while done < len(data["time"]) and data["time"][done] <= time:
+            bodies = [data["i"][done], data["j"][done]]  # the container, -1, is the last
+            ages = data["time"][done] - clock[bodies]
+            place[bodies] += motion[bodies] * ages[:, None]
+            motion[bodies], clock[bodies] = after[done], data["time"][done]
+            done += 1
+        found.append(place + motion * (time - clock)[:, None])
+    states = replay(trace, times)
+    assert apart(trace, np.array(found)[:, :-1], states.positions) < slack(trace) < 1e-6
+    assert apart(trace, np.array(found)[:, -1], states.container_positions) < slack(trace)
+
+
+def test_a_page_loads_nothing_is_small_and_always_the_same() -> None:
+    trace = simulate(gas("circle", 37, 0.3), collisions=500)
+    text = page(film(trace, "of the report’s size"))
+    assert len(text.encode()) < 300_000
+    assert page(film(trace, "of the report’s size")) == text
+    assert not re.search(r"<(link|iframe|img)|<\w+[^>]*\s(src|href|data)=", text)
+    assert "default-src 'none'" in text
+    assert not re.search(r"https?:|@import|url\(|fetch\(|XMLHttp|import\(", text)
+
+
+def test_texts_cannot_break_a_page(shown: dict[str, Trace]) -> None:
+    text_given = "</script><script>alert(1)</script> {{film}} & \"R\" 'é'"
+    text = page(film(shown["fixed"], text_given, text_given))
+    assert (content(text)["title"], content(text)["subtitle"]) == (text_given, text_given)
+    assert f"<title>{html.escape(text_given)}</title>" in text
+    assert text.count("</script>") == 2
+
+
+def test_an_embedded_page_is_one_quoted_attribute(shown: dict[str, Trace]) -> None:
+    text = page(film(shown["fixed"], 'a "title"'))
+    fragment = embedded(text, 'CoR 0.9 & "more"')
+    assert fragment.count("<") == 2  # an iframe and its end
+    attributes = dict(re.findall(r'(\w+)="([^"]*)"', fragment))
+    assert html.unescape(attributes["srcdoc"]) == text
+    assert html.unescape(attributes["title"]) == 'CoR 0.9 & "more"'
+    assert attributes["sandbox"] == "allow-scripts"
 
 
 @pytest.mark.parametrize("pace", ["time", "events"])
@@ -247,9 +281,18 @@ def test_frames_are_replayed_and_flash_at_contacts(pace: Any, films: dict[str, F
     np.testing.assert_array_equal(last.flashes, np.arange(len(made))[-MOST_FLASHES:])
 
 
-def test_a_gif_writes_numbers_as_the_page_does() -> None:
-    found = [_reading(value) for value in (0.0, 379.2, 999.6, 1852.0, 99_949.0, 1e5)]
-    assert found == ["0", "379", "1000", "1850", "99900", "1 × 10⁵"]
+def test_a_movie_has_the_balls_by_speed(films: dict[str, Film]) -> None:
+    """Of unequal masses: speeds over the root of 2T/m."""
+    made = films["box"]
+    frame = list(frames(made, "time", 3, 1.0))[1]
+    with styled():
+        screen = Screen(made, "time")
+        screen.image(frame)
+    scene, energies = made.trace.start, made.trace.start.masses * frame.speeds**2 / 2
+    reduced = np.sqrt(energies / energies.mean())
+    edges = np.append(BIN * np.arange(15), np.inf)
+    shares = np.histogram(reduced, edges)[0] / scene.number
+    np.testing.assert_allclose(screen.bars.get_data().values, shares, atol=1e-12)
 
 
 def test_a_gif_has_its_frames_and_nothing_else(films: dict[str, Film], tmp_path: Path) -> None:

@@ -1,18 +1,23 @@
-"""Runs of boxes and periodic boxes for several tests of figures."""
+"""Runs of boxes and of a mixture for several tests of figures."""
 
 from __future__ import annotations
 
 import pytest
-from figure_runs import BOX, PERIODIC, made
+from figure_runs import BOX, MIXTURE, PERIODIC, made
 
 from snooker_cli.runs import Run
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def box(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return made(tmp_path_factory.mktemp("box") / "run", text=BOX)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def periodic(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return made(tmp_path_factory.mktemp("periodic") / "run", text=PERIODIC)
+
+
+@pytest.fixture(scope="session")
+def mixture(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return made(tmp_path_factory.mktemp("mixture") / "run", text=MIXTURE)

@@ -13,7 +13,7 @@ from snooker_cli import theory
 from snooker_cli.analysis.decay import curve, decays, fit_curves
 from snooker_cli.analysis.fitting import LAWS, fitted_curve, mean_over_repeats
 from snooker_cli.engine import series
-from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.figures import Line, Points
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
 from snooker_cli.figures.figure_data import Band, at_common_times
 from snooker_cli.formatting import short, with_error
@@ -33,9 +33,6 @@ collisions: 500
 repeats: 2
 """
 """Three balls in a line, which collapse below CoR 0.0718."""
-
-ENDINGS = ("", "_error", "_mean", "_standard_error", "_half_range", "_repeats")
-JUDGED = ("_chi_squared_per_degree", "_holds_until")
 
 
 @pytest.fixture(scope="module")
@@ -74,22 +71,17 @@ def test_fits_are_those_of_the_repeat_and_of_all(
     for (law, model), line in zip(LAWS.items(), lines, strict=True):
         results = fit_curves(curves, law)
         over = mean_over_repeats(results)
-        assert [found.numbers[f"{model.key}{ending}"] for ending in ENDINGS] == [
-            results[1].value,
-            results[1].error,
-            over.value,
-            over.error,
-            over.max_min_half_range,
-            over.repeats,
-        ]
+        (row,) = (row for row in found.numbers["fits"] if row["model"] == law)
+        (decay,) = (decay for decay in judged if decay.law == law)
+        assert row == decay.as_json()
+        assert (row["value"], row["error"], row["repeats"]) == (over.value, over.error, 3)
+        assert found.numbers[model.key] == results[1].value
         logs = np.log([fitted_curve(each, line.x) for each in results])
         assert line.y == pytest.approx(np.exp(logs.mean(axis=0)), rel=1e-12)
         sign = symbol if law == "exponential" else model.symbol
         averaged = with_error(over.value, over.error, "s⁻¹")
         assert line.label == f"{model.label}, mean of 3 repeats: {sign} = {averaged}"
-        (good,) = (each.goodness for each in judged if each.law == law)
-        expected = [good.chi_squared_per_degree, good.holds_to]
-        assert [found.numbers[f"{model.key}{ending}"] for ending in JUDGED] == expected
+        good = decay.goodness
         until = f"holds until {short(good.holds_to)} of {short(good.judged_to)} s"
         if good.holds_to == good.judged_from:
             until = "refused from the start"
@@ -110,33 +102,16 @@ def test_fits_are_those_of_the_repeat_and_of_all(
 
 def test_fits_are_beside_the_mean_of_all_repeats(decaying: Run) -> None:
     """The fits are means too; one repeat is shown if it is chosen."""
-    for cor in (0.8, 0.9):
-        found = shown(decaying, "energy-fit", cor=cor)
-        data, *lines = layers(found, Line)
-        assert data.label == "simulation, mean of 3 repeats"
-        index = (0.8, 0.9).index(cor)
-        curves = [curve(trace, "kinetic_energy") for trace in traces(decaying, index)]
-        times, rows = at_common_times([(each.time, each.value) for each in curves], steps=True)
-        mean = np.exp(np.log(rows).mean(axis=0)) if found.y_log else rows.mean(axis=0)
-        assert data.x.tolist() == times.tolist()
-        assert data.y == pytest.approx(mean, rel=1e-12)
-        assert all(line.x[-1] == times[-1] for line in lines)
+    found = shown(decaying, "energy-fit", cor=0.9)
+    data = layers(found, Line)[0]
+    assert data.label == "simulation, mean of 3 repeats"
+    curves = [curve(trace, "kinetic_energy") for trace in traces(decaying, 1)]
+    times, rows = at_common_times([(course.time, course.value) for course in curves], steps=True)
+    mean = np.exp(np.log(rows).mean(axis=0)) if found.y_log else rows.mean(axis=0)
+    assert data.x.tolist() == times.tolist()
+    assert data.y == pytest.approx(mean, rel=1e-12)
     chosen = layers(shown(decaying, "energy-fit", repeat=2, cor=0.8), Line)[0]
     assert chosen.label == "simulation, repeat 2"
-
-
-def test_each_law_has_one_colour(decaying: Run) -> None:
-    found = shown(decaying, "energy-fit", cor=0.8), shown(decaying, "decay-against-cor")
-    for model in LAWS.values():
-        of_law = [
-            {layer.series for layer in figure.layers if model.label in str(layer.label)}
-            for figure in found
-        ]
-        assert of_law[0] == of_law[1]
-        assert len(of_law[0]) == 1
-    (kinetic_theory,) = layers(found[1], Line)
-    k, alpha = layers(found[1], Points)
-    assert kinetic_theory.series == alpha.series != k.series
 
 
 def test_no_theory_of_collisions_where_the_mean_free_path_exceeds_the_container(
@@ -146,7 +121,7 @@ def test_no_theory_of_collisions_where_the_mean_free_path_exceeds_the_container(
     run = made(tmp_path / "run", "balls.radius=0.01,1", "cor=0.9", "repeats=2", "collisions=300")
     remark = "Theory fails where the mean free path exceeds the container."
     thin, dense = (shown(run, "event-decay", balls__radius=each) for each in (0.01, 1))
-    assert layers(thin, Line) == layers(thin, Reference) == []
+    assert layers(thin, Line) == []
     assert remark in thin.caption
     assert "Lines" not in thin.caption
     assert layers(dense, Line)
@@ -154,18 +129,6 @@ def test_no_theory_of_collisions_where_the_mean_free_path_exceeds_the_container(
     assert remark in shown(run, "a2", balls__radius=0.01).caption
     a2 = shown(run, "a2")
     assert [row["theory"] is None for row in a2.numbers["points"]] == [True, False]
-
-
-def test_a_decay_over_more_than_a_decade_has_a_logarithmic_axis(decaying: Run) -> None:
-    for name in ("energy", "energy-fit", "haff-time", "event-decay"):
-        steep = shown(decaying, name, cor=0.8)
-        drawn = np.concatenate([line.y for line in layers(steep, Line)])
-        assert drawn.max() > 10 * drawn.min() > 0 or name == "haff-time"
-        assert steep.y_log
-    slow = shown(decaying, "energy-fit", cor=0.9)
-    values = layers(slow, Line)[0].y
-    assert slow.y_log == (values.max() > 10 * values.min())
-    assert not shown(decaying, "pressure-fit", cor=0.9).y_log
 
 
 @pytest.mark.filterwarnings("error")
@@ -284,7 +247,6 @@ def test_energy_against_collisions(decaying: Run) -> None:
     above = np.mean(floors + (1 - floors) * (1 - (1 - 0.9**2) / 19) ** pairs)
     assert record["theory_above_floor"] == pytest.approx(above, rel=1e-12)
     assert record["floor"] < 0.1 * record["final_ratio"]
-    assert not layers(found, Reference)
     found = shown(decaying, "event-decay", cor=0.8)
     alone, above = layers(found, Line)[:2]
     expected = [
@@ -293,10 +255,6 @@ def test_energy_against_collisions(decaying: Run) -> None:
     ]
     assert above.y[-1] == pytest.approx(np.mean(expected), rel=1e-12)
     assert above.y[-1] > alone.y[-1]
-    (reference,) = layers(found, Reference)
-    assert reference.style not in {alone.style, above.style}
-    floor = np.mean([floor_of(trace) for trace in traces(decaying, 0)])
-    assert reference.value == pytest.approx(floor, rel=1e-12)
 
 
 def test_collisions_at_one_instant_are_not_shown_as_many(collapsing: Run) -> None:

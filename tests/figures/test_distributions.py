@@ -10,9 +10,11 @@ import pytest
 from figure_runs import ADRIFT, layers, made, shown, traces
 
 from snooker_cli import theory
+from snooker_cli.analysis import predictions, structure
 from snooker_cli.engine import replay
-from snooker_cli.figures import FigureData, Line, Reference
-from snooker_cli.figures.figure_data import NEUTRAL
+from snooker_cli.figures import FigureData, Line, Points, Reference
+from snooker_cli.figures.captions import MEAN_SPREAD
+from snooker_cli.figures.figure_data import NEUTRAL, Band
 from snooker_cli.formatting import short
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON
@@ -111,3 +113,45 @@ def test_the_law_of_speeds_counts_one_ball_less(periodic: Run, tmp_path: Path) -
     assert [line.label for line in laws(found)] == ["Maxwell–Boltzmann"]
     assert "from Maxwell and Boltzmann's law" in found.caption
     assert found.numbers["points"][0]["distance_from_fixed_energy"] is None
+
+
+def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
+    """Its last points are elastic: a packing of 0.12, where χ = 1.2."""
+    found = shown(periodic, "pair-correlation", cor=1.0)
+    (record,) = found.numbers["points"]
+    state = predictions.scene_state(traces(periodic, 2)[0].start, 1.0)
+    assert state is not None
+    assert record["theory"] == pytest.approx(theory.contact_value(state.bulk_packing), rel=1e-5)
+    # Pairs of a bin at contact in the 3 × 40 states; those of a repeat are not independent.
+    assert abs(record["contact"] - record["theory"]) < 0.3
+    (line,), (marker,) = (layers(found, kind) for kind in (Line, Points))
+    assert np.all(line.y[line.x < 0.99] == 0)
+    assert abs(np.mean(line.y[line.x > 4]) - 1) < 0.05
+    assert (marker.x.tolist(), marker.y.tolist()) == ([1.0], [pytest.approx(record["theory"])])
+    (band, _) = layers(found, Band)
+    assert f"Lines: means over the repeats; bands: {MEAN_SPREAD}." in found.caption
+    np.testing.assert_allclose((band.low + band.high) / 2, line.y, atol=1e-12)
+
+
+def test_g_of_a_lossy_gas_is_that_of_the_last_states(periodic: Run) -> None:
+    found = shown(periodic, "pair-correlation", cor=0.8)
+    (line,) = layers(found, Line)
+    rows = [
+        structure.measured(structure.pair_correlation, trace, [0.99 * trace.stop.time])[0]
+        for trace in traces(periodic, 0)
+    ]
+    np.testing.assert_allclose(line.y, np.mean(rows, axis=0), rtol=1e-9)
+    assert found.numbers["points"][0]["theory"] is None
+
+
+def test_captions_of_states_name_what_is_shown(periodic: Run, mixture: Run) -> None:
+    elastic, lossy, both = (
+        shown(periodic, "pair-correlation", **({"cor": cor} if cor else {})) for cor in (1, 0.8, 0)
+    )
+    assert "Mean over the second half of each repeat." in elastic.caption
+    assert "The last state of each repeat." in lossy.caption
+    assert "Elastic points: mean over the second half; others: the last state" in both.caption
+    assert elastic.x_label == "distance / diameter"
+    assert shown(mixture, "pair-correlation").x_label == "distance / mean diameter"
+    assert "Theory: homogeneous cooling" in shown(periodic, "a2", cor=0.8).caption
+    assert "Theory" not in shown(mixture, "a2").caption

@@ -13,7 +13,7 @@ from snooker_cli import containers, theory
 from snooker_cli.analysis.fitting import excluded_area
 from snooker_cli.analysis.observables import ideal_gas_ratio
 from snooker_cli.engine import series
-from snooker_cli.figures import Line, Points, Reference
+from snooker_cli.figures import Line, Points
 from snooker_cli.formatting import short
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
@@ -46,13 +46,6 @@ def test_pressure_against_temperature(warm: Run) -> None:
     point = found.numbers["points"][5]
     assert point["parameters"] == {"balls.radius": 1.0, "balls.speed": 20.0}
     assert point["over_ideal"] == pytest.approx(large.y[2] / (19 * 200 / (100 * math.pi)), rel=1e-9)
-
-
-def test_points_along_the_axis_may_be_more_than_series(tmp_path: Path) -> None:
-    sweep = ("balls.radius=0.2,1.0", "balls.speed=5,10,15,20")
-    run = made(tmp_path / "run", *ELASTIC, *sweep, "repeats=1")
-    found = shown(run, "pressure-temperature")
-    assert [len(points.x) for points in layers(found, Points)] == [4, 4]
 
 
 def test_temperature_ratio_against_the_ball_radius(warm: Run) -> None:
@@ -118,19 +111,6 @@ def test_ideal_ratio_of_elastic_balls_has_one_temperature(warm: Run, decaying: R
     assert "at its mean temperature." in found.caption
     both = layers(shown(decaying, "ideal-ratio"), Points)
     assert [points.filled for points in both if len(points.x)] == [False, True, False, True, True]
-
-
-def test_one_law_has_one_style_of_line(warm: Run) -> None:
-    for kind in ("pressure-temperature", "temperature-ratio", "van-der-waals", "ideal-ratio"):
-        where = {"balls__speed": 10.0} if kind == "temperature-ratio" else {"balls__radius": 1.0}
-        styles = {
-            str(layer.label): layer.style
-            for layer in shown(warm, kind, **where).layers
-            if isinstance(layer, Line | Reference)
-        }
-        assert styles["ideal gas"] == "dashed"
-        assert styles.get("hard-disk theory", "dotted") == "dotted"
-    assert layers(shown(warm, "pressure", balls__radius=1.0), Reference)[0].style == "dotted"
 
 
 def test_van_der_waals_beside_theory(tmp_path: Path) -> None:

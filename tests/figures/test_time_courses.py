@@ -7,15 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import ADRIFT, around, in_circle, layers, made, shown, traces
+from figure_runs import ADRIFT, MIXTURE, around, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
-from snooker_cli.analysis import observables
+from snooker_cli.analysis import observables, structure
+from snooker_cli.analysis.observables import standard_errors, time_means
 from snooker_cli.engine import replay, series
-from snooker_cli.figures import Line, Reference
+from snooker_cli.figures import FIGURES, Line, Reference, Selection, time_courses
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
 from snooker_cli.figures.figure_data import Band, bands
-from snooker_cli.formatting import short
+from snooker_cli.formatting import with_error
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON
 
@@ -83,9 +84,7 @@ def test_momentum_is_kept_without_walls(tmp_path: Path) -> None:
     (trace,) = traces(run, 0)
     kept = (20**2 + 9**2) / 6 / trace.start.kinetic_energy
     decay = shown(run, "event-decay")
-    (floor,) = layers(decay, Reference)
-    assert floor.value == pytest.approx(kept, rel=1e-12)
-    assert str(floor.label).startswith("energy kept by p")
+    assert decay.numbers["points"][0]["floor"] == pytest.approx(kept, rel=1e-12)
     assert "p²/(2Nm)" in decay.caption
 
 
@@ -125,15 +124,6 @@ def test_pressure_of_a_periodic_box_starts_at_the_ideal_gas_s(periodic: Run) -> 
     assert reference.value == pytest.approx(expected, rel=1e-9)
 
 
-def test_a_rise_of_the_energy_is_named_if_there_is_one(decaying: Run) -> None:
-    rises = [row["largest_rise"] for row in shown(decaying, "energy").numbers["points"][:2]]
-    for cor, rise in zip((0.8, 0.9), rises, strict=True):
-        caption = shown(decaying, "energy", cor=cor).caption
-        assert ("No inelastic collision raises the energy." in caption) == (rise == 0)
-        assert (f"raises it by {short(rise, 2)} of E(0) at most." in caption) == (rise > 0)
-    assert "inelastic" not in shown(decaying, "energy", cor=1.0).caption
-
-
 def test_no_band_of_one_repeat_or_of_repeats_without_common_times() -> None:
     early = np.array([0.0, 1.0]), np.array([1.0, 0.5])
     late = np.array([2.0, 3.0]), np.array([1.0, 0.5])
@@ -141,14 +131,118 @@ def test_no_band_of_one_repeat_or_of_repeats_without_common_times() -> None:
     assert bands([early, late], 0, steps=True) == []
 
 
-def test_the_axis_of_the_pressure_shows_its_mean(decaying: Run) -> None:
-    """Not the first hit, which may be many times as large: the first tenth of the time is cut."""
-    found = shown(decaying, "pressure")
-    later = list(found.numbers["theory"])
-    for index in range(len(decaying.points)):
-        for trace in traces(decaying, index):
-            time, values = observables.cumulative_pressure(trace, series(trace))
-            later.append(float(values[time >= 0.1 * time[-1]].max()))
-    assert found.y_limits == (0, pytest.approx(1.1 * max(later)))
-    time = np.linspace(0.0, 1.0, 101)[1:]
-    assert observables.settled_top(time, 1 / time) == pytest.approx(1 / 0.11)
+# Means over the repeats of what the states have.
+
+
+def test_an_elastic_mixture_has_mean_temperatures_of_the_second_half(tmp_path: Path) -> None:
+    run = made(tmp_path / "run", "cor=1", "repeats=2", text=MIXTURE)
+    found = shown(run, "species-temperature")
+    lines = layers(found, Line)
+    half = len(lines[0].x) // 2
+    means = [float(np.mean(line.y[half:])) for line in lines]
+    assert found.caption.count("Mean over the second half: ") == 1
+    shares = [
+        structure.measured(structure.species_temperature, one, lines[0].x[half:]).mean(axis=0)
+        for one in traces(run, 0)
+    ]
+    assert means == pytest.approx(np.mean(shares, axis=0), rel=1e-12)
+    error = float(standard_errors(np.array(shares)[:, 0]))
+    assert with_error(means[0], error, "J") in found.caption
+
+
+def test_a2_is_half_of_the_energy_moment_between_times(periodic: Run) -> None:
+    found = shown(periodic, "a2")
+    lines = [line for line in layers(found, Line) if line.style == "series"]
+    bands = layers(found, Band)
+    for index, e in enumerate((0.8, 0.9, 1.0)):
+        repeats, line = traces(periodic, index), lines[index]
+        assert line.label == f"CoR {e:g}"
+        k = len(line.x) // 2
+        width = line.x[k + 1] - line.x[k]
+        rows = np.array(
+            [
+                time_means(one, series(one).energy_moment, np.array([0.0, one.stop.time])) / 2 - 1
+                for one in repeats
+            ]
+        )
+        assert width > 0
+        assert abs(np.mean(line.y) - rows.mean()) < 0.1
+        np.testing.assert_allclose(bands[index].high + bands[index].low, 2 * line.y, atol=1e-12)
+        # The theory's line is the coefficient; 63 free balls at CoR 1.
+        expected = theory.sonine_coefficient(e) if e < 1 else -1 / 64
+        assert found.numbers["points"][index]["theory"] == pytest.approx(expected, rel=1e-5)
+
+
+def test_times_end_with_the_shortest_repeat_and_begin_at_zero(periodic: Run) -> None:
+    found = shown(periodic, "hexatic-order", cor=0.8)
+    (line,) = layers(found, Line)
+    repeats = traces(periodic, 0)
+    assert line.x[0] == 0
+    shortest = min(trace.stop.time for trace in repeats)
+    assert 0.97 * shortest < line.x[-1] < shortest
+    # No time is that of a collision, where two balls touch.
+    assert not np.any(np.isin(line.x, series(repeats[0]).time[1:]))
+    for k in (0, 20, len(line.x) - 1):
+        rows = [structure.measured(structure.hexatic_order, one, line.x[[k]]) for one in repeats]
+        assert line.y[k] == pytest.approx(float(np.mean(rows)), rel=1e-12)
+        (band, _) = layers(found, Band)
+        error = float(standard_errors(np.array(rows))[0])
+        assert (band.high[k] - band.low[k]) / 2 == pytest.approx(error, rel=1e-9)
+    # Collisions get rarer, and so do the times.
+    steps = np.diff(line.x)
+    assert steps[-10:].mean() > 1.5 * steps[:10].mean()
+
+
+def test_many_balls_are_measured_in_few_repeats(
+    periodic: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """64 balls at 61 times: three repeats are too many, two have the first and the last one."""
+    monkeypatch.setattr(time_courses, "MOST_TRIANGULATED", 3 * 64 * 61 - 1)
+    found = FIGURES["hexatic-order"].make(periodic, Selection({"cor": 0.8}))
+    (line,) = layers(found, Line)
+    repeats = [traces(periodic, 0)[k] for k in (0, 2)]
+    rows = [structure.measured(structure.hexatic_order, trace, line.x[[-1]]) for trace in repeats]
+    assert line.y[-1] == pytest.approx(float(np.mean(rows)), rel=1e-12)
+    assert found.numbers["points"][0]["repeats"] == 2
+    assert found.caption.endswith("The figure uses 2 repeats, evenly chosen, of each point.")
+
+
+def test_each_species_of_a_mixture_has_its_temperature_and_a2(mixture: Run) -> None:
+    found = shown(mixture, "species-temperature")
+    heavy, light = layers(found, Line)
+    assert [heavy.label, light.label] == ["r = 0.6 m, m = 4 kg", "r = 0.4 m, m = 1 kg"]
+    repeats, end = traces(mixture, 0), heavy.x[-1]
+    rows = np.array(
+        [structure.measured(structure.species_temperature, one, [end])[0] for one in repeats]
+    )
+    assert (heavy.y[-1], light.y[-1]) == pytest.approx(tuple(rows.mean(axis=0)))
+    assert found.numbers["points"][0]["ratio"] == pytest.approx(
+        float(np.mean(rows[:, 0] / rows[:, 1])), rel=1e-5
+    )
+    labels = [line.label for line in layers(shown(mixture, "a2"), Line)]
+    assert labels == [heavy.label, light.label]
+    energies = shown(mixture, "local-energy").numbers["points"][0]
+    assert 0 < energies["share"] < 1
+
+
+def test_one_ball_of_a_species_has_no_a2(tmp_path: Path) -> None:
+    text = MIXTURE.replace("count: 30, radius: 0.6", "count: 1, radius: 0.6")
+    found = shown(made(tmp_path / "run", "collisions=200", text=text), "a2")
+    assert [line.label for line in layers(found, Line)] == ["r = 0.4 m, m = 1 kg"]
+
+
+def test_energy_without_the_flow_is_all_energy_at_equilibrium(periodic: Run) -> None:
+    """Independent velocities: the share is 1, with an error of about 1/√(0.8 · 3 · 64)."""
+    found = shown(periodic, "local-energy", cor=1.0)
+    local, total, _ = layers(found, Line)
+    assert np.mean(local.y) == pytest.approx(1, abs=4 / math.sqrt(0.8 * 3 * 64))
+    np.testing.assert_allclose(total.y, 1, rtol=1e-12)
+
+
+def test_reasons_for_missing_structure(periodic: Run, warm: Run) -> None:
+    assert "it needs 2 to 6 species of balls, not 1" in why_not(
+        periodic, "species-temperature", cor=1
+    )
+    for kind in ("pair-correlation", "hexatic-order", "local-energy"):
+        assert "record: events" in why_not(warm, kind)
+    assert len(layers(shown(warm, "a2"), Line)) > 1  # a summary has a2

@@ -5,7 +5,7 @@ const FLASH = 0.3; // s of showing
 const MOST_FLASHES = 60;
 const SMALLEST = 1.5; // px: the radius of balls that would be too small to see
 const SHADES = 64;
-const GREEN = "#009e73"; // of contacts and the enlarged container; no speed has it
+const GREEN = "#009e73"; // of contacts; no speed has it
 const VIOLET = "#7b2cbf"; // the path of the tagged ball
 const NEAR = 6; // px: how near to a small ball a click is
 const MOST_PARTS = 3000; // of a ball's path: the latest ones, because more would fill the container
@@ -20,7 +20,7 @@ function shades(colours) {
   });
 }
 
-// film: container, outline, periodic, size, extent, follow, farthest and colours; motion: number,
+// film: outline, periodic, size, extent, follow and colours; motion: number,
 // radii, place, speed and path of the balls, and of contacts their places and balls.
 class Arena {
   constructor(canvas, film, motion) {
@@ -29,7 +29,6 @@ class Arena {
     this.motion = motion;
     this.shades = shades(film.colours);
     this.still = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.home = film.container.slice(0, 2);
     this.tag(null);
   }
 
@@ -49,16 +48,13 @@ class Arena {
     return found;
   }
 
-  // flashes: [collision, age from 0 to 1], ...; magnify: by how much the container's motion is
-  // enlarged; topSpeed: of the brightest colour.
-  draw(time, flashes, magnify, topSpeed) {
+  // flashes: [collision, age from 0 to 1], ...; topSpeed: of the brightest colour.
+  draw(time, flashes, topSpeed) {
     const [pen, width, height] = sharp(this.canvas), film = this.film, motion = this.motion;
     const centre = motion.place(motion.number, time);
     const origin = film.follow ? centre : [0, 0];
-    const spare = magnify > 1 ? magnify * film.farthest : 0;
     const [left, right, bottom, top] = film.extent;
-    const spanX = right - left + 2 * spare, spanY = top - bottom + 2 * spare;
-    const scale = Math.min(width / spanX, height / spanY);
+    const scale = Math.min(width / (right - left), height / (top - bottom));
     const x = (value) => width / 2 + (value - origin[0] - (left + right) / 2) * scale;
     const y = (value) => height / 2 - (value - origin[1] - (bottom + top) / 2) * scale;
 
@@ -80,7 +76,6 @@ class Arena {
     this.outline(pen, x(centre[0]), y(centre[1]), scale);
     pen.stroke();
     pen.setLineDash([]);
-    if (magnify > 1) this.enlarged(pen, x, y, scale, centre, magnify);
     for (const [collision, age] of flashes) this.flash(pen, x, y, scale, collision, age);
   }
 
@@ -141,25 +136,6 @@ class Arena {
       pen.lineWidth = width;
       pen.stroke();
     }
-  }
-
-  // The container where it would be if its displacement were this many times as large.
-  enlarged(pen, x, y, scale, centre, magnify) {
-    const shown = centre.map((value, axis) => this.home[axis] + magnify * (value - this.home[axis]));
-    pen.strokeStyle = GREEN;
-    pen.fillStyle = GREEN;
-    pen.lineWidth = 1.5;
-    pen.setLineDash([6, 4]);
-    this.outline(pen, x(shown[0]), y(shown[1]), scale);
-    pen.stroke();
-    pen.setLineDash([]);
-    pen.beginPath();
-    pen.moveTo(x(this.home[0]), y(this.home[1]));
-    pen.lineTo(x(shown[0]), y(shown[1]));
-    pen.stroke();
-    pen.beginPath();
-    pen.arc(x(shown[0]), y(shown[1]), 3.5, 0, 2 * Math.PI);
-    pen.fill();
   }
 
   flash(pen, x, y, scale, collision, age) {

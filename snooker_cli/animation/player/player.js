@@ -44,7 +44,6 @@ class Player {
     this.playing = false;
     this.waiting = false;
     this.speed = 1;
-    this.magnify = 1;
     this.relative = false;
     const films = content.films, largest = (value) => Math.max(...films.map(value));
     this.start = films[0].start;
@@ -186,7 +185,7 @@ class Player {
       const { motion, reel, arena } = screen;
       motion.seek(reel.done);
       const fast = this.relative ? 2 * motion.meanSpeed() : this.topSpeed;
-      arena.draw(reel.time, this.flashes(screen), this.magnify, fast);
+      arena.draw(reel.time, this.flashes(screen), fast);
       find("fast").textContent = this.relative && this.several
         ? "twice the mean speed and faster"
         : `${short(fast, 2)} m/s and faster`;
@@ -270,7 +269,6 @@ class Player {
     find("full").onclick = () => this.fullScreen();
     find("scrub").oninput = (event) => this.goTo(Number(event.target.value));
     find("speed").onchange = () => { this.nameSpeeds(); this.refresh(); };
-    find("magnify").onchange = (event) => { this.magnify = Number(event.target.value); this.refresh(); };
     find("colours").onchange = (event) => {
       this.relative = event.target.value === "relative";
       this.refresh();
@@ -338,10 +336,6 @@ find("ramp").style.background = `linear-gradient(to right, ${first.colours.join(
 find("container").hidden = !content.films.some(({ free }) => free);
 find("full").hidden = !document.fullscreenEnabled;
 document.querySelector("main").classList.toggle("several", player.several);
-const factors = content.films.map(({ magnifications }) => magnifications);
-for (const factor of factors.reduce((few, list) => (list.length < few.length ? list : few))) {
-  find("magnify").add(new Option(`× ${factor.toLocaleString("en")}`, String(factor)));
-}
 player.listen();
 player.setPace(content.pace);
 player.readLink();
