@@ -24,7 +24,7 @@ from snooker_cli.figures.captions import setting
 from snooker_cli.figures.cooling import decay_against_cor
 from snooker_cli.figures.selection import distinct
 from snooker_cli.files import write_json
-from snooker_cli.formatting import with_error
+from snooker_cli.formatting import probability, short, with_error
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.audit import Audit, audit
 from snooker_cli.report.document import Pages, packaged, rendered
@@ -97,7 +97,7 @@ def values(
             {"parameters": {"cor": cor}, **laws["kinetic_energy", "haff"].as_json()}
             for cor, laws in audit.stated.laws.items()
         ],
-        "range_held": range_held,
+        "fit_cells": _fit_cells,
         "combinations": len(COMBINATIONS),
         "factors": _source_factors(audit),
         "slower": slower_pressure(audit),
@@ -130,6 +130,14 @@ def values(
         "value": value_text,
         "zip": zip,
     }
+
+
+def _fit_cells(row: Record | None) -> list[str]:
+    """The cells of a fit in table 1; dashes without one."""
+    if row is None:
+        return ["–"] * 4
+    value, spread = with_error(row["value"], row["error"]), short(row["max_min_half_range"], 2)
+    return [value, spread, probability(row["probability"]), range_held(row)]
 
 
 def source_factors(

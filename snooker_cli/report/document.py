@@ -44,6 +44,7 @@ def packaged(name: str) -> str:
     return (files("snooker_cli.report") / name).read_text(encoding="utf-8")
 
 
+BAR = "\ue000"  # a character of private use for a bar in a cell of a table
 EPOCH = 0  # date of the PDF, s since 1970: the same bytes each time
 NOTATION: dict[str, str] = yaml.safe_load(packaged("notation.yaml"))
 """What the pages print instead of matches of a pattern."""
@@ -111,7 +112,7 @@ def document(
 def _table(lines: Sequence[str]) -> dict[str, Any]:
     """Caption, columns and rows of a table in the template."""
     head, *rows = [
-        [unbroken(cell.strip()) for cell in line.strip()[1:-1].split("|")]
+        [unbroken(cell.strip().replace(BAR, "|")) for cell in line.strip()[1:-1].split("|")]
         for line in lines
         if line[0] == "|"
     ]
@@ -131,7 +132,8 @@ def unbroken(text: str) -> str:
 
 
 def _row(*cells: object) -> str:
-    return f"| {' | '.join(map(str, cells))} |"
+    """A row of a table; a bar in a cell does not end it."""
+    return f"| {' | '.join(str(cell).replace('|', BAR) for cell in cells)} |"
 
 
 def write_html(document: Document, players: Sequence[str], folder: Path) -> Path:

@@ -94,7 +94,7 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "status": status,
         "title": printable(run.experiment.title or ""),
         "name": printable(run.name),
-        "file": shlex.quote(run.name),
+        "file": printable(shlex.quote(run.name)),
         "scene": scene,
         "points": [(status["ledger"][p.index], starts.get(p.index)) for p in shown],
         "finding": overview(fitted.rows, compared.rows) if shown[1:] else what[shown[0]],

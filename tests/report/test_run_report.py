@@ -30,7 +30,7 @@ from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.captions import setting
-from snooker_cli.formatting import point_label
+from snooker_cli.formatting import point_label, printable
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report import run_report as module
 from snooker_cli.report.document import Pages, unbroken
@@ -284,6 +284,33 @@ def test_a_run_is_headed_by_its_name_and_has_its_title(
     made(tmp_path, replace(decaying, experiment=titled))
     assert "<h1>run</h1>" in page(tmp_path)
     assert "Title: decay of a Gas. Scene: N = 19, " in words(tmp_path)
+
+
+HOSTILE = ("<script>alert(1)<b>", "@film 0", "a|b # $x$ {{ 7*7 }}", "two\n\n## lines\x1b[2J\u202e")
+
+
+def test_names_and_titles_are_text(
+    decaying: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """No mark of HTML, Typst, the template or a terminal in them has an effect."""
+    monkeypatch.setattr(module, "trivial", lambda *_: dict.fromkeys(FIGURES, "a | b"))
+    runs = []
+    for name in HOSTILE:
+        copy = shutil.copytree(decaying.directory, tmp_path / name)
+        titled = decaying.experiment.model_copy(update={"title": f"#panic() {name}"})
+        runs.append(replace(open_run(copy), experiment=titled))
+    made(tmp_path / "report", *runs)
+    text, plain = page(tmp_path / "report"), words(tmp_path / "report")
+    names = [printable(name) for name in HOSTILE]
+    headings = re.findall(r"<h2 [^>]*>(.*?)</h2>", text)
+    assert [html.unescape(heading) for heading in headings] == [*map(unbroken, names), "Appendix"]
+    assert "<script" not in text
+    shown = PdfReader(tmp_path / "report" / "report.pdf").pages
+    pdf = spaced("".join(page.extract_text() for page in shown))
+    for name in names:
+        assert f"Title: #panic() {spaced(name)}." in plain
+        assert spaced(name).replace(" ", "") in pdf.replace(" ", "")
+    assert "a | b" in plain
 
 
 def test_the_mass_of_a_fixed_wall_is_written_as_in_a_config(tmp_path: Path) -> None:
