@@ -151,28 +151,28 @@ def write_html(document: Document, players: Sequence[str], folder: Path) -> Path
 
 
 def write_pdf(document: Document, folder: Path) -> Path:
-    """Write ``report.pdf`` as PDF/UA: tagged, with a title and alt texts. Raises ``UserError``."""
+    """Write ``report.pdf`` as PDF/UA: tagged, with a title and alt texts. Raises ``UserError``.
+
+    PDF/UA refuses a character that no font here has. Such a PDF is tagged, too, but no PDF/UA.
+    """
     import typst
 
     path = folder / "report.pdf"
     with tempfile.TemporaryDirectory(dir=folder) as name:
         # Typst reads only files below its root, the folder that has the figures.
-        scratch = Path(name)
-        (scratch / "report.typ").write_text(packaged("templates/report.typ"), encoding="utf-8")
-        (scratch / "document.json").write_text(json.dumps(document), encoding="utf-8")
-        source, root = str(scratch / "report.typ"), str(folder.resolve())
+        source = Path(name, "report.typ")
+        source.write_text(packaged("templates/report.typ"), encoding="utf-8")
+        source.with_name("document.json").write_text(json.dumps(document), encoding="utf-8")
+        settings: dict[str, Any] = {"root": str(folder.resolve()), "timestamp": EPOCH}
         try:
-            with atomic_write(path) as part:
-                typst.compile(
-                    source,
-                    str(part),
-                    root=root,
-                    format="pdf",
-                    timestamp=EPOCH,
-                    pdf_standards="ua-1",
-                )
-        except RuntimeError as error:
-            raise UserError(f"{path}: typst cannot make the PDF ({error})") from None
+            content = typst.compile(str(source), pdf_standards="ua-1", **settings)
+        except RuntimeError:
+            try:
+                content = typst.compile(str(source), **settings)
+            except RuntimeError as error:
+                raise UserError(f"{path}: typst cannot make the PDF ({error})") from None
+    with atomic_write(path) as part:
+        part.write_bytes(content)
     return path
 
 
