@@ -6,7 +6,6 @@ templates/report.md.j2 explains the marks of both templates.
 import base64
 import json
 import re
-import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager
@@ -158,19 +157,19 @@ def write_pdf(document: Document, folder: Path) -> Path:
     import typst
 
     path = folder / "report.pdf"
-    with tempfile.TemporaryDirectory(dir=folder) as name:
-        # Typst reads only files below its root, the folder that has the figures.
-        source = Path(name, "report.typ")
-        source.write_text(packaged("templates/report.typ"), encoding="utf-8")
-        source.with_name("document.json").write_text(json.dumps(document), encoding="utf-8")
-        settings: dict[str, Any] = {"root": str(folder.resolve()), "timestamp": EPOCH}
+    source = packaged("templates/report.typ").encode()
+    settings: dict[str, Any] = {
+        "root": str(folder.resolve()),  # Typst reads only files below it, as the figures are
+        "sys_inputs": {"document": json.dumps(document)},
+        "timestamp": EPOCH,
+    }
+    try:
+        content = typst.compile(source, pdf_standards="ua-1", **settings)
+    except RuntimeError:
         try:
-            content = typst.compile(str(source), pdf_standards="ua-1", **settings)
-        except RuntimeError:
-            try:
-                content = typst.compile(str(source), **settings)
-            except RuntimeError as error:
-                raise UserError(f"{path}: typst cannot make the PDF ({error})") from None
+            content = typst.compile(source, **settings)
+        except RuntimeError as error:
+            raise UserError(f"{path}: typst cannot make the PDF ({error})") from None
     with atomic_write(path) as part:
         part.write_bytes(content)
     return path
@@ -242,7 +241,8 @@ class Pages(AbstractContextManager["Pages"]):
         where = f"{point_label({'cor': point.experiment.cor} | point.as_json())}, repeat {repeat}"
         title = printable(run.experiment.title or run.name)
         try:
-            shown = page(film(run.read(point, repeat), title, where))
+            # The first of all traces, which analyses have read and fitted.
+            shown = page(film(next(run.traces(point)), title, where))
         except FigureError as error:
             return f"repeat {repeat} {error}"
         self.players.append(embedded(shown, f"Player, {printable(run.name)}, {where}"))

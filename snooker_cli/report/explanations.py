@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -99,6 +99,13 @@ class Explanation:
         """Chi-square: the sum of the squared distances from the targets that have a value."""
         ours = [(number, self.our_value(number)) for number in TARGETS]
         return sum(value.distance(number) ** 2 for number, value in ours if value is not None)
+
+    def as_json(self) -> dict[str, Any]:
+        """Its values of the targets and what follows from them."""
+        values = {number.name: self.our_value(number) for number in TARGETS}
+        given = {name: None if value is None else asdict(value) for name, value in values.items()}
+        judged = {"score": self.score, "whole": self.whole, "rejected": self.rejected}
+        return {"name": self.name, **judged, "values": given}
 
     @property
     def whole(self) -> bool:

@@ -22,14 +22,14 @@ from pypdf import PdfReader
 from repeating import created
 
 from snooker_cli.analysis import decay
-from snooker_cli.analysis.decay import NO_LOSSES, range_held
+from snooker_cli.analysis.decay import range_held
 from snooker_cli.analysis.observables import mean_temperature, series
 from snooker_cli.config import load
 from snooker_cli.errors import RunError
 from snooker_cli.formatting import probability, with_error
 from snooker_cli.report.audit import EXPLAINED, FOLLOWS, FORMULA, REPRODUCED, UNEXPLAINED
 from snooker_cli.report.content import REPORT_FIGURES, RUNS, build, measurement
-from snooker_cli.report.explanations import TARGETS
+from snooker_cli.report.explanations import LIKELY, TARGETS
 from snooker_cli.report.source_values import CLAIMS, SOURCE_VALUES, TITLE
 from snooker_cli.runs import open_run
 from snooker_cli.runs.execution import Watcher, execute
@@ -135,12 +135,12 @@ def test_every_run_of_the_report_has_its_config_and_target() -> None:
 
 
 @pytest.mark.parametrize("command", ["fit", "compare"])
-def test_the_tables_of_all_runs_fit_100_columns(command: str, runs: Path, snooker: Snooker) -> None:
-    for name in RUNS:
+def test_tables_fit_100_columns(command: str, runs: Path, snooker: Snooker) -> None:
+    for name in ("decay", "dilute"):
         lines = snooker(command, runs / name).out.splitlines()
         widths = [len(line) for line in lines if "  " in line]
-        assert len(widths) > 10 or NO_LOSSES in lines
-        assert max(widths, default=0) <= 100, name
+        assert len(widths) > 10
+        assert max(widths) <= 100, name
 
 
 def test_every_figure_and_the_pdf_have_their_files(report: Path) -> None:
@@ -255,8 +255,7 @@ def test_every_repeat_is_fitted_once(report: Path, fitted: Counter[Any]) -> None
     """Several figures, the table of fits and the audit show the same runs."""
     points = len(load(ROOT / "configs" / "restitution.yaml").points())
     assert len(fitted) > points * REPEATS * len(decay.LAWS)
-    films = 3  # each may read its repeat anew and fit its energy
-    assert fitted.total() <= len(fitted) + films * len(decay.LAWS)
+    assert fitted.total() == len(fitted)
 
 
 def test_numbers_have_six_digits(report: Path) -> None:
@@ -269,7 +268,7 @@ def test_numbers_have_six_digits(report: Path) -> None:
 
 
 def test_every_printed_number_has_a_verdict(numbers: dict[str, Any]) -> None:
-    rows = {row["name"]: row for row in numbers["audit"]["numbers"]}
+    rows = {row["number"]["name"]: row for row in numbers["audit"]["numbers"]}
     assert list(rows) == list(SOURCE_VALUES)
     verdicts = {REPRODUCED, FOLLOWS, FORMULA, EXPLAINED, UNEXPLAINED}
     assert {row["verdict"] for row in rows.values()} <= verdicts
@@ -294,7 +293,7 @@ def test_explanations_are_judged_by_all_targets_together(numbers: dict[str, Any]
     for one in audit["explanations"]:
         assert set(one["values"]) == {each.name for each in TARGETS}
         assert one["whole"] == (None not in one["values"].values())
-        assert one["rejected"] == (one["score"] > audit["limit"])
+        assert one["rejected"] == (one["score"] > LIKELY)
     assert audit["slip"] == 10.0
 
 
@@ -341,7 +340,7 @@ def test_event_averages_leave_out_repeats_that_ended_early(
             for trace in run.traces(point)
             if trace.stop.reason.complete
         ]
-        rows = {row["name"]: row for row in numbers["audit"]["numbers"]}
+        rows = {row["number"]["name"]: row for row in numbers["audit"]["numbers"]}
         assert rows[f"speed_{cor}"]["ours"]["value"] == pytest.approx(np.mean(speeds), rel=1e-5)
     assert f"{numbers['audit']['complete']} of its {2 * REPEATS} repeats below CoR 1" in text
     assert text.count(": all complete.") > 10
@@ -389,7 +388,7 @@ def test_figure_17_past_its_wall_traps(runs: Path, numbers: dict[str, Any], text
             assert pair["trapped"] == len(traps) > 0
             times = [each.stop.time for each in traps]
             assert pair["trap_time"] == pytest.approx(sum(times) / len(times), rel=5e-6)
-            assert pair["alike"] == pair["repeats"] == pair["complete"] == len(slid) == REPEATS
+            assert pair["repeats"] == pair["complete"] == len(slid) == REPEATS
             assert pair["end_collisions"] == 500
             assert pair["end_time"] > pair["trap_time"]
             assert pair["sliding_balls"] >= 1
@@ -397,8 +396,6 @@ def test_figure_17_past_its_wall_traps(runs: Path, numbers: dict[str, Any], text
             # repeats scatter by 0.02.
             assert pair["slide"]["final_temperature"] < pair["stop"]["final_temperature"]
             assert pair["slide"]["over_ideal_at_mean"] == pytest.approx(1, abs=0.05)
-    caption = text[text.rindex("Figure 25.") :]
-    assert f"{2 * REPEATS} of {2 * REPEATS} starts" in caption
 
 
 def test_page_is_self_contained_and_cites_the_source_report(report: Path, text: str) -> None:

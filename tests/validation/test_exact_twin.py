@@ -14,8 +14,7 @@ from snooker_cli.engine import simulate
 from snooker_cli.scene import Scene
 from snooker_cli.trace import CONTAINER
 from snooker_cli.validation.exact_twin import trajectory
-from snooker_cli.validation.methods import first_different
-from snooker_cli.validation.reference_scenes import rings
+from snooker_cli.validation.methods import first_different, rings
 
 
 def box(*balls: tuple[float, float, float, float, float, float], restitution: float = 1.0) -> Scene:
