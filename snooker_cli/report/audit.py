@@ -117,7 +117,7 @@ def stated_results(runs: Runs) -> StatedResults:
     for cor in COEFFICIENTS:
         # The figures have read and fitted these repeats.
         traces = complete_repeats(run.traces(selected(run, Selection({"cor": cor}))[0]))
-        laws[cor] = {(one.quantity, one.law): one for one in decays(traces)}
+        laws[cor] = {(decay.quantity, decay.law): decay for decay in decays(traces)}
         windows[cor] = in_windows(traces)
         for quantity, sample in _cooling(cor, traces, laws[cor]).items():
             samples[quantity, cor] = sample
@@ -136,7 +136,7 @@ def stated_results(runs: Runs) -> StatedResults:
         sample = samples.get((number.quantity, number.cor))
         return single[number.quantity] if sample is None else sample.our_value(number)
 
-    numbers = {name: ours(one) for name, one in SOURCE_VALUES.items()}
+    numbers = {name: ours(number) for name, number in SOURCE_VALUES.items()}
     paths = [
         (mean_free_path(trace), mean_free_path(trace, relaxed_at(trace) or math.nan))
         for trace in elastic
@@ -148,13 +148,13 @@ def stated_results(runs: Runs) -> StatedResults:
 def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[str, Sample]:
     """The quantities of the inelastic runs."""
     fitted = {"energy": "kinetic_energy", "temperature": "temperature", "pressure": "pressure"}
-    found = {
+    fitted_decays = {
         f"{name} decay": Sample(x.value for x in laws[key, "exponential"].fits if x.converged)
         for name, key in fitted.items()
     }
     by_theory = [reported_constant(trace) for trace in traces]
-    return found | {
-        "pressure decay, doubled": Sample(2 * found["pressure decay"].each),
+    return fitted_decays | {
+        "pressure decay, doubled": Sample(2 * fitted_decays["pressure decay"].values),
         "mean speed": Sample(map(mean_speed, traces)),
         "theory": Sample(by_theory),
         "tau": Sample(-2 * math.log(cor) / constant for constant in by_theory),
@@ -234,14 +234,17 @@ def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
     """Claims on energy, temperature and pressure, for the stated scene."""
     (elastic,) = selected(run, Selection({"cor": 1.0}))
     off = max(float(np.abs(energy_ratio(series(t)) - 1).max()) for t in run.traces(elastic))
-    exponential, judged, local = True, [], []
+    holds, judged, local = True, [], []
     for cor, laws in stated.laws.items():
-        one, other = (laws["kinetic_energy", law].goodness for law in ("exponential", "haff"))
-        exponential = exponential and one.probability >= LEAST_PROBABILITY
-        chi, of_haff = (ratio(each.chi_squared_per_degree) for each in (one, other))
+        exponential, haff = (
+            laws["kinetic_energy", law].goodness for law in ("exponential", "haff")
+        )
+        holds = holds and exponential.probability >= LEAST_PROBABILITY
+        chi, of_haff = (ratio(law.chi_squared_per_degree) for law in (exponential, haff))
         judged.append(f"{chi} against {of_haff} at CoR {cor:g}")
         windows = (laws[name, "exponential"].fits for name in ("local_pressure", "local_energy"))
-        both = [each for each in zip(*windows, strict=True) if all(one.converged for one in each)]
+        pairs = zip(*windows, strict=True)
+        both = [pair for pair in pairs if all(fit.converged for fit in pair)]
         local.append(Sample(pressure.value / energy.value for pressure, energy in both))
     numbers = stated.numbers
     apart = max(
@@ -251,7 +254,7 @@ def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
     low, high = (numbers[f"tau_{cor}"].value for cor in COEFFICIENTS)
     return {
         "energy_conserved": (off < ROUNDING, {"off": short(off, 1)}),
-        "exponential": (exponential, {"judged": listed(judged)}),
+        "exponential": (holds, {"judged": listed(judged)}),
         "temperature_follows": (apart < CLOSE, {"apart": short(apart, 1)}),
         "half_rate": (
             all(abs(ratio.value - 0.5) < abs(ratio.value - 1) for ratio in local),
@@ -267,10 +270,10 @@ def _ideal_gas_checks(run: Run) -> Checks:
     radii = distinct(points, "balls.radius")
     means = [float(np.mean([ideal_gas_ratio(t) for t in run.traces(point)])) for point in points]
     above = means[radii.index(min(radii))] - 1
-    each = [f"{mean:.3f} at {radius:g} m" for radius, mean in zip(radii, means, strict=True)]
+    ratios = [f"{mean:.3f} at {radius:g} m" for radius, mean in zip(radii, means, strict=True)]
     return {
         "small_balls_ideal": (abs(above) < CLOSE, {"above": 100 * above}),
-        "worse_with_radius": (means == sorted(means), {"ratios": listed(each)}),
+        "worse_with_radius": (means == sorted(means), {"ratios": listed(ratios)}),
     }
 
 
@@ -291,9 +294,9 @@ def _tiny_ball_checks(run: Run) -> Checks:
             last = trace.finish.kinetic_energy / trace.finish.number
             at_end.append(means[-1] * temperatures[-1] / last)
         warm.append(Sample(temperatures))
-        windows.append([one.value for one in in_windows(traces).ratios])
+        windows.append([window.value for window in in_windows(traces).ratios])
     ratio, (low, high) = Sample(means), warm
-    spans = [f"{min(each):.2f} to {max(each):.2f}" for each in windows]
+    spans = [f"{min(ratios):.2f} to {max(ratios):.2f}" for ratios in windows]
     return {
         "pressure_excess": (
             ratio.value - 1 > max(2 * ratio.error, CLOSE),
@@ -321,7 +324,7 @@ def _speed_check(run: Run) -> tuple[bool, dict[str, Any]]:
     shares = np.cumsum(counts)[:-1] / np.sum(counts)
     scene = starting_scene(run.experiment, 0)
     maxwell, fixed_energy, *_ = (law.shares[1:] for law in speed_laws(scene))
-    off, expected = (float(np.abs(each - maxwell).max()) for each in (shares, fixed_energy))
+    off, expected = (float(np.abs(law - maxwell).max()) for law in (shares, fixed_energy))
     return off < CLOSE, {"off": off, "expected": expected, "number": scene.number}
 
 
@@ -378,7 +381,7 @@ class Audit:
             "slip": self.explanations.factor,
             "mean_free_path": asdict(self.stated.mean_free_path),
             "complete": self.complete,
-            "explanations": [one.as_json() for one in self.explanations.named],
+            "explanations": [explanation.as_json() for explanation in self.explanations.named],
             "numbers": [asdict(row) for row in self.rows],
             "claims": self.claims,
         }

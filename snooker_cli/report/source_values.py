@@ -107,19 +107,19 @@ class OurValue:
 class Sample:
     """A quantity over the repeats of a point; two or more repeats must count.
 
-    each : (*n*,) by repeat; nan for a repeat that does not count, because it ended early
+    values : (*n*,) by repeat; nan for a repeat that does not count, because it ended early
     count : number of repeats that count
     value : mean over these, nan for fewer than two
     deviation, error : standard deviation of one, standard error of the mean
     """
 
     def __init__(self, values: Iterable[float]) -> None:
-        self.each = np.array(list(values))
-        counted = self.each[np.isfinite(self.each)]
-        self.count = len(counted)
+        self.values = np.array(list(values))
+        known = self.values[np.isfinite(self.values)]
+        self.count = len(known)
         self.value = self.deviation = self.error = math.nan
         if self.count > 1:
-            self.value, self.deviation = float(counted.mean()), float(counted.std(ddof=1))
+            self.value, self.deviation = float(known.mean()), float(known.std(ddof=1))
             self.error = self.deviation / math.sqrt(self.count)
 
     def our_value(self, number: SourceValue) -> OurValue:

@@ -176,7 +176,7 @@ def test_much_scatter_and_few_repeats_predict_nothing() -> None:
     assert wide.predicts(SOURCE_VALUES["speed_0.8"])
     right, key = explanation(), (energy.quantity, energy.cor)
     for early, predicts in ((10, True), (11, False)):
-        each = right.samples[key].each.copy()
+        each = right.samples[key].values.copy()
         each[:early] = math.nan
         cut = replace(right, samples={**right.samples, key: Sample(each)})
         assert cut.predicts(energy) is predicts
