@@ -129,8 +129,8 @@ class Repeat:
         from snooker_cli.analysis import structure
 
         batches = self._replayed(lambda: export.frames(self.trace, np.atleast_1d(times)))
-        found = (structure.values(observable, self.scene, states) for states in batches)
-        return np.array(list(chain.from_iterable(found)))
+        values = (structure.values(observable, self.scene, states) for states in batches)
+        return np.array(list(chain.from_iterable(values)))
 
     def state(self, time: float) -> Scene:
         """The scene at a time, s: ``simulate`` continues from it, after ``replace`` with other CoR.
@@ -204,10 +204,10 @@ class Run(runs.Run):
     def _repr_html_(self) -> str:
         """A table of the points, in a notebook."""
         rows = [["point", "repeats", "ended", "collisions"]]
-        for one in run_status(self)["ledger"]:
-            cells = point_label(one["parameters"]), one["done"], ended(one), one["collisions"]
+        for row in run_status(self)["ledger"]:
+            cells = point_label(row["parameters"]), row["done"], ended(row), row["collisions"]
             rows.append([html.escape(str(cell)) for cell in cells])
-        table = "".join(f"<tr><td>{'<td>'.join(row)}" for row in rows)
+        table = "".join(f"<tr><td>{'<td>'.join(cells)}" for cells in rows)
         return f"<p>{html.escape(self.experiment.title or self.name)}</p><table>{table}</table>"
 
     def __repr__(self) -> str:
@@ -257,13 +257,13 @@ class Run(runs.Run):
         """
         from snooker_cli.analysis.run_analysis import results
 
-        found = results(self, points := self.matching(**where), counting)
-        found.save()
+        measured = results(self, points := self.matching(**where), counting)
+        measured.save()
         places = [(point, number) for point in points for number in self.present(point)]
         rows: Records = []
-        for (point, number), one in zip(places, found.rows, strict=True):
-            row = {"repeat": number} | {name: one[name] for name in one if name != "parameters"}
-            swept = {f"config.{key}" if key in row else key: each for key, each in point.parameters}
+        for (point, number), values in zip(places, measured.rows, strict=True):
+            row = {"repeat": number} | {key: values[key] for key in values if key != "parameters"}
+            swept = {f"config.{key}" if key in row else key: to for key, to in point.parameters}
             rows.append({"point": point.index} | swept | row)
         return {name: _column([row[name] for row in rows]) for name in rows[0]}
 
@@ -324,20 +324,20 @@ class Run(runs.Run):
 
 def _alternatives(where: Mapping[str, Any]) -> dict[str, Any]:
     """The conditions of a selection, which has a tuple for a choice of values."""
-    return {key: tuple(each) if isinstance(each, list) else each for key, each in where.items()}
+    return {key: tuple(to) if isinstance(to, list) else to for key, to in where.items()}
 
 
 def _column(values: list[Any]) -> NDArray[Any]:
     """Values as an array: numbers with nan for null, or texts."""
     if all(value is None or isinstance(value, int | float) for value in values):
         return np.array([math.nan if value is None else value for value in values])
-    return np.array([each if isinstance(each, str) else json.dumps(each) for each in values])
+    return np.array([text if isinstance(text, str) else json.dumps(text) for text in values])
 
 
 def open(name: str | PathLike[str]) -> Run:
     """A run by its folder or its name under ``runs/``. Raises ``RunError`` or ``StoreError``."""
-    found = runs.open_run(Path(name))
-    return Run(*(getattr(found, field.name) for field in fields(found)))
+    run = runs.open_run(Path(name))
+    return Run(*(getattr(run, field.name) for field in fields(run)))
 
 
 def run(
@@ -383,7 +383,7 @@ def run(
     if cancelled.is_set():
         wanted = len(points) * made.experiment.repeats
         raise KeyboardInterrupt(f"{share_done(outcomes, wanted)}; call run again to finish")
-    if errors := [each.error for each in outcomes if each.error]:
+    if errors := [outcome.error for outcome in outcomes if outcome.error]:
         failed = f"{counted(len(errors), 'repeat')} of {len(outcomes)} failed ({errors[0]})"
         raise RunError(f"{made.directory}: {failed}", "snooker.open gives the others")
     return made

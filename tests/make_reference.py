@@ -42,8 +42,7 @@ from snooker_cli.validation.exact_twin import (
     Twin,
     trajectory,
 )
-from snooker_cli.validation.methods import events_from_rows
-from snooker_cli.validation.reference_scenes import ReferenceScene, reference_scene, rings
+from snooker_cli.validation.methods import ReferenceScene, events_from_rows, reference_scene, rings
 from snooker_cli.validation.study import PLANS
 
 FOLDER = Path(__file__).with_name("reference")

@@ -20,7 +20,7 @@ from snooker_cli.placement.random_numbers import PLACES, random_normals, shuffle
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, Trace
-from snooker_cli.validation.reference_scenes import geometric
+from snooker_cli.validation.methods import geometric
 
 EPSILON = 2.0**-52
 

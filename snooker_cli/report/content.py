@@ -22,25 +22,24 @@ from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
 from snooker_cli.figures.cooling import decay_against_cor
-from snooker_cli.figures.selection import distinct
 from snooker_cli.files import write_json
-from snooker_cli.formatting import with_error
+from snooker_cli.formatting import probability, short, with_error
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report.audit import Audit, audit
-from snooker_cli.report.document import Pages, packaged, rendered
+from snooker_cli.report.audit import WINDOWS, Audit, audit
+from snooker_cli.report.document import Pages, packaged
 from snooker_cli.report.explanations import COMBINATIONS, LIKELY, TARGETS, explain
-from snooker_cli.report.reproduction import WINDOWS, at_each_coefficient
 from snooker_cli.report.source_values import (
     COEFFICIENTS,
     LORD,
     SOURCE_VALUES,
     TITLE,
     Sample,
+    at_each_coefficient,
     value_text,
 )
 from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.progress import counting
-from snooker_cli.trace import SLIDE, StopReason, Trace
+from snooker_cli.trace import SLIDE, StopReason
 from snooker_cli.validation.accuracy_study import error_against_cost, error_growth
 from snooker_cli.validation.study import machine
 
@@ -97,7 +96,7 @@ def values(
             {"parameters": {"cor": cor}, **laws["kinetic_energy", "haff"].as_json()}
             for cor, laws in audit.stated.laws.items()
         ],
-        "range_held": range_held,
+        "fit_cells": _fit_cells,
         "combinations": len(COMBINATIONS),
         "factors": _source_factors(audit),
         "slower": slower_pressure(audit),
@@ -122,14 +121,20 @@ def values(
         "fit": lambda cor, quantity, law="exponential": chosen.get((cor, quantity, law)),
         "numbers": {file: picture.numbers for file, picture in pictures.items()},
         "measured": {name: measurement(name) for name in MEASUREMENTS},
-        "swept": lambda name, key: [float(value) for value in distinct(runs[name].points, key)],
-        "repeats_of": lambda name: len(runs[name].points) * experiments[name].repeats,
         "machine": machine,
         "at_each": at_each_coefficient,
         "ours": lambda name: audit.row(name).ours,
         "value": value_text,
         "zip": zip,
     }
+
+
+def _fit_cells(row: Record | None) -> list[str]:
+    """The cells of a fit in table 1; dashes without one."""
+    if row is None:
+        return ["–"] * 4
+    value, spread = with_error(row["value"], row["error"]), short(row["max_min_half_range"], 2)
+    return [value, spread, probability(row["probability"]), range_held(row)]
 
 
 def source_factors(
@@ -290,53 +295,40 @@ def sliding_figure(run: Run, selection: Selection) -> FigureData:
         raise FigureError(
             f"{run.name} needs points with collapse stop and slide. Run its config again."
         )
-    values = {"pairs": pairs, "setting": setting(run, points, selection)}
     return replace(
         picture,
         title=picture.title.replace(
             "Simulated over ideal pressure", "Pressure ratio past wall traps"
         ),
-        caption=" ".join(rendered("sliding.txt.j2", values).split()),
+        caption="As figure 17, in a fixed container, each start with collapse: stop and slide. "
+        "Filled: at the mean temperature; open: at the final one. Table 10 has the numbers. "
+        + setting(run, points, selection),
         numbers={**picture.numbers, "pairs": pairs},
     )
 
 
 def _pair(run: Run, stopped: Point, slid: Point) -> dict[str, Any]:
     """When the traps of a point come, and what the same starts do with sliding balls."""
-    both = list(zip(run.traces(stopped), run.traces(slid), strict=True))
-    trapped = [trace for trace, _ in both if trace.stop.reason is StopReason.WALL_TRAP]
-    ended = [trace for _, trace in both]
-    events = [trace.events for trace in ended if trace.events is not None]
+    stopping, sliding = list(run.traces(stopped)), list(run.traces(slid))
+    trapped = [trace for trace in stopping if trace.stop.reason is StopReason.WALL_TRAP]
+    events = [trace.events for trace in sliding if trace.events is not None]
     return {
         "cor": stopped.experiment.cor,
-        "radius": float(both[0][0].start.radii[0]),
-        "repeats": len(both),
+        "radius": float(stopping[0].start.radii[0]),
+        "repeats": len(stopping),
         "trapped": len(trapped),
         "trap_time": _mean(trace.stop.time for trace in trapped),
         "trap_collisions": _mean(trace.collisions for trace in trapped),
-        "alike": sum(_alike(*traces) for traces in both),
         "sliding_balls": _mean(len(np.unique(columns.i[columns.j == SLIDE])) for columns in events),
-        "complete": sum(trace.stop.reason.complete for trace in ended),
-        "end_time": _mean(trace.stop.time for trace in ended),
-        "end_collisions": _mean(trace.collisions for trace in ended),
+        "complete": sum(trace.stop.reason.complete for trace in sliding),
+        "end_time": _mean(trace.stop.time for trace in sliding),
+        "end_collisions": _mean(trace.collisions for trace in sliding),
     }
 
 
 def _mean(values: Iterable[float]) -> float:
     """The mean; nan of nothing."""
     return float(np.mean(list(values) or [math.nan]))
-
-
-def _alike(first: Trace, second: Trace) -> bool:
-    """Whether two have the same collisions, to the bit, until one ends or the other slides."""
-    assert first.events is not None
-    assert second.events is not None
-    slides = np.flatnonzero(second.events.j == SLIDE)
-    count = min([len(first.events), len(second.events), *slides[:1].tolist()])
-    return all(
-        np.array_equal(getattr(first.events, name)[:count], getattr(second.events, name)[:count])
-        for name in ("time", "i", "j", "impulse")
-    )
 
 
 # Finished runs -> figures, numbers.json, report.html and report.pdf

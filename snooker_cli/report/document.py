@@ -6,7 +6,6 @@ templates/report.md.j2 explains the marks of both templates.
 import base64
 import json
 import re
-import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager
@@ -44,6 +43,7 @@ def packaged(name: str) -> str:
     return (files("snooker_cli.report") / name).read_text(encoding="utf-8")
 
 
+BAR = "\ue000"  # a character of private use for a bar in a cell of a table
 EPOCH = 0  # date of the PDF, s since 1970: the same bytes each time
 NOTATION: dict[str, str] = yaml.safe_load(packaged("notation.yaml"))
 """What the pages print instead of matches of a pattern."""
@@ -111,7 +111,7 @@ def document(
 def _table(lines: Sequence[str]) -> dict[str, Any]:
     """Caption, columns and rows of a table in the template."""
     head, *rows = [
-        [unbroken(cell.strip()) for cell in line.strip()[1:-1].split("|")]
+        [unbroken(cell.strip().replace(BAR, "|")) for cell in line.strip()[1:-1].split("|")]
         for line in lines
         if line[0] == "|"
     ]
@@ -131,7 +131,8 @@ def unbroken(text: str) -> str:
 
 
 def _row(*cells: object) -> str:
-    return f"| {' | '.join(map(str, cells))} |"
+    """A row of a table; a bar in a cell does not end it."""
+    return f"| {' | '.join(str(cell).replace('|', BAR) for cell in cells)} |"
 
 
 def write_html(document: Document, players: Sequence[str], folder: Path) -> Path:
@@ -149,28 +150,28 @@ def write_html(document: Document, players: Sequence[str], folder: Path) -> Path
 
 
 def write_pdf(document: Document, folder: Path) -> Path:
-    """Write ``report.pdf`` as PDF/UA: tagged, with a title and alt texts. Raises ``UserError``."""
+    """Write ``report.pdf`` as PDF/UA: tagged, with a title and alt texts. Raises ``UserError``.
+
+    PDF/UA refuses a character that no font here has. Such a PDF is tagged, too, but no PDF/UA.
+    """
     import typst
 
     path = folder / "report.pdf"
-    with tempfile.TemporaryDirectory(dir=folder) as name:
-        # Typst reads only files below its root, the folder that has the figures.
-        scratch = Path(name)
-        (scratch / "report.typ").write_text(packaged("templates/report.typ"), encoding="utf-8")
-        (scratch / "document.json").write_text(json.dumps(document), encoding="utf-8")
-        source, root = str(scratch / "report.typ"), str(folder.resolve())
+    source = packaged("templates/report.typ").encode()
+    settings: dict[str, Any] = {
+        "root": str(folder.resolve()),  # Typst reads only files below it, as the figures are
+        "sys_inputs": {"document": json.dumps(document)},
+        "timestamp": EPOCH,
+    }
+    try:
+        content = typst.compile(source, pdf_standards="ua-1", **settings)
+    except RuntimeError:
         try:
-            with atomic_write(path) as part:
-                typst.compile(
-                    source,
-                    str(part),
-                    root=root,
-                    format="pdf",
-                    timestamp=EPOCH,
-                    pdf_standards="ua-1",
-                )
+            content = typst.compile(source, **settings)
         except RuntimeError as error:
             raise UserError(f"{path}: typst cannot make the PDF ({error})") from None
+    with atomic_write(path) as part:
+        part.write_bytes(content)
     return path
 
 
@@ -240,7 +241,8 @@ class Pages(AbstractContextManager["Pages"]):
         where = f"{point_label({'cor': point.experiment.cor} | point.as_json())}, repeat {repeat}"
         title = printable(run.experiment.title or run.name)
         try:
-            shown = page(film(run.read(point, repeat), title, where))
+            # The first of all traces, which analyses have read and fitted.
+            shown = page(film(next(run.traces(point)), title, where))
         except FigureError as error:
             return f"repeat {repeat} {error}"
         self.players.append(embedded(shown, f"Player, {printable(run.name)}, {where}"))

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,7 +13,6 @@ from snooker_cli import theory
 from snooker_cli.analysis.decay import Curve, curve
 from snooker_cli.analysis.fitting import fit_all
 from snooker_cli.analysis.observables import complete_repeats, mean_pressure, mean_speed, series
-from snooker_cli.config import Point
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.source_values import SOURCE_VALUES, OurValue, Sample, SourceValue
 from snooker_cli.runs import Run
@@ -80,7 +79,7 @@ class Explanation:
     def our_value(self, number: SourceValue) -> OurValue | None:
         """The value for a printed number; ``None`` if fewer than half of the repeats have one."""
         sample = self.samples.get((number.quantity, number.cor))
-        if sample is None or sample.count < max(2, len(sample.each) / 2):
+        if sample is None or sample.count < max(2, len(sample.values) / 2):
             return None
         return sample.our_value(number)
 
@@ -99,6 +98,13 @@ class Explanation:
         """Chi-square: the sum of the squared distances from the targets that have a value."""
         ours = [(number, self.our_value(number)) for number in TARGETS]
         return sum(value.distance(number) ** 2 for number, value in ours if value is not None)
+
+    def as_json(self) -> dict[str, Any]:
+        """Its values of the targets and what follows from them."""
+        values = {number.name: self.our_value(number) for number in TARGETS}
+        given = {name: None if value is None else asdict(value) for name, value in values.items()}
+        judged = {"score": self.score, "whole": self.whole, "rejected": self.rejected}
+        return {"name": self.name, **judged, "values": given}
 
     @property
     def whole(self) -> bool:
@@ -155,14 +161,13 @@ def explain(run: Run, elastic: Run) -> Explanations:
         early += len(traces) - len(complete_repeats(traces))
         key = given.balls.radius < stated.balls.radius, given.effective_wall_cor == 1.0, given.cor
         measured[key] = _measured(traces, (last, stated.collisions))
-    gases: list[tuple[Any, Point]] = [(point.experiment.balls, point) for point in elastic.points]
-    pressures = {
-        balls.radius < stated.balls.radius: np.array(
-            [mean_pressure(trace) for trace in complete_repeats(elastic.traces(point))]
-        )
-        for balls, point in gases
-        if _same_gas(balls, stated.balls, factor)
-    }
+    radii = stated.balls.radius, stated.balls.radius / factor
+    pressures: dict[bool, Array] = {}
+    for point in elastic.points:
+        balls: Any = point.experiment.balls
+        if balls.radius in radii and balls.speed == stated.balls.speed:
+            traces = complete_repeats(elastic.traces(point))
+            pressures[balls.radius < stated.balls.radius] = np.array([*map(mean_pressure, traces)])
 
     def explanation(setting: Setting) -> Explanation:
         window = last if setting.first_collisions else stated.collisions
@@ -177,7 +182,7 @@ def explain(run: Run, elastic: Run) -> Explanations:
             samples["temperature decay", cor] = samples[
                 "energy decay", cor
             ]  # but for the container
-            doubled = 2 * samples["pressure decay", cor].each
+            doubled = 2 * samples["pressure decay", cor].values
             samples["pressure decay, doubled", cor] = Sample(doubled)
         name = _name(setting, stated.balls.radius / factor, factor, last)
         return Explanation(name, samples)
@@ -186,13 +191,6 @@ def explain(run: Run, elastic: Run) -> Explanations:
     best = min(whole, key=lambda candidate: candidate.score)
     named = (*map(explanation, NAMED), best)
     return Explanations(named, factor, early, len(run.points) * stated.repeats)
-
-
-def _same_gas(balls: Any, others: Any, factor: float) -> bool:
-    """Whether balls have the speed of others, and their radius or that over the factor."""
-    radii = others.radius, others.radius / factor
-    near = any(math.isclose(balls.radius, radius) for radius in radii)
-    return bool(near and balls.speed == others.speed)
 
 
 NAMED = (

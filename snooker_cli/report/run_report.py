@@ -1,7 +1,6 @@
 """Runs of a user -> the folder of their report: figures, configs, report.html, report.pdf."""
 
-import json
-import re
+import math
 import shlex
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
@@ -14,7 +13,7 @@ from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
 from snooker_cli.analysis.findings import finding, overview
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
-from snooker_cli.config import Point, to_json
+from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import setting
@@ -94,11 +93,11 @@ def _chapter(run: Run, number: int, pages: Pages, asked: Collection[str]) -> dic
         "status": status,
         "title": printable(run.experiment.title or ""),
         "name": printable(run.name),
-        "file": shlex.quote(run.name),
+        "file": printable(shlex.quote(run.name)),
         "scene": scene,
         "points": [(status["ledger"][p.index], starts.get(p.index)) for p in shown],
         "finding": overview(fitted.rows, compared.rows) if shown[1:] else what[shown[0]],
-        "findings": [(point_label(p.as_json()), found or "–") for p, found in what.items()],
+        "findings": [(point_label(p.as_json()), text or "–") for p, text in what.items()],
         "key_figures": files[:KEY_FIGURES],
         "figures": files[KEY_FIGURES:],
         "left_out": left_out,
@@ -128,7 +127,7 @@ def trivial(
         "dilute": all(scene.packing_fraction < DENSE for scene in starts),
         "calm": all(ratio is not None and ratio <= 1 for ratio in ratios),
     }
-    reasons = ((name, *reason) for name, found in RELEVANCE.items() for reason in found.items())
+    reasons = ((name, *reason) for name, given in RELEVANCE.items() for reason in given.items())
     return {name: why for name, when, why in reasons if conditions[when] and name not in asked}
 
 
@@ -160,14 +159,10 @@ def _cells(
 
 def _config(run: Run, out: Path) -> str:
     """Write the run's config, with overrides applied, beside the report; its text."""
-    text = to_json(run.experiment)  # which has null for the infinite mass of a fixed wall
-    masses = r'mass": (null|\[[^]]*])'
-    text = re.sub(masses, lambda match: match[0].replace("null", "Infinity"), text)
-    data = json.loads(text)
-    if "shape" in data["container"]:
-        del data["container"]["mass"]  # only a circle has one
-    given = {key: value for key, value in data.items() if value not in (None, [], {})}
+    given = run.experiment.model_dump(exclude_none=True)
+    if run.experiment.container.mass == math.inf and "shape" in given["container"]:
+        del given["container"]["mass"]  # only a circle has one
     style: dict[str, Any] = {"sort_keys": False, "allow_unicode": True, "default_flow_style": None}
-    text = yaml.safe_dump(given, **style)
+    text = yaml.safe_dump({key: given[key] for key in given if given[key] not in ({}, ())}, **style)
     write_text(out / f"{run.name}.yaml", text)
     return "\n".join(filter(str.strip, text.splitlines()))

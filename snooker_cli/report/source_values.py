@@ -4,7 +4,7 @@ Source report: "Effect of Coefficient of Restitution on Thermodynamic Properties
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 import yaml
 
 from snooker_cli.analysis.observables import ROUNDING
-from snooker_cli.formatting import with_error
+from snooker_cli.formatting import listed, with_error
 from snooker_cli.report.document import packaged
 
 LORD = 0.507  # 95 % half width of the mean of five normal values, over their range (Lord 1947)
@@ -37,6 +37,7 @@ class SourceValue:
     mean: bool = False
     exact: bool = False
     radius: float | None = None
+    follows: str = ""
 
     @property
     def digits(self) -> str:
@@ -106,19 +107,19 @@ class OurValue:
 class Sample:
     """A quantity over the repeats of a point; two or more repeats must count.
 
-    each : (*n*,) by repeat; nan for a repeat that does not count, because it ended early
+    values : (*n*,) by repeat; nan for a repeat that does not count, because it ended early
     count : number of repeats that count
     value : mean over these, nan for fewer than two
     deviation, error : standard deviation of one, standard error of the mean
     """
 
     def __init__(self, values: Iterable[float]) -> None:
-        self.each = np.array(list(values))
-        counted = self.each[np.isfinite(self.each)]
-        self.count = len(counted)
+        self.values = np.array(list(values))
+        known = self.values[np.isfinite(self.values)]
+        self.count = len(known)
         self.value = self.deviation = self.error = math.nan
         if self.count > 1:
-            self.value, self.deviation = float(counted.mean()), float(counted.std(ddof=1))
+            self.value, self.deviation = float(known.mean()), float(known.std(ddof=1))
             self.error = self.deviation / math.sqrt(self.count)
 
     def our_value(self, number: SourceValue) -> OurValue:
@@ -129,6 +130,11 @@ class Sample:
 def value_text(known: Any) -> str:
     """An object's ``value`` with its ``error``; empty for none."""
     return "" if known is None else with_error(known.value, known.error)
+
+
+def at_each_coefficient(texts: Sequence[str]) -> str:
+    """``a at CoR 0.8 and b at CoR 0.9``."""
+    return listed([f"{text} at CoR {cor:g}" for text, cor in zip(texts, COEFFICIENTS, strict=True)])
 
 
 _DATA: dict[str, Any] = yaml.safe_load(packaged("source_values.yaml"))

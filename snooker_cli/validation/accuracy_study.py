@@ -15,13 +15,14 @@ from snooker_cli.scene import EPSILON
 from snooker_cli.validation.exact_twin import trajectory
 from snooker_cli.validation.methods import (
     Method,
+    PlannedScene,
+    ReferenceScene,
     Trajectory,
     all_methods,
     first_different,
     imbalance,
     rms_distance,
 )
-from snooker_cli.validation.reference_scenes import PlannedScene, ReferenceScene
 from snooker_cli.validation.study import (
     LEGENDS,
     Cells,

@@ -21,8 +21,16 @@ from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs.execution import processors
 from snooker_cli.trace import Series
-from snooker_cli.validation.reference_scenes import lattice_gas
-from snooker_cli.validation.study import LEGENDS, STRICT, Cells, Record, Study, header_lines, table
+from snooker_cli.validation.study import (
+    LEGENDS,
+    STRICT,
+    Cells,
+    Record,
+    Study,
+    header_lines,
+    lattice_gas,
+    table,
+)
 
 ALLOWED = 4.0  # allowed standard errors: by chance a few dozen rows exceed three, not four
 

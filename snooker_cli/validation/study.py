@@ -17,6 +17,7 @@ import yaml
 from pydantic import ConfigDict, TypeAdapter
 
 from snooker_cli import __version__
+from snooker_cli.config import Experiment, load
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import UserError
 from snooker_cli.figures import FigureData
@@ -28,7 +29,6 @@ Record = dict[str, Any]  # a measurement, or a part of it, as JSON stores it
 
 Cells = Mapping[str, Callable[[Record], str]]
 """The columns of a table: headings, and how a row of the record gives their text."""
-
 
 PLANS: Record = yaml.safe_load(
     files("snooker_cli.validation").joinpath("plans.yaml").read_text("utf-8")
@@ -123,6 +123,13 @@ class Study(ABC):
         for name, figure in self.figures(record).items():
             written += save(figure, folder / name)
         return written
+
+
+def lattice_gas(container: Mapping[str, Any], cor: float = 1.0, **balls: Any) -> Experiment:
+    """Equal balls on a lattice with Maxwell's speeds, 10 m/s (root mean square)."""
+    balls |= {"speed": 10.0, "speeds": "maxwell"}
+    known = {"container": dict(container), "balls": balls, "cor": cor, "collisions": 1, "seed": 1}
+    return load(known).experiment
 
 
 def text_of(record: Record) -> str:

@@ -18,7 +18,7 @@ from single_fit import fit
 from snooker_cli.analysis.decay import QUANTITIES, Curve
 from snooker_cli.analysis.observables import ROUNDING
 from snooker_cli.config import load, points
-from snooker_cli.report import content, explanations, reproduction
+from snooker_cli.report import content
 from snooker_cli.report.explanations import (
     LIKELY,
     TARGETS,
@@ -27,11 +27,21 @@ from snooker_cli.report.explanations import (
     decay_constants,
     explain,
 )
-from snooker_cli.report.source_values import LORD, SOURCE_VALUES, OurValue, Sample, SourceValue
+from snooker_cli.report.source_values import (
+    CLAIMS,
+    LORD,
+    SOURCE_VALUES,
+    OurValue,
+    Sample,
+    SourceValue,
+)
 from snooker_cli.runs import Run
 
 ROOT = Path(__file__).parents[2]
 TEMPLATES = ROOT / "snooker_cli" / "report" / "templates"
+
+
+PRINTED = {one.digits for one in SOURCE_VALUES.values()}
 
 
 def number(printed: str, *, mean: bool = False) -> SourceValue:
@@ -42,20 +52,14 @@ def number(printed: str, *, mean: bool = False) -> SourceValue:
 # Printed digits
 
 
-@pytest.mark.parametrize(
-    ("printed", "value", "error", "half"),
-    [
-        ("0.117 ± 0.01", 0.117, 0.01, 0.0005),
-        ("15.010", 15.01, None, 0.0005),
-        ("≈ 17", 17.0, None, 0.5),
-    ],
-)
-def test_value_error_and_half_of_the_last_digit(
-    printed: str, value: float, error: float | None, half: float
-) -> None:
-    one = number(printed)
-    assert (one.value, one.error) == (value, error)
-    assert one.half_digit == pytest.approx(half, rel=1e-12)
+def test_value_error_and_half_of_the_last_digit() -> None:
+    for printed, expected in (
+        ("0.117 ± 0.01", (0.117, 0.01, 0.0005)),
+        ("15.010", (15.01, None, 0.0005)),
+        ("≈ 17", (17.0, None, 0.5)),
+    ):
+        one = number(printed)
+        assert (one.value, one.error, pytest.approx(one.half_digit, rel=1e-12)) == expected
 
 
 def test_an_exact_number_allows_only_rounding() -> None:
@@ -88,23 +92,46 @@ def test_interval_of_a_mean_of_five_from_its_range() -> None:
 # Arithmetic
 
 
+def result(formula: str) -> float:
+    """The value of a formula in source_values.yaml."""
+    formula = re.sub(r"ln ([\d.]+)", r"*math.log(\1)", formula.replace("−", "-").replace("×", "*"))
+    return float(eval(formula, {"math": math}))
+
+
 def test_what_follows_from_other_printed_numbers_has_the_printed_digits() -> None:
-    own = reproduction.arithmetic()
-    assert len(own) == 7
-    for name, (_, value) in own.items():
-        assert value.rounds_to(SOURCE_VALUES[name]), name
-    assert own["theory_0.8"][1].value == pytest.approx(-2 * math.log(0.8) * 4.23 / 15.01, rel=1e-12)
-    assert own["tau_0.9"][1].value == pytest.approx(15.01 / 5.43, rel=1e-12)
+    found = [number for number in SOURCE_VALUES.values() if "=" in number.follows]
+    assert len(found) == 6
+    for one in found:
+        formula, _, value = one.follows.partition(" = ")
+        assert result(formula) == pytest.approx(float(value), abs=0.0006), one.name
+        assert OurValue(float(value)).rounds_to(one), one.name
+        assert set(re.findall(r"\d+\.\d{2,}", formula)) <= PRINTED, one.name
+
+
+def test_checks_by_printed_numbers_alone_are_right() -> None:
+    """Two values within 5 % of each other, λ = 1/(√2 n σ), and errors in proportion to ⟨v⟩."""
+    compared = 0
+    for claim in CLAIMS.values():
+        if found := re.fullmatch(r"(.+) against (.+): (.+) % apart", claim["check"]):
+            first, second, apart = map(float, found.groups())
+            assert {found[1], found[2]} <= PRINTED
+            assert 100 * abs(first / second - 1) == pytest.approx(apart, abs=0.05)
+            assert claim["holds"] == (apart <= 5)
+            compared += 1
+    assert compared == 5
+    density, section = (SOURCE_VALUES[name].value for name in ("density", "cross_section"))
+    path = f"{1 / (math.sqrt(2) * density * section):.2f} m"
+    assert path in CLAIMS["mean_free_path"]["check"]
+    for name, digits in (("tau", 2), ("theory", 3)):
+        for cor in ("0.8", "0.9"):
+            one, speed = SOURCE_VALUES[f"{name}_{cor}"], SOURCE_VALUES[f"speed_{cor}"]
+            assert speed.error is not None
+            error = one.value * speed.error / speed.value
+            assert f"± {error:.{digits}f}" in CLAIMS[f"errors_of_{name}"]["check"]
 
 
 def test_likely_is_the_95_percent_point_of_chi_square() -> None:
     assert pytest.approx(stats.chi2.ppf(0.95, len(TARGETS)), abs=0.005) == LIKELY
-
-
-def test_mean_free_path_is_ten_times_that_of_the_stated_balls() -> None:
-    experiment = load(ROOT / "configs" / "audit.yaml").experiment
-    run = Run(ROOT / "nowhere", experiment, points(experiment))
-    assert explanations.slip_factor(run) == 10.0
 
 
 # The explanations
@@ -149,7 +176,7 @@ def test_much_scatter_and_few_repeats_predict_nothing() -> None:
     assert wide.predicts(SOURCE_VALUES["speed_0.8"])
     right, key = explanation(), (energy.quantity, energy.cor)
     for early, predicts in ((10, True), (11, False)):
-        each = right.samples[key].each.copy()
+        each = right.samples[key].values.copy()
         each[:early] = math.nan
         cut = replace(right, samples={**right.samples, key: Sample(each)})
         assert cut.predicts(energy) is predicts
@@ -206,31 +233,19 @@ def test_each_explanation_has_the_values_of_its_setting(explained: Explanations)
     assert small.samples[pressure].value < stated.samples[pressure].value / 1.5
     assert mixed.samples[energy].value < elastic.samples[energy].value / 2
     assert best.score <= min(one.score for one in explained.named)
-    assert explained.repeats == 32
-
-
-def test_the_audit_has_enough_repeats() -> None:
+    assert (explained.repeats, explained.factor) == (32, 10.0)
     assert load(ROOT / "configs" / "audit.yaml").experiment.repeats >= 200
 
 
-@pytest.mark.parametrize("fixed", [True, False])
-def test_many_curves_are_fitted_as_one_is(fixed: bool) -> None:
-    """Each up to its own end; one that ends early has no value, a value of zero does no harm."""
+def test_a_fit_ends_at_its_last_collision() -> None:
+    """Without that collision there is no value."""
     rng = np.random.default_rng(8)
-    curves = []
-    for count in (40, 90, 120, 500):
-        time = np.sort(rng.uniform(0, 4, count))
-        value = rng.uniform(0.8, 1.2) / (1 + 0.7 * time) ** 2 + rng.normal(0, 0.02, count)
-        value[-1] = 0.0
-        curves.append(Curve(QUANTITIES["pressure"], time, value, 0.0, fixed))
-    ends = np.array([one.time[-1] for one in curves])
-    ends[1:3] = curves[1].time[30], math.nan
-    found = decay_constants(curves, ends, held=fixed)
-    for value, one, end in zip(found, curves, ends, strict=True):
-        kept = one.time <= end
-        expected = fit(one.time[kept], one.value[kept], amplitude=1.0 if fixed else None)
-        assert value == pytest.approx(expected.value, rel=1e-6, nan_ok=True)
-    assert np.isnan(found).tolist() == [False, False, True, False]
+    time = np.sort(rng.uniform(0, 4, 90))
+    value = np.exp(-0.7 * time) + rng.normal(0, 0.02, 90)
+    decaying = Curve(QUANTITIES["pressure"], time, value, 0.0, True)
+    cut, none = decay_constants([decaying, decaying], np.array([time[30], math.nan]), held=True)
+    assert cut == pytest.approx(fit(time[:31], value[:31], amplitude=1.0).value, rel=1e-6)
+    assert math.isnan(none)
 
 
 def test_deviations_from_the_laws_are_in_standard_errors() -> None:

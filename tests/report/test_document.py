@@ -31,6 +31,11 @@ def test_the_pdf_has_its_figures_without_links(
     assert sorted(each.name for each in tmp_path.iterdir()) == ["figures", "report.pdf"]
 
 
+def test_a_character_that_no_font_has_does_not_stop_the_pdf(tmp_path: Path) -> None:
+    content = {"title": "\U0001f1e9\U0010fffd", "summary": [], "blocks": []}
+    assert len(PdfReader(write_pdf(content, tmp_path)).pages) == 1
+
+
 def test_text_of_a_run_is_no_html(tmp_path: Path) -> None:
     blocks = [{"kind": "paragraph", "text": "<script>1</script>"}]
     shown = {"title": "<script>2</script>", "summary": ["<script>3</script>"], "blocks": blocks}

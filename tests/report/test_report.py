@@ -11,9 +11,8 @@ import textwrap
 import threading
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -22,14 +21,14 @@ from pypdf import PdfReader
 from repeating import created
 
 from snooker_cli.analysis import decay
-from snooker_cli.analysis.decay import NO_LOSSES, range_held
-from snooker_cli.analysis.observables import mean_temperature, series
+from snooker_cli.analysis.decay import range_held
+from snooker_cli.analysis.observables import series
 from snooker_cli.config import load
 from snooker_cli.errors import RunError
-from snooker_cli.formatting import probability, with_error
+from snooker_cli.formatting import probability
 from snooker_cli.report.audit import EXPLAINED, FOLLOWS, FORMULA, REPRODUCED, UNEXPLAINED
 from snooker_cli.report.content import REPORT_FIGURES, RUNS, build, measurement
-from snooker_cli.report.explanations import TARGETS
+from snooker_cli.report.explanations import LIKELY, TARGETS
 from snooker_cli.report.source_values import CLAIMS, SOURCE_VALUES, TITLE
 from snooker_cli.runs import open_run
 from snooker_cli.runs.execution import Watcher, execute
@@ -118,14 +117,6 @@ def test_every_config_is_valid(config: Path) -> None:
     scene_classes(load(config).points())
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    "config", [path for path in CONFIGS if path.stem not in RUNS], ids=lambda path: path.stem
-)
-def test_every_other_config_runs(config: Path, tmp_path: Path) -> None:
-    quick(config, tmp_path)
-
-
 def test_every_run_of_the_report_has_its_config_and_target() -> None:
     assert set(RUNS) <= {path.stem for path in CONFIGS}
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
@@ -135,12 +126,12 @@ def test_every_run_of_the_report_has_its_config_and_target() -> None:
 
 
 @pytest.mark.parametrize("command", ["fit", "compare"])
-def test_the_tables_of_all_runs_fit_100_columns(command: str, runs: Path, snooker: Snooker) -> None:
-    for name in RUNS:
+def test_tables_fit_100_columns(command: str, runs: Path, snooker: Snooker) -> None:
+    for name in ("decay", "dilute"):
         lines = snooker(command, runs / name).out.splitlines()
         widths = [len(line) for line in lines if "  " in line]
-        assert len(widths) > 10 or NO_LOSSES in lines
-        assert max(widths, default=0) <= 100, name
+        assert len(widths) > 10
+        assert max(widths) <= 100, name
 
 
 def test_every_figure_and_the_pdf_have_their_files(report: Path) -> None:
@@ -159,17 +150,15 @@ def test_every_figure_and_the_pdf_have_their_files(report: Path) -> None:
     assert len(content) > 100_000
 
 
-@dataclass(frozen=True)
-class Page:
-    """A page of the PDF: its text without spaces and hyphens, and heights over its foot, 0 to 1.
+class Page(NamedTuple):
+    """A page of the PDF.
 
-    lowest : of the last line of text above the page number
-    rows : of the rules below the rows of tables, from the top; -1 for a rule below a heading
+    text : without spaces and hyphens
+    lowest : height of the last line above the page number over the foot, 0 to 1
     """
 
     text: str
     lowest: float
-    rows: list[float]
 
 
 def squeezed(text: str) -> str:
@@ -180,7 +169,6 @@ def squeezed(text: str) -> str:
 @pytest.fixture(scope="module")
 def pages(report: Path) -> list[Page]:
     """The pages of the PDF."""
-    rule = r"1 0 0 -1 [\d.]+ ([\d.]+) cm\S* CS [\d. ]* SCN 0\.([38]) w 4 M 0 0 m ([\d.]+) 0 l"
     found = []
     for page in PdfReader(report / "report.pdf").pages:
         heights: list[float] = []
@@ -191,16 +179,9 @@ def pages(report: Path) -> list[Page]:
             if text.strip():
                 heights.append(place[4] * matrix[1] + place[5] * matrix[3] + matrix[5])
 
-        text, height = squeezed(page.extract_text(visitor_text=seen)), float(page.mediabox.height)
-        drawn = re.findall(rule, page.get_contents().get_data().decode("latin-1"))
-        rows = {(float(y) / height, tenths) for y, tenths, width in drawn if float(width) > 10}
-        found.append(
-            Page(
-                text,
-                min(each for each in heights if each > MARGIN) / height,
-                [y if tenths == "3" else -1 for y, tenths in sorted(rows, reverse=True)],
-            )
-        )
+        text = squeezed(page.extract_text(visitor_text=seen))
+        lowest = min(height for height in heights if height > MARGIN)
+        found.append(Page(text, lowest / float(page.mediabox.height)))
     return found
 
 
@@ -219,15 +200,6 @@ def test_pages_are_full_and_figures_near_their_text(report: Path, pages: list[Pa
         else:
             place = at
     assert checked == len(REPORT_FIGURES)
-
-
-def test_no_row_of_a_table_is_alone_on_a_page(pages: list[Page]) -> None:
-    parts = 0
-    for page in pages:
-        for part in "".join("r" if y > 0 else "h" for y in page.rows).split("h")[1:]:
-            assert len(part) > 1
-            parts += 1
-    assert parts > 11
 
 
 def test_laws_are_judged_on_logarithms(numbers: dict[str, Any], text: str) -> None:
@@ -255,8 +227,7 @@ def test_every_repeat_is_fitted_once(report: Path, fitted: Counter[Any]) -> None
     """Several figures, the table of fits and the audit show the same runs."""
     points = len(load(ROOT / "configs" / "restitution.yaml").points())
     assert len(fitted) > points * REPEATS * len(decay.LAWS)
-    films = 3  # each may read its repeat anew and fit its energy
-    assert fitted.total() <= len(fitted) + films * len(decay.LAWS)
+    assert fitted.total() == len(fitted)
 
 
 def test_numbers_have_six_digits(report: Path) -> None:
@@ -269,7 +240,7 @@ def test_numbers_have_six_digits(report: Path) -> None:
 
 
 def test_every_printed_number_has_a_verdict(numbers: dict[str, Any]) -> None:
-    rows = {row["name"]: row for row in numbers["audit"]["numbers"]}
+    rows = {row["number"]["name"]: row for row in numbers["audit"]["numbers"]}
     assert list(rows) == list(SOURCE_VALUES)
     verdicts = {REPRODUCED, FOLLOWS, FORMULA, EXPLAINED, UNEXPLAINED}
     assert {row["verdict"] for row in rows.values()} <= verdicts
@@ -294,7 +265,7 @@ def test_explanations_are_judged_by_all_targets_together(numbers: dict[str, Any]
     for one in audit["explanations"]:
         assert set(one["values"]) == {each.name for each in TARGETS}
         assert one["whole"] == (None not in one["values"].values())
-        assert one["rejected"] == (one["score"] > audit["limit"])
+        assert one["rejected"] == (one["score"] > LIKELY)
     assert audit["slip"] == 10.0
 
 
@@ -341,34 +312,13 @@ def test_event_averages_leave_out_repeats_that_ended_early(
             for trace in run.traces(point)
             if trace.stop.reason.complete
         ]
-        rows = {row["name"]: row for row in numbers["audit"]["numbers"]}
+        rows = {row["number"]["name"]: row for row in numbers["audit"]["numbers"]}
         assert rows[f"speed_{cor}"]["ours"]["value"] == pytest.approx(np.mean(speeds), rel=1e-5)
     assert f"{numbers['audit']['complete']} of its {2 * REPEATS} repeats below CoR 1" in text
     assert text.count(": all complete.") > 10
 
 
-def test_temperatures_of_figure_17_are_those_past_its_wall_traps(
-    runs: Path, numbers: dict[str, Any]
-) -> None:
-    """At both CoR over the same number of collisions; a trap ends the warmest part early."""
-    run, means = open_run(runs / "sliding"), []
-    for point in run.points:
-        experiment = point.experiment
-        if getattr(experiment.balls, "radius", 0) == 0.01 and experiment.collapse == "slide":
-            means.append([mean_temperature(trace) for trace in run.traces(point)])
-    claims = {one["name"]: one for one in numbers["audit"]["claims"]}
-    for each in np.array(means):
-        shown = with_error(each.mean(), each.std(ddof=1) / math.sqrt(len(each)))
-        assert shown in claims["lower_temperatures"]["check"]
-
-
-def test_repeats_that_ended_early_are_counted(runs: Path, text: str) -> None:
-    run = open_run(runs / "audit")
-    ended = [trace.stop.reason.complete for point in run.points for trace in run.traces(point)]
-    assert f"{ended.count(False)} of the {len(ended)} repeats ended early" in text
-
-
-def test_figure_17_past_its_wall_traps(runs: Path, numbers: dict[str, Any], text: str) -> None:
+def test_figure_17_past_its_wall_traps(runs: Path, numbers: dict[str, Any]) -> None:
     """Each start stopped and sliding: when the traps came, from the traces, and what follows."""
     run = open_run(runs / "sliding")
     assert {each.experiment.collapse for each in run.points} == {"stop", "slide"}
@@ -389,7 +339,7 @@ def test_figure_17_past_its_wall_traps(runs: Path, numbers: dict[str, Any], text
             assert pair["trapped"] == len(traps) > 0
             times = [each.stop.time for each in traps]
             assert pair["trap_time"] == pytest.approx(sum(times) / len(times), rel=5e-6)
-            assert pair["alike"] == pair["repeats"] == pair["complete"] == len(slid) == REPEATS
+            assert pair["repeats"] == pair["complete"] == len(slid) == REPEATS
             assert pair["end_collisions"] == 500
             assert pair["end_time"] > pair["trap_time"]
             assert pair["sliding_balls"] >= 1
@@ -397,8 +347,6 @@ def test_figure_17_past_its_wall_traps(runs: Path, numbers: dict[str, Any], text
             # repeats scatter by 0.02.
             assert pair["slide"]["final_temperature"] < pair["stop"]["final_temperature"]
             assert pair["slide"]["over_ideal_at_mean"] == pytest.approx(1, abs=0.05)
-    caption = text[text.rindex("Figure 25.") :]
-    assert f"{2 * REPEATS} of {2 * REPEATS} starts" in caption
 
 
 def test_page_is_self_contained_and_cites_the_source_report(report: Path, text: str) -> None:

@@ -15,8 +15,7 @@ from snooker_cli.validation.accuracy_study import (
     averages,
     quantities,
 )
-from snooker_cli.validation.methods import all_methods, by_engine
-from snooker_cli.validation.reference_scenes import ReferenceScene, rings
+from snooker_cli.validation.methods import ReferenceScene, all_methods, by_engine, rings
 
 METHODS = all_methods((1e-3, 1e-4))
 

@@ -14,9 +14,7 @@ from scenes import EPSILON, scene_of
 
 from snooker_cli.config import ConfigError, load, parse
 from snooker_cli.engine import series, simulate
-from snooker_cli.errors import SceneError
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.scene import Scene
 from snooker_cli.trace import Events, StopReason, Trace
 from snooker_cli.validation.hard_cases import (
     CASES,
@@ -54,45 +52,7 @@ def test_a_case_says_why_it_is_hard_and_holds(case: HardCase) -> None:
     assert set(found["worst"]) >= {"numbers", "energy", "overlap"}
 
 
-# --- what is refused ------------------------------------------------------------------------
-
-
-def lone(radius: float = 1.0, speed: float = 1.0, mass: float = 1.0) -> Scene:
-    text = f"""
-    container: {{radius: 10.0}}
-    balls:
-      list: [{{position: [0, 0], velocity: [{speed!r}, 0], radius: {radius!r}, mass: {mass!r}}}]
-    cor: 1.0
-    collisions: 10
-    """
-    return starting_scene(parse(text).experiment, 0)
-
-
-@pytest.mark.parametrize(
-    "numbers",
-    [
-        {"radius": 10.0},
-        {"radius": math.nextafter(10.0, 11.0)},
-        *({"speed": speed} for speed in (1e-155, 1e-200, 1e200)),
-        {"mass": 1e50, "speed": 1e140},
-        {"mass": 1e-50, "speed": 1e-140},
-    ],
-)
-def test_balls_that_do_not_fit_and_energies_that_are_no_doubles_are_refused(
-    numbers: dict[str, float],
-) -> None:
-    with pytest.raises(SceneError):
-        lone(**numbers)
-
-
-def test_the_largest_ball_and_the_slowest_and_fastest_are_allowed() -> None:
-    largest = math.nextafter(10.0, 0.0)
-    assert simulate(lone(largest), collisions=10).stop.time == pytest.approx(19 * (10 - largest))
-    for speed in (0.0, 1e-150, 1e150):
-        assert lone(speed=speed).number == 1
-
-
-@pytest.mark.parametrize("speed", [1e-150, 1e-70, 1e80, 1e150])
+@pytest.mark.parametrize("speed", [1e-150, 1e150])
 def test_the_energy_moment_is_a_number_at_any_speed(speed: float) -> None:
     """Two balls, one at twice the speed of the other: (1 + 16) 2/(1 + 4)^2, before they meet."""
     balls = [(-5.0, 0.0, speed, 0.0, 1.0, 1.0), (5.0, 0.0, 2 * speed, 0.0, 1.0, 1.0)]

@@ -20,9 +20,10 @@ from snooker_cli.validation.methods import (
     farthest_escape,
     first_different,
     imbalance,
+    mixture,
+    rings,
     rms_distance,
 )
-from snooker_cli.validation.reference_scenes import mixture, rings
 
 
 @pytest.fixture(params=all_methods((1e-3, 1e-4)), ids=lambda method: method.name)

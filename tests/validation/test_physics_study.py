@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 import re
 from typing import Any
@@ -146,15 +145,6 @@ def test_a2_of_direct_simulation(cor: float) -> None:
     assert found == pytest.approx(value, abs=4 * math.hypot(error, own_error))
 
 
-def test_the_verdict_follows_the_record(record: Record) -> None:
-    total = len(record["rows"])
-    assert verdict(record["rows"]) == f"{total} of {total} rows agree within 4 standard errors"
-    worse = copy.deepcopy(record["rows"])
-    worse[0]["agreement"] = "no"
-    assert f"{total - 1} of {total} rows agree within 4 standard errors; not: " in verdict(worse)
-    assert "Z = PV/NT at packing 0.3" in verdict(worse)
-
-
 def test_no_allowance_hides_a_deviation() -> None:
     rows = [
         a_row(measured=1.05, systematic=0.02),
@@ -169,15 +159,10 @@ def test_no_allowance_hides_a_deviation() -> None:
     )
 
 
-def test_rows_without_an_allowance_come_first(record: Record) -> None:
-    for rows in (record["rows"], measurement("physics")["rows"]):
-        allowances = [row["systematic"] > 0 for row in rows]
-        assert allowances == sorted(allowances)
-        assert any(allowances)
-
-
 def test_the_saved_measurement_says_where_only_the_allowance_makes_a_row_agree() -> None:
     saved = measurement("physics")
+    allowances = [row["systematic"] > 0 for row in saved["rows"]]
+    assert allowances == sorted(allowances)
     hidden = [row for row in saved["rows"] if row["agreement"] == ONLY_OPEN]
     assert hidden
     assert all(abs(row["left_in_errors"]) > 4 for row in hidden)

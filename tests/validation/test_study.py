@@ -9,11 +9,9 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from pydantic import ValidationError
 
 from snooker_cli.validation.physics_study import PhysicsStudy
 from snooker_cli.validation.speed_study import SpeedStudy
-from snooker_cli.validation.study import PLANS
 
 ENDINGS = ("svg", "png", "json")
 
@@ -44,17 +42,6 @@ def test_a_study_gives_a_record_tables_and_figures(
     assert text in (folder / f"{name}.txt").read_text(encoding="utf-8")
     files = {f"{figure}.{ending}" for figure in figures for ending in ENDINGS}
     assert {path.name for path in folder.iterdir()} == {f"{name}.txt", f"{name}.json"} | files
-
-
-def test_a_plan_has_only_the_keys_of_its_class(monkeypatch: pytest.MonkeyPatch) -> None:
-    gas = PLANS["physics"]["quick"]["gases"]["cooling"][0]
-    for study, wrong in (
-        (SpeedStudy, PLANS["speed"]["quick"] | {"round": 1}),
-        (PhysicsStudy, {"gases": {"cooling": [gas | {"core": 0.9}]}}),
-    ):
-        monkeypatch.setitem(PLANS[study.name], "quick", wrong)
-        with pytest.raises(ValidationError, match=r"round|core"):
-            study.planned("quick")
 
 
 def test_a_study_passes_unless_a_result_is_wrong() -> None:
