@@ -253,9 +253,7 @@ def test_the_exported_table_is_the_same(
         assert np.array_equal(columns[name].astype(column.dtype), column, column.dtype.kind == "f")
 
 
-@pytest.mark.parametrize(
-    "options", [("--table", "--times", "0"), ("--table", "--out", "a.xyz")]
-)
+@pytest.mark.parametrize("options", [("--table", "--times", "0"), ("--table", "--out", "a.xyz")])
 def test_a_table_has_no_states(
     options: tuple[str, ...], run: snooker.Run, command: Snooker
 ) -> None:

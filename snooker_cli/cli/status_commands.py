@@ -128,7 +128,9 @@ def verify(
     statuses = sorted(
         counting(verified, "", total), key=lambda status: (status.point, status.repeat)
     )
-    counts = {str(state): sum(status.state is state for status in statuses) for state in RepeatState}
+    counts = {
+        str(state): sum(status.state is state for status in statuses) for state in RepeatState
+    }
     del counts[str(RepeatState.UNUSABLE)]
     bad = [
         {
