@@ -28,6 +28,7 @@ class ExitCode(IntEnum):
     USAGE = 2
     CONFIG = 3
     SOME_FAILED = 4
+    COLLAPSED = 5
     INTERRUPTED = 130
 
 
