@@ -191,9 +191,7 @@ def film(
     )
 
 
-def with_events(
-    trace: Trace, since: float, until: float | None, most: int, engine: str | None = None
-) -> Trace:
+def with_events(trace: Trace, since: float, most: int, engine: str | None = None) -> Trace:
     """A repeat with the events that ``film`` needs: those of a summary are simulated again.
 
     Raises ``FigureError`` for more than ``MOST_AGAIN`` collisions.
@@ -201,11 +199,9 @@ def with_events(
     if trace.summary is None:
         return trace
     grid = trace.summary.series
-    counts = np.append(grid.wall_events + grid.pair_events, trace.collisions).astype(np.int64)
-    spans = np.searchsorted(grid.time, [since, np.inf if until is None else until])
-    before, within = counts[spans].tolist()
+    before = np.append(grid.wall_events + grid.pair_events, trace.collisions)
     # One more collision shows that the film leaves some out, or how a ball bounces until it slides.
-    number = min(before + most + 1, within + 1, trace.collisions)
+    number = min(int(before[np.searchsorted(grid.time, since)]) + most + 1, trace.collisions)
     if number > MOST_AGAIN:
         needed = f"needs {number:,} collisions simulated again, {MOST_AGAIN:,} at most"
         raise FigureError(f"is a summary, and the film {needed}; choose an earlier --from")

@@ -280,7 +280,7 @@ def _film(run: Run, point: Point, repeat: int, span: tuple[float, float | None, 
     try:
         if trace.summary is not None and run.engine_version != ENGINE_VERSION:
             raise FigureError("is a summary of another engine version, which cannot be replayed")
-        trace = with_events(trace, *span, run.engine)
+        trace = with_events(trace, span[0], span[2], run.engine)
         return film(trace, run.experiment.title or run.name, where, *span)
     except FigureError as error:
         raise UserError(f"repeat {repeat} of {run.name} {error}") from None

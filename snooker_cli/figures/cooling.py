@@ -309,11 +309,8 @@ def event_decay(build: FigureBuilder) -> FigureData:
     kept, caption = _kept(build.points), f"E/E(0) in the end: {build.results_text}."
     if any("theory" in record for record in build.records):
         build.lines.append(legend_line("expected from the counted collisions", "solid"))
-        shared = "(N + ½)" if kept == "L" else "(N − ½)"
-        caption += f" Lines: a collision between balls takes (1 − e²)E/{shared}"
-        wall_cors = [point.experiment.effective_wall_cor for point in build.points]
-        lossy = kept == "L" and min(wall_cors) < 1
-        caption += f", one with the wall of CoR e′ (1 − e′²)E/{shared}." if lossy else "."
+        shared, bodies = ("(N + ½)", "balls or wall") if kept == "L" else ("(N − ½)", "balls")
+        caption += f" Lines: a collision takes (1 − e²)E/{shared}, with the CoR e of {bodies}."
     if floor_drawn:
         build.lines.append(legend_line(f"the same above the energy kept by {kept}", "dashed"))
         caption += _FLOORS[kept]

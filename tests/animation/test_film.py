@@ -148,7 +148,7 @@ def test_a_film_of_a_summary_is_that_of_its_events(name: str, shown: dict[str, T
         (0.0, float(time[120]), 50),
         (time[70], None, 9),
     ):
-        again = with_events(summary, since, until, most)
+        again = with_events(summary, since, most)
         assert again.events is not None
         assert len(again.events) >= min(most, 50)
         made, known = (film(trace, "", "", since, until, most) for trace in (again, recorded))
@@ -161,9 +161,9 @@ def test_a_film_of_a_summary_that_takes_too_long_is_refused(
     traces: dict[str, Trace], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(import_module("snooker_cli.animation.film"), "MOST_AGAIN", 100)
-    assert with_events(traces["summary"], 0.0, None, 99).events is not None
+    assert with_events(traces["summary"], 0.0, 99).events is not None
     with pytest.raises(FigureError, match="simulated again"):
-        with_events(traces["summary"], 0.0, None, 100)
+        with_events(traces["summary"], 0.0, 100)
 
 
 def test_haffs_law_over_the_energy_is_the_fit(films: dict[str, Film], shown: Any) -> None:

@@ -40,12 +40,12 @@ class Arena {
 
   // The ball at a place of the canvas as it was drawn last, or null.
   ballAt(px, py) {
-    let nearest = Infinity, found = null;
+    let nearest = Infinity, clicked = null;
     for (const [ball, x, y, r] of this.drawn) {
       const apart = Math.hypot(px - x, py - y);
-      if (apart <= Math.max(r, NEAR) && apart < nearest) [nearest, found] = [apart, ball];
+      if (apart <= Math.max(r, NEAR) && apart < nearest) [nearest, clicked] = [apart, ball];
     }
-    return found;
+    return clicked;
   }
 
   // flashes: [collision, age from 0 to 1], ...; topSpeed: of the brightest colour.

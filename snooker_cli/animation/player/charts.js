@@ -180,12 +180,12 @@ class Charts {
   // Draws axes and curves for a size and a pace. The labels decide where the panels begin.
   prepare(width, height, size, pace) {
     const pen = sized(this.axes, width, height), motions = this.courses.map(({ motion }) => motion);
-    const byStep = pace === "events", foot = 2.9 * size, each = (height - 2 * foot) / 3;
+    const byStep = pace === "events", foot = 2.9 * size, room = (height - 2 * foot) / 3;
     this.font = pen.font = `${size}px system-ui, "Segoe UI", "DejaVu Sans", sans-serif`;
     this.gap = 0.75 * size;
     this.panels.forEach((panel, k) => {
-      panel.head = k * each + (k > 1 ? foot : 0) + 1.25 * size;
-      panel.bottom = (k + 1) * each + (k > 1 ? foot : 0) - 0.5 * size;
+      panel.head = k * room + (k > 1 ? foot : 0) + 1.25 * size;
+      panel.bottom = (k + 1) * room + (k > 1 ? foot : 0) - 0.5 * size;
       panel.right = width - MARGIN;
       const step = niceStep(panel.top, 4);
       panel.ticks = [];

@@ -140,8 +140,8 @@ class Motion {
   // straight; while it slides, there is one for each collision of all. In a periodic box the path
   // goes on outside.
   path(ball) {
-    const before = this.done, found = [];
-    const add = (time) => found.push([time, ...this.place(ball, time)]);
+    const before = this.done, course = [];
+    const add = (time) => course.push([time, ...this.place(ball, time)]);
     this.seek(0);
     add(this.start);
     while (this.done < this.time.length) {
@@ -150,7 +150,7 @@ class Motion {
       if (this.i[k] === ball || this.j[k] === ball || this.bodies[ROW * ball + SLIDES]) add(this.time[k]);
     }
     this.seek(before);
-    return found;
+    return course;
   }
 
   speed(body) {

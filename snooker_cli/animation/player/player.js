@@ -145,16 +145,16 @@ class Player {
 
   // The collisions of a film that flash now, and how far each flash is.
   flashes({ reel, motion }) {
-    const found = [];
+    const flashes = [];
     for (let k = reel.done - 1; k >= Math.max(0, reel.done - MOST_FLASHES); k--) {
       const since = this.pace === "time"
         ? (reel.time - motion.time[k]) / this.rate.time
         : (reel.step - (k + 1)) / this.rate.events;
       const age = since / this.speed / FLASH;
       if (age >= 1) break;
-      found.push([k, Math.max(age, 0)]);
+      flashes.push([k, Math.max(age, 0)]);
     }
-    return found;
+    return flashes;
   }
 
   // Shows the path of a ball, or none for "".
