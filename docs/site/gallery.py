@@ -7,7 +7,7 @@ import snooker_cli as snooker
 from snooker_cli.figures import FIGURES
 
 DOCS = Path(__file__).parents[1]
-RUNS = DOCS.parent / "build" / "gallery"
+ROOT = DOCS.parent
 
 FIGURES_OF: dict[str, tuple[dict[str, Any], dict[str, dict[str, Any]]]] = {
     "configs/decay": (
@@ -28,17 +28,17 @@ FIGURES_OF: dict[str, tuple[dict[str, Any], dict[str, dict[str, Any]]]] = {
     "configs/area": ({}, {"pressure-area": {}, "van-der-waals": {"balls.radius": 0.1}}),
     "configs/number": ({}, {"pressure-number": {}}),
     "configs/radius": ({}, {"temperature-ratio": {}}),
-    "templates/brownian": (
+    "brownian": (
         {},
         {"tagged-path": {}, "mean-squared-displacement": {}, "velocity-autocorrelation": {}},
     ),
     "configs/mixture": ({"repeats": 2}, {"species-temperature": {}, "a2": {}, "local-energy": {}}),
-    "templates/dense": (
+    "dense": (
         {"balls.count": 400, "collisions": 40000, "record": "events"},
         {"pair-correlation": {}, "hexatic-order": {}},
     ),
 }
-"""For each config: keys that are changed, and the figures, each with the points that it shows."""
+"""For each config of `snooker init`: changed keys, and figures with the points that they show."""
 
 HEAD = """\
 # Gallery
@@ -53,21 +53,21 @@ def main() -> None:
     (DOCS / "gallery").mkdir(exist_ok=True)
     page = [HEAD]
     for config, (changes, figures) in FIGURES_OF.items():
-        folder, name = config.split("/")
-        init = config if folder == "configs" else name
-        source = DOCS.parent / ("configs" if folder == "configs" else "snooker_cli/cli/templates")
-        run = snooker.run(source / f"{name}.yaml", changes, out=RUNS / name, progress=False)
+        name, folder = Path(config).name, "" if "/" in config else "snooker_cli/cli/templates"
+        source = ROOT / folder / f"{config}.yaml"
+        run = snooker.run(source, changes, out=ROOT / "build" / "gallery" / name, fresh=True)
         options = "".join(f" -o {key}={value}" for key, value in changes.items())
         for figure, where in figures.items():
-            image = f"gallery/{figure}.png"
-            run.plot(figure, **where).savefig(DOCS / image, dpi=110)
-            chosen = "".join(f" --where {key}={value}" for key, value in where.items())
-            page += [f"## {FIGURES[figure].title}\n", "```console", f"$ snooker init {init}"]
-            page += [
-                f"$ snooker run {name}.yaml{options}",
-                f"$ snooker plot {name} {figure}{chosen}",
-            ]
-            page += ["```\n", f"![{FIGURES[figure].title}]({image})\n"]
+            title, chosen = (
+                FIGURES[figure].title,
+                "".join(f" --where {k}={where[k]}" for k in where),
+            )
+            run.plot(figure, **where).savefig(DOCS / "gallery" / f"{figure}.png", dpi=110)
+            page.append(
+                f"## {title}\n\n```console\n$ snooker init {config}\n"
+                f"$ snooker run {name}.yaml{options}\n$ snooker plot {name} {figure}{chosen}\n"
+                f"```\n\n![{title}](gallery/{figure}.png)\n"
+            )
     (DOCS / "gallery.md").write_text("\n".join(page), encoding="utf-8")
 
 
