@@ -501,6 +501,12 @@ def no_rows(trace: Trace) -> Trace:
     return replace(trace, summary=Summary(Series(**columns), counts))
 
 
+def no_pair_events(trace: Trace) -> Trace:
+    assert trace.summary is not None
+    changed = replace(trace.summary.series, pair_events=0 * trace.summary.series.pair_events)
+    return replace(trace, summary=replace(trace.summary, series=changed))
+
+
 KINDS: dict[str, dict[str, Damage]] = {
     "summary": {
         **{
@@ -513,6 +519,7 @@ KINDS: dict[str, dict[str, Damage]] = {
             for name in ("time", "wall_impulse", "pair_virial", "wall_events", "pair_events")
             for value in (0.0, 5e-324)
         },
+        "all pair_events: 0.0": with_traces(no_pair_events),
         "first kinetic_energy": series("kinetic_energy", 0.0, 0),
         **{f"speed_histogram: {value}": histogram(value) for value in (-1, 10**6, 2**62)},
         "no rows": with_traces(no_rows),

@@ -265,10 +265,13 @@ class Run:
             how = f"with --engine {source.engine}" if source.engine else "without --engine"
             reason = f"was simulated {how}"
         elif source.digest != self.digests[point]:
-            reason = "is of another config"
             key = "extended", source.config, source.digest, own.experiment
-            if MEMORY.get(key, lambda: _is_extended(source, own.experiment)):
+            order = MEMORY.get(key, partial(_extension, source, own.experiment))
+            reason = "is of another config"
+            if order < 0:
                 state, reason, advice = RepeatState.SHORTER, "is shorter than the extended run", ""
+            elif order > 0:  # a run may extend it while other commands read
+                reason, advice = "is longer than the run was", "give the command again"
         elif header.stop.reason is StopReason.INTERRUPTED:
             state, reason, advice = RepeatState.INTERRUPTED, printable(header.stop.message), ""
         else:
@@ -308,10 +311,12 @@ def named(path: Path) -> tuple[int, range]:
     return point, range(first, last + 1)
 
 
-def _is_extended(source: store.Provenance, experiment: Experiment) -> bool:
-    """Whether an experiment continues the one of a file's provenance."""
+def _extension(source: store.Provenance, experiment: Experiment) -> int:
+    """-1 if an experiment continues the one of a file's provenance, 1 for the opposite, else 0."""
     try:
-        before = validated(json.loads(source.config))
+        stored = validated(json.loads(source.config))
     except UNREADABLE:
-        return False
-    return digest(before) == source.digest and extends(experiment, before)
+        return 0
+    if digest(stored) != source.digest:
+        return 0
+    return extends(stored, experiment) - extends(experiment, stored)
