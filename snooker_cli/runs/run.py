@@ -25,7 +25,6 @@ from snooker_cli.trace import StopReason, Trace
 MANIFEST = "run.json"
 ANALYSES = ("fit.json", "compare.json")
 REMEMBERED_SIZE = 1_000_000  # bytes of a file up to which its repeats stay in memory
-HEADER_SIZE = 1000  # bytes in memory of what is known of a repeat, approximately
 REPLACES = "run the config again, which replaces it"
 
 Check = Callable[[Path], list[RepeatHeader]]  # ``store.check``, or the same in a child process
@@ -240,8 +239,7 @@ class Run:
             if check:
                 headers = check(path)
             else:
-                key, size = ("headers", path, info), HEADER_SIZE * len(repeats)
-                headers = MEMORY.get(key, partial(store.read_headers, path), size=size)
+                headers = MEMORY.get(("headers", path, info), partial(store.read_headers, path))
             for header in headers:
                 if header.provenance.point != point or header.repeat not in repeats:
                     reason = f"is repeat {header.repeat} of point {header.provenance.point}"
