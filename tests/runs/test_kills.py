@@ -206,29 +206,6 @@ def test_no_kill_of_an_extension_loses_a_repeat(one_point: str, tmp_path: Path) 
     )
 
 
-def test_signals_end_a_run_between_files(one_point: str, tmp_path: Path) -> None:
-    config, directory = tmp_path / "stop.yaml", tmp_path / "stopped"
-    text = one_point.replace("collisions: 150", "collisions: 5000")
-    config.write_text(text)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        process = started(config, directory)
-        wait_for_files(len(files_in(directory)) + 1, directory, process)
-        process.send_signal(number)
-        _, stderr = process.communicate()
-        assert process.returncode == 130
-        # A new engine is compiled first, with a notice.
-        *_, stopping, rest = stderr.splitlines()
-        expected = "unfinished batches of short repeats are not saved"
-        assert stopping == f"snooker: stopping; {expected}"
-        assert re.fullmatch(
-            r"snooker: interrupted: [\d,]+ of 100,000 repeats done; run the same command again "
-            "to finish",
-            rest,
-        )
-        assert not list(directory.rglob("*.part"))
-    assert_completes(directory, text, tmp_path / "uninterrupted")
-
-
 def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path) -> None:
     """While a million balls are put in their places."""
     config, directory = tmp_path / "early.yaml", tmp_path / "early"
