@@ -311,6 +311,8 @@ REPEATS: dict[str, Damage] = {
     **{f"event: time {each}": event("time", each) for each in (np.nan, np.inf, -1.0, 1e300)},
     **{f"event: impulse {each}": event("impulse", each) for each in (np.nan, np.inf, -1.0, 1e300)},
     **{f"times: {each} of them": times(each) for each in (5e-324, 1e-300)},
+    "far: all times × 1e20": times(1e20),
+    "fast: 1e150 m/s": scene("velocities", 1e150),
     "ball: at rest": with_traces(at_rest),
     "ball: fast": scene("velocities", 1e200),
     "event: residual": event("residual", np.nan),
