@@ -34,14 +34,9 @@ class Memory:
             self._kept.move_to_end((key, id(owner)))
             return self._kept[key, id(owner)][0]
 
-    def keep(
-        self, key: Hashable, result: Result, owner: object = None, size: int | None = None
-    ) -> Result:
-        """Keep a result, which is returned. Keys of different owners are different.
-
-        size : about its bytes [counted, which takes long for many small objects]
-        """
-        name, number = (key, id(owner)), size_of(result) if size is None else size
+    def keep(self, key: Hashable, result: Result, owner: object = None) -> Result:
+        """Keep a result, which is returned. Keys of different owners are different."""
+        name, number = (key, id(owner)), size_of(result)
         if owner is not None:
             weakref.finalize(owner, self._forget, name).atexit = False
         with self._lock:
@@ -52,20 +47,17 @@ class Memory:
             self.size += number
         return result
 
-    def get(
-        self,
-        key: Hashable,
-        make: Callable[[], Result],
-        owner: object = None,
-        size: int | None = None,
-    ) -> Result:
-        """The result with a key, which ``make`` computes if it is not kept; see ``keep``."""
+    def get(self, key: Hashable, make: Callable[[], Result], owner: object = None) -> Result:
+        """The result with a key, which ``make`` computes if it is not kept."""
         known: Result | None = self.find(key, owner)
-        return self.keep(key, make(), owner, size) if known is None else known
+        return self.keep(key, make(), owner) if known is None else known
 
     def _forget(self, name: Hashable) -> None:
         with self._lock:
             self.size -= self._kept.pop(name, (None, 0))[1]
+
+
+SAMPLE = 100  # members of a list that are counted; the others have about the same size
 
 
 def size_of(value: object) -> int:
@@ -73,7 +65,7 @@ def size_of(value: object) -> int:
     if isinstance(value, np.ndarray):
         return value.nbytes
     if isinstance(value, list | tuple):
-        return sum(map(size_of, value))
+        return sum(map(size_of, value[:SAMPLE])) * len(value) // max(len(value[:SAMPLE]), 1)
     if isinstance(value, dict):
         return sum(map(size_of, value.values()))
     if is_dataclass(value):

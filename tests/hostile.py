@@ -414,6 +414,8 @@ REFUSED: dict[str, dict[str, Damage]] = {
 """Damages by a part of the reason why the file is refused."""
 
 OTHERS: dict[str, Damage] = {
+    "far: all times × 1e20": times(1e20),
+    "fast: 1e150 m/s": scene("velocities", 1e150, 0),
     **{f"rule: shape {value!r}": rules(shape=value) for value in ("box", "none", [1], None)},
     "rule: unknown": rules(unknown=1),
     "container: place": scene("container_position", np.nan, 0),
@@ -486,6 +488,12 @@ def summary(name: str, make: Make) -> Damage:
     return dataset(f"{layout.SUMMARY}/{name}/value", make)
 
 
+def no_pair_events(trace: Trace) -> Trace:
+    assert trace.summary is not None
+    changed = replace(trace.summary.series, pair_events=0 * trace.summary.series.pair_events)
+    return replace(trace, summary=replace(trace.summary, series=changed))
+
+
 KINDS: dict[str, dict[str, Damage]] = {
     "summary": {
         **{
@@ -498,6 +506,7 @@ KINDS: dict[str, dict[str, Damage]] = {
             for name in ("time", "wall_impulse", "pair_virial", "wall_events", "pair_events")
             for value in (0.0, 5e-324)
         },
+        "all pair_events: 0.0": with_traces(no_pair_events),
         "first kinetic_energy": trace("summary.series.kinetic_energy", 0.0, 0),
         **{
             f"speed_histogram: {value}": trace("summary.speed_histogram", value, -1)

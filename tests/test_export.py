@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import hostile
 import numpy as np
 import pytest
 from pyh5md import File, element
@@ -304,3 +305,13 @@ def test_a_damaged_repeat_is_not_exported(finished: Path, trace: Trace, snooker:
         assert (ended.code, ended.out) == (1, "")
         assert "its content has changed" in ended.err
     assert not list(Path().glob("a.*"))
+
+
+def test_states_that_leave_the_container_are_not_exported(finished: Path, snooker: Snooker) -> None:
+    """The file has right hashes, but its events do not follow from its start."""
+    hostile.times(1e20)(finished / FILE)
+    ended = snooker("export", *POINT, "--states", "--frames", "9")
+    assert (ended.code, ended.out) == (1, "")
+    assert "a ball leaves the container" in ended.err
+    assert "verify RUN --replay" in ended.err
+    assert "other bits" in snooker("verify", "small", "--replay").out

@@ -25,7 +25,6 @@ from snooker_cli.trace import StopReason, Trace
 MANIFEST = "run.json"
 ANALYSES = ("fit.json", "compare.json")
 REMEMBERED_SIZE = 1_000_000  # bytes of a file up to which its repeats stay in memory
-HEADER_SIZE = 1000  # bytes in memory of what is known of a repeat, approximately
 REPLACES = "run the config again, which replaces it"
 
 Check = Callable[[Path], list[RepeatHeader]]  # ``store.check``, or the same in a child process
@@ -240,8 +239,7 @@ class Run:
             if check:
                 headers = check(path)
             else:
-                key, size = ("headers", path, info), HEADER_SIZE * len(repeats)
-                headers = MEMORY.get(key, partial(store.read_headers, path), size=size)
+                headers = MEMORY.get(("headers", path, info), partial(store.read_headers, path))
             for header in headers:
                 if header.provenance.point != point or header.repeat not in repeats:
                     reason = f"is repeat {header.repeat} of point {header.provenance.point}"
@@ -265,10 +263,13 @@ class Run:
             how = f"with --engine {source.engine}" if source.engine else "without --engine"
             reason = f"was simulated {how}"
         elif source.digest != self.digests[point]:
-            reason = "is of another config"
             key = "extended", source.config, source.digest, own.experiment
-            if MEMORY.get(key, lambda: _is_extended(source, own.experiment)):
+            order = MEMORY.get(key, partial(_extension, source, own.experiment))
+            reason = "is of another config"
+            if order < 0:
                 state, reason, advice = RepeatState.SHORTER, "is shorter than the extended run", ""
+            elif order > 0:  # a run may extend it while other commands read
+                reason, advice = "is longer than the run was", "give the command again"
         elif header.stop.reason is StopReason.INTERRUPTED:
             state, reason, advice = RepeatState.INTERRUPTED, printable(header.stop.message), ""
         else:
@@ -308,10 +309,12 @@ def named(path: Path) -> tuple[int, range]:
     return point, range(first, last + 1)
 
 
-def _is_extended(source: store.Provenance, experiment: Experiment) -> bool:
-    """Whether an experiment continues the one of a file's provenance."""
+def _extension(source: store.Provenance, experiment: Experiment) -> int:
+    """-1 if an experiment continues the one of a file's provenance, 1 for the opposite, else 0."""
     try:
-        before = validated(json.loads(source.config))
+        stored = validated(json.loads(source.config))
     except UNREADABLE:
-        return False
-    return digest(before) == source.digest and extends(experiment, before)
+        return 0
+    if digest(stored) != source.digest:
+        return 0
+    return extends(stored, experiment) - extends(experiment, stored)

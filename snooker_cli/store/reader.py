@@ -255,9 +255,11 @@ def _check_summary(summary: Summary, trace: Trace) -> None:
     speed = math.sqrt(2 * energy / float(np.min(trace.start.masses)))
     most = (trace.stop.time, energy, energy, at_wall, between, *events, speed, 2 * number)
     _require(len(series.time) and series.time[-1] == trace.stop.time, "end of a summary")
+    ends = dict(zip(layout.COUNTS, events, strict=True))
     for (name, values), limit in zip(vars(series).items(), most, strict=True):
         grows = name not in GROWING or np.all(values[1:] >= (1 - ROUNDING) * values[:-1])
         _require(values.min() >= 0 and values.max() <= limit and grows, f"{name} of a summary")
+        _require(values[-1] == ends.get(name, values[-1]), f"{name} of a summary")
     total = series.kinetic_energy + series.container_energy
     _require(np.all(total[1:] <= 2 * total[:-1]), "kinetic_energy of a summary")
     _require(counts.min() >= 0 and counts.max() <= number, "speed_histogram of a summary")

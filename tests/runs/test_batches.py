@@ -137,6 +137,8 @@ def test_of_two_files_the_done_one_counts_or_else_the_longer(
     assert [each.repeat for each in done(run) if each.cached] == [2]
     assert names(run) == ["0000-0001", "0002-0002", "0003-0003"]
     assert [trace.collisions for trace in run.traces(point)] == [400] * 4
+    with pytest.raises(StoreError, match="longer than the run was; give the command again"):
+        list(short.traces(short.points[0]))  # by a command that began before the extension
 
 
 def in_twos(directory: Path, text: str) -> tuple[Run, dict[tuple[int, int], str]]:

@@ -155,6 +155,9 @@ def test_processes_end_with_their_parent(
             os.killpg(parent.pid, signal.SIGKILL)
     assert parent.returncode == code
     assert "Traceback" not in talk
-    assert ("run the same command again to finish" in talk) is (number != signal.SIGKILL)
+    if number != signal.SIGKILL:
+        assert "stopping; unfinished batches of short repeats are not saved" in talk
+        assert "run the same command again to finish" in talk
+        assert not list(tmp_path.rglob("*.part"))
     opened = runs.open_run(tmp_path / "run")
     assert 0 < len(opened.present(opened.points[0])) < 20000

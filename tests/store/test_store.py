@@ -148,6 +148,7 @@ def any_traces(draw: st.DrawFn, scene: Scene, summaries: bool) -> Trace:
     else:
         length = min(max(length, 1), 600)
         time, rising = np.sort(draw(columns(length, times))), np.sort(draw(columns(length, shares)))
+        rising[-1] = 1
         zeros, (_, impulse) = np.zeros(length), impulses_up_to(start, 2)
         energy = start.kinetic_energy * (1 + draw(columns(length, shares))) / 2
         sums = (impulse, impulse * start.radii.max(), *counted)
