@@ -18,6 +18,15 @@ def test_a_character_that_no_font_has_does_not_stop_the_pdf(tmp_path: Path) -> N
     assert len(PdfReader(write_pdf(content, tmp_path)).pages) == 1
 
 
+def test_text_of_a_run_is_no_html(tmp_path: Path) -> None:
+    blocks = [{"kind": "paragraph", "text": "<script>1</script>"}]
+    shown = {"title": "<script>2</script>", "summary": ["<script>3</script>"], "blocks": blocks}
+    written = write_html(shown, [], tmp_path).read_text(encoding="utf-8")
+    for number in "123":
+        assert f"<script>{number}" not in written
+        assert f"&lt;script&gt;{number}" in written
+
+
 def rows_on_pages(number: int, folder: Path) -> list[int]:
     """How many rows each page has of a table of this many rows."""
     column = {"heading": "Column", "width": 9, "right": False}

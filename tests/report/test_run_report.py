@@ -6,6 +6,8 @@ import html
 import json
 import re
 import shutil
+import signal
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures.process import BrokenProcessPool
@@ -87,6 +89,14 @@ def test_a_report_has_the_same_bytes_when_repeated(
     assert len(files) > 20
     for file in files:
         assert (small / file).read_bytes() == (again / file).read_bytes(), file
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_its_second_process_leaves_interrupts_to_the_first(tmp_path: Path) -> None:
+    with Pages(tmp_path) as pages:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            asked = pages.other.submit(signal.getsignal, number)
+            assert asked.result() == signal.SIG_IGN
 
 
 def test_it_counts_how_repeats_ended(small: Path, finished_run: Run) -> None:
