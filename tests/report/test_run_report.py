@@ -6,6 +6,8 @@ import html
 import json
 import re
 import shutil
+import signal
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures.process import BrokenProcessPool
@@ -89,6 +91,14 @@ def test_a_report_has_the_same_bytes_when_repeated(
         assert (small / file).read_bytes() == (again / file).read_bytes(), file
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_its_second_process_leaves_interrupts_to_the_first(tmp_path: Path) -> None:
+    with Pages(tmp_path) as pages:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            asked = pages.other.submit(signal.getsignal, number)
+            assert asked.result() == signal.SIG_IGN
+
+
 def test_it_counts_how_repeats_ended(small: Path, finished_run: Run) -> None:
     complete = [
         sum(trace.stop.reason.complete for trace in finished_run.traces(point))
@@ -135,19 +145,20 @@ def test_it_begins_with_what_holds_for_the_run_and_each_point(
         )
         assert f"{point_label(point.as_json())} {spaced(finding(*rows))} " in words(small)
     found = spaced(overview(fits(decaying).rows, comparisons(decaying).rows))
-    assert f"decaying and warm decaying: {found}." in words(both)
+    assert f"decaying and warm “decaying”: {found}." in words(both)
 
 
 def test_the_figures_that_say_most_come_first_and_trivial_ones_only_if_asked(
-    finished_run: Run, small: Path, tmp_path: Path
+    finished_run: Run, small: Path
 ) -> None:
     names = [path.stem for path in small.glob("figures/*.svg")]
     assert "1-energy-fit" in names
     assert not {"1-momentum-x", "1-hexatic-order", "1-temperature-fit"} & {*names}
     drawn = re.findall(r"<b>Figure \d+.</b> (.*?)</figcaption>", page(small), re.DOTALL)
     assert drawn[0].startswith("The kinetic energy E")
-    run_report([finished_run], tmp_path, lambda message: None, ["momentum-x"])
-    assert (tmp_path / "figures" / "1-momentum-x.svg").exists()
+    starts = [starting_scene(point.experiment, 0) for point in finished_run.points]
+    assert "momentum-x" in trivial(finished_run.points, starts, ())
+    assert "momentum-x" not in trivial(finished_run.points, starts, ["momentum-x"])
 
 
 @pytest.mark.parametrize(
