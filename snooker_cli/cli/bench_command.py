@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -30,15 +31,22 @@ bench = typer.Typer(
 
 
 @bench.command(cls=Command)
-def speed(quick: Quick = False, out: Out = None, as_json: AsJson = False) -> None:
+def speed(
+    quick: Quick = False,
+    compare: Annotated[Path | None, option("FILE", "Compare with this earlier speed.json.")] = None,
+    out: Out = None,
+    as_json: AsJson = False,
+) -> None:
     """Measure repeats and collisions per second.
 
     All threads run and store many short repeats. Then one thread simulates several gases. It takes
     a minute or two. Run nothing else meanwhile.
     """
-    from snooker_cli.validation.speed_study import SpeedStudy
+    from snooker_cli.validation.speed_study import SpeedStudy, earlier_record
 
-    _carry_out(SpeedStudy.planned("quick" if quick else "full"), out, as_json)
+    study = SpeedStudy.planned("quick" if quick else "full")
+    earlier = None if compare is None else earlier_record(compare)
+    _carry_out(replace(study, earlier=earlier), out, as_json)
 
 
 @bench.command(cls=Command)

@@ -1,5 +1,6 @@
 """``snooker bench speed``: short repeats per second, and collisions per second of several gases."""
 
+import json
 import math
 import statistics
 import tempfile
@@ -14,7 +15,7 @@ import numpy as np
 
 from snooker_cli.config import load
 from snooker_cli.engine import simulate, simulation
-from snooker_cli.errors import UserError
+from snooker_cli.errors import UNREADABLE, UserError, error_text
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run, create
 from snooker_cli.runs.execution import Watcher, execute, processors
@@ -53,6 +54,7 @@ class SpeedStudy(Study):
     """What to time, and how long; see plans.yaml.
 
     short : short repeats in a run; ``rounds`` runs are timed
+    earlier : a record to compare with, see ``earlier_record``
     events : collisions in a repeat; more for many balls, so that the engine sorts them once
     stirring : collisions a ball before timing
     """
@@ -66,6 +68,7 @@ class SpeedStudy(Study):
     stirring: int
     short: int
     rounds: int
+    earlier: Record | None = None
 
     def results(self, report: Callable[[str], None]) -> Record:
         """The rates: each has a name, its median, lowest and highest value, 1/s."""
@@ -77,7 +80,7 @@ class SpeedStudy(Study):
             gas = f"{case.balls:,} balls at packing {case.packing:g}"
             report(f"gas {number} of {len(self.cases)}: {gas}")
             rates.append(self.timing(case))
-        return {"rates": rates}
+        return {"rates": rates} | ({} if self.earlier is None else {"earlier": self.earlier})
 
     def timing(self, case: SpeedCase) -> Record:
         """Collisions per second of processor time: the repeats are equal parts of one run.
@@ -110,9 +113,17 @@ class SpeedStudy(Study):
 
     @staticmethod
     def tables(record: Record) -> Iterator[str]:
-        """The rates."""
-        yield from (*header_lines(record), "")
-        yield from table(record["rates"], CELLS, left=("rate",))
+        """The rates, and those of an earlier record if there is one."""
+        yield from header_lines(record)
+        cells = dict(CELLS)
+        if "earlier" in record:
+            then = {rate["rate"]: rate["median"] for rate in record["earlier"]["rates"]}
+            rows = [rate for rate in record["rates"] if rate["rate"] in then]
+            cells["then"] = lambda rate: _rate(then[rate["rate"]])
+            cells["now/then"] = lambda rate: f"{rate['median'] / then[rate['rate']]:.2f}"
+            yield from ("", "then:", *header_lines(record["earlier"]))
+        yield ""
+        yield from table(rows if "earlier" in record else record["rates"], cells, left=("rate",))
 
 
 def short_repeats(kept: str, repeats: int, rounds: int) -> Record:
@@ -143,6 +154,27 @@ def _short_run(kept: str, repeats: int) -> float:
     if errors := [result.error for result in results if result.error]:
         raise UserError(f"a repeat failed: {errors[0]}", "set TMPDIR to another folder")
     return repeats / seconds
+
+
+def earlier_record(path: Path) -> Record:
+    """The record in a JSON file that ``bench speed`` wrote.
+
+    Raises ``UserError`` if the file cannot be read or is not such a record.
+    """
+    try:
+        record: Record = json.loads(path.read_text(encoding="utf-8"))
+        if (study := record["measurement"]) != SpeedStudy.name:
+            raise ValueError(f"it has a measurement of `snooker bench {study}`")
+        record.pop("earlier", None)
+        list(SpeedStudy.tables(record))
+        if not all(0 < rate["median"] < math.inf for rate in record["rates"]):
+            raise ValueError("it has a rate that is not positive")
+    except (*UNREADABLE, AttributeError) as error:
+        raise UserError(
+            f"{path}: cannot be compared ({error_text(error)})",
+            "give a speed.json that `snooker bench speed --out DIR` wrote",
+        ) from None
+    return record
 
 
 # The record as a table
