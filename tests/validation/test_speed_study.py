@@ -18,7 +18,13 @@ from snooker_cli.runs import Run
 from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import processors
 from snooker_cli.validation import speed_study
-from snooker_cli.validation.speed_study import MASS, SpeedCase, SpeedStudy, short_repeats
+from snooker_cli.validation.speed_study import (
+    MASS,
+    SpeedCase,
+    SpeedStudy,
+    earlier_record,
+    short_repeats,
+)
 
 FULL_STUDY, QUICK_STUDY = (SpeedStudy.planned(name) for name in ("full", "quick"))
 
@@ -96,3 +102,13 @@ def test_the_record_is_complete_and_names_the_processor(bench: Any) -> None:
     assert processor
     assert not models or processor in models
     assert lines[0].startswith(f"{processor}, ")
+
+
+def test_an_earlier_record_is_beside_the_new_one(bench: Any) -> None:
+    folder, record = bench("speed")
+    earlier = earlier_record(folder / "speed.json")
+    assert earlier == record
+    slower = [rate | {"median": rate["median"] / 2} for rate in earlier["rates"][1:]]
+    lines = [*SpeedStudy.tables(record | {"earlier": earlier | {"rates": slower}})]
+    rows = [line for line in lines if line.endswith(" 2.00")]
+    assert len(rows) == len(slower)
