@@ -9,7 +9,7 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache, cached_property, update_wrapper
+from functools import cache, cached_property, update_wrapper, wraps
 from pathlib import Path
 from tempfile import TemporaryFile, gettempdir
 from typing import IO, Any, TypeVar, cast
@@ -102,16 +102,22 @@ def helper(function: Function) -> Function:
 
 
 def by_class(function: Function) -> Function:
-    """Compile calls into the method of the same name of the first argument's class, a NamedTuple.
+    """Compile calls into the method of this name of the first argument's class, a ``NamedTuple``.
 
-    For Python, the function stays as it is: it calls the method.
+    A class without this method, and ``None``, get the function as it stands. So a kernel has no
+    code for what its scene lacks. For Python, calls go the same way.
     """
+    name = function.__name__
 
-    def method(first: Any, *_others: Any) -> Any:
-        return getattr(first.instance_class, function.__name__)
+    @wraps(function)
+    def call(first: Any, *others: Any) -> Any:
+        return getattr(type(first), name, function)(first, *others)
 
-    _unknown.append(lambda numba: _overload(numba, function, method))
-    return function
+    def compiled(first: Any, *_others: Any) -> Any:
+        return getattr(getattr(first, "instance_class", None), name, function)
+
+    _unknown.append(lambda numba: _overload(numba, call, compiled))
+    return cast("Function", call)
 
 
 def instruction(function: Function) -> Function:
