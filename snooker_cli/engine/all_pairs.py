@@ -14,32 +14,21 @@ from snooker_cli.engine.bit_tricks import LANES, soonest
 from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import by_class, inlined, kernel
-from snooker_cli.engine.kernel_state import (
-    Floats,
-    Integers,
-    Recorded,
-    State,
-    is_curved,
-    leaves_wall,
-)
+from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.engine.prediction import delay_to_wall
 from snooker_cli.engine.sampling import Grid, grid_of, next_sample, sample_until
 from snooker_cli.trace import SLIDE
 
-# Rows of ``Agenda.times``, s: a ball's earliest contact with another, that with the wall, and the
-# earlier of the two.
-PAIR_TIME, WALL_TIME, NEXT_TIME, TIME_ROWS = range(4)
-
 # Rows of ``Agenda.links``: the partner of the earliest contact, its number of events when the
 # contact was predicted, the ball's own number of events, the ball it last collided with, and its
-# hits of the wall since then. With SEARCH_AGAIN there is no partner before PAIR_TIME.
+# hits of the wall since then. With SEARCH_AGAIN there is no partner before ks.PAIR_TIME.
 PARTNER, PARTNER_EVENTS, EVENTS, LAST, BOUNCES, LINK_ROWS = range(6)
 
 
 class Agenda(NamedTuple):
     """The next contacts of each ball.
 
-    times : (TIME_ROWS, *N* or up to LANES - 1 more, which never come), nonnegative
+    times : (ks.TIME_ROWS, *N* or up to LANES - 1 more, which never come), nonnegative
     links : (LINK_ROWS, *N*)
     """
 
@@ -49,7 +38,7 @@ class Agenda(NamedTuple):
 
 def new_agendas(repeats: int, number: int) -> Agenda:
     """The stacked agendas of repeats at time zero, without the times at the wall."""
-    times = np.full((repeats, TIME_ROWS, -(-number // LANES) * LANES), NEVER)
+    times = np.full((repeats, ks.TIME_ROWS, -(-number // LANES) * LANES), NEVER)
     times[:, :, :number] = 0.0
     links = np.full((repeats, LINK_ROWS, number), ks.NO_PARTNER, dtype=np.int64)
     links[:, [EVENTS, BOUNCES]] = 0
@@ -61,7 +50,7 @@ def new_agendas(repeats: int, number: int) -> Agenda:
 
 
 @by_class
-def search_time(boundary: Any, delay: float, state: State) -> float:
+def search_time(boundary: Any, delay: float) -> float:
     """How far ahead to search contacts of a ball that hits the wall after a delay, s."""
     return delay
 
@@ -76,14 +65,7 @@ def searched_until(boundary: Any, time: float, early: bool) -> float:
 
 
 @by_class
-def predict_walls(
-    boundary: Any,
-    now: float,
-    state: State,
-    pair_times: Floats,
-    wall_times: Floats,
-    next_times: Floats,
-) -> None:
+def predict_walls(boundary: Any, now: float, state: State, times: Floats) -> None:
     """Enter when each ball hits the wall, if that moves: it has just been given a new velocity."""
 
 
@@ -129,8 +111,8 @@ def slide_event(boundary: Any, i: int, j: int, now: float, state: State) -> tupl
 def enter_contact(i: int, time: float, partner: int, agenda: Agenda) -> None:
     """Enter ball i's earliest contact with another; its time at the wall is there already."""
     times, links = agenda.times, agenda.links
-    times[PAIR_TIME, i] = time
-    times[NEXT_TIME, i] = min(time, times[WALL_TIME, i])
+    times[ks.PAIR_TIME, i] = time
+    times[ks.NEXT_TIME, i] = min(time, times[ks.WALL_TIME, i])
     links[PARTNER, i] = partner
     if partner >= 0:
         links[PARTNER_EVENTS, i] = links[EVENTS, partner]
@@ -143,7 +125,7 @@ def complete_search(
     """Enter what a search among balls on straight ways gave, after one among those on arcs."""
     boundary, straight = state.boundary, delay
     delay, partner = earliest_on_arc(
-        boundary, i, now, delay, partner, state, agenda.times[WALL_TIME]
+        boundary, i, now, delay, partner, state, agenda.times[ks.WALL_TIME]
     )
     time = now + delay
     if partner < 0:
@@ -155,7 +137,7 @@ def complete_search(
 def find_contact(i: int, now: float, wall_delay: float, state: State, agenda: Agenda) -> None:
     """Find ball i's earliest contact with another, unless it hits the wall before."""
     links, number = agenda.links, state.balls.shape[1]
-    delay = search_time(state.boundary, wall_delay, state)
+    delay = search_time(state.boundary, wall_delay)
     partner = ks.SEARCH_AGAIN
     last = links[LAST, i]
     for start in range(0, number, prediction.BLOCK):
@@ -180,8 +162,8 @@ def find_contacts(
 ) -> None:
     """``find_contact`` for two balls that have just collided."""
     boundary, number = state.boundary, state.balls.shape[1]
-    delay_i = search_time(boundary, wall_delay_i, state)
-    delay_j = search_time(boundary, wall_delay_j, state)
+    delay_i = search_time(boundary, wall_delay_i)
+    delay_j = search_time(boundary, wall_delay_j)
     partner_i = partner_j = ks.SEARCH_AGAIN
     for start in range(0, number, prediction.BLOCK):
         stop = min(start + prediction.BLOCK, number)
@@ -206,7 +188,7 @@ def predict_wall(i: int, now: float, left_wall: bool, state: State, agenda: Agen
     """Enter when ball i hits the wall, and return the time until then, s."""
     delay = delay_to_wall(state.boundary, i, now, left_wall, state)
     # The sum makes a negative zero positive: soonest compares bits.
-    agenda.times[WALL_TIME, i] = now + delay
+    agenda.times[ks.WALL_TIME, i] = now + delay
     return delay
 
 
@@ -226,16 +208,16 @@ def next_event(state: State, agenda: Agenda) -> tuple[int, int, float]:
     """
     times, links = agenda.times, agenda.links
     while True:
-        i = soonest(times[NEXT_TIME])
-        now = times[NEXT_TIME, i]
-        if times[WALL_TIME, i] <= times[PAIR_TIME, i]:
+        i = soonest(times[ks.NEXT_TIME])
+        now = times[ks.NEXT_TIME, i]
+        if times[ks.WALL_TIME, i] <= times[ks.PAIR_TIME, i]:
             return i, ks.NO_PARTNER, now
         j = links[PARTNER, i]
         if j >= 0 and links[PARTNER_EVENTS, i] == links[EVENTS, j]:
             return i, j, now
-        if is_curved(state.boundary) and now > state.sums[ks.TIME_LIMIT]:
+        if ks.is_curved(state.boundary) and now > state.sums[ks.TIME_LIMIT]:
             return i, j, now
-        find_contact(i, now, times[WALL_TIME, i] - now, state, agenda)
+        find_contact(i, now, times[ks.WALL_TIME, i] - now, state, agenda)
 
 
 @inlined
@@ -254,7 +236,7 @@ def after_wall_hit(i: int, now: float, state: State, agenda: Agenda) -> bool:
     links[EVENTS, i] += 1
     links[LAST, i] = ks.NO_PARTNER
     links[BOUNCES, i] += 1
-    predict_walls(boundary, now, state, times[PAIR_TIME], times[WALL_TIME], times[NEXT_TIME])
+    predict_walls(boundary, now, state, times)
     delay = predict_wall(i, now, True, state, agenda)
     find_contact(i, now, delay, state, agenda)
     if not setup.traps or (links[BOUNCES, i] == 1 and setup.wall_law.cor != 0.0):
@@ -262,13 +244,13 @@ def after_wall_hit(i: int, now: float, state: State, agenda: Agenda) -> bool:
     lasts = prediction.bouncing_time(i, now, state)
     patient = bool(links[BOUNCES, i] <= setup.patience)
     trapped = False
-    if not patient or other_events(now + lasts, i, times[NEXT_TIME]) == 0:
+    if not patient or other_events(now + lasts, i, times[ks.NEXT_TIME]) == 0:
         trapped = prediction.is_trapped(i, now, lasts, patient, state)
     slides_from = settles(boundary, i, trapped, now, state)
     if slides_from == NEVER:
         return trapped
-    times[WALL_TIME, i] = times[NEXT_TIME, i] = slides_from
-    times[PAIR_TIME, i] = NEVER
+    times[ks.WALL_TIME, i] = times[ks.NEXT_TIME, i] = slides_from
+    times[ks.PAIR_TIME, i] = NEVER
     return False
 
 
@@ -280,8 +262,8 @@ def after_pair(i: int, j: int, now: float, state: State, agenda: Agenda) -> None
     links[EVENTS, j] += 1
     links[LAST, i], links[LAST, j] = j, i
     links[BOUNCES, i] = links[BOUNCES, j] = 0
-    delay_i = predict_wall(i, now, leaves_wall(boundary, i), state, agenda)
-    delay_j = predict_wall(j, now, leaves_wall(boundary, j), state, agenda)
+    delay_i = predict_wall(i, now, ks.leaves_wall(boundary, i), state, agenda)
+    delay_j = predict_wall(j, now, ks.leaves_wall(boundary, j), state, agenda)
     find_contacts(i, j, now, delay_i, delay_j, state, agenda)
 
 
@@ -291,7 +273,7 @@ def begin_slide(i: int, now: float, agenda: Agenda) -> None:
     times, links = agenda.times, agenda.links
     links[EVENTS, i] += 1
     links[LAST, i], links[BOUNCES, i] = ks.NO_PARTNER, 0
-    times[WALL_TIME, i] = NEVER
+    times[ks.WALL_TIME, i] = NEVER
     enter_contact(i, now, ks.NOT_SEARCHED, agenda)
 
 

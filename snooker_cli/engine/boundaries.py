@@ -12,20 +12,7 @@ import numpy as np
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import change_at_circle, kick, shares
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
-from snooker_cli.engine.kernel_state import (
-    CLOCK,
-    Floats,
-    State,
-    U,
-    V,
-    X,
-    Y,
-    mass_of,
-    radius_of,
-    relative,
-)
-
-LARGE = 1e100  # large but finite, so that times zero it is zero
+from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 
 
 class FixedCircle(NamedTuple):
@@ -39,7 +26,7 @@ class FixedCircle(NamedTuple):
         if left_wall:
             return float(chord_delay(balls[X, i], balls[Y, i], u, v) - (now - balls[CLOCK, i]))
         x, y = ks.position(i, now, balls)
-        reach = self.radius - radius_of(state.sizes, i)
+        reach = self.radius - ks.radius_of(state.sizes, i)
         return wall_delay(x, y, u, v, reach * reach)
 
     def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
@@ -48,21 +35,24 @@ class FixedCircle(NamedTuple):
         change = change_at_circle(x, y, u, v, state.setup, elastic)
         balls[U, i] -= change * x
         balls[V, i] -= change * y
-        return abs(mass_of(state.sizes, i) * change * math.sqrt(x * x + y * y))
+        return abs(ks.mass_of(state.sizes, i) * change * math.sqrt(x * x + y * y))
 
 
 class FreeCircle(NamedTuple):
     """A circular wall that moves when a ball hits it: its radius (m), mass (kg) and motion.
 
+    search_factor : how many times as far contacts are searched as in a fixed circle: other balls
+        may push the wall away
     motion : (BALL_ROWS,), as a column of ``State.balls``
     """
 
     radius: float
     mass: float
+    search_factor: float
     motion: Floats
 
     def of_repeat(self, repeat: int) -> "FreeCircle":
-        return FreeCircle(self.radius, self.mass, self.motion[repeat])
+        return FreeCircle(self.radius, self.mass, self.search_factor, self.motion[repeat])
 
     def set_back(self, shift: float) -> None:
         self.motion[CLOCK] -= shift
@@ -83,11 +73,11 @@ class FreeCircle(NamedTuple):
         balls = state.balls
         u, v = balls[U, i], balls[V, i]
         if left_wall and self.motion[CLOCK] == balls[CLOCK, i]:  # no ball has hit it since
-            x, y, u, v = relative(self, balls[X, i], balls[Y, i], u, v, balls[CLOCK, i])
+            x, y, u, v = ks.relative(self, balls[X, i], balls[Y, i], u, v, balls[CLOCK, i])
             return float(chord_delay(x, y, u, v) - (now - balls[CLOCK, i]))
         x, y = ks.position(i, now, balls)
-        x, y, u, v = relative(self, x, y, u, v, now)
-        reach = self.radius - radius_of(state.sizes, i)
+        x, y, u, v = ks.relative(self, x, y, u, v, now)
+        reach = self.radius - ks.radius_of(state.sizes, i)
         return wall_delay(x, y, u, v, reach * reach)
 
     def hit_wall(self, i: int, now: float, state: State, elastic: bool) -> float:
@@ -96,8 +86,8 @@ class FreeCircle(NamedTuple):
         motion[X] += motion[U] * age
         motion[Y] += motion[V] * age
         motion[CLOCK] = now
-        x, y, u, v = relative(self, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
-        m, change = mass_of(state.sizes, i), change_at_circle(x, y, u, v, state.setup, elastic)
+        x, y, u, v = ks.relative(self, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
+        m, change = ks.mass_of(state.sizes, i), change_at_circle(x, y, u, v, state.setup, elastic)
         first, second = shares(change, m, self.mass)
         motion[U] += second * x
         motion[V] += second * y
@@ -105,35 +95,35 @@ class FreeCircle(NamedTuple):
         balls[V, i] -= first * y
         return abs(m * first * math.sqrt(x * x + y * y))
 
-    def search_time(self, delay: float, state: State) -> float:
-        # Other balls may push the wall away, so contacts after the hit may come first.
-        pushes = 4.0 * state.balls.shape[1] * mass_of(state.sizes, 0) / self.mass
-        return delay * (1.0 + min(pushes, LARGE))
+    def search_time(self, delay: float) -> float:
+        return delay * self.search_factor
 
     def searched_until(self, time: float, _early: bool) -> float:
         return time
 
-    def predict_walls(
-        self, now: float, state: State, pair_times: Floats, wall_times: Floats, next_times: Floats
-    ) -> None:
+    def predict_walls(self, now: float, state: State, times: Floats) -> None:
         balls, motion = state.balls, self.motion  # whose clock is at now
         xc, yc, uc, vc = motion[X], motion[Y], motion[U], motion[V]
         for k in range(balls.shape[1]):
             x, y = ks.position(k, now, balls)
-            reach = self.radius - radius_of(state.sizes, k)
+            reach = self.radius - ks.radius_of(state.sizes, k)
             delay = wall_delay(x - xc, y - yc, balls[U, k] - uc, balls[V, k] - vc, reach * reach)
-            wall_times[k] = now + delay
-            next_times[k] = min(now + delay, pair_times[k])
+            time = now + delay
+            times[ks.WALL_TIME, k] = time
+            times[ks.NEXT_TIME, k] = min(time, times[ks.PAIR_TIME, k])
 
     def pushed_speed(self, i: int, inward: float, state: State) -> float:
-        e, m = state.setup.wall_law.cor, mass_of(state.sizes, i)
+        e, m = state.setup.wall_law.cor, ks.mass_of(state.sizes, i)
         u, v = self.motion[U], self.motion[V]
         pushes = (1.0 + e) / (1.0 - e) * (inward * (m / (m + self.mass)))
         return float(pushes + math.sqrt(u * u + v * v))
 
+    def bouncing_mass(self, mass: float) -> float:
+        return mass / (1.0 + mass / self.mass)
+
     def wall_comes_near(self, k: int, x: float, y: float, way: float, state: State) -> bool:
         x, y = x - self.motion[X], y - self.motion[Y]
-        gap = self.radius - radius_of(state.sizes, k) - math.sqrt(x * x + y * y)
+        gap = self.radius - ks.radius_of(state.sizes, k) - math.sqrt(x * x + y * y)
         return bool(gap <= way)
 
 
@@ -145,12 +135,12 @@ class StraightWalls(NamedTuple):
 
     def delay_to_wall(self, i: int, now: float, _left_wall: bool, state: State) -> float:
         x, y = ks.position(i, now, state.balls)
-        r = radius_of(state.sizes, i)
+        r = ks.radius_of(state.sizes, i)
         u, v = state.balls[U, i], state.balls[V, i]
         return side_delay(x, y, u, v, self.half_width - r, self.half_height - r)
 
     def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
-        balls, setup, r = state.balls, state.setup, radius_of(state.sizes, i)
+        balls, setup, r = state.balls, state.setup, ks.radius_of(state.sizes, i)
         x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
         across = self.half_width - r - (x if u > 0.0 else -x) if u != 0.0 else NEVER
         along = self.half_height - r - (y if v > 0.0 else -y) if v != 0.0 else NEVER
@@ -158,7 +148,7 @@ class StraightWalls(NamedTuple):
         elastic = elastic or abs(normal) < setup.elastic_below
         change = 2.0 * abs(normal) if elastic else kick(setup.wall_law, abs(normal), 1.0)
         balls[U if across <= along else V, i] -= math.copysign(change, normal)
-        return float(mass_of(state.sizes, i) * change)
+        return float(ks.mass_of(state.sizes, i) * change)
 
 
 class PeriodicSides(NamedTuple):

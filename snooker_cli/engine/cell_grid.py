@@ -16,6 +16,7 @@ from snooker_cli.engine.bit_tricks import nonnegative
 from snooker_cli.engine.cell_memory import (
     CELL,
     FORMER,
+    LEAST_MEMBERS,
     LINK_ROWS,
     PLACE,
     Cells,
@@ -26,7 +27,7 @@ from snooker_cli.engine.cell_memory import (
 )
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import by_class, inlined
-from snooker_cli.engine.kernel_state import Flags, Floats, State, U, V, nearest_image
+from snooker_cli.engine.kernel_state import Flags, Floats, State, U, V
 from snooker_cli.scene import Scene
 
 ROUNDING = 1.0 + 1e-9
@@ -40,11 +41,11 @@ MARGIN = 0.1
 
 
 def new_cells(scene: Scene, side: float, balls: Floats, tree: Tree) -> Cells:
-    """Cells of about a side (m), with room for four balls each and without members."""
+    """Cells of about a side (m), with room for LEAST_MEMBERS balls each and without members."""
     mesh, tags = new_mesh(scene, side), tags_of(balls)
     tags[FORMER] = ks.NO_PARTNER
     at_wall = cells_at_wall(scene, mesh, MARGIN * mesh.width if scene.free else 0.0)
-    members, near = room_for(4, len(at_wall))
+    members, near = room_for(LEAST_MEMBERS, len(at_wall))
     return Cells(
         mesh=mesh,
         members=members,
@@ -136,17 +137,17 @@ def take_out(i: int, cells: Cells) -> None:
 
 
 @inlined
-def collect(found: int, column: int, row: int, cells: Cells, boundary: Any) -> int:
+def collect(gathered: int, column: int, row: int, cells: Cells, boundary: Any) -> int:
     """Append the balls of a cell to ``near``, always four or more; how many there are then."""
     near, members = cells.near, cells.members
     cell = cell_at(column, row, cells.mesh, boundary)
     number = int(cells.occupancy[cell])
-    found = nonnegative(found)
-    for place in range(4):
-        near[found + place] = members[cell, place]
-    for place in range(4, number):
-        near[found + place] = members[cell, place]
-    return found + number
+    gathered = nonnegative(gathered)
+    for place in range(LEAST_MEMBERS):
+        near[gathered + place] = members[cell, place]
+    for place in range(LEAST_MEMBERS, number):
+        near[gathered + place] = members[cell, place]
+    return gathered + number
 
 
 @inlined
@@ -166,5 +167,5 @@ def crossing_delays(i: int, now: float, state: State, cells: Cells) -> tuple[flo
     u, v = state.balls[U, i], state.balls[V, i]
     x -= mesh.left + mesh.width * (column + 0.5)
     y -= mesh.bottom + mesh.height * (row + 0.5)
-    x, y = nearest_image(state.boundary, x, y)
+    x, y = ks.nearest_image(state.boundary, x, y)
     return crossing_delay(x, u, mesh.width), crossing_delay(y, v, mesh.height)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from snooker_cli.engine.kernel_state import Flags, Floats, Indices, Integers
 
+LEAST_MEMBERS = 4  # balls that every cell has room for, at least
 LINE = 64  # bytes of a line of the processor's cache
 
 # Further rows of ``State.balls``: when the ball next touches a ball or the wall, and when it leaves

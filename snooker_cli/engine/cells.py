@@ -18,20 +18,7 @@ from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.event_queue import first, update
 from snooker_cli.engine.jit import by_class, inlined, kernel
-from snooker_cli.engine.kernel_state import (
-    CLOCK,
-    Floats,
-    Indices,
-    Recorded,
-    State,
-    U,
-    V,
-    X,
-    Y,
-    contact_distance,
-    nearest_image,
-    radius_of,
-)
+from snooker_cli.engine.kernel_state import CLOCK, Floats, Indices, Recorded, State, U, V, X, Y
 from snooker_cli.engine.prediction import BLOCK, delay_to_wall
 from snooker_cli.engine.prefetch import LARGE, fetch_ahead, no_chains
 from snooker_cli.engine.sampling import Grid, next_sample, sample_until
@@ -65,35 +52,35 @@ def parted_from(i: int, now: float, balls: Floats, tags: Indices, boundary: Any)
 
 @inlined
 def nearest(
-    i: int, now: float, found: int, delay: float, partner: int, state: State, cells: Cells
+    i: int, now: float, gathered: int, delay: float, partner: int, state: State, cells: Cells
 ) -> tuple[float, int]:
-    """When ball i first touches one of those found near, and which, if before ``delay``."""
+    """When ball i first touches one of those gathered near, and which, if before ``delay``."""
     balls, near, boundary = state.balls, cells.near, state.boundary
     parted = parted_from(i, now, balls, cells.tags, boundary)
     x, y = ks.position(i, now, balls)
     u, v = balls[U, i], balls[V, i]
     # As many as fill vectors: ball i, which never meets itself, makes up for what is missing.
-    found = nonnegative(found)
+    gathered = nonnegative(gathered)
     for place in range(3):
-        near[found + place] = i
-    found = (found + 3) & ~3
-    for start in range(0, found, BLOCK):
+        near[gathered + place] = i
+    gathered = (gathered + 3) & ~3
+    for start in range(0, gathered, BLOCK):
         twice = 2.0 * delay
         mask = 0
-        for place in range(start, min(start + BLOCK, found)):
+        for place in range(start, min(start + BLOCK, gathered)):
             k = near[place]
-            d = contact_distance(state.sizes, i, k)
+            d = ks.contact_distance(state.sizes, i, k)
             xk, yk = ks.position(k, now, balls)
-            xk, yk = nearest_image(boundary, xk - x, yk - y)
+            xk, yk = ks.nearest_image(boundary, xk - x, yk - y)
             uk, vk = balls[U, k], balls[V, k]
             may = contact.may_touch(xk, yk, uk - u, vk - v, d * d, twice) & (k != parted)
             mask |= int(may) << (place - start)
         while mask != 0:
             k = near[start + lowest_bit(mask)]
             mask &= mask - 1
-            d = contact_distance(state.sizes, i, k)
+            d = ks.contact_distance(state.sizes, i, k)
             xk, yk = ks.position(k, now, balls)
-            xk, yk = nearest_image(boundary, xk - x, yk - y)
+            xk, yk = ks.nearest_image(boundary, xk - x, yk - y)
             uk, vk = balls[U, k], balls[V, k]
             its_delay = contact.pair_delay(xk, yk, uk - u, vk - v, d * d)
             if its_delay < delay:
@@ -150,7 +137,7 @@ class Margin(NamedTuple):
         links, place = cells.links, self.place
         x, y = ks.position(i, now, state.balls)
         x, y = x - place[CENTRE_X], y - place[CENTRE_Y]
-        reach = state.boundary.radius - radius_of(state.sizes, i)
+        reach = state.boundary.radius - ks.radius_of(state.sizes, i)
         near = max(reach - place[WIDTH], 0.0)
         if not exact and x * x + y * y < near * near:
             u, v = state.balls[U, i], state.balls[V, i]
@@ -229,11 +216,11 @@ def predict_contact(i: int, now: float, exact: bool, state: State, cells: Cells)
     if cells.at_wall[cell]:
         delay, partner = wall_contact(cells.margin, i, now, exact, state, cells)
     column, row = cell_grid.column_and_row(cell, cells.mesh)
-    found = 0
+    gathered = 0
     for up in range(-1, 2):
         for right in range(-1, 2):
-            found = cell_grid.collect(found, column + right, row + up, cells, state.boundary)
-    delay, partner = nearest(i, now, found, delay, partner, state, cells)
+            gathered = cell_grid.collect(gathered, column + right, row + up, cells, state.boundary)
+    delay, partner = nearest(i, now, gathered, delay, partner, state, cells)
     enter_contact(i, now + delay, partner, state.balls, cells)
 
 
@@ -261,11 +248,11 @@ def cross(i: int, now: float, state: State, cells: Cells) -> bool:
         wall, wall_partner = wall_contact(cells.margin, i, now, False, state, cells)
         if wall < delay:
             delay, partner = wall, wall_partner
-    found = 0
+    gathered = 0
     for along in range(-1, 2):
         x, y = (right, along) if across else (along, up)
-        found = cell_grid.collect(found, column + x, row + y, cells, state.boundary)
-    delay, partner = nearest(i, now, found, delay, partner, state, cells)
+        gathered = cell_grid.collect(gathered, column + x, row + y, cells, state.boundary)
+    delay, partner = nearest(i, now, gathered, delay, partner, state, cells)
     if delay < before:
         enter_contact(i, now + delay, partner, balls, cells)
     return True
@@ -278,7 +265,7 @@ def fill(now: float, state: State, cells: Cells) -> bool:
     cells.occupancy[:] = 0
     for i in range(balls.shape[1]):
         x, y = ks.position(i, now, balls)
-        x, y = nearest_image(state.boundary, x, y)
+        x, y = ks.nearest_image(state.boundary, x, y)
         column = min(max(int((x - mesh.left) / mesh.width), 0), mesh.columns - 1)
         row = min(max(int((y - mesh.bottom) / mesh.height), 0), mesh.rows - 1)
         cell = cell_grid.cell_at(column, row, mesh, state.boundary)
@@ -296,7 +283,7 @@ def fill(now: float, state: State, cells: Cells) -> bool:
 
 @inlined
 def is_stale(i: int, j: int, cells: Cells) -> bool:
-    """Whether ball i has no contact now: its partner had another event since, or none was found."""
+    """Whether ball i has no contact now: its partner had an event since, or it found none."""
     if j >= 0:
         return bool(cells.links[cm.PARTNER_EVENTS, i] != cells.tags[cm.EVENTS, j])
     return j != ks.NO_PARTNER

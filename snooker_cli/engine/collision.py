@@ -20,10 +20,6 @@ from snooker_cli.engine.kernel_state import (
     V,
     X,
     Y,
-    contact_distance,
-    mass_of,
-    nearest_image,
-    relative,
 )
 from snooker_cli.laws import Law
 
@@ -72,14 +68,14 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
     """Collide balls i and j, both at the present; the impulse (1 + e) mu |v_n|, kg m/s."""
     balls, setup = state.balls, state.setup
     x, y = balls[X, j] - balls[X, i], balls[Y, j] - balls[Y, i]
-    x, y = nearest_image(state.boundary, x, y)
+    x, y = ks.nearest_image(state.boundary, x, y)
     u, v = balls[U, i] - balls[U, j], balls[V, i] - balls[V, j]
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
     length, normal = math.sqrt(x * x + y * y), normal_part(x, y, u, v)
     # Of velocity, over (x, y).
     change = 2.0 * normal if elastic else kick(setup.pair_law, normal, length)
-    m = mass_of(state.sizes, i)
-    first, second = shares(change, m, mass_of(state.sizes, j))
+    m = ks.mass_of(state.sizes, i)
+    first, second = shares(change, m, ks.mass_of(state.sizes, j))
     balls[U, i] -= first * x
     balls[V, i] -= first * y
     balls[U, j] += second * x
@@ -126,7 +122,7 @@ def contact_lasts(now: float, state: State) -> float:
     """
     balls, labels, number = state.balls, state.labels, state.balls.shape[1]
     for k in range(number):
-        u, v = relative(state.boundary, 0.0, 0.0, balls[U, k], balls[V, k], now)[2:]
+        u, v = ks.relative(state.boundary, 0.0, 0.0, balls[U, k], balls[V, k], now)[2:]
         # In the scene's order, so that the sum has the same bits in any order of the columns.
         state.scratch[0, labels[k] if len(labels) > 0 else k] = u * u + v * v
     total = 0.0
@@ -148,7 +144,7 @@ def move(i: int, now: float, state: State) -> None:
     """Bring ball i to the present, in a periodic box to its image inside."""
     balls = state.balls
     x, y = ks.position(i, now, balls)
-    balls[X, i], balls[Y, i] = nearest_image(state.boundary, x, y)
+    balls[X, i], balls[Y, i] = ks.nearest_image(state.boundary, x, y)
     balls[CLOCK, i] = now
 
 
@@ -188,7 +184,7 @@ def count(i: int, j: int, impulse: float, state: State) -> None:
         add_up(state.sums, ks.WALL_IMPULSE, impulse)
     else:
         state.counts[ks.PAIR_EVENTS] += 1
-        distance = contact_distance(state.sizes, i, j)
+        distance = ks.contact_distance(state.sizes, i, j)
         add_up(state.sums, ks.PAIR_VIRIAL, impulse * distance)
 
 

@@ -13,9 +13,11 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.boundaries import FixedCircle, FreeCircle, PeriodicSides, StraightWalls
 from snooker_cli.engine.jit import by_class
 from snooker_cli.engine.kernel_state import EqualBalls, Floats, Setup, Sizes, State, UnequalBalls
-from snooker_cli.engine.sliding import SlidingCircle
+from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
+from snooker_cli.errors import CheckpointError
 from snooker_cli.scene import Scene
 
+LARGE = 1e100  # large but finite, so that times zero it is zero
 PATIENCE = 64  # ``Setup.patience`` in a fixed container: two balls may be trapped in step
 
 
@@ -75,7 +77,9 @@ def boundary_of(scenes: Sequence[Scene]) -> Any:
     radius = float(container.radius)
     if scene.free:
         motions = [(*scene.container_position, *scene.container_velocity, 0.0) for scene in scenes]
-        return FreeCircle(radius, float(scene.container_mass), np.array(motions))
+        mass = float(scene.container_mass)
+        pushes = min(4.0 * scene.number * float(scene.masses[0]) / mass, LARGE)
+        return FreeCircle(radius, mass, 1.0 + pushes, np.array(motions))
     circle = FixedCircle(radius)
     if scene.slides:
         return SlidingCircle(circle, np.zeros((len(scenes), scene.number), dtype=np.int64))
@@ -154,11 +158,52 @@ def copied(name: str, part: Any) -> Iterator[tuple[str, NDArray[Any]]]:
 
 
 def restored(name: str, part: Any, saved: Mapping[str, NDArray[Any]]) -> Any:
-    """A part with what was saved: arrays keep their memory and its order."""
+    """A part with what was saved: arrays keep their memory and its order.
+
+    Raises ``CheckpointError`` for an array of another shape or type.
+    """
+    if part is None:
+        return None
     if isinstance(part, tuple):
         values = part._asdict()  # type: ignore[attr-defined]  # a NamedTuple
         return type(part)(*(restored(f"{name}.{key}", values[key], saved) for key in values))
+    values, fresh = saved.get(name), np.asarray(part)
+    require(values is not None and (values.shape, values.dtype) == (fresh.shape, fresh.dtype))
     if isinstance(part, np.ndarray):
-        part[...] = saved[name]
+        part[...] = values
         return part
-    return None if part is None else type(part)(saved[name])
+    return type(part)(values)
+
+
+def require(sound: Any) -> None:
+    """Raise ``CheckpointError`` unless what a kernel needs of restored arrays is true."""
+    if not np.all(sound):
+        raise CheckpointError("its checkpoint is damaged")
+
+
+def within(values: NDArray[Any], least: int, end: int) -> bool:
+    """Whether all are whole numbers from ``least`` to below ``end``."""
+    return bool(np.all((values >= least) & (values < end)))
+
+
+def check_restored(states: State, fresh: State) -> None:
+    """Raise ``CheckpointError`` for numbers that could lead a kernel out of its arrays."""
+    balls, counts, sums, labels = states.balls, states.counts, states.sums, states.labels
+    number = balls.shape[-1]
+    require(states.setup == fresh.setup and np.all(np.isfinite(balls[:, : ks.BALL_ROWS])))
+    order = labels if len(labels) else np.arange(number)
+    require(np.array_equal(np.sort(order), np.arange(number)))
+    for mine, its in zip(states.sizes, fresh.sizes, strict=True):
+        require(np.array_equal(mine, its if np.ndim(its) == 0 else its[order]))
+    require(counts >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0])
+    require(counts[:, [ks.FIRST, ks.SECOND]] < number)
+    known = np.delete(sums, ks.TIME_LIMIT, axis=1)
+    require(np.isfinite(known) & np.all(known[:, [ks.EPOCH, ks.NOW]] >= 0))
+    require(~np.isnan(sums[:, ks.TIME_LIMIT]))
+    for mine, its in zip(copied("", states.boundary), copied("", fresh.boundary), strict=True):
+        if mine[1].ndim == 0:
+            require(mine[1] == its[1])
+        elif mine[1].dtype == np.int64:
+            require(within(mine[1], FLIES, SLIDES + 1))
+        else:
+            require(np.isfinite(mine[1]))

@@ -139,11 +139,11 @@ def cache_folder() -> Path | None:
     """
     here = Path(__file__).parent
     numba = _numba()
-    found = hashlib.sha256(numba.__version__.encode())
+    digest = hashlib.sha256(numba.__version__.encode())
     others = (here.with_name(name) for name in ("laws.py", "trace.py"))
     for source in (*sorted(here.glob("*.py")), *others):
-        found.update(source.read_bytes())
-    name, chosen = f"engine-{found.hexdigest()[:16]}", numba.config.CACHE_DIR
+        digest.update(source.read_bytes())
+    name, chosen = f"engine-{digest.hexdigest()[:16]}", numba.config.CACHE_DIR
     try:
         user = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
         parent = Path(chosen) if chosen else user.expanduser() / "snooker"

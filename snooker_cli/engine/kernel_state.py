@@ -40,6 +40,10 @@ REST = WALL_IMPULSE_REST - WALL_IMPULSE
 # in a row that did not move the clock.
 WALL_EVENTS, PAIR_EVENTS, FIRST, SECOND, STALLED, COUNTS = range(6)
 
+# Rows of all pairs' ``Agenda.times``, s: a ball's earliest contact with another, that with the
+# wall, and the earlier of the two.
+PAIR_TIME, WALL_TIME, NEXT_TIME, TIME_ROWS = range(4)
+
 NO_LIMIT = 2**62  # as good as no limit for a number of events
 
 

@@ -18,21 +18,7 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import lowest_bit
 from snooker_cli.engine.contact import NEVER, may_touch, pair_delay
 from snooker_cli.engine.jit import by_class, helper, inlined
-from snooker_cli.engine.kernel_state import (
-    CLOCK,
-    Floats,
-    State,
-    U,
-    V,
-    X,
-    Y,
-    contact_distance,
-    mass_of,
-    place,
-    radius_of,
-    relative,
-    sizes_between,
-)
+from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 
 BLOCK = 48
 """Balls of a mask: fewer than the bits of a positive integer, a multiple of any vector's length."""
@@ -55,13 +41,13 @@ def candidates(i: int, now: float, horizon: float, state: State, start: int, sto
     """The balls from ``start`` to ``stop`` that may touch ball i within ``horizon``, a bit each."""
     x, y = ks.position(i, now, state.balls)
     u, v = state.balls[U, i], state.balls[V, i]
-    r = radius_of(state.sizes, i)
+    r = ks.radius_of(state.sizes, i)
     xs, ys, us, vs, clocks = rows(state.balls, start, stop)
-    sizes = sizes_between(state.sizes, start, stop)
+    sizes = ks.sizes_between(state.sizes, start, stop)
     twice = 2.0 * horizon
     mask = 0
     for k in range(len(xs)):
-        d = r + radius_of(sizes, k)
+        d = r + ks.radius_of(sizes, k)
         age = now - clocks[k]
         xk, yk = xs[k] + us[k] * age, ys[k] + vs[k] * age
         may = may_touch(xk - x, yk - y, us[k] - u, vs[k] - v, d * d, twice)
@@ -84,13 +70,13 @@ def candidates_of_two(
     balls = state.balls
     xi, yi, ui, vi = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     xj, yj, uj, vj = balls[X, j], balls[Y, j], balls[U, j], balls[V, j]
-    ri, rj = radius_of(state.sizes, i), radius_of(state.sizes, j)
+    ri, rj = ks.radius_of(state.sizes, i), ks.radius_of(state.sizes, j)
     xs, ys, us, vs, clocks = rows(balls, start, stop)
-    sizes = sizes_between(state.sizes, start, stop)
+    sizes = ks.sizes_between(state.sizes, start, stop)
     twice_i, twice_j = 2.0 * horizon_i, 2.0 * horizon_j
     mask_i, mask_j = 0, 0
     for k in range(len(xs)):
-        r = radius_of(sizes, k)
+        r = ks.radius_of(sizes, k)
         di, dj = ri + r, rj + r
         age = now - clocks[k]
         x, y = xs[k] + us[k] * age, ys[k] + vs[k] * age
@@ -121,7 +107,7 @@ def earliest(
     while mask != 0:
         k = start + lowest_bit(mask)
         mask &= mask - 1
-        d = contact_distance(state.sizes, i, k)
+        d = ks.contact_distance(state.sizes, i, k)
         xk, yk = ks.position(k, now, balls)
         uk, vk = balls[U, k], balls[V, k]
         its_delay = pair_delay(xk - x, yk - y, uk - u, vk - v, d * d)
@@ -150,7 +136,9 @@ def bouncing_time(i: int, now: float, state: State) -> float:
     Here a is the distance from the centre, v_n and v_t are the normal and the tangential speed.
     """
     balls = state.balls
-    x, y, u, v = relative(state.boundary, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
+    x, y, u, v = ks.relative(
+        state.boundary, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now
+    )
     inward = max(-(x * u + y * v), 0.0)  # a v_n
     cross = x * v - y * u  # a v_t
     if cross == 0.0:
@@ -181,7 +169,7 @@ def highest_speed(state: State) -> float:
     """The speed of the lightest ball if it had all the energy, m/s: none can become faster."""
     energy, lightest = 0.0, math.inf
     for k in range(state.balls.shape[1]):
-        m, u, v = mass_of(state.sizes, k), state.balls[U, k], state.balls[V, k]
+        m, u, v = ks.mass_of(state.sizes, k), state.balls[U, k], state.balls[V, k]
         energy += m * (u * u + v * v)
         lightest = min(lightest, m)
     return math.sqrt(energy / lightest)
@@ -200,7 +188,7 @@ def is_trapped(i: int, now: float, lasts: float, patient: bool, state: State) ->
     balls, boundary = state.balls, state.boundary
     if now + lasts > state.sums[ks.TIME_LIMIT] or lasts == NEVER:
         return False
-    x, y, u, v = relative(boundary, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
+    x, y, u, v = ks.relative(boundary, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
     inward = max(-(x * u + y * v), 0.0) / math.sqrt(x * x + y * y)
     wall_speed = pushed_speed(boundary, i, inward, state)
     speed = math.sqrt(u * u + v * v) + wall_speed
@@ -210,9 +198,9 @@ def is_trapped(i: int, now: float, lasts: float, patient: bool, state: State) ->
             continue
         u, v = balls[U, k], balls[V, k]
         its_speed = math.sqrt(u * u + v * v) if patient else fastest
-        xk, yk = place(boundary, k, now, balls)
+        xk, yk = ks.place(boundary, k, now, balls)
         x, y = xk - balls[X, i], yk - balls[Y, i]
-        gap = math.sqrt(x * x + y * y) - contact_distance(state.sizes, i, k)
+        gap = math.sqrt(x * x + y * y) - ks.contact_distance(state.sizes, i, k)
         if gap <= (speed + its_speed) * lasts:
             return False
         if wall_comes_near(boundary, k, xk, yk, (wall_speed + its_speed) * lasts, state):

@@ -10,7 +10,7 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import collide, count, slide
 from snooker_cli.engine.conversion import flown, new_states, origin_of, write_curved
 from snooker_cli.engine.jit import helper, inlined, kernel
-from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State, leaves_wall
+from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
 from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace
 
 BRANCHES = 50  # balls that can be added in the time that changing the sums of two takes
@@ -164,9 +164,9 @@ def repeat_events(
         if j == SLIDE:
             slide(boundary, i, now, state)
         else:
-            leaves_wall(boundary, i)
+            ks.leaves_wall(boundary, i)
             if j >= 0:
-                leaves_wall(boundary, j)
+                ks.leaves_wall(boundary, j)
             collide(i, j, now, state)
         count(i, j, record.impulse[event], state)
         if leaves > 0:

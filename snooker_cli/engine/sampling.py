@@ -12,16 +12,7 @@ import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.jit import by_class, helper, inlined, kernel
-from snooker_cli.engine.kernel_state import (
-    Floats,
-    Indices,
-    Integers,
-    State,
-    U,
-    V,
-    is_curved,
-    mass_of,
-)
+from snooker_cli.engine.kernel_state import Floats, Indices, Integers, State, U, V
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, Summary
 
@@ -161,7 +152,7 @@ def bounce_back(boundary: Any, state: State) -> None:
 def energy_of(i: int, state: State) -> float:
     """Kinetic energy of ball i, J."""
     u, v = state.balls[U, i], state.balls[V, i]
-    return float(0.5 * mass_of(state.sizes, i) * (u * u + v * v))
+    return float(0.5 * ks.mass_of(state.sizes, i) * (u * u + v * v))
 
 
 @inlined
@@ -246,7 +237,7 @@ def sample_until(now: float, grid: Grid, state: State) -> float:
         if k > ROWS:
             halve(grid)
             continue
-        if known and not is_curved(boundary):
+        if known and not ks.is_curved(boundary):
             copy_row(rows[k - 1], histogram[k - 1], rows[k], histogram[k])
         else:
             impulse = sums[ks.WALL_IMPULSE]

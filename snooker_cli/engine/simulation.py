@@ -16,8 +16,16 @@ from snooker_cli.engine import cell_memory as cm
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.clock import CELL_FULL, FULL, IDLE, NOTHING_LEFT, OUT_OF_MARGIN
 from snooker_cli.engine.contact import never_meet
-from snooker_cli.engine.conversion import copied, new_states, restored, scenes_at
-from snooker_cli.engine.event_queue import new_tree
+from snooker_cli.engine.conversion import (
+    check_restored,
+    copied,
+    new_states,
+    require,
+    restored,
+    scenes_at,
+    within,
+)
+from snooker_cli.engine.event_queue import new_tree, nodes_agree
 from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded, State, UnequalBalls
 from snooker_cli.engine.sampling import Grid
 from snooker_cli.engine.sliding import bounces_to_come
@@ -121,12 +129,26 @@ class Engine(ABC):
         ks.state_of(self.states, repeat).next_epoch(epoch, shift)
 
     def restore(self, saved: Mapping[str, NDArray[Any]]) -> None:
-        """Continue a single repeat from what ``saved`` gave."""
+        """Continue a single repeat from what ``saved`` gave.
+
+        Raises ``CheckpointError`` for arrays that no repeat of this scene has.
+        """
         for name in self.parts:
             setattr(self, name, restored(name, getattr(self, name), saved))
+        check_restored(self.states, new_states(self.scenes))
+        if self.grids is not None:
+            used, early, step = self.grids.used, self.grids.early, self.grids.step
+            require(within(used, 0, sampling.ROWS + 2) and np.all((step > 0) & (step < math.inf)))
+            require(within(early, 0, sampling.EARLY_ROWS + 1))
+        self._check_restored()
         sums, counts = self.states.sums[0], self.states.counts[0]
         self.times[0] = sums[ks.EPOCH] + sums[ks.NOW]
         self.done = int(counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS])
+        require(self.done <= self.wanted)
+
+    @abstractmethod
+    def _check_restored(self) -> None:
+        """Raise ``CheckpointError`` for damage in what only this engine has."""
 
     def saved(self) -> dict[str, NDArray[Any]]:
         """Copies of all arrays and numbers of a single repeat, for ``restore``."""
@@ -159,8 +181,8 @@ class Engine(ABC):
                     continue
                 if new < limit:  # a view would keep the whole chunk in memory
                     columns = [column[:new].copy() for column in columns]
-                each, i, j, impulse = columns
-                time, residual = clock.times(epoch, each)
+                clock_times, i, j, impulse = columns
+                time, residual = clock.times(epoch, clock_times)
                 events = Events(time, i, j, impulse, residual)
                 (self.chunks[repeat].append if sink is None else sink)(events)
         for row in np.flatnonzero((done > before) & (done % epoch_length == 0)).tolist():
@@ -227,43 +249,31 @@ class Engine(ABC):
             waits = reason in (StopReason.TIME, StopReason.NOTHING_LEFT) and math.isfinite(limit)
             return Stop(reason, limit if waits else now, (), messages[reason])
         saved = "1 collision is saved" if events == 1 else f"{events:,} collisions are saved"
-        scene, e = self.scenes[repeat], self.scenes[repeat].wall_restitution
-        labels, column = self.states.labels, counts[ks.FIRST]
+        scene, labels, column = self.scenes[repeat], self.states.labels, counts[ks.FIRST]
         first, second = (
             int(labels[ball]) if ball >= 0 and len(labels) else ball
             for ball in (column, counts[ks.SECOND])
         )
-        row, boundary = self.states.balls[repeat, :4, column], self.states.boundary
-        x, y, u, v = (row - boundary.motion[repeat, :4] if scene.free else row).tolist()
         if reason is StopReason.WALL_TRAP:
-            end, given, what = now, 0.0, "stays at the wall, because the wall CoR is 0"
-            if e > 0.0:
-                # In a free container a ball bounces as in a fixed one, with the reduced mass.
-                mass = float(scene.masses[first])
-                mass /= 1.0 + mass / scene.container_mass
-                lasts, given = bounces_to_come(x, y, u, v, mass, e)
-                end += lasts
+            lasts, given = bounces_to_come(column, ks.state_of(self.states, repeat))
+            end, what = now + lasts, "stays at the wall, because the wall CoR is 0"
+            if scene.wall_restitution > 0.0:
                 what = (
                     f"bounces infinitely often at the wall, until {end:.9g} s, and gives it "
                     f"{given:.6g} kg m/s more"
                 )
             message = f"wall trap: from {now:.9g} s on, ball {first} {what}; {saved}"
             return Stop(reason, now, (first,), message, end, given)
-        at_wall, has_wall = second == CONTAINER, scene.container.has_wall
-        what = "inelastic collapse"
-        if scene.restitution == 1.0 and (e == 1.0 or not has_wall):
-            what = "collisions without end"
-        square, digit = u * u + v * v, clock.CLOCK_DIGITS * now
-        # A chord lasts 2 a v_n/v^2, which here does not move the clock.
-        shorter = square > 0.0 and 2.0 * abs(x * u + y * v) <= digit * square
-        if at_wall and isinstance(scene.container, Circle) and shorter:
-            what = f"ball {first} moves along the wall and touches it at every moment"
-        pair = f"ball {first} and the wall" if at_wall else f"balls {first} and {second}"
+        balls = (first,) if second == CONTAINER else (first, second)
+        pair = f"ball {first} and the wall" if len(balls) == 1 else f"balls {first} and {second}"
+        lossless = not scene.container.has_wall or scene.wall_restitution == 1.0
+        lossless = lossless and scene.restitution == 1.0
+        what = "collisions without end" if lossless else "inelastic collapse"
         message = (
             f"{what}: collisions continue, but time stays "
             f"at {now:.17g} s; the last collision is of {pair}; {saved}"
         )
-        return Stop(reason, now, (first,) if at_wall else (first, second), message)
+        return Stop(reason, now, balls, message)
 
 
 class AllPairs(Engine):
@@ -285,6 +295,13 @@ class AllPairs(Engine):
 
     def sample_to_end(self, grids: Grid, clocks: Floats, rows: Floats, histograms: Indices) -> None:
         sampling.sample_to_end(clocks, grids, self.states, rows, histograms)
+
+    def _check_restored(self) -> None:
+        times, links, number = *self.agendas, self.scenes[0].number
+        require(np.all(times >= 0.0) and np.all(times[:, :, number:] == math.inf))
+        require(within(links[:, all_pairs.PARTNER], ks.NOT_SEARCHED, number))
+        require(within(links[:, all_pairs.LAST], ks.NO_PARTNER, number))
+        require(links[:, [all_pairs.EVENTS, all_pairs.BOUNCES]] >= 0)
 
 
 class InCells(Engine):
@@ -346,9 +363,39 @@ class InCells(Engine):
             self.cells.margin.place[cells.UNTIL] -= shift
 
     def restore(self, saved: Mapping[str, NDArray[Any]]) -> None:
-        self.states = self.states._replace(labels=np.zeros_like(saved["states.labels"]))
-        self._fill(saved["cells.members"].shape[1])
+        labels, members = (
+            np.asarray(saved.get(name)) for name in ("states.labels", "cells.members")
+        )
+        require(labels.ndim == 1 and len(labels) in (0, self.scene.number))
+        require(members.ndim == 2 and len(members) == len(self.cells.members))
+        require(members.shape[1] >= cm.LEAST_MEMBERS)
+        self.states = self.states._replace(labels=np.zeros(len(labels), dtype=np.int32))
+        self._fill(members.shape[1])
+        self.mesh = self.cells.mesh
         super().restore(saved)
+
+    def _check_restored(self) -> None:
+        balls, links, number = self.state.balls, self.cells.links, self.scene.number
+        members, occupancy, mesh = self.cells.members, self.cells.occupancy, self.cells.mesh
+        corner = [mesh.left, mesh.bottom]
+        require(mesh._replace(left=self.mesh.left, bottom=self.mesh.bottom) == self.mesh)
+        require(np.isfinite([*corner, self.renewed_at]))
+        require(~np.isnan(balls[[cm.CONTACT_TIME, cm.CROSSING_TIME]]))
+        require(within(self.cells.tags[cm.FORMER], ks.NO_PARTNER, number))
+        require(within(links[cm.PARTNER], ks.NOT_SEARCHED, number))
+        require(links[cm.BOUNCES] >= 0)
+        # Each ball is where its links say, and cells have no other members.
+        cell, row = links[cm.CELL], links[cm.PLACE]
+        require(within(members, 0, number) and within(cell, 0, len(members)))
+        require(occupancy == np.bincount(cell, minlength=len(members)))
+        require((row >= 0) & (row < occupancy[cell]))
+        require(members[cell, row] == np.arange(number))
+        require(nodes_agree(self.cells.tree))
+        if self.cells.margin is not None:
+            place, brink, (brinks,) = self.cells.margin
+            require(0 <= brinks <= number and np.all(np.isfinite(place[: cells.UNTIL])))
+            require(np.array_equal(np.sort(brink[:brinks]), np.flatnonzero(links[cm.BRINK])))
+        require(self.idle >= 0 and self.ordered_at >= 0)
 
     def sample_to_end(self, grids: Grid, clocks: Floats, rows: Floats, histograms: Indices) -> None:
         sampling.sample_until(float(clocks[0]), sampling.grid_of(grids, 0), self.state)
@@ -397,8 +444,8 @@ class InCells(Engine):
         if len(labels) and state.collisions < self.ordered_at + REORDER_AFTER * number:
             return
         order = np.argsort(old.links[cm.CELL], kind="stable")
-        place = np.empty(number, dtype=np.int32)
-        place[order] = np.arange(number, dtype=np.int32)
+        rank = np.empty(number, dtype=np.int32)
+        rank[order] = np.arange(number, dtype=np.int32)
         sizes = state.sizes
         if isinstance(sizes, UnequalBalls):
             sizes = UnequalBalls(sizes.radii[order], sizes.masses[order])
@@ -413,7 +460,7 @@ class InCells(Engine):
         links = np.asfortranarray(old.links[:, order])
         self.cells = old._replace(links=links, tags=cm.tags_of(balls))
         former = self.cells.tags[cm.FORMER]
-        former[former >= 0] = place[former[former >= 0]]
+        former[former >= 0] = rank[former[former >= 0]]
         self.ordered_at = state.collisions
         self._fill()
 
@@ -426,14 +473,14 @@ def engine_for(scene: Scene, name: str | None = None) -> type[AllPairs] | type[I
     """
     in_circle = isinstance(scene.container, Circle)
     few = scene.number <= few_at(scene.packing_fraction, free=scene.free)
-    found = name or ("allpairs" if in_circle and (few or scene.slides) else "cells")
-    if found not in ("allpairs", "cells"):
+    chosen = name or ("allpairs" if in_circle and (few or scene.slides) else "cells")
+    if chosen not in ("allpairs", "cells"):
         raise ValueError(f"there is no engine {name}: use allpairs or cells")
-    if scene.slides and (found == "cells" or scene.free):
+    if scene.slides and (chosen == "cells" or scene.free):
         raise ValueError("only engine allpairs lets balls slide, along the fixed wall of a circle")
-    if found == "allpairs" and not in_circle:
+    if chosen == "allpairs" and not in_circle:
         raise ValueError(f"the engine allpairs knows no {scene.container.title}: use cells")
-    return AllPairs if found == "allpairs" else InCells
+    return AllPairs if chosen == "allpairs" else InCells
 
 
 def few_at(packing_fraction: float, *, free: bool) -> int:

@@ -5,7 +5,7 @@ circle, v_n and v_t are the normal and the tangential part of its velocity, e th
 """
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -15,21 +15,8 @@ from snooker_cli.engine.boundaries import FixedCircle
 from snooker_cli.engine.clock import CLOCK_DIGITS
 from snooker_cli.engine.collision import hit_wall, slide
 from snooker_cli.engine.contact import NEVER, wall_delay
-from snooker_cli.engine.jit import helper, inlined
-from snooker_cli.engine.kernel_state import (
-    CLOCK,
-    Floats,
-    Integers,
-    State,
-    U,
-    V,
-    X,
-    Y,
-    contact_distance,
-    mass_of,
-    place,
-    radius_of,
-)
+from snooker_cli.engine.jit import by_class, helper, inlined
+from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V, X, Y
 
 # What a ball does: it flies, or it bounces until it slides, or it slides.
 FLIES, SETTLES, SLIDES = range(3)
@@ -140,7 +127,7 @@ def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     c, s = c / length, s / length
     x, y = c * x - s * y, s * x + c * y
     u, v = (-inward * x - cross * y) / square, (-inward * y + cross * x) / square
-    return (x, y, u, v, now), float(mass_of(state.sizes, i) * given / math.sqrt(square))
+    return (x, y, u, v, now), float(ks.mass_of(state.sizes, i) * given / math.sqrt(square))
 
 
 def chord_sum(q: float, restitution: float) -> float:
@@ -167,18 +154,23 @@ def chord_sum(q: float, restitution: float) -> float:
     return total + 2.0**HALVINGS * arc / h
 
 
-def bounces_to_come(
-    x: float, y: float, u: float, v: float, mass: float, restitution: float
-) -> tuple[float, float]:
-    """How long the bounces of a trapped ball just off the wall last, s, and their impulse, kg m/s.
+@by_class
+def bouncing_mass(boundary: Any, mass: float) -> float:
+    """The mass (kg) of a ball that bounces at the wall; at a free one the reduced mass."""
+    return mass
 
-    x, y, u, v : place (m) and velocity (m/s), relative to the container's centre
-    mass : kg, in a free container the reduced one
-    """
+
+def bounces_to_come(i: int, state: State) -> tuple[float, float]:
+    """How long the bounces of ball i, trapped just off the wall, last, s; their impulse, kg m/s."""
+    e, column = state.setup.wall_law.cor, state.balls[: ks.BALL_ROWS, i].tolist()
+    x, y, u, v = ks.relative(state.boundary, *column)
     square, inward, cross = x * x + y * y, max(-(x * u + y * v), 0.0), abs(x * v - y * u)
-    lasts = 2.0 * (square / cross) * chord_sum(inward / cross, restitution)
-    share = (1.0 + restitution) / (1.0 - restitution)
-    return lasts, mass * share * inward / math.sqrt(square)
+    if e == 0.0:
+        return 0.0, 0.0
+    lasts = 2.0 * (square / cross) * chord_sum(inward / cross, e)
+    mass = bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
+    share = (1.0 + e) / (1.0 - e)
+    return float(lasts), float(mass * share * inward / math.sqrt(square))
 
 
 @inlined
@@ -187,7 +179,7 @@ def pressed(i: int, now: float, state: State) -> float:
     balls = state.balls
     w = angular_velocity(i, balls)
     reach = math.sqrt(balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i])
-    return float(mass_of(state.sizes, i) * w * w * reach * (now - balls[CLOCK, i]))
+    return float(ks.mass_of(state.sizes, i) * w * w * reach * (now - balls[CLOCK, i]))
 
 
 # The next contact of a ball if it, or its partner, or both, slide along the wall
@@ -262,13 +254,13 @@ def contact_on_arc(
 ) -> tuple[float, int]:
     """When ball i first touches another, if one of them slides, and which, if before ``delay``."""
     balls, rim, motions = state.balls, boundary.circle.radius, boundary.motions
-    xi, yi = place(boundary, i, now, balls)
+    xi, yi = ks.place(boundary, i, now, balls)
     wi = angular_velocity(i, balls) if motions[i] == SLIDES else 0.0
     for k in range(balls.shape[1]):
         if k == i or motions[k] == SETTLES or (motions[i] != SLIDES and motions[k] != SLIDES):
             continue
-        d = contact_distance(state.sizes, i, k)
-        xk, yk = place(boundary, k, now, balls)
+        d = ks.contact_distance(state.sizes, i, k)
+        xk, yk = ks.place(boundary, k, now, balls)
         until = delay
         if motions[i] == SLIDES and motions[k] == SLIDES:
             wk = angular_velocity(k, balls)
@@ -376,7 +368,7 @@ class SlidingCircle(NamedTuple):
         ball, size = bounced(i, NEVER, state)
         set_ball(i, ball, balls)
         # It begins exactly on its circle, so that the roundings of many bounces do not add up.
-        part = (self.circle.radius - radius_of(state.sizes, i)) / math.sqrt(
+        part = (self.circle.radius - ks.radius_of(state.sizes, i)) / math.sqrt(
             balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i]
         )
         balls[X, i] *= part

@@ -11,7 +11,7 @@ import pytest
 from scenes import EPSILON, gas, lattice, scene_of
 
 from snooker_cli.containers import SHAPES, Box, Circle
-from snooker_cli.engine import cell_grid, cell_memory, clock
+from snooker_cli.engine import cell_grid, cell_memory, cells, clock
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.simulation import InCells
 from snooker_cli.scene import Scene
@@ -38,7 +38,7 @@ def places(engine: InCells, now: float) -> np.ndarray:
 def rounding(engine: InCells, now: float) -> float:
     """Rounding of a place, m: of coordinates, clocks, times of contact, and each crossing since."""
     speeds = np.max(abs(engine.state.balls[[ks.U, ks.V]]), axis=0)
-    away = float(np.max(abs(places(engine, now)))) if engine.state.container is not None else 0.0
+    away = float(np.max(abs(places(engine, now)))) if engine.scene.free else 0.0
     side = min(engine.cells.mesh.width, engine.cells.mesh.height)
     crossings = float(np.max(speeds * (now - engine.state.balls[ks.CLOCK]))) / side
     size = max(engine.scene.container.size) + away + float(speeds.max()) * now
@@ -48,7 +48,7 @@ def rounding(engine: InCells, now: float) -> float:
 def assert_consistent(engine: InCells) -> None:
     """Assert all that holds between two events."""
     margin = engine.cells.margin
-    renewal = math.inf if margin is None else float(margin.place[cell_memory.UNTIL])
+    renewal = math.inf if margin is None else float(margin.place[cells.UNTIL])
     # When the next thing happens; all balls are in their cells until then.
     now = min(float(engine.cells.tree.times[1]), renewal)
     assert engine.state.sums[ks.NOW] <= now < math.inf
@@ -81,10 +81,10 @@ def assert_in_their_cells(engine: InCells, now: float) -> None:
         (mesh.columns, cell % (1 << mesh.shift), mesh.left, mesh.width, width, at[:, 0]),
         (mesh.rows, cell >> mesh.shift, mesh.bottom, mesh.height, height, at[:, 1]),
     ):
-        outermost = 0 if engine.state.period is not None else 1
+        outermost = 0 if not engine.scene.container.has_wall else 1
         assert np.all((index >= outermost) & (index < number - outermost))
         off = coordinate - (start + side * (index + 0.5))
-        if engine.state.period is not None:
+        if not engine.scene.container.has_wall:
             off -= period * np.rint(off / period)
         assert np.max(abs(off)) <= 0.5 * side + slack
 
@@ -103,8 +103,8 @@ def assert_nothing_is_missed(engine: InCells, now: float, renewal: float) -> Non
 
     i, j = np.triu_indices(scene.number, 1)
     offsets, relative = at[j] - at[i], speeds[j] - speeds[i]
-    if engine.state.period is not None:
-        offsets -= engine.state.period * np.rint(offsets / engine.state.period)
+    if not engine.scene.container.has_wall:
+        offsets = engine.scene.container.nearest_image(offsets)
     contact = radii[i] + radii[j]
     b = np.sum(offsets * relative, axis=1)
     # Deeper by the rounding of a place, so that touching balls that part are not taken to meet.
@@ -138,8 +138,8 @@ def wall_delays(
             delays = (np.copysign(halves, speeds) - at) / speeds
             return np.min(np.where(speeds != 0, delays, math.inf), axis=1)
         reach = scene.container.radius - radii + slack
-        if engine.state.container is not None:
-            x, y, u, v, clock = engine.state.container
+        if engine.scene.free:
+            x, y, u, v, clock = engine.state.boundary.motion
             at = at - np.array([x, y]) - np.array([u, v]) * (now - clock)
             speeds = speeds - np.array([u, v])
         b, w2 = np.sum(at * speeds, axis=1), np.sum(speeds**2, axis=1)
@@ -246,7 +246,7 @@ def test_cells_that_overflow_get_more_room(shape, container_mass, drift):
         assert_consistent(engine)
     assert overflows > 5
     if drift > 0:
-        assert engine.state.container[ks.X] > 100 * engine.cells.mesh.width
+        assert engine.state.boundary.motion[ks.X] > 100 * engine.cells.mesh.width
 
 
 def test_balls_that_seldom_meet_take_no_memory():

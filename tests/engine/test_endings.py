@@ -21,7 +21,7 @@ from test_twin import compared
 
 from snooker_cli.config import parse
 from snooker_cli.containers import Box, PeriodicBox
-from snooker_cli.engine import clock, paths, simulate, simulation, sliding
+from snooker_cli.engine import clock, contact, simulate, simulation, sliding
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import Constant
 from snooker_cli.placement.starting_scene import starting_scene
@@ -237,7 +237,7 @@ def test_paths_that_never_meet(velocity, apart):
         nearest = np.min(np.abs(offsets[..., 0] * v - offsets[..., 1] * u)) / math.hypot(u, v)
         assert nearest <= apart / 2 * (1 + EPSILON)
         for distance in (0.5 * nearest, 0.999 * nearest, 1.001 * nearest, apart):
-            found = paths.never_meet(one, other, float(distance), [20.0, 16.0])
+            found = contact.never_meet(one, other, float(distance), [20.0, 16.0])
             assert found == (distance <= nearest)
 
 
