@@ -387,13 +387,14 @@ class InCells(Engine):
         # Each ball is where its links say, and cells have no other members.
         cell, row = links[cm.CELL], links[cm.PLACE]
         require(within(members, 0, number) and within(cell, 0, len(members)))
-        require(occupancy == np.bincount(cell, minlength=len(members)))
+        counted = np.bincount(cell, minlength=len(members))
+        require((occupancy == counted) & (counted <= members.shape[1]))
         require((row >= 0) & (row < occupancy[cell]))
         require(members[cell, row] == np.arange(number))
         require(nodes_agree(self.cells.tree))
         if self.cells.margin is not None:
             place, brink, (brinks,) = self.cells.margin
-            require(0 <= brinks <= number and np.all(np.isfinite(place[: cells.UNTIL])))
+            require(0 <= brinks <= number and not np.any(np.isnan(place)))
             require(np.array_equal(np.sort(brink[:brinks]), np.flatnonzero(links[cm.BRINK])))
         require(self.idle >= 0 and self.ordered_at >= 0)
 

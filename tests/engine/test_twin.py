@@ -278,14 +278,6 @@ def test_random_scenes_in_cells(scene):
     compared(scene, 25, crossings(scene), engine="cells")
 
 
-@pytest.mark.long
-@given(scene=scenes(IN_CIRCLES + IN_BOXES))
-@settings(derandomize=True, deadline=None, max_examples=200)
-def test_random_scenes_of_every_type(scene):
-    """Of one ball too, and of balls that are alike or not in every container."""
-    compared(scene, 25, crossings(scene), engine="cells")
-
-
 def test_a_pair_that_has_parted_meets_again_through_a_side():
     """Of a periodic box, without another collision of either ball in between."""
     saved = json.loads((DATA / "meets-again.json").read_text(encoding="utf-8"))
