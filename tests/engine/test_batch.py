@@ -22,7 +22,7 @@ def content(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
     if hasattr(value, "__dataclass_fields__"):
-        return {name: content(each) for name, each in vars(value).items()}
+        return {name: content(field) for name, field in vars(value).items()}
     return value
 
 
@@ -112,7 +112,7 @@ def test_nothing_to_simulate():
     assert simulate_batch([], collisions=10) == []
     scenes = [report_scene(repeat) for repeat in range(2)]
     assert_same(simulate_batch(scenes, collisions=0), scenes, collisions=0)
-    at_rest = [replace(each, velocities=np.zeros((37, 2))) for each in scenes]
+    at_rest = [replace(scene, velocities=np.zeros((37, 2))) for scene in scenes]
     traces = simulate_batch(at_rest, time=2.0)
     assert_same(traces, at_rest, time=2.0)
     assert traces[1].stop.reason is StopReason.NOTHING_LEFT

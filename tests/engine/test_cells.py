@@ -66,7 +66,7 @@ def test_balls_that_seldom_meet_take_no_memory():
     assert [len(events) for events in kept if len(events)] == [1] * 3
     assert len(kept) <= 4
     held = [events.i if events.i.base is None else events.i.base for events in kept]
-    assert sum(each.size for each in held) <= 2 * 3
+    assert sum(column.size for column in held) <= 2 * 3
 
 
 @pytest.mark.parametrize("name", ["box", "periodic"])

@@ -23,7 +23,7 @@ def test_time_and_residual_hold_the_clock(epoch, clocks):
     time, residual = clock.times(epoch, clocks)
     assert np.array_equal((time - epoch) + residual, clocks)
     exact = [Fraction(epoch) + Fraction(clock) for clock in clocks.tolist()]
-    assert time.tolist() == [float(each) for each in exact]
+    assert time.tolist() == [float(instant) for instant in exact]
 
 
 @given(epoch=st.just(0.0) | positive, now=st.just(0.0) | positive)

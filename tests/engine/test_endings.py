@@ -212,13 +212,13 @@ def test_paths_that_never_meet(velocity, apart):
     images = np.stack(np.meshgrid(20.0 * np.arange(-99, 100), 16.0 * np.arange(-99, 100)), axis=-1)
     u, v = velocity
     for x, y in [(3.0, 5.0), (8.0, -2.5), (-1.75, 0.5)]:
-        one, other = (x - u, y - v, u, v, -1.0), (3.0, -6.0, 0.0, 0.0, 7.0)
+        ball, other = (x - u, y - v, u, v, -1.0), (3.0, -6.0, 0.0, 0.0, 7.0)
         offsets = images - (x - 3.0, y + 6.0)
         nearest = np.min(np.abs(offsets[..., 0] * v - offsets[..., 1] * u)) / math.hypot(u, v)
         assert nearest <= apart / 2 * (1 + EPSILON)
         for distance in (0.5 * nearest, 0.999 * nearest, 1.001 * nearest, apart):
-            found = contact.never_meet(one, other, float(distance), [20.0, 16.0])
-            assert found == (distance <= nearest)
+            never = contact.never_meet(ball, other, float(distance), [20.0, 16.0])
+            assert never == (distance <= nearest)
 
 
 @pytest.mark.parametrize("velocity", [(3.0, 0.0), (5.0, 4.0)])

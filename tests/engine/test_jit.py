@@ -84,10 +84,10 @@ def test_a_kernel_is_loaded_from_the_cache(cache: Path) -> None:
 def test_a_kernel_leaves_reference_counts_as_they_were() -> None:
     kernel, given = jit.kernel(sum_of), arguments()
     kernel(*given)
-    before = [sys.getrefcount(each) for each in (given[0], given[1].floats)]
+    before = [sys.getrefcount(array) for array in (given[0], given[1].floats)]
     for _ in range(100):
         kernel(*given)
-    assert [sys.getrefcount(each) for each in (given[0], given[1].floats)] == before
+    assert [sys.getrefcount(array) for array in (given[0], given[1].floats)] == before
 
 
 def test_numba_is_imported_with_the_first_kernel_that_is_called() -> None:

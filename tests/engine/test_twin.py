@@ -197,7 +197,7 @@ def test_slow_collisions_or_those_in_contact_are_elastic(name, rule):
     result = compared(soft, count, engine="cells" if name != "all pairs" else None)
     assert result.events == count
     assert result.time < 1e-6
-    with_it, without = (simulate(each, collisions=40).events for each in (soft, scene))
+    with_it, without = (simulate(gas_scene, collisions=40).events for gas_scene in (soft, scene))
     assert not np.allclose(with_it.impulse, without.impulse)  # the rule has been applied
 
 
