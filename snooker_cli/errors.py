@@ -63,10 +63,6 @@ class UserError(SnookerError):
     """A command or setting that cannot work: a wrong argument, a missing library, a full disk."""
 
 
-class CheckpointError(SnookerError):
-    """A checkpoint whose arrays no simulation of its repeat gives."""
-
-
 class SceneError(SnookerError):
     """A scene that cannot exist.
 

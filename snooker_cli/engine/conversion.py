@@ -14,7 +14,6 @@ from snooker_cli.engine.boundaries import FixedCircle, FreeCircle, PeriodicSides
 from snooker_cli.engine.jit import by_class
 from snooker_cli.engine.kernel_state import EqualBalls, Floats, Setup, Sizes, State, UnequalBalls
 from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
-from snooker_cli.errors import CheckpointError
 from snooker_cli.scene import Scene
 
 LARGE = 1e100  # large but finite, so that times zero it is zero
@@ -146,6 +145,10 @@ def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Sc
 
 
 # Checkpoints
+
+
+class CheckpointError(ValueError):
+    """A checkpoint has arrays that no repeat of its scene gives."""
 
 
 def copied(name: str, part: Any) -> Iterator[tuple[str, NDArray[Any]]]:

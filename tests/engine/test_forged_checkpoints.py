@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from scenes import gas
 
-from snooker_cli.engine import all_pairs, cell_memory, cells, sampling, simulate
+from snooker_cli.engine import CheckpointError, all_pairs, cell_memory, cells, sampling, simulate
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.errors import CheckpointError
 from snooker_cli.trace import Trace
 
 BALL, ANY = 7, ...
