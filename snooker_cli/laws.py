@@ -50,4 +50,4 @@ def law_of(**keys: float | None) -> Law:
 
 def word_of(law: Law) -> str:
     """The law's word in files."""
-    return next(word for word, one in LAWS.items() if type(law) is one)
+    return next(word for word, law_class in LAWS.items() if type(law) is law_class)

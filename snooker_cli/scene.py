@@ -129,7 +129,7 @@ def check(scene: Scene) -> None:
 def sizes_are_possible(*sizes: ArrayLike) -> bool:
     """Whether lengths (m) and masses (kg) are those that a config can give."""
     arrays = map(np.asarray, sizes)
-    return all(np.all((each >= LEAST_AMOUNT) & (each <= MOST_AMOUNT)) for each in arrays)
+    return all(np.all((array >= LEAST_AMOUNT) & (array <= MOST_AMOUNT)) for array in arrays)
 
 
 def _check_places(scene: Scene, slack: float) -> None:

@@ -126,7 +126,7 @@ def wall_trap() -> Scene:
 
 
 FIXED = {"container_mass": math.inf}
-ALL = {each["name"]: reference_scene(each) for each in PLANS["scenes"]} | {
+ALL = {item["name"]: reference_scene(item) for item in PLANS["scenes"]} | {
     scene.name: scene
     for scene in (
         ReferenceScene(

@@ -146,14 +146,14 @@ class Twin:
 
     def side_times(self, ball: Body) -> list[tuple[float, int, int]]:
         """When a ball reaches each side of a box that it moves to, and the normal out of it."""
-        found = []
+        hits = []
         for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
             half = (self.width if x else self.height) / 2
             offset = (ball.x - self.container.x) * x + (ball.y - self.container.y) * y
             speed = ball.u * x + ball.v * y
             if speed > 0 and self.scene.container.has_wall:
-                found.append((max((half - ball.radius - offset) / speed, 0.0), x, y))
-        return found
+                hits.append((max((half - ball.radius - offset) / speed, 0.0), x, y))
+        return hits
 
     def foresight(self) -> float:
         """How long no ball meets an image that is not among ``shifts``.

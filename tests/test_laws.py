@@ -16,6 +16,7 @@ from snooker_cli import laws, store
 from snooker_cli.analysis.predictions import speed_laws
 from snooker_cli.engine import collision, jit
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.conversion import new_states
 from snooker_cli.laws import Constant, law_of
 from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.run import RepeatState
@@ -56,7 +57,7 @@ def test_the_class_of_a_law_decides_what_a_hit_does(damped: Damped) -> None:
 def test_each_place_of_contact_has_its_law(damped: Damped) -> None:
     """One ball hits another at 6 m/s and then the wall at 4 m/s."""
     scene = scene_of([(-2.0, 0.0, 6.0, 0.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0, 1.0, 1.0)])
-    state = ks.state_of(ks.new_states([replace(scene, pair_law=damped)]), 0)
+    state = ks.state_of(new_states([replace(scene, pair_law=damped)]), 0)
     impulse = collision.collide(0, 1, 0.0, state)
     assert impulse == pytest.approx(3.0 * (1 + 0.5 / 7.0), rel=1e-14)
     assert state.balls[ks.U] == pytest.approx([6.0 - impulse, impulse], rel=1e-14)

@@ -1,10 +1,12 @@
 """The simulator: arrays and floats in, a trace out. It knows no config, files or plots."""
 
+from snooker_cli.engine.conversion import CheckpointError
 from snooker_cli.engine.replay import States, replay, series, times_within
 from snooker_cli.engine.simulation import simulate, simulate_batch, specialisation
 
 __all__ = [
     "ENGINE_VERSION",
+    "CheckpointError",
     "States",
     "replay",
     "series",

@@ -4,36 +4,31 @@ A contact is entered for the ball that searched, not for its partner. So it may 
 the next one: ``next_event`` then searches again. docs/how-it-works.md has the ideas and sources.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from snooker_cli.engine import clock, prediction, sliding
+from snooker_cli.engine import clock, prediction
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import LANES, soonest
 from snooker_cli.engine.collision import collide, count, record
-from snooker_cli.engine.contact import NEVER, chord_delay, wall_delay
-from snooker_cli.engine.jit import inlined, kernel
-from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, Setup, State, U, V, X, Y
+from snooker_cli.engine.contact import NEVER
+from snooker_cli.engine.jit import by_class, inlined, kernel
+from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
+from snooker_cli.engine.prediction import delay_to_wall
 from snooker_cli.engine.sampling import Grid, grid_of, next_sample, sample_until
 from snooker_cli.trace import SLIDE
 
-# Rows of ``Agenda.times``, s: a ball's earliest contact with another, that with the wall, and the
-# earlier of the two.
-PAIR_TIME, WALL_TIME, NEXT_TIME, TIME_ROWS = range(4)
-
 # Rows of ``Agenda.links``: the partner of the earliest contact, its number of events when the
 # contact was predicted, the ball's own number of events, the ball it last collided with, and its
-# hits of the wall since then. With SEARCH_AGAIN there is no partner before PAIR_TIME.
+# hits of the wall since then. With SEARCH_AGAIN there is no partner before ks.PAIR_TIME.
 PARTNER, PARTNER_EVENTS, EVENTS, LAST, BOUNCES, LINK_ROWS = range(6)
-
-LARGE = 1e100  # large but finite, so that times zero it is zero
 
 
 class Agenda(NamedTuple):
     """The next contacts of each ball.
 
-    times : (TIME_ROWS, *N* or up to LANES - 1 more, which never come), nonnegative
+    times : (ks.TIME_ROWS, *N* or up to LANES - 1 more, which never come), nonnegative
     links : (LINK_ROWS, *N*)
     """
 
@@ -43,7 +38,7 @@ class Agenda(NamedTuple):
 
 def new_agendas(repeats: int, number: int) -> Agenda:
     """The stacked agendas of repeats at time zero, without the times at the wall."""
-    times = np.full((repeats, TIME_ROWS, -(-number // LANES) * LANES), NEVER)
+    times = np.full((repeats, ks.TIME_ROWS, -(-number // LANES) * LANES), NEVER)
     times[:, :, :number] = 0.0
     links = np.full((repeats, LINK_ROWS, number), ks.NO_PARTNER, dtype=np.int64)
     links[:, [EVENTS, BOUNCES]] = 0
@@ -51,45 +46,98 @@ def new_agendas(repeats: int, number: int) -> Agenda:
     return Agenda(times, links)
 
 
-@inlined
-def search_time(wall_delay: float, number: int, setup: Setup, container: Floats | None) -> float:
-    """How far ahead to search contacts of a ball that hits the wall after a delay, s.
+# What boundaries change
 
-    It is further if the container is free: others may push it away.
+
+@by_class
+def search_time(boundary: Any, delay: float) -> float:
+    """How far ahead to search contacts of a ball that hits the wall after a delay, s."""
+    return delay
+
+
+@by_class
+def searched_until(boundary: Any, time: float, early: bool) -> float:
+    """When to search contacts again if there are none up to a time, s: after the hit of the wall.
+
+    early : whether the search gave up at that time, though the hit of the wall is later
     """
-    if container is None:
-        return wall_delay
-    pushes = min(4.0 * number * setup.mass / setup.container_mass, LARGE)
-    return wall_delay * (1.0 + pushes)
+    return NEVER
+
+
+@by_class
+def predict_walls(boundary: Any, now: float, state: State, times: Floats) -> None:
+    """Enter when each ball hits the wall, if that moves: it has just been given a new velocity."""
+
+
+@by_class
+def without_curved(boundary: Any, mask: int, start: int, stop: int, i: int) -> int:
+    """The mask of balls from ``start`` to ``stop`` without those that ball i meets on an arc."""
+    return mask
+
+
+@by_class
+def earliest_on_arc(
+    boundary: Any,
+    i: int,
+    now: float,
+    delay: float,
+    partner: int,
+    state: State,
+    wall_times: Floats,
+) -> tuple[float, int]:
+    """When ball i first touches another, if one of them slides, and which, if before ``delay``."""
+    return delay, partner
+
+
+@by_class
+def settles(boundary: Any, i: int, trapped: bool, now: float, state: State) -> float:
+    """When ball i, which has just hit the wall, begins to slide, s; never if it does not."""
+    return NEVER
+
+
+@by_class
+def slide_event(boundary: Any, i: int, j: int, now: float, state: State) -> tuple[int, bool, float]:
+    """The ball of the two that slides up to now, whether it begins now, and its impulse, kg m/s.
+
+    The ball is NO_PARTNER if none slides; then i and j collide.
+    """
+    return ks.NO_PARTNER, False, 0.0
+
+
+# Searches
 
 
 @inlined
-def enter_contact(
-    i: int, time: float, partner: int, agenda: Agenda, container: Floats | None
-) -> None:
+def enter_contact(i: int, time: float, partner: int, agenda: Agenda) -> None:
     """Enter ball i's earliest contact with another; its time at the wall is there already."""
     times, links = agenda.times, agenda.links
-    if container is None and partner < 0:
-        time = NEVER  # none before the wall
-    times[PAIR_TIME, i] = time
-    times[NEXT_TIME, i] = min(time, times[WALL_TIME, i])
+    times[ks.PAIR_TIME, i] = time
+    times[ks.NEXT_TIME, i] = min(time, times[ks.WALL_TIME, i])
     links[PARTNER, i] = partner
     if partner >= 0:
         links[PARTNER_EVENTS, i] = links[EVENTS, partner]
 
 
 @inlined
-def find_contact(
-    i: int,
-    now: float,
-    wall_delay: float,
-    state: State,
-    slides: Integers | None,
-    agenda: Agenda,
+def complete_search(
+    i: int, now: float, delay: float, partner: int, state: State, agenda: Agenda
 ) -> None:
+    """Enter what a search among balls on straight ways gave, after one among those on arcs."""
+    boundary, straight = state.boundary, delay
+    delay, partner = earliest_on_arc(
+        boundary, i, now, delay, partner, state, agenda.times[ks.WALL_TIME]
+    )
+    time = now + delay
+    if partner < 0:
+        time = searched_until(boundary, time, delay < straight)
+    enter_contact(i, time, partner, agenda)
+
+
+@inlined
+def find_contact(i: int, now: float, wall_delay: float, state: State, agenda: Agenda) -> None:
     """Find ball i's earliest contact with another, unless it hits the wall before."""
-    times, links, number = agenda.times, agenda.links, state.balls.shape[1]
-    delay = search_time(wall_delay, number, state.setup, state.container)
+    links, number = agenda.links, state.balls.shape[1]
+    delay = search_time(state.boundary, wall_delay)
     partner = ks.SEARCH_AGAIN
     last = links[LAST, i]
     for start in range(0, number, prediction.BLOCK):
@@ -97,19 +145,9 @@ def find_contact(
         mask = prediction.candidates(i, now, delay, state, start, stop)
         if last >= 0 and links[LAST, last] == i:
             mask = prediction.without(mask, start, last)  # they parted in the last event of both
-        if slides is not None:  # not those on curved ways
-            for k in range(start, stop):
-                if slides[i] != sliding.FLIES or slides[k] != sliding.FLIES:
-                    mask = prediction.without(mask, start, k)
+        mask = without_curved(state.boundary, mask, start, stop, i)
         delay, partner = prediction.earliest(mask, start, i, now, delay, partner, state)
-    horizon = delay
-    if slides is not None:
-        delay, partner = sliding.earliest_on_arc(
-            i, now, delay, partner, state, times[WALL_TIME], slides
-        )
-    enter_contact(i, now + delay, partner, agenda, state.container)
-    if slides is not None and partner == ks.SEARCH_AGAIN and delay < horizon:
-        times[PAIR_TIME, i] = times[NEXT_TIME, i] = now + delay
+    complete_search(i, now, delay, partner, state, agenda)
 
 
 @inlined
@@ -120,17 +158,12 @@ def find_contacts(
     wall_delay_i: float,
     wall_delay_j: float,
     state: State,
-    slides: Integers | None,
     agenda: Agenda,
 ) -> None:
     """``find_contact`` for two balls that have just collided."""
-    if slides is not None:
-        find_contact(i, now, wall_delay_i, state, slides, agenda)
-        find_contact(j, now, wall_delay_j, state, slides, agenda)
-        return
-    number = state.balls.shape[1]
-    delay_i = search_time(wall_delay_i, number, state.setup, state.container)
-    delay_j = search_time(wall_delay_j, number, state.setup, state.container)
+    boundary, number = state.boundary, state.balls.shape[1]
+    delay_i = search_time(boundary, wall_delay_i)
+    delay_j = search_time(boundary, wall_delay_j)
     partner_i = partner_j = ks.SEARCH_AGAIN
     for start in range(0, number, prediction.BLOCK):
         stop = min(start + prediction.BLOCK, number)
@@ -139,57 +172,35 @@ def find_contacts(
         )
         mask_i = prediction.without(mask_i, start, j)  # they part
         mask_j = prediction.without(mask_j, start, i)
+        mask_i = without_curved(boundary, mask_i, start, stop, i)
+        mask_j = without_curved(boundary, mask_j, start, stop, j)
         delay_i, partner_i = prediction.earliest(mask_i, start, i, now, delay_i, partner_i, state)
         delay_j, partner_j = prediction.earliest(mask_j, start, j, now, delay_j, partner_j, state)
-    enter_contact(i, now + delay_i, partner_i, agenda, state.container)
-    enter_contact(j, now + delay_j, partner_j, agenda, state.container)
-
-
-@inlined
-def predict_wall_after_pair(
-    i: int, now: float, state: State, slides: Integers | None, agenda: Agenda
-) -> float:
-    """Time until ball i, which has just hit another, will hit the wall, s; it slides no longer."""
-    if slides is not None and slides[i] == sliding.SLIDES:
-        slides[i] = sliding.FLIES
-        balls = state.balls
-        delay = chord_delay(balls[X, i], balls[Y, i], balls[U, i], balls[V, i])
-    else:
-        delay = prediction.time_to_wall(i, now, state, state.container)
-    agenda.times[WALL_TIME, i] = now + delay
-    return delay
-
-
-@inlined
-def predict_walls(now: float, state: State, agenda: Agenda, container: Floats | None) -> None:
-    """Enter when each ball hits the wall, if that moves: it has just been given a new velocity."""
-    if container is None:
-        return
-    balls, times = state.balls, agenda.times
-    xc, yc, uc, vc = container[X], container[Y], container[U], container[V]
-    for k in range(balls.shape[1]):
-        x, y = ks.position(k, now, balls)
-        reach = ks.wall_reach(k, state.setup, state.radii)
-        delay = wall_delay(x - xc, y - yc, balls[U, k] - uc, balls[V, k] - vc, reach * reach)
-        time = now + delay
-        times[WALL_TIME, k] = time
-        times[NEXT_TIME, k] = min(time, times[PAIR_TIME, k])
+    complete_search(i, now, delay_i, partner_i, state, agenda)
+    complete_search(j, now, delay_j, partner_j, state, agenda)
 
 
 # Events
 
 
 @inlined
-def begin(state: State, agenda: Agenda) -> None:
-    """Enter when each ball first hits the wall; all contacts are searched when they come up."""
-    for k in range(state.balls.shape[1]):
-        # The sum makes a negative zero positive: soonest compares bits.
-        delay = prediction.time_to_wall(k, 0.0, state, state.container)
-        agenda.times[WALL_TIME, k] = 0.0 + delay
+def predict_wall(i: int, now: float, left_wall: bool, state: State, agenda: Agenda) -> float:
+    """Enter when ball i hits the wall, and return the time until then, s."""
+    delay = delay_to_wall(state.boundary, i, now, left_wall, state)
+    # The sum makes a negative zero positive: soonest compares bits.
+    agenda.times[ks.WALL_TIME, i] = now + delay
+    return delay
 
 
 @inlined
-def next_event(state: State, slides: Integers | None, agenda: Agenda) -> tuple[int, int, float]:
+def begin(state: State, agenda: Agenda) -> None:
+    """Enter when each ball first hits the wall; all contacts are searched when they come up."""
+    for k in range(state.balls.shape[1]):
+        predict_wall(k, 0.0, False, state, agenda)
+
+
+@inlined
+def next_event(state: State, agenda: Agenda) -> tuple[int, int, float]:
     """The ball of the next event, its partner or the wall (NO_PARTNER), and the time, s.
 
     Ties go by time, ball, and wall first. An entry is stale if the partner has had another event
@@ -197,85 +208,73 @@ def next_event(state: State, slides: Integers | None, agenda: Agenda) -> tuple[i
     """
     times, links = agenda.times, agenda.links
     while True:
-        i = soonest(times[NEXT_TIME])
-        now = times[NEXT_TIME, i]
-        if times[WALL_TIME, i] <= times[PAIR_TIME, i]:
+        i = soonest(times[ks.NEXT_TIME])
+        now = times[ks.NEXT_TIME, i]
+        if times[ks.WALL_TIME, i] <= times[ks.PAIR_TIME, i]:
             return i, ks.NO_PARTNER, now
         j = links[PARTNER, i]
         if j >= 0 and links[PARTNER_EVENTS, i] == links[EVENTS, j]:
             return i, j, now
-        if slides is not None and now > state.sums[ks.TIME_LIMIT]:
+        if ks.is_curved(state.boundary) and now > state.sums[ks.TIME_LIMIT]:
             return i, j, now
-        find_contact(i, now, times[WALL_TIME, i] - now, state, slides, agenda)
+        find_contact(i, now, times[ks.WALL_TIME, i] - now, state, agenda)
 
 
 @inlined
-def slide_event(
-    i: int, j: int, now: float, state: State, slides: Integers | None, agenda: Agenda
-) -> tuple[int, float]:
-    """The ball of the two that begins to slide now, or slid up to now, and its impulse, kg m/s.
-
-    The ball is NO_PARTNER if none slides; then i and j collide.
-    """
-    if slides is None:
-        return ks.NO_PARTNER, 0.0
-    k = sliding.sliding_ball(i, j, now, state.balls, slides)
-    if k == ks.NO_PARTNER:
-        return k, 0.0
-    begins = slides[k] == sliding.SETTLES
-    size = sliding.slide_on(k, now, state, slides)
-    if begins:
-        links = agenda.links
-        links[EVENTS, k] += 1
-        links[LAST, k], links[BOUNCES, k] = ks.NO_PARTNER, 0
-        agenda.times[WALL_TIME, k] = NEVER
-        find_contact(k, now, NEVER, state, slides, agenda)
-    return k, size
+def other_events(end: float, i: int, next_times: Floats) -> int:
+    """How many balls, other than i, have their next event up to a time, s."""
+    number = 0
+    for k in range(len(next_times)):
+        number += 1 if k != i and next_times[k] <= end else 0
+    return number
 
 
 @inlined
-def after_wall_hit(
-    i: int, now: float, state: State, slides: Integers | None, agenda: Agenda
-) -> bool:
+def after_wall_hit(i: int, now: float, state: State, agenda: Agenda) -> bool:
     """Predict what ball i does after a hit of the wall; whether it is trapped there for good."""
-    balls, setup, times, links = state.balls, state.setup, agenda.times, agenda.links
+    boundary, setup, times, links = state.boundary, state.setup, agenda.times, agenda.links
     links[EVENTS, i] += 1
     links[LAST, i] = ks.NO_PARTNER
     links[BOUNCES, i] += 1
-    predict_walls(now, state, agenda, state.container)
-    x, y, u, v = ks.seen_from_container(
-        balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, state.container
-    )
-    delay = chord_delay(x, y, u, v)
-    times[WALL_TIME, i] = now + delay
-    find_contact(i, now, delay, state, slides, agenda)
+    predict_walls(boundary, now, state, times)
+    delay = predict_wall(i, now, True, state, agenda)
+    find_contact(i, now, delay, state, agenda)
     if not setup.traps or (links[BOUNCES, i] == 1 and setup.wall_law.cor != 0.0):
         return False
-    patient = links[BOUNCES, i] <= setup.patience
-    trapped = prediction.is_trapped(
-        i, now, state, state.container, slides, times[NEXT_TIME], patient
-    )
-    if slides is None:
+    lasts = prediction.bouncing_time(i, now, state)
+    patient = bool(links[BOUNCES, i] <= setup.patience)
+    trapped = False
+    if not patient or other_events(now + lasts, i, times[ks.NEXT_TIME]) == 0:
+        trapped = prediction.is_trapped(i, now, lasts, patient, state)
+    slides_from = settles(boundary, i, trapped, now, state)
+    if slides_from == NEVER:
         return trapped
-    if trapped or sliding.has_settled(i, state, now):
-        times[WALL_TIME, i] = times[NEXT_TIME, i] = sliding.settle(i, state, slides)
-        times[PAIR_TIME, i] = NEVER
+    times[ks.WALL_TIME, i] = times[ks.NEXT_TIME, i] = slides_from
+    times[ks.PAIR_TIME, i] = NEVER
     return False
 
 
 @inlined
-def after_pair(
-    i: int, j: int, now: float, state: State, slides: Integers | None, agenda: Agenda
-) -> None:
+def after_pair(i: int, j: int, now: float, state: State, agenda: Agenda) -> None:
     """Predict what balls i and j do after their collision."""
-    links = agenda.links
+    links, boundary = agenda.links, state.boundary
     links[EVENTS, i] += 1
     links[EVENTS, j] += 1
     links[LAST, i], links[LAST, j] = j, i
     links[BOUNCES, i] = links[BOUNCES, j] = 0
-    delay_i = predict_wall_after_pair(i, now, state, slides, agenda)
-    delay_j = predict_wall_after_pair(j, now, state, slides, agenda)
-    find_contacts(i, j, now, delay_i, delay_j, state, slides, agenda)
+    delay_i = predict_wall(i, now, ks.leaves_wall(boundary, i), state, agenda)
+    delay_j = predict_wall(j, now, ks.leaves_wall(boundary, j), state, agenda)
+    find_contacts(i, j, now, delay_i, delay_j, state, agenda)
+
+
+@inlined
+def begin_slide(i: int, now: float, agenda: Agenda) -> None:
+    """Ball i slides from now on: it has no wall ahead, and its contacts are searched next."""
+    times, links = agenda.times, agenda.links
+    links[EVENTS, i] += 1
+    links[LAST, i], links[BOUNCES, i] = ks.NO_PARTNER, 0
+    times[ks.WALL_TIME, i] = NEVER
+    enter_contact(i, now, ks.NOT_SEARCHED, agenda)
 
 
 # What one repeat does, an event in each turn of the loop:
@@ -283,19 +282,14 @@ def after_pair(
 #   i, j, now = the earliest contact of all balls; j is a ball or the wall
 #   stop if there is none, or if the time limit comes first
 #   fill the rows of the summary up to now
-#   a ball that slides: bring it to now along the wall, and take the next turn
+#   a ball that slides: bring it to now along the wall, and take the next turn (``sliding``)
 #   bring i and j to now, change their velocities; count and record the event
 #   at the wall: a free container has moved: predict the hits of all; search i's next contact
 #   between balls: search the next contacts of i and j
 #   stop if i is trapped at the wall, or if the clock stands still
 @inlined
 def simulate_repeat(
-    state: State,
-    slides: Integers | None,
-    agenda: Agenda,
-    recorded: Recorded,
-    grid: Grid | None,
-    limit: int,
+    state: State, agenda: Agenda, recorded: Recorded, grid: Grid | None, limit: int
 ) -> int:
     """Simulate at most ``limit`` events of a repeat; why it stopped, see ``clock``."""
     counts, sums = state.counts, state.sums
@@ -305,15 +299,15 @@ def simulate_repeat(
     if counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS] == 0:
         begin(state, agenda)
     for filled in range(limit):
-        i, j, now = next_event(state, slides, agenda)
+        i, j, now = next_event(state, agenda)
         if now == NEVER:
             return clock.NOTHING_LEFT
         if now > sums[ks.TIME_LIMIT]:
             return clock.TIME
         if grid is not None and now > sample_time:
-            sample_time = sample_until(now, grid, state, slides)
+            sample_time = sample_until(now, grid, state)
         clock.begin_event(i, j, now, sums, counts)
-        slider, size = slide_event(i, j, now, state, slides, agenda)
+        slider, begins, size = slide_event(state.boundary, i, j, now, state)
         if slider != ks.NO_PARTNER:
             i, j = slider, SLIDE
         else:
@@ -321,13 +315,15 @@ def simulate_repeat(
         count(i, j, size, state)
         if grid is None:
             record(recorded, filled, i, j, now, size, state.labels)
+        if begins:
+            begin_slide(i, now, agenda)
         if j == SLIDE:
             continue
         if j == ks.NO_PARTNER:
-            if after_wall_hit(i, now, state, slides, agenda):
+            if after_wall_hit(i, now, state, agenda):
                 return clock.WALL_TRAP
         else:
-            after_pair(i, j, now, state, slides, agenda)
+            after_pair(i, j, now, state, agenda)
         if counts[ks.STALLED] > clock.STALL_LIMIT * state.balls.shape[1]:
             return clock.COLLAPSE
     return clock.FULL
@@ -336,7 +332,6 @@ def simulate_repeat(
 @kernel
 def advance(
     states: State,
-    all_slides: Integers | None,
     agendas: Agenda,
     records: Recorded,
     grids: Grid | None,
@@ -346,14 +341,14 @@ def advance(
 ) -> None:
     """Simulate at most ``limit`` events of each active repeat, and answer why each stopped.
 
-    states, all_slides, agendas, grids : stacked, of all repeats; without grids events are recorded
+    states, agendas, grids : stacked, of all repeats; without grids events are recorded
     active : (*a*,), the repeats to simulate
     records, answers : a row for each of these
     """
     for row in range(len(active)):
         repeat = active[row]
-        state, slides = ks.state_of(states, repeat), ks.part_of(all_slides, repeat)
+        state = ks.state_of(states, repeat)
         agenda = Agenda(agendas.times[repeat], agendas.links[repeat])
         recorded = Recorded(records.time[row], records.i[row], records.j[row], records.impulse[row])
         grid = grid_of(grids, repeat)
-        answers[row] = simulate_repeat(state, slides, agenda, recorded, grid, limit)
+        answers[row] = simulate_repeat(state, agenda, recorded, grid, limit)

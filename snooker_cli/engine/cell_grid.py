@@ -6,6 +6,7 @@ round; a periodic box has none, and its columns and rows wrap.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -15,17 +16,17 @@ from snooker_cli.engine.bit_tricks import nonnegative
 from snooker_cli.engine.cell_memory import (
     CELL,
     FORMER,
+    LEAST_MEMBERS,
     LINK_ROWS,
     PLACE,
     Cells,
-    Margin,
     Mesh,
     Tree,
     room_for,
     tags_of,
 )
-from snooker_cli.engine.contact import NEVER, nearest_image, wall_delay
-from snooker_cli.engine.jit import inlined
+from snooker_cli.engine.contact import NEVER
+from snooker_cli.engine.jit import by_class, inlined
 from snooker_cli.engine.kernel_state import Flags, Floats, State, U, V
 from snooker_cli.scene import Scene
 
@@ -40,11 +41,11 @@ MARGIN = 0.1
 
 
 def new_cells(scene: Scene, side: float, balls: Floats, tree: Tree) -> Cells:
-    """Cells of about a side (m), with room for four balls each and without members."""
+    """Cells of about a side (m), with room for LEAST_MEMBERS balls each and without members."""
     mesh, tags = new_mesh(scene, side), tags_of(balls)
     tags[FORMER] = ks.NO_PARTNER
     at_wall = cells_at_wall(scene, mesh, MARGIN * mesh.width if scene.free else 0.0)
-    members, near = room_for(4, len(at_wall))
+    members, near = room_for(LEAST_MEMBERS, len(at_wall))
     return Cells(
         mesh=mesh,
         members=members,
@@ -96,37 +97,21 @@ def cells_at_wall(scene: Scene, mesh: Mesh, margin: float) -> Flags:
     return np.ravel(at_wall)
 
 
-def with_margin(cells: Cells, container: Floats, now: float) -> Cells:
-    """The cells round the place of a free container at a time (s), with a margin."""
-    mesh, width = cells.mesh, MARGIN * cells.mesh.width
-    x, y, u, v, clock = container
-    x, y = x + u * (now - clock), y + v * (now - clock)
-    until = now + wall_delay(0.0, 0.0, u, v, width * width)
-    return cells._replace(
-        mesh=mesh._replace(
-            left=x - 0.5 * mesh.columns * mesh.width, bottom=y - 0.5 * mesh.rows * mesh.height
-        ),
-        margin=Margin(
-            place=np.array([x, y, width, until]),
-            brink=np.zeros(cells.links.shape[1], dtype=np.int32),
-            brinks=np.zeros(1, dtype=np.int32),
-        ),
-    )
-
-
 @inlined
 def column_and_row(cell: int, mesh: Mesh) -> tuple[int, int]:
     return cell & ((1 << mesh.shift) - 1), cell >> mesh.shift
 
 
+@by_class
+def wrapped(boundary: Any, column: int, row: int, columns: int, rows: int) -> tuple[int, int]:
+    """The column and the row, of those that there are, in a periodic box beyond its sides."""
+    return column, row
+
+
 @inlined
-def cell_at(column: int, row: int, mesh: Mesh, period: Floats | None) -> int:
-    """The cell in a column and a row, which wrap in a periodic box."""
-    if period is not None:
-        column += mesh.columns if column < 0 else 0
-        column -= mesh.columns if column >= mesh.columns else 0
-        row += mesh.rows if row < 0 else 0
-        row -= mesh.rows if row >= mesh.rows else 0
+def cell_at(column: int, row: int, mesh: Mesh, boundary: Any) -> int:
+    """The cell in a column and a row."""
+    column, row = wrapped(boundary, column, row, mesh.columns, mesh.rows)
     return nonnegative((row << mesh.shift) + column)
 
 
@@ -152,17 +137,17 @@ def take_out(i: int, cells: Cells) -> None:
 
 
 @inlined
-def collect(found: int, column: int, row: int, cells: Cells, period: Floats | None) -> int:
+def collect(gathered: int, column: int, row: int, cells: Cells, boundary: Any) -> int:
     """Append the balls of a cell to ``near``, always four or more; how many there are then."""
     near, members = cells.near, cells.members
-    cell = cell_at(column, row, cells.mesh, period)
+    cell = cell_at(column, row, cells.mesh, boundary)
     number = int(cells.occupancy[cell])
-    found = nonnegative(found)
-    for place in range(4):
-        near[found + place] = members[cell, place]
-    for place in range(4, number):
-        near[found + place] = members[cell, place]
-    return found + number
+    gathered = nonnegative(gathered)
+    for place in range(LEAST_MEMBERS):
+        near[gathered + place] = members[cell, place]
+    for place in range(LEAST_MEMBERS, number):
+        near[gathered + place] = members[cell, place]
+    return gathered + number
 
 
 @inlined
@@ -182,5 +167,5 @@ def crossing_delays(i: int, now: float, state: State, cells: Cells) -> tuple[flo
     u, v = state.balls[U, i], state.balls[V, i]
     x -= mesh.left + mesh.width * (column + 0.5)
     y -= mesh.bottom + mesh.height * (row + 0.5)
-    x, y = nearest_image(x, y, state.period)
+    x, y = ks.nearest_image(state.boundary, x, y)
     return crossing_delay(x, u, mesh.width), crossing_delay(y, v, mesh.height)

@@ -13,13 +13,14 @@ integers of 64 bits, which have the same order (``bit_tricks``). Both are views:
 the other. ``Cells.links``, half a line for each ball, has what only the ball itself needs.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.engine.kernel_state import Flags, Floats, Indices, Integers
 
+LEAST_MEMBERS = 4  # balls that every cell has room for, at least
 LINE = 64  # bytes of a line of the processor's cache
 
 # Further rows of ``State.balls``: when the ball next touches a ball or the wall, and when it leaves
@@ -34,9 +35,6 @@ EVENTS, FORMER = 14, 15
 # its hits of the wall in a row; and whether it is listed in ``Margin.brink``.
 PARTNER, PARTNER_EVENTS, CELL, PLACE, BOUNCES, BRINK, LINK_ROWS = 0, 1, 2, 3, 4, 5, 8
 
-# Elements of ``Margin.place``.
-CENTRE_X, CENTRE_Y, WIDTH, UNTIL = range(4)
-
 
 class Mesh(NamedTuple):
     """Where the cells are: their sides (m), the lower left corner of the first (m), how many."""
@@ -48,19 +46,6 @@ class Mesh(NamedTuple):
     columns: int
     rows: int
     shift: int
-
-
-class Margin(NamedTuple):
-    """Where a free container may be until everything is predicted again.
-
-    place : (4,), the centre's coordinates (m), how far it may be from there (m), until when (s)
-    brink : (*N*,), the balls whose hit has been predicted exactly since the last push
-    brinks : (1,), how many they are
-    """
-
-    place: Floats
-    brink: Indices
-    brinks: Indices
 
 
 class Tree(NamedTuple):
@@ -83,7 +68,7 @@ class Cells(NamedTuple):
     near : memory for the balls of nine cells
     links : (LINK_ROWS, *N*)
     tags : (16, *N*), the memory of ``State.balls``
-    margin : of a free container, or ``None``
+    margin : ``cells.Margin`` of a free container, or ``None``
     """
 
     mesh: Mesh
@@ -94,7 +79,7 @@ class Cells(NamedTuple):
     links: Indices
     tags: Indices
     tree: Tree
-    margin: Margin | None
+    margin: Any
 
 
 def aligned_zeros(number: int) -> Floats:

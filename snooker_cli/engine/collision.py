@@ -4,12 +4,23 @@ Both engines and the replay of a trace use ``collide``, so a replay has the engi
 """
 
 import math
+from typing import Any
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import fused
-from snooker_cli.engine.contact import nearest_image
 from snooker_cli.engine.jit import by_class, helper, inlined
-from snooker_cli.engine.kernel_state import CLOCK, Floats, Indices, Recorded, State, U, V, X, Y
+from snooker_cli.engine.kernel_state import (
+    CLOCK,
+    Floats,
+    Indices,
+    Recorded,
+    Setup,
+    State,
+    U,
+    V,
+    X,
+    Y,
+)
 from snooker_cli.laws import Law
 
 # The change of velocity
@@ -38,8 +49,8 @@ def is_slow(x: float, y: float, u: float, v: float, speed: float) -> bool:
 
 @by_class
 def kick(law: Law, normal: float, length: float) -> float:
-    """The change of the normal speed in a hit, over a length (m): ``laws`` has the law's method."""
-    return law.kick(normal, length)
+    """The change of the normal speed in a hit, over a length (m): a method in ``laws``."""
+    raise NotImplementedError
 
 
 @inlined
@@ -57,14 +68,14 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
     """Collide balls i and j, both at the present; the impulse (1 + e) mu |v_n|, kg m/s."""
     balls, setup = state.balls, state.setup
     x, y = balls[X, j] - balls[X, i], balls[Y, j] - balls[Y, i]
-    x, y = nearest_image(x, y, state.period)
+    x, y = ks.nearest_image(state.boundary, x, y)
     u, v = balls[U, i] - balls[U, j], balls[V, i] - balls[V, j]
     elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
     length, normal = math.sqrt(x * x + y * y), normal_part(x, y, u, v)
     # Of velocity, over (x, y).
     change = 2.0 * normal if elastic else kick(setup.pair_law, normal, length)
-    m = ks.mass_of(i, state.setup, state.masses)
-    first, second = shares(change, m, ks.mass_of(j, state.setup, state.masses))
+    m = ks.mass_of(state.sizes, i)
+    first, second = shares(change, m, ks.mass_of(state.sizes, j))
     balls[U, i] -= first * x
     balls[V, i] -= first * y
     balls[U, j] += second * x
@@ -73,61 +84,37 @@ def hit_pair(i: int, j: int, state: State, elastic: bool) -> float:
 
 
 @inlined
-def hit_side(i: int, state: State, box: Floats, elastic: bool) -> float:
-    """Collide ball i with the nearest side ahead of it; the impulse (1 + e) m |v_n|, kg m/s."""
-    balls, setup = state.balls, state.setup
-    x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
-    r = ks.radius_of(i, state.setup, state.radii)
-    across = box[0] - r - (x if u > 0.0 else -x) if u != 0.0 else math.inf
-    along = box[1] - r - (y if v > 0.0 else -y) if v != 0.0 else math.inf
-    normal = u if across <= along else v
-    elastic = elastic or abs(normal) < setup.elastic_below
-    change = 2.0 * abs(normal) if elastic else kick(setup.wall_law, abs(normal), 1.0)
-    balls[U if across <= along else V, i] -= math.copysign(change, normal)
-    return float(ks.mass_of(i, state.setup, state.masses) * change)
+def change_at_circle(x: float, y: float, u: float, v: float, setup: Setup, elastic: bool) -> float:
+    """The change of a relative velocity (u, v) in a hit of a circle at (x, y), over (x, y)."""
+    elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
+    normal = normal_part(x, y, u, v)
+    if normal <= 0.0:
+        # At the end of a chord shorter than the rounding of its place, a ball may seem to move
+        # inwards. Then it also leaves inwards, at e times its normal speed.
+        return (1.0 - (1.0 if elastic else setup.wall_law.cor)) * normal
+    return 2.0 * normal if elastic else kick(setup.wall_law, normal, math.sqrt(x * x + y * y))
 
 
-@inlined
-def hit_wall(
-    i: int, now: float, state: State, container: Floats | None, box: Floats | None, elastic: bool
-) -> float:
+@by_class
+def hit_wall(boundary: Any, i: int, now: float, state: State, elastic: bool) -> float:
     """Collide ball i, at the present, with the wall; the impulse (1 + e) mu |v_n|, kg m/s.
 
     mu is the reduced mass of the ball and a free container, or the ball's mass if it is fixed.
     """
-    balls, setup = state.balls, state.setup
-    if box is not None:
-        return hit_side(i, state, box, elastic)
-    if container is not None:
-        age = now - container[CLOCK]
-        container[X] += container[U] * age
-        container[Y] += container[V] * age
-        container[CLOCK] = now
-    x, y, u, v = ks.seen_from_container(
-        balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, container
-    )
-    elastic = elastic or is_slow(x, y, u, v, setup.elastic_below)
-    length, normal = math.sqrt(x * x + y * y), normal_part(x, y, u, v)
-    first = 2.0 * normal if elastic else kick(setup.wall_law, normal, length)  # over (x, y)
-    if normal <= 0.0:
-        # At the end of a chord shorter than the rounding of its place, a ball may seem to move
-        # inwards. Then it also leaves inwards, at e times its normal speed.
-        first = (1.0 - (1.0 if elastic else setup.wall_law.cor)) * normal
-    m = ks.mass_of(i, state.setup, state.masses)
-    if container is not None:
-        first, second = shares(first, m, setup.container_mass)
-        container[U] += second * x
-        container[V] += second * y
-    balls[U, i] -= first * x
-    balls[V, i] -= first * y
-    return abs(m * first * length)
+    return 0.0
+
+
+@by_class
+def slide(boundary: Any, i: int, now: float, state: State) -> float:
+    """Bring ball i to where it begins to slide, or slides, now; its impulse on the way, kg m/s."""
+    return 0.0
 
 
 # The collision step
 
 
 @helper
-def contact_lasts(state: State, container: Floats | None) -> float:
+def contact_lasts(now: float, state: State) -> float:
     """How long a contact lasts in the TC model at the balls' present speeds, s.
 
     It is a part of the mean free time: the mean free path over the root mean square of speeds
@@ -135,9 +122,7 @@ def contact_lasts(state: State, container: Floats | None) -> float:
     """
     balls, labels, number = state.balls, state.labels, state.balls.shape[1]
     for k in range(number):
-        u, v = balls[U, k], balls[V, k]
-        if container is not None:
-            u, v = u - container[U], v - container[V]
+        u, v = ks.relative(state.boundary, 0.0, 0.0, balls[U, k], balls[V, k], now)[2:]
         # In the scene's order, so that the sum has the same bits in any order of the columns.
         state.scratch[0, labels[k] if len(labels) > 0 else k] = u * u + v * v
     total = 0.0
@@ -155,10 +140,11 @@ def in_contact(i: int, now: float, balls: Floats, sums: Floats) -> bool:
 
 
 @inlined
-def move(i: int, now: float, balls: Floats, period: Floats | None) -> None:
+def move(i: int, now: float, state: State) -> None:
     """Bring ball i to the present, in a periodic box to its image inside."""
+    balls = state.balls
     x, y = ks.position(i, now, balls)
-    balls[X, i], balls[Y, i] = nearest_image(x, y, period)
+    balls[X, i], balls[Y, i] = ks.nearest_image(state.boundary, x, y)
     balls[CLOCK, i] = now
 
 
@@ -171,13 +157,13 @@ def collide(i: int, j: int, now: float, state: State) -> float:
     balls, sums, counts = state.balls, state.sums, state.counts
     done = counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS]
     if state.setup.contact_path > 0.0 and done % balls.shape[1] == 0:
-        sums[ks.CONTACT_LASTS] = contact_lasts(state, state.container)
+        sums[ks.CONTACT_LASTS] = contact_lasts(now, state)
     elastic = in_contact(i, now, balls, sums)
-    move(i, now, balls, state.period)
+    move(i, now, state)
     if j == ks.NO_PARTNER:
-        return hit_wall(i, now, state, state.container, state.box, elastic)
+        return hit_wall(state.boundary, i, now, state, elastic)
     elastic = elastic or in_contact(j, now, balls, sums)
-    move(j, now, balls, state.period)
+    move(j, now, state)
     return hit_pair(i, j, state, elastic)
 
 
@@ -198,7 +184,7 @@ def count(i: int, j: int, impulse: float, state: State) -> None:
         add_up(state.sums, ks.WALL_IMPULSE, impulse)
     else:
         state.counts[ks.PAIR_EVENTS] += 1
-        distance = ks.contact_distance(i, j, state.setup, state.radii)
+        distance = ks.contact_distance(state.sizes, i, j)
         add_up(state.sums, ks.PAIR_VIRIAL, impulse * distance)
 
 

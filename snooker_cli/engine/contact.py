@@ -7,11 +7,10 @@ Strobl, Formella & Poschel, Comput. Part. Mech. 1, 191 (2014)).
 """
 
 import math
-
-import numpy as np
+from collections.abc import Sequence
+from fractions import Fraction
 
 from snooker_cli.engine.jit import inlined
-from snooker_cli.engine.kernel_state import Floats
 
 NEVER = math.inf
 
@@ -91,9 +90,26 @@ def side_delay(
     return earlier if earlier > 0.0 else 0.0
 
 
-@inlined
-def nearest_image(x: float, y: float, period: Floats | None) -> tuple[float, float]:
-    """The offset (x, y) to the nearest of the images in a periodic box, m; else itself."""
-    if period is None:
-        return x, y
-    return x - period[0] * np.rint(x / period[0]), y - period[1] * np.rint(y / period[1])
+# Whether two balls ever meet: exact, for scenes in which nothing happens
+
+
+def never_meet(
+    ball: Sequence[float], other: Sequence[float], distance: float, period: Sequence[float]
+) -> bool:
+    """Whether two balls never come within a distance (m) of each other, in any image.
+
+    ball, other : place (m), velocity (m/s) and clock (s), as a column of ``State.balls``
+
+    Doubles are fractions, so the relative path is closed: it winds round the box a and b times.
+    The images of the other ball lie on parallel lines, width height/√((a width)² + (b height)²)
+    apart. The path must have the distance from the nearest two.
+    """
+    (xi, yi, ui, vi, ti), (xk, yk, uk, vk, tk) = (map(Fraction, row) for row in (ball, other))
+    x, y, u, v = xk - uk * tk - xi + ui * ti, yk - vk * tk - yi + vi * ti, uk - ui, vk - vi
+    width, height = map(Fraction, period)
+    if u == v == 0:
+        return True
+    a, b = (u * height / (v * width)).as_integer_ratio() if v else (1, 0)
+    offset, apart = x * b * height - y * a * width, width * height
+    nearest = min(offset % apart, -offset % apart)
+    return nearest**2 >= Fraction(distance) ** 2 * ((a * width) ** 2 + (b * height) ** 2)

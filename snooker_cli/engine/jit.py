@@ -9,9 +9,9 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache, cached_property, update_wrapper
+from functools import cache, cached_property, update_wrapper, wraps
 from pathlib import Path
-from tempfile import TemporaryFile, gettempdir
+from tempfile import TemporaryFile
 from typing import IO, Any, TypeVar, cast
 
 import numpy as np
@@ -42,7 +42,7 @@ NOTICE = "compiling this type of scene (first use on this machine, about 10 to 3
 NOTICE_AFTER = 1.0  # seconds of compilation before the notice
 
 UNUSABLE = (
-    "the cache folder for compiled code cannot be used (%s), so %s; "
+    "the cache folder for compiled code cannot be used (%s), so every process compiles again; "
     "set NUMBA_CACHE_DIR to a folder that only you can write to"
 )
 
@@ -102,16 +102,22 @@ def helper(function: Function) -> Function:
 
 
 def by_class(function: Function) -> Function:
-    """Compile calls into the method of the same name of the first argument's class, a NamedTuple.
+    """Compile calls into the method of this name of the first argument's class, a ``NamedTuple``.
 
-    For Python, the function stays as it is: it calls the method.
+    A class without this method, and ``None``, get the function as it stands. So a kernel has no
+    code for what its scene lacks. For Python, calls go the same way.
     """
+    name = function.__name__
 
-    def method(first: Any, *_others: Any) -> Any:
-        return getattr(first.instance_class, function.__name__)
+    @wraps(function)
+    def call(first: Any, *others: Any) -> Any:
+        return getattr(type(first), name, function)(first, *others)
 
-    _unknown.append(lambda numba: _overload(numba, function, method))
-    return function
+    def compiled(first: Any, *_others: Any) -> Any:
+        return getattr(getattr(first, "instance_class", None), name, function)
+
+    _unknown.append(lambda numba: _overload(numba, call, compiled))
+    return cast("Function", call)
 
 
 def instruction(function: Function) -> Function:
@@ -129,29 +135,22 @@ def _overload(numba: Any, function: Callable[..., Any], compiled: Callable[..., 
 def cache_folder() -> Path | None:
     """The folder for kernels of these sources; Numba runs any code that it finds there.
 
-    If the user's folder cannot be used, it is a temporary one, or ``None``, after a warning.
+    If the folder cannot be used, it is ``None``, after a warning.
     """
     here = Path(__file__).parent
     numba = _numba()
-    found = hashlib.sha256(numba.__version__.encode())
+    digest = hashlib.sha256(numba.__version__.encode())
     others = (here.with_name(name) for name in ("laws.py", "trace.py"))
     for source in (*sorted(here.glob("*.py")), *others):
-        found.update(source.read_bytes())
-    name, chosen = f"engine-{found.hexdigest()[:16]}", numba.config.CACHE_DIR
+        digest.update(source.read_bytes())
+    name, chosen = f"engine-{digest.hexdigest()[:16]}", numba.config.CACHE_DIR
     try:
         user = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
         parent = Path(chosen) if chosen else user.expanduser() / "snooker"
         return _private_folder(parent, name, shared=bool(chosen))
     except (OSError, RuntimeError) as error:  # RuntimeError: the user has no home folder
-        reason = getattr(error, "strerror", None) or str(error).rstrip(".")
-    user_id = "" if sys.platform == "win32" else f"-{os.geteuid()}"
-    try:
-        folder = _private_folder(Path(gettempdir(), f"snooker{user_id}"), name, shared=False)
-    except OSError:
-        _log.warning(UNUSABLE, reason, "every process compiles again")
+        _log.warning(UNUSABLE, getattr(error, "strerror", None) or str(error).rstrip("."))
         return None
-    _log.warning(UNUSABLE, reason, f"{folder} is used instead")
-    return folder
 
 
 def _private_folder(parent: Path, name: str, *, shared: bool) -> Path:

@@ -12,13 +12,13 @@ a free container. A search up to that horizon T has two passes, over BLOCK balls
 """
 
 import math
+from typing import Any
 
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.bit_tricks import lowest_bit
-from snooker_cli.engine.contact import may_touch, pair_delay, wall_delay
-from snooker_cli.engine.jit import helper, inlined
-from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V, X, Y
-from snooker_cli.engine.sliding import place
+from snooker_cli.engine.contact import NEVER, may_touch, pair_delay
+from snooker_cli.engine.jit import by_class, helper, inlined
+from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
 
 BLOCK = 48
 """Balls of a mask: fewer than the bits of a positive integer, a multiple of any vector's length."""
@@ -41,13 +41,13 @@ def candidates(i: int, now: float, horizon: float, state: State, start: int, sto
     """The balls from ``start`` to ``stop`` that may touch ball i within ``horizon``, a bit each."""
     x, y = ks.position(i, now, state.balls)
     u, v = state.balls[U, i], state.balls[V, i]
-    r = ks.radius_of(i, state.setup, state.radii)
+    r = ks.radius_of(state.sizes, i)
     xs, ys, us, vs, clocks = rows(state.balls, start, stop)
-    radii = ks.part_of(state.radii, slice(start, stop))
+    sizes = ks.sizes_between(state.sizes, start, stop)
     twice = 2.0 * horizon
     mask = 0
     for k in range(len(xs)):
-        d = r + ks.radius_of(k, state.setup, radii)
+        d = r + ks.radius_of(sizes, k)
         age = now - clocks[k]
         xk, yk = xs[k] + us[k] * age, ys[k] + vs[k] * age
         may = may_touch(xk - x, yk - y, us[k] - u, vs[k] - v, d * d, twice)
@@ -70,14 +70,13 @@ def candidates_of_two(
     balls = state.balls
     xi, yi, ui, vi = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
     xj, yj, uj, vj = balls[X, j], balls[Y, j], balls[U, j], balls[V, j]
-    ri = ks.radius_of(i, state.setup, state.radii)
-    rj = ks.radius_of(j, state.setup, state.radii)
+    ri, rj = ks.radius_of(state.sizes, i), ks.radius_of(state.sizes, j)
     xs, ys, us, vs, clocks = rows(balls, start, stop)
-    radii = ks.part_of(state.radii, slice(start, stop))
+    sizes = ks.sizes_between(state.sizes, start, stop)
     twice_i, twice_j = 2.0 * horizon_i, 2.0 * horizon_j
     mask_i, mask_j = 0, 0
     for k in range(len(xs)):
-        r = ks.radius_of(k, state.setup, radii)
+        r = ks.radius_of(sizes, k)
         di, dj = ri + r, rj + r
         age = now - clocks[k]
         x, y = xs[k] + us[k] * age, ys[k] + vs[k] * age
@@ -108,7 +107,7 @@ def earliest(
     while mask != 0:
         k = start + lowest_bit(mask)
         mask &= mask - 1
-        d = ks.contact_distance(i, k, state.setup, state.radii)
+        d = ks.contact_distance(state.sizes, i, k)
         xk, yk = ks.position(k, now, balls)
         uk, vk = balls[U, k], balls[V, k]
         its_delay = pair_delay(xk - x, yk - y, uk - u, vk - v, d * d)
@@ -117,77 +116,93 @@ def earliest(
     return delay, partner
 
 
+@by_class
+def delay_to_wall(boundary: Any, i: int, now: float, left_wall: bool, state: State) -> float:
+    """Time until ball i hits the wall, s; never without walls.
+
+    left_wall : whether its last event was a hit of the wall, where it then is exactly
+    """
+    return NEVER
+
+
+# Wall traps: infinitely many hits of a circle in finite time
+
+
 @inlined
-def time_to_wall(i: int, now: float, state: State, container: Floats | None) -> float:
-    """Time until ball i hits the wall of the circle, s."""
-    x, y = ks.position(i, now, state.balls)
-    u, v = state.balls[U, i], state.balls[V, i]
-    x, y, u, v = ks.seen_from_container(x, y, u, v, now, container)
-    reach = ks.wall_reach(i, state.setup, state.radii)
-    return wall_delay(x, y, u, v, reach * reach)
-
-
-@helper
-def is_trapped(
-    i: int,
-    now: float,
-    state: State,
-    container: Floats | None,
-    slides: Integers | None,
-    next_time: Floats | None,
-    patient: bool,
-) -> bool:
-    """Whether ball i, just off the wall, will hit it infinitely often before anything else.
+def bouncing_time(i: int, now: float, state: State) -> float:
+    """How long infinitely many hits of ball i, just off the wall, last at most, s; inf without.
 
     The chords last 2 a e^k v_n / (e^2k v_n^2 + v_t^2), together at most 2 a v_n / ((1 - e) v_t^2).
-    The ball is trapped if the repeat does not end within that time, no other event happens and no
-    ball can come near. The bounces push a free container, together by no more than its share of
-    (1 + e) v_n / (1 - e), and its wall must not reach the others either.
-
-    next_time : of each ball's next event, s, if known
-    patient : whether other balls must not have events; if they may, each may get the energy of all
+    Here a is the distance from the centre, v_n and v_t are the normal and the tangential speed.
     """
-    balls, setup = state.balls, state.setup
-    x, y, u, v = ks.seen_from_container(
-        balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now, container
+    balls = state.balls
+    x, y, u, v = ks.relative(
+        state.boundary, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now
     )
     inward = max(-(x * u + y * v), 0.0)  # a v_n
     cross = x * v - y * u  # a v_t
     if cross == 0.0:
+        return NEVER
+    loss = 1.0 - state.setup.wall_law.cor
+    return float(2.0 * inward * (x * x + y * y) / (loss * cross * cross))
+
+
+@by_class
+def pushed_speed(boundary: Any, i: int, inward: float, state: State) -> float:
+    """Largest speed (m/s) of a wall that ball i hits infinitely often; zero if it is fixed.
+
+    Its bounces push a free container together by no more than its share of (1 + e) v_n / (1 - e).
+
+    inward : v_n of the ball after its last hit, m/s
+    """
+    return 0.0
+
+
+@by_class
+def wall_comes_near(boundary: Any, k: int, x: float, y: float, way: float, state: State) -> bool:
+    """Whether a wall may reach ball k at (x, y) if the two come nearer by a way, m."""
+    return False
+
+
+@inlined
+def highest_speed(state: State) -> float:
+    """The speed of the lightest ball if it had all the energy, m/s: none can become faster."""
+    energy, lightest = 0.0, math.inf
+    for k in range(state.balls.shape[1]):
+        m, u, v = ks.mass_of(state.sizes, k), state.balls[U, k], state.balls[V, k]
+        energy += m * (u * u + v * v)
+        lightest = min(lightest, m)
+    return math.sqrt(energy / lightest)
+
+
+@helper
+def is_trapped(i: int, now: float, lasts: float, patient: bool, state: State) -> bool:
+    """Whether ball i, just off the wall, will hit it infinitely often before anything else.
+
+    It is trapped if the repeat does not end within that time and no other ball can come near.
+    Nor may a free container, which the bounces push, reach another ball.
+
+    lasts : ``bouncing_time``, s
+    patient : whether no other ball has an event in that time; else any may get the energy of all
+    """
+    balls, boundary = state.balls, state.boundary
+    if now + lasts > state.sums[ks.TIME_LIMIT] or lasts == NEVER:
         return False
-    left = 2.0 * inward * (x * x + y * y) / ((1.0 - setup.wall_law.cor) * cross * cross)
-    end = now + left
-    if end > state.sums[ks.TIME_LIMIT]:
-        return False
-    wall_speed = 0.0
-    if container is not None:
-        m = ks.mass_of(i, state.setup, state.masses)
-        pushes = (1.0 + setup.wall_law.cor) / (1.0 - setup.wall_law.cor)
-        pushes *= inward / math.sqrt(x * x + y * y) * (m / (m + setup.container_mass))
-        wall_speed = pushes + math.sqrt(container[U] * container[U] + container[V] * container[V])
+    x, y, u, v = ks.relative(boundary, balls[X, i], balls[Y, i], balls[U, i], balls[V, i], now)
+    inward = max(-(x * u + y * v), 0.0) / math.sqrt(x * x + y * y)
+    wall_speed = pushed_speed(boundary, i, inward, state)
     speed = math.sqrt(u * u + v * v) + wall_speed
-    fastest = 0.0
-    if not patient:  # the lightest ball's speed if it had all the energy: none can become faster
-        energy, lightest = 0.0, math.inf
-        for k in range(balls.shape[1]):
-            m, u, v = ks.mass_of(k, setup, state.masses), balls[U, k], balls[V, k]
-            energy += m * (u * u + v * v)
-            lightest = min(lightest, m)
-        fastest = math.sqrt(energy / lightest)
+    fastest = 0.0 if patient else highest_speed(state)
     for k in range(balls.shape[1]):
-        if k != i:
-            if next_time is not None and patient and next_time[k] <= end:
-                return False
-            xk, yk = place(k, now, balls, slides)
-            uk, vk = balls[U, k], balls[V, k]
-            its_speed = math.sqrt(uk * uk + vk * vk) if patient else fastest
-            x, y = xk - balls[X, i], yk - balls[Y, i]
-            gap = math.sqrt(x * x + y * y) - ks.contact_distance(i, k, state.setup, state.radii)
-            if gap <= (speed + its_speed) * left:
-                return False
-            if container is not None:
-                x, y = xk - container[X], yk - container[Y]
-                gap = ks.wall_reach(k, state.setup, state.radii) - math.sqrt(x * x + y * y)
-                if gap <= (wall_speed + its_speed) * left:
-                    return False
+        if k == i:
+            continue
+        u, v = balls[U, k], balls[V, k]
+        its_speed = math.sqrt(u * u + v * v) if patient else fastest
+        xk, yk = ks.place(boundary, k, now, balls)
+        x, y = xk - balls[X, i], yk - balls[Y, i]
+        gap = math.sqrt(x * x + y * y) - ks.contact_distance(state.sizes, i, k)
+        if gap <= (speed + its_speed) * lasts:
+            return False
+        if wall_comes_near(boundary, k, xk, yk, (wall_speed + its_speed) * lasts, state):
+            return False
     return True

@@ -7,10 +7,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from snooker_cli.engine import clock, sampling
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.collision import collide, count
+from snooker_cli.engine.collision import collide, count, slide
+from snooker_cli.engine.conversion import flown, new_states, origin_of, write_curved
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
-from snooker_cli.engine.sliding import FLIES, slide_on, write_states
 from snooker_cli.errors import UnsoundError
 from snooker_cli.trace import SLIDE, SPEED_BINS, Series, Trace
 
@@ -42,7 +42,7 @@ def replay(trace: Trace, times: ArrayLike) -> States:
     if trace.events is None:
         raise ValueError("this repeat was recorded as a summary: it has no events to replay")
     wanted = times_within(trace, times)
-    origin = ks.origin_of(trace.start)
+    origin = origin_of(trace.start)
     out = np.empty((len(wanted), 4, trace.start.number))
     container_out = np.zeros((len(wanted), 4))
     run = Replay(trace)
@@ -51,8 +51,8 @@ def replay(trace: Trace, times: ArrayLike) -> States:
         run.advance(int(done[k]))
         run.write_state(float(instant), out[k], container_out[k])
     positions = out[:, :2].transpose(0, 2, 1)
-    period = run.state.period
-    if period is not None:
+    if trace.start.container.period is not None:
+        period = np.array(trace.start.container.period)
         positions = positions - period * np.rint(positions / period)
     # A file with other events, but right hashes, leads balls anywhere.
     reach = ESCAPE * max(trace.start.container.size)
@@ -109,8 +109,8 @@ class Replay:
 
     def __init__(self, trace: Trace) -> None:
         assert trace.events is not None
-        self.events, self.done = trace.events, 0
-        self.state = ks.state_of(ks.new_states([trace.start]), 0)
+        self.events, self.free, self.done = trace.events, trace.start.free, 0
+        self.state = ks.state_of(new_states([trace.start]), 0)
         self.epoch_length = clock.length(trace.start.number)
 
     def advance(self, end: int, kept: Integers | None = None, rows: Floats | None = None) -> None:
@@ -127,7 +127,7 @@ class Replay:
             number = state.balls.shape[1]
             dense = len(kept[part]) * number > BRANCHES * len(events)
             tree = np.empty((2 * number * dense, 3))
-            repeat_events(state, state.slides, record, self.done, kept[part], rows[part], tree)
+            repeat_events(state, record, self.done, kept[part], rows[part], tree)
             self.done = stop
             if stop % self.epoch_length == 0:
                 state.next_epoch(*clock.following(epoch, float(clocks[-1])))
@@ -135,36 +135,26 @@ class Replay:
     def measure(self, row: Floats, time: float) -> None:
         """Write the observables at a time (s) into a row."""
         state = self.state
-        histogram = np.zeros(SPEED_BINS, dtype=np.int32)  # of no interest here
         clock = time - state.sums[ks.EPOCH]
-        sampling.sample(row, histogram, clock, state, state.container, state.slides)
+        pressed = sampling.pressing(state.boundary, clock, state)
+        histogram = np.zeros(SPEED_BINS, dtype=np.int32)  # of no interest here
+        sampling.sample(row, histogram, pressed, state)
 
     def write_state(self, time: float, out: Floats, container_out: Floats) -> None:
         """Write position and velocity of all balls and of the container at a time, s."""
-        state = self.state
-        balls, container = state.balls, state.container
-        clock = time - state.sums[ks.EPOCH]
-        out[:2] = balls[[ks.X, ks.Y]] + balls[[ks.U, ks.V]] * (clock - balls[ks.CLOCK])
-        out[2:] = balls[[ks.U, ks.V]]
-        if state.slides is not None:
-            begins = self.done < len(self.events) and self.events.j[self.done] == SLIDE
-            next_ball = int(self.events.i[self.done]) if begins else ks.NO_PARTNER
-            write_states(clock, next_ball, state, state.slides, out)
-        if container is not None:
-            velocity = container[[ks.U, ks.V]]
-            container_out[:2] = container[[ks.X, ks.Y]] + velocity * (clock - container[ks.CLOCK])
-            container_out[2:] = velocity
+        state, boundary = self.state, self.state.boundary
+        clock = np.asarray(time - state.sums[ks.EPOCH])
+        out[...] = flown(state.balls, clock)
+        begins = self.done < len(self.events) and self.events.j[self.done] == SLIDE
+        settling = int(self.events.i[self.done]) if begins else ks.NO_PARTNER
+        write_curved(boundary, float(clock), settling, state, out)
+        if self.free:
+            container_out[...] = flown(boundary.motion[:, np.newaxis], clock)[:, 0]
 
 
 @kernel
 def repeat_events(
-    state: State,
-    slides: Integers | None,
-    record: Recorded,
-    done: int,
-    kept: Integers,
-    rows: Floats,
-    tree: Floats,
+    state: State, record: Recorded, done: int, kept: Integers, rows: Floats, tree: Floats
 ) -> None:
     """Carry out recorded events again, measuring after those numbers of events that are kept.
 
@@ -172,6 +162,7 @@ def repeat_events(
         of pairs, of pairs of pairs and so on are a tree, of which it changes two branches only.
         Node k is the sum of nodes 2k and 2k + 1; the first ball is node N.
     """
+    boundary = state.boundary
     row, leaves = 0, len(tree) // 2
     for i in range(leaves):
         set_terms(tree[leaves + i], sampling.terms_of(i, state))
@@ -179,13 +170,12 @@ def repeat_events(
         add_pair(node, tree)
     for event in range(len(record.time)):
         now, i, j = record.time[event], record.i[event], record.j[event]
-        if slides is not None and j == SLIDE:
-            slide_on(i, now, state, slides)
+        if j == SLIDE:
+            slide(boundary, i, now, state)
         else:
-            if slides is not None:
-                slides[i] = FLIES
-                if j >= 0:
-                    slides[j] = FLIES
+            ks.leaves_wall(boundary, i)
+            if j >= 0:
+                ks.leaves_wall(boundary, j)
             collide(i, j, now, state)
         count(i, j, record.impulse[event], state)
         if leaves > 0:
@@ -194,7 +184,7 @@ def repeat_events(
                 climb(j, tree, state)
         if row < len(kept) and kept[row] == done + event + 1:
             sums = (tree[1, 0], tree[1, 1], tree[1, 2]) if leaves > 0 else sampling.totals(state)
-            sampling.measure(rows[row], sums, now, state, state.container, slides)
+            sampling.measure(rows[row], sums, sampling.pressing(boundary, now, state), state)
             row += 1
 
 

@@ -11,9 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
-from snooker_cli.engine.jit import helper, inlined, kernel
-from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Setup, State, U, V, mass_of
-from snooker_cli.engine.sliding import SETTLES, ball_of, bounced, pressing, set_ball
+from snooker_cli.engine.jit import by_class, helper, inlined, kernel
+from snooker_cli.engine.kernel_state import Floats, Indices, Integers, State, U, V
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Series, Summary
 
@@ -121,107 +120,99 @@ def halve(grid: Grid) -> None:
     grid.step[0] *= 2.0
 
 
+# What boundaries add
+
+
+@by_class
+def energy(boundary: Any) -> float:
+    """Kinetic energy of a free container, J."""
+    return 0.0
+
+
+@by_class
+def pressing(boundary: Any, now: float, state: State) -> float:
+    """Impulse on the wall of all balls that slide, each since its clock, kg m/s."""
+    return 0.0
+
+
+@by_class
+def bounce_on(boundary: Any, time: float, state: State) -> None:
+    """Bring balls that bounce until they slide to a time, s; add their impulse on the wall."""
+
+
+@by_class
+def bounce_back(boundary: Any, state: State) -> None:
+    """Bring these balls back to where ``bounce_on`` found them."""
+
+
+# Rows
+
+
 @inlined
-def energy_of(i: int, balls: Floats, setup: Setup, masses: Floats | None) -> float:
+def energy_of(i: int, state: State) -> float:
     """Kinetic energy of ball i, J."""
-    u, v = balls[U, i], balls[V, i]
-    return float(0.5 * mass_of(i, setup, masses) * (u * u + v * v))
+    u, v = state.balls[U, i], state.balls[V, i]
+    return float(0.5 * ks.mass_of(state.sizes, i) * (u * u + v * v))
 
 
 @inlined
 def terms_of(i: int, state: State) -> tuple[float, float, float]:
     """What ball i adds to sums over the balls: its kinetic energy (J), that squared, its speed."""
-    one = energy_of(i, state.balls, state.setup, state.masses)
+    kinetic = energy_of(i, state)
     u, v = state.balls[U, i], state.balls[V, i]
-    return one, one * one, math.sqrt(u * u + v * v)
+    return kinetic, kinetic * kinetic, math.sqrt(u * u + v * v)
 
 
 @helper
 def totals(state: State) -> tuple[float, float, float]:
     """The sums over the balls of ``terms_of``."""
-    energy, squares, speeds = 0.0, 0.0, 0.0
+    kinetic, squares, speeds = 0.0, 0.0, 0.0
     for i in range(state.balls.shape[1]):
-        one = terms_of(i, state)
-        energy += one[0]
-        squares += one[1]
-        speeds += one[2]
-    return energy, squares, speeds
+        terms = terms_of(i, state)
+        kinetic += terms[0]
+        squares += terms[1]
+        speeds += terms[2]
+    return kinetic, squares, speeds
 
 
 @helper
 def measure(
-    row: Floats,
-    sums_of_balls: tuple[float, float, float],
-    time: float,
-    state: State,
-    container: Floats | None,
-    slides: Integers | None,
+    row: Floats, sums_of_balls: tuple[float, float, float], pressed: float, state: State
 ) -> None:
-    """Write the observables into a row, when clocks are at a time (s) after the last event.
+    """Write the observables into a row.
 
     sums_of_balls : ``totals``
+    pressed : the impulse of balls that slide since their last events, kg m/s
     """
-    balls, setup, masses = state.balls, state.setup, state.masses
-    sums, number = state.sums, balls.shape[1]
-    energy, squares, speeds = sums_of_balls
-    row[KINETIC_ENERGY] = energy
-    row[CONTAINER_ENERGY] = 0.0
-    if container is not None:
-        speed_squared = container[U] * container[U] + container[V] * container[V]
-        row[CONTAINER_ENERGY] = 0.5 * setup.container_mass * speed_squared
+    sums, number = state.sums, state.balls.shape[1]
+    kinetic, squares, speeds = sums_of_balls
+    row[KINETIC_ENERGY] = kinetic
+    row[CONTAINER_ENERGY] = energy(state.boundary)
     row[MEAN_SPEED] = speeds / number
-    if energy > 0.0 and not LEAST_ENERGY < energy < MOST_ENERGY:
+    if kinetic > 0.0 and not LEAST_ENERGY < kinetic < MOST_ENERGY:
         squares = 0.0
         for i in range(number):
-            share = energy_of(i, balls, setup, masses) / energy
+            share = energy_of(i, state) / kinetic
             squares += share * share
-        energy = 1.0
-    row[ENERGY_MOMENT] = squares * number / (energy * energy) if energy > 0.0 else 0.0
-    row[WALL_IMPULSE] = sums[ks.WALL_IMPULSE] + sums[ks.WALL_IMPULSE_REST]
-    if slides is not None:
-        row[WALL_IMPULSE] += pressing(time, state, slides)
+        kinetic = 1.0
+    row[ENERGY_MOMENT] = squares * number / (kinetic * kinetic) if kinetic > 0.0 else 0.0
+    row[WALL_IMPULSE] = sums[ks.WALL_IMPULSE] + sums[ks.WALL_IMPULSE_REST] + pressed
     row[PAIR_VIRIAL] = sums[ks.PAIR_VIRIAL] + sums[ks.PAIR_VIRIAL_REST]
     row[WALL_EVENTS] = state.counts[ks.WALL_EVENTS]
     row[PAIR_EVENTS] = state.counts[ks.PAIR_EVENTS]
 
 
 @kernel
-def sample(
-    row: Floats,
-    histogram: Indices,
-    time: float,
-    state: State,
-    container: Floats | None,
-    slides: Integers | None,
-) -> None:
+def sample(row: Floats, histogram: Indices, pressed: float, state: State) -> None:
     """``measure``, and count the balls by reduced speed v sqrt(m / 2T), T their mean energy."""
-    measure(row, totals(state), time, state, container, slides)
-    energy, number = row[KINETIC_ENERGY], state.balls.shape[1]
+    measure(row, totals(state), pressed, state)
+    kinetic, number = row[KINETIC_ENERGY], state.balls.shape[1]
     for speed in range(SPEED_BINS):
         histogram[speed] = 0
-    if energy > 0.0:
+    if kinetic > 0.0:
         for i in range(number):
-            one = energy_of(i, state.balls, state.setup, state.masses)
-            histogram[min(int(math.sqrt(one * number / energy) / SPEED_BIN), SPEED_BINS - 1)] += 1
-
-
-@helper
-def sample_slides(k: int, time: float, grid: Grid, state: State, slides: Integers) -> None:
-    """``sample`` with what balls press at a time (s), and after their bounces up to it."""
-    balls, sums, scratch = state.balls, state.sums, state.scratch
-    impulse = sums[ks.WALL_IMPULSE]
-    sums[ks.WALL_IMPULSE] += pressing(time, state, slides)
-    for i in range(balls.shape[1]):
-        if slides[i] == SETTLES:
-            set_ball(i, ball_of(i, balls), scratch)
-            ball, bounces = bounced(i, time, state)
-            set_ball(i, ball, balls)
-            sums[ks.WALL_IMPULSE] += bounces
-    sample(grid.rows[k], grid.histogram[k], time, state, state.container, None)
-    for i in range(balls.shape[1]):
-        if slides[i] == SETTLES:
-            set_ball(i, ball_of(i, scratch), balls)
-    sums[ks.WALL_IMPULSE] = impulse
+            reduced = math.sqrt(energy_of(i, state) * number / kinetic)
+            histogram[min(int(reduced / SPEED_BIN), SPEED_BINS - 1)] += 1
 
 
 @inlined
@@ -231,46 +222,44 @@ def next_sample(grid: Grid, sums: Floats) -> float:
 
 
 @kernel
-def sample_until(now: float, grid: Grid, state: State, slides: Integers | None) -> float:
+def sample_until(now: float, grid: Grid, state: State) -> float:
     """Fill the rows whose time is before clocks show ``now``, and return the next time, s.
 
-    No velocity has changed since the last event.
+    No velocity has changed since the last event, but those of balls that slide or settle.
     """
-    rows, histogram = grid.rows, grid.histogram
+    rows, histogram, sums, boundary = grid.rows, grid.histogram, state.sums, state.boundary
     known = False  # whether the row before is of the same velocities
     while True:
-        time = next_sample(grid, state.sums)
+        time = next_sample(grid, sums)
         if time >= now:
             return time
         k = grid.used[0]
         if k > ROWS:
             halve(grid)
             continue
-        if slides is not None:
-            sample_slides(k, time, grid, state, slides)
-        elif known:
+        if known and not ks.is_curved(boundary):
             copy_row(rows[k - 1], histogram[k - 1], rows[k], histogram[k])
         else:
-            sample(rows[k], histogram[k], 0.0, state, state.container, None)
+            impulse = sums[ks.WALL_IMPULSE]
+            sums[ks.WALL_IMPULSE] += pressing(boundary, time, state)
+            bounce_on(boundary, time, state)
+            sample(rows[k], histogram[k], 0.0, state)
+            bounce_back(boundary, state)
+            sums[ks.WALL_IMPULSE] = impulse
             known = True
         grid.used[0] += 1
 
 
 @kernel
 def sample_to_end(
-    ends: Floats,
-    grids: Grid,
-    states: State,
-    all_slides: Integers | None,
-    rows: Floats,
-    histograms: Indices,
+    ends: Floats, grids: Grid, states: State, rows: Floats, histograms: Indices
 ) -> None:
     """``sample_until`` the end of each repeat (s, on its clocks), and a row more at that time."""
     for repeat in range(len(ends)):
         end, state = ends[repeat], ks.state_of(states, repeat)
-        slides = ks.part_of(all_slides, repeat)
-        sample_until(end, grid_of(grids, repeat), state, slides)
-        sample(rows[repeat], histograms[repeat], end, state, state.container, slides)
+        sample_until(end, grid_of(grids, repeat), state)
+        pressed = pressing(state.boundary, end, state)
+        sample(rows[repeat], histograms[repeat], pressed, state)
 
 
 def summary(grid: Grid, time: float, row: Floats, histogram: Indices) -> Summary:

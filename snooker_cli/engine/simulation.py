@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, combinations
 from typing import Any, ClassVar, TypeAlias
@@ -11,15 +11,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.containers import Circle
-from snooker_cli.engine import all_pairs, cell_grid, cell_prediction, cells, clock, sampling
+from snooker_cli.engine import all_pairs, cell_grid, cells, clock, sampling
 from snooker_cli.engine import cell_memory as cm
 from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.clock import CELL_FULL, FULL, IDLE, NOTHING_LEFT, OUT_OF_MARGIN
-from snooker_cli.engine.event_queue import new_tree
-from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded, State
-from snooker_cli.engine.paths import never_meet
+from snooker_cli.engine.contact import never_meet
+from snooker_cli.engine.conversion import (
+    check_restored,
+    copied,
+    new_states,
+    require,
+    restored,
+    scenes_at,
+    within,
+)
+from snooker_cli.engine.event_queue import new_tree, nodes_agree
+from snooker_cli.engine.kernel_state import Floats, Indices, Integers, Recorded, State, UnequalBalls
 from snooker_cli.engine.sampling import Grid
-from snooker_cli.engine.sliding import bounces_to_come, turn_all
+from snooker_cli.engine.sliding import bounces_to_come
 from snooker_cli.scene import Scene
 from snooker_cli.trace import (
     CONTAINER,
@@ -92,7 +101,7 @@ class Engine(ABC):
         self.scenes, repeats = scenes, len(scenes)
         self.wanted = ks.NO_LIMIT if collisions is None else collisions
         self.time_limit = math.inf if time is None else time
-        self.states = ks.new_states(scenes, self.time_limit, self._memory())
+        self.states = new_states(scenes, self.time_limit, self._memory())
         self.grids = sampling.new_grids(scenes) if summary else None
         self.active, self.done = np.arange(repeats), 0
         self.reasons = [StopReason.INTERRUPTED] * repeats
@@ -120,49 +129,34 @@ class Engine(ABC):
         ks.state_of(self.states, repeat).next_epoch(epoch, shift)
 
     def restore(self, saved: Mapping[str, NDArray[Any]]) -> None:
-        """Continue a single repeat from what ``saved`` gave."""
+        """Continue a single repeat from what ``saved`` gave.
+
+        Raises ``CheckpointError`` for arrays that no repeat of this scene has.
+        """
         for name in self.parts:
-            setattr(self, name, _restored(name, getattr(self, name), saved))
+            setattr(self, name, restored(name, getattr(self, name), saved))
+        check_restored(self.states, new_states(self.scenes))
+        if self.grids is not None:
+            used, early, step = self.grids.used, self.grids.early, self.grids.step
+            require(within(used, 0, sampling.ROWS + 2) and np.all((step > 0) & (step < math.inf)))
+            require(within(early, 0, sampling.EARLY_ROWS + 1))
+        self._check_restored()
         sums, counts = self.states.sums[0], self.states.counts[0]
         self.times[0] = sums[ks.EPOCH] + sums[ks.NOW]
         self.done = int(counts[ks.WALL_EVENTS] + counts[ks.PAIR_EVENTS])
+        require(self.done <= self.wanted)
+
+    @abstractmethod
+    def _check_restored(self) -> None:
+        """Raise ``CheckpointError`` for damage in what only this engine has."""
 
     def saved(self) -> dict[str, NDArray[Any]]:
         """Copies of all arrays and numbers of a single repeat, for ``restore``."""
-        return dict(chain.from_iterable(_saved(name, getattr(self, name)) for name in self.parts))
+        return dict(chain.from_iterable(copied(name, getattr(self, name)) for name in self.parts))
 
     @abstractmethod
     def sample_to_end(self, grids: Grid, clocks: Floats, rows: Floats, histograms: Indices) -> None:
         """Complete the grids, and write a row for when each repeat's clocks show a time, s."""
-
-    def scenes_at(self, clocks: Floats) -> list[Scene]:
-        """The scene of each repeat when its clocks show a time, s, at or after the last event."""
-        states, balls, container = self.states, self.states.balls, self.states.container
-        if states.slides is not None:
-            balls = balls.copy()
-            turn_all(clocks, balls, states.slides)
-        x, y, u, v, at = balls[:, : ks.BALL_ROWS].transpose(1, 0, 2)
-        ages = clocks[:, np.newaxis] - at
-        positions = np.stack([x + u * ages, y + v * ages], axis=2)
-        velocities = np.stack([u, v], axis=2)
-        if states.period is not None:
-            positions -= states.period * np.rint(positions / states.period)
-        positions += np.stack([ks.origin_of(scene) for scene in self.scenes])[:, np.newaxis]
-        if len(states.labels):
-            order = np.argsort(states.labels)
-            positions, velocities = (np.take(each, order, 1) for each in (positions, velocities))
-        found = [
-            replace(scene, positions=position, velocities=velocity)
-            for scene, position, velocity in zip(self.scenes, positions, velocities, strict=True)
-        ]
-        if container is None:
-            return found
-        speeds = container[:, 2:4].copy()
-        places = container[:, :2] + speeds * (clocks - container[:, 4])[:, np.newaxis]
-        return [
-            replace(scene, container_position=place, container_velocity=speed)
-            for scene, place, speed in zip(found, places, speeds, strict=True)
-        ]
 
     def chunk(self, sink: Sink | None = None) -> int:
         """Simulate a chunk of events, and keep them or give them to the sink; how many."""
@@ -187,8 +181,8 @@ class Engine(ABC):
                     continue
                 if new < limit:  # a view would keep the whole chunk in memory
                     columns = [column[:new].copy() for column in columns]
-                each, i, j, impulse = columns
-                time, residual = clock.times(epoch, each)
+                clock_times, i, j, impulse = columns
+                time, residual = clock.times(epoch, clock_times)
                 events = Events(time, i, j, impulse, residual)
                 (self.chunks[repeat].append if sink is None else sink)(events)
         for row in np.flatnonzero((done > before) & (done % epoch_length == 0)).tolist():
@@ -208,7 +202,7 @@ class Engine(ABC):
         times = [stop.time for stop in stops]
         clocks = np.array(times) - self.states.sums[:, ks.EPOCH]
         summaries = self._summaries(clocks, times)
-        finishes = self.scenes_at(clocks)
+        finishes = scenes_at(self.scenes, self.states, clocks)
         rows = zip(self.scenes, finishes, stops, counts, self.chunks, summaries, strict=True)
         return [
             Trace(
@@ -255,63 +249,31 @@ class Engine(ABC):
             waits = reason in (StopReason.TIME, StopReason.NOTHING_LEFT) and math.isfinite(limit)
             return Stop(reason, limit if waits else now, (), messages[reason])
         saved = "1 collision is saved" if events == 1 else f"{events:,} collisions are saved"
-        labels, column = self.states.labels, counts[ks.FIRST]
+        scene, labels, column = self.scenes[repeat], self.states.labels, counts[ks.FIRST]
         first, second = (
             int(labels[ball]) if ball >= 0 and len(labels) else ball
             for ball in (column, counts[ks.SECOND])
         )
-        row, container = self.states.balls[repeat, :4, column], self.states.container
-        x, y, u, v = (row if container is None else row - container[repeat, :4]).tolist()
-        scene, e = self.scenes[repeat], self.scenes[repeat].wall_restitution
         if reason is StopReason.WALL_TRAP:
-            end, given, what = now, 0.0, "stays at the wall, because the wall CoR is 0"
-            if e > 0.0:
-                # In a free container a ball bounces as in a fixed one, with the reduced mass.
-                mass = float(scene.masses[first])
-                mass /= 1.0 + mass / scene.container_mass
-                lasts, given = bounces_to_come(x, y, u, v, mass, e)
-                end += lasts
+            lasts, given = bounces_to_come(column, ks.state_of(self.states, repeat))
+            end, what = now + lasts, "stays at the wall, because the wall CoR is 0"
+            if scene.wall_restitution > 0.0:
                 what = (
                     f"bounces infinitely often at the wall, until {end:.9g} s, and gives it "
                     f"{given:.6g} kg m/s more"
                 )
             message = f"wall trap: from {now:.9g} s on, ball {first} {what}; {saved}"
             return Stop(reason, now, (first,), message, end, given)
-        at_wall, has_wall = second == CONTAINER, scene.container.has_wall
-        what = "inelastic collapse"
-        if scene.restitution == 1.0 and (e == 1.0 or not has_wall):
-            what = "collisions without end"
-        square, digit = u * u + v * v, clock.CLOCK_DIGITS * now
-        # A chord lasts 2 a v_n/v^2, which here does not move the clock.
-        shorter = square > 0.0 and 2.0 * abs(x * u + y * v) <= digit * square
-        if at_wall and isinstance(scene.container, Circle) and shorter:
-            what = f"ball {first} moves along the wall and touches it at every moment"
-        pair = f"ball {first} and the wall" if at_wall else f"balls {first} and {second}"
+        balls = (first,) if second == CONTAINER else (first, second)
+        pair = f"ball {first} and the wall" if len(balls) == 1 else f"balls {first} and {second}"
+        lossless = not scene.container.has_wall or scene.wall_restitution == 1.0
+        lossless = lossless and scene.restitution == 1.0
+        what = "collisions without end" if lossless else "inelastic collapse"
         message = (
             f"{what}: collisions continue, but time stays "
             f"at {now:.17g} s; the last collision is of {pair}; {saved}"
         )
-        return Stop(reason, now, (first,) if at_wall else (first, second), message)
-
-
-def _saved(name: str, part: Any) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Copies of the arrays and numbers of a part, by name."""
-    if isinstance(part, tuple):
-        for field, value in part._asdict().items():  # type: ignore[attr-defined]  # a NamedTuple
-            yield from _saved(f"{name}.{field}", value)
-    elif part is not None:
-        yield name, np.array(part, order="C")
-
-
-def _restored(name: str, part: Any, saved: Mapping[str, NDArray[Any]]) -> Any:
-    """A part with what was saved: arrays keep their memory and its order."""
-    if isinstance(part, tuple):
-        values = part._asdict()  # type: ignore[attr-defined]  # a NamedTuple
-        return type(part)(*(_restored(f"{name}.{key}", values[key], saved) for key in values))
-    if isinstance(part, np.ndarray):
-        part[...] = saved[name]
-        return part
-    return None if part is None else type(part)(saved[name])
+        return Stop(reason, now, balls, message)
 
 
 class AllPairs(Engine):
@@ -323,9 +285,8 @@ class AllPairs(Engine):
         self.agendas = all_pairs.new_agendas(len(self.scenes), self.scenes[0].number)
 
     def advance(self, records: Recorded, answers: Integers, limit: int) -> None:
-        states, slides = self.states, self.states.slides
         all_pairs.advance(
-            states, slides, self.agendas, records, self.grids, self.active, answers, limit
+            self.states, self.agendas, records, self.grids, self.active, answers, limit
         )
 
     def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
@@ -333,8 +294,14 @@ class AllPairs(Engine):
         self.agendas.times[repeat] -= shift
 
     def sample_to_end(self, grids: Grid, clocks: Floats, rows: Floats, histograms: Indices) -> None:
-        states, slides = self.states, self.states.slides
-        sampling.sample_to_end(clocks, grids, states, slides, rows, histograms)
+        sampling.sample_to_end(clocks, grids, self.states, rows, histograms)
+
+    def _check_restored(self) -> None:
+        times, links, number = *self.agendas, self.scenes[0].number
+        require(np.all(times >= 0.0) and np.all(times[:, :, number:] == math.inf))
+        require(within(links[:, all_pairs.PARTNER], ks.NOT_SEARCHED, number))
+        require(within(links[:, all_pairs.LAST], ks.NO_PARTNER, number))
+        require(links[:, [all_pairs.EVENTS, all_pairs.BOUNCES]] >= 0)
 
 
 class InCells(Engine):
@@ -375,7 +342,7 @@ class InCells(Engine):
             if answer == CELL_FULL:
                 self._fill(2 * self.cells.members.shape[1])
             elif answer == OUT_OF_MARGIN and self.cells.margin is not None:
-                self._renew_margin(float(self.cells.margin.place[cm.UNTIL]))
+                self._renew_margin(float(self.cells.margin.place[cells.UNTIL]))
                 self._fill()
                 renewals += 1
                 if renewals * (RENEWAL + self.scene.number) >= cells.CROSSINGS_AT_ONCE:
@@ -384,7 +351,7 @@ class InCells(Engine):
         # No velocity changes while a repeat is idle, and one proof is enough.
         if self.idle == 1 and self._nothing_can_meet():
             answer = NOTHING_LEFT
-        endless = self.state.period is not None and self.time_limit == math.inf
+        endless = not self.scene.container.has_wall and self.time_limit == math.inf
         answers[0] = IDLE if endless and self.idle >= IDLE_CALLS else answer
 
     def next_epoch(self, repeat: int, epoch: float, shift: float) -> None:
@@ -393,32 +360,62 @@ class InCells(Engine):
         self.cells.tree.times[:] -= shift  # what is equal stays equal: nodes and children agree
         self.renewed_at -= shift
         if self.cells.margin is not None:
-            self.cells.margin.place[cm.UNTIL] -= shift
+            self.cells.margin.place[cells.UNTIL] -= shift
 
     def restore(self, saved: Mapping[str, NDArray[Any]]) -> None:
-        self.states = self.states._replace(labels=np.zeros_like(saved["states.labels"]))
-        self._fill(saved["cells.members"].shape[1])
+        labels, members = (
+            np.asarray(saved.get(name)) for name in ("states.labels", "cells.members")
+        )
+        require(labels.ndim == 1 and len(labels) in (0, self.scene.number))
+        require(members.ndim == 2 and len(members) == len(self.cells.members))
+        require(members.shape[1] >= cm.LEAST_MEMBERS)
+        self.states = self.states._replace(labels=np.zeros(len(labels), dtype=np.int32))
+        self._fill(members.shape[1])
+        self.mesh = self.cells.mesh
         super().restore(saved)
 
+    def _check_restored(self) -> None:
+        balls, links, number = self.state.balls, self.cells.links, self.scene.number
+        members, occupancy, mesh = self.cells.members, self.cells.occupancy, self.cells.mesh
+        corner = [mesh.left, mesh.bottom]
+        require(mesh._replace(left=self.mesh.left, bottom=self.mesh.bottom) == self.mesh)
+        require(np.isfinite([*corner, self.renewed_at]))
+        require(~np.isnan(balls[[cm.CONTACT_TIME, cm.CROSSING_TIME]]))
+        require(within(self.cells.tags[cm.FORMER], ks.NO_PARTNER, number))
+        require(within(links[cm.PARTNER], ks.NOT_SEARCHED, number))
+        require(links[cm.BOUNCES] >= 0)
+        # Each ball is where its links say, and cells have no other members.
+        cell, row = links[cm.CELL], links[cm.PLACE]
+        require(within(members, 0, number) and within(cell, 0, len(members)))
+        counted = np.bincount(cell, minlength=len(members))
+        require((occupancy == counted) & (counted <= members.shape[1]))
+        require((row >= 0) & (row < occupancy[cell]))
+        require(members[cell, row] == np.arange(number))
+        require(nodes_agree(self.cells.tree))
+        if self.cells.margin is not None:
+            place, brink, (brinks,) = self.cells.margin
+            require(0 <= brinks <= number and not np.any(np.isnan(place)))
+            require(np.array_equal(np.sort(brink[:brinks]), np.flatnonzero(links[cm.BRINK])))
+        require(self.idle >= 0 and self.ordered_at >= 0)
+
     def sample_to_end(self, grids: Grid, clocks: Floats, rows: Floats, histograms: Indices) -> None:
-        end, state = float(clocks[0]), self.state
-        sampling.sample_until(end, sampling.grid_of(grids, 0), state, None)
-        sampling.sample(rows[0], histograms[0], end, state, state.container, None)
+        sampling.sample_until(float(clocks[0]), sampling.grid_of(grids, 0), self.state)
+        sampling.sample(rows[0], histograms[0], 0.0, self.state)
 
     def _nothing_can_meet(self) -> bool:
         """Whether it is certain that no ball meets another, or the wall of a free container."""
         state, number = self.state, self.scene.number
-        velocities, period = state.balls[[ks.U, ks.V]], state.period
-        if state.container is not None:
-            velocities = np.column_stack([velocities, state.container[[ks.U, ks.V]]])
+        velocities, period = state.balls[[ks.U, ks.V]], self.scene.container.period
+        if self.scene.free:
+            velocities = np.column_stack([velocities, state.boundary.motion[[ks.U, ks.V]]])
         # Of the least speeds the square is zero, and predictions find no contact.
         if not np.any(np.ptp(velocities, axis=1) ** 2):
-            return period is not None or state.container is not None
+            return period is not None or self.scene.free
         if period is None or number > MOST_PROVEN:
             return False
         balls, radii = state.balls[: ks.BALL_ROWS].T.tolist(), self.scene.radii
         return all(
-            never_meet(balls[i], balls[k], radii[i] + radii[k], period.tolist())
+            never_meet(balls[i], balls[k], radii[i] + radii[k], period)
             for i, k in combinations(range(number), 2)
         )
 
@@ -432,13 +429,13 @@ class InCells(Engine):
         if self.cells.margin is not None:
             self.cells.margin.brinks[0] = 0
         self.cells.links[cm.BRINK] = 0
-        if not cell_prediction.fill(now, self.state, self.cells):
+        if not cells.fill(now, self.state, self.cells):
             self._fill(2 * self.cells.members.shape[1])
 
     def _renew_margin(self, now: float) -> None:
         """Put cells round a free container's place at a time, s."""
-        if self.state.container is not None:
-            self.cells = cell_grid.with_margin(self.cells, self.state.container, now)
+        if self.scene.free:
+            self.cells = cells.with_margin(self.cells, self.state.boundary.motion, now)
             self.renewed_at = now
 
     def _keep_order(self) -> None:
@@ -448,21 +445,23 @@ class InCells(Engine):
         if len(labels) and state.collisions < self.ordered_at + REORDER_AFTER * number:
             return
         order = np.argsort(old.links[cm.CELL], kind="stable")
-        place = np.empty(number, dtype=np.int32)
-        place[order] = np.arange(number, dtype=np.int32)
+        rank = np.empty(number, dtype=np.int32)
+        rank[order] = np.arange(number, dtype=np.int32)
+        sizes = state.sizes
+        if isinstance(sizes, UnequalBalls):
+            sizes = UnequalBalls(sizes.radii[order], sizes.masses[order])
         memory = self._memory()
         balls = memory[0]
         np.take(state.balls.T, order, axis=0, out=balls.T)
         self.states = self.states._replace(
             balls=memory,
             labels=(labels if len(labels) else np.arange(number, dtype=np.int32))[order],
-            radii=None if state.radii is None else state.radii[order],
-            masses=None if state.masses is None else state.masses[order],
+            sizes=sizes,
         )
         links = np.asfortranarray(old.links[:, order])
         self.cells = old._replace(links=links, tags=cm.tags_of(balls))
         former = self.cells.tags[cm.FORMER]
-        former[former >= 0] = place[former[former >= 0]]
+        former[former >= 0] = rank[former[former >= 0]]
         self.ordered_at = state.collisions
         self._fill()
 
@@ -475,14 +474,14 @@ def engine_for(scene: Scene, name: str | None = None) -> type[AllPairs] | type[I
     """
     in_circle = isinstance(scene.container, Circle)
     few = scene.number <= few_at(scene.packing_fraction, free=scene.free)
-    found = name or ("allpairs" if in_circle and (few or scene.slides) else "cells")
-    if found not in ("allpairs", "cells"):
+    chosen = name or ("allpairs" if in_circle and (few or scene.slides) else "cells")
+    if chosen not in ("allpairs", "cells"):
         raise ValueError(f"there is no engine {name}: use allpairs or cells")
-    if scene.slides and (found == "cells" or scene.free):
+    if scene.slides and (chosen == "cells" or scene.free):
         raise ValueError("only engine allpairs lets balls slide, along the fixed wall of a circle")
-    if found == "allpairs" and not in_circle:
+    if chosen == "allpairs" and not in_circle:
         raise ValueError(f"the engine allpairs knows no {scene.container.title}: use cells")
-    return AllPairs if found == "allpairs" else InCells
+    return AllPairs if chosen == "allpairs" else InCells
 
 
 def few_at(packing_fraction: float, *, free: bool) -> int:

@@ -5,14 +5,17 @@ circle, v_n and v_t are the normal and the tangential part of its velocity, e th
 """
 
 import math
-from typing import TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine import prediction
+from snooker_cli.engine.boundaries import FixedCircle
 from snooker_cli.engine.clock import CLOCK_DIGITS
+from snooker_cli.engine.collision import hit_wall, slide
 from snooker_cli.engine.contact import NEVER, wall_delay
-from snooker_cli.engine.jit import helper, inlined, kernel
+from snooker_cli.engine.jit import by_class, helper, inlined
 from snooker_cli.engine.kernel_state import CLOCK, Floats, Integers, State, U, V, X, Y
 
 # What a ball does: it flies, or it bounces until it slides, or it slides.
@@ -85,14 +88,6 @@ def turned(i: int, now: float, balls: Floats) -> Ball:
     return c * x - s * y, s * x + c * y, c * u - s * v, s * u + c * v, now
 
 
-@inlined
-def place(i: int, now: float, balls: Floats, slides: Integers | None) -> tuple[float, float]:
-    """Where ball i is, which flies or slides, m."""
-    if slides is not None and slides[i] == SLIDES:
-        return turned(i, now, balls)[:2]
-    return ks.position(i, now, balls)
-
-
 @helper
 def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     """Ball i, just off the wall and trapped, at a time (s), and its impulse on the wall, kg m/s.
@@ -132,9 +127,7 @@ def bounced(i: int, until: float, state: State) -> tuple[Ball, float]:
     c, s = c / length, s / length
     x, y = c * x - s * y, s * x + c * y
     u, v = (-inward * x - cross * y) / square, (-inward * y + cross * x) / square
-    return (x, y, u, v, now), float(
-        ks.mass_of(i, state.setup, state.masses) * given / math.sqrt(square)
-    )
+    return (x, y, u, v, now), float(ks.mass_of(state.sizes, i) * given / math.sqrt(square))
 
 
 def chord_sum(q: float, restitution: float) -> float:
@@ -161,18 +154,23 @@ def chord_sum(q: float, restitution: float) -> float:
     return total + 2.0**HALVINGS * arc / h
 
 
-def bounces_to_come(
-    x: float, y: float, u: float, v: float, mass: float, restitution: float
-) -> tuple[float, float]:
-    """How long the bounces of a trapped ball just off the wall last, s, and their impulse, kg m/s.
+@by_class
+def bouncing_mass(boundary: Any, mass: float) -> float:
+    """The mass (kg) of a ball that bounces at the wall; at a free one the reduced mass."""
+    return mass
 
-    x, y, u, v : place (m) and velocity (m/s), relative to the container's centre
-    mass : kg, in a free container the reduced one
-    """
+
+def bounces_to_come(i: int, state: State) -> tuple[float, float]:
+    """How long the bounces of ball i, trapped just off the wall, last, s; their impulse, kg m/s."""
+    e, column = state.setup.wall_law.cor, state.balls[: ks.BALL_ROWS, i].tolist()
+    x, y, u, v = ks.relative(state.boundary, *column)
     square, inward, cross = x * x + y * y, max(-(x * u + y * v), 0.0), abs(x * v - y * u)
-    lasts = 2.0 * (square / cross) * chord_sum(inward / cross, restitution)
-    share = (1.0 + restitution) / (1.0 - restitution)
-    return lasts, mass * share * inward / math.sqrt(square)
+    if e == 0.0:
+        return 0.0, 0.0
+    lasts = 2.0 * (square / cross) * chord_sum(inward / cross, e)
+    mass = bouncing_mass(state.boundary, float(ks.mass_of(state.sizes, i)))
+    share = (1.0 + e) / (1.0 - e)
+    return float(lasts), float(mass * share * inward / math.sqrt(square))
 
 
 @inlined
@@ -181,95 +179,7 @@ def pressed(i: int, now: float, state: State) -> float:
     balls = state.balls
     w = angular_velocity(i, balls)
     reach = math.sqrt(balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i])
-    return float(ks.mass_of(i, state.setup, state.masses) * w * w * reach * (now - balls[CLOCK, i]))
-
-
-# All balls
-
-
-@helper
-def pressing(now: float, state: State, slides: Integers) -> float:
-    """Impulse on the wall of all balls that slide, each since its clock, kg m/s."""
-    total = 0.0
-    for k in range(state.balls.shape[1]):
-        if slides[k] == SLIDES:
-            total += pressed(k, now, state)
-    return total
-
-
-@kernel
-def turn_all(times: Floats, all_balls: Floats, all_slides: Integers) -> None:
-    """Bring all balls that slide to the time of their repeat (s); all arrays are stacked."""
-    for repeat in range(len(times)):
-        now, balls, slides = times[repeat], all_balls[repeat], all_slides[repeat]
-        for k in range(balls.shape[1]):
-            if slides[k] == SLIDES:
-                set_ball(k, turned(k, now, balls), balls)
-
-
-@kernel
-def write_states(time: float, next_ball: int, state: State, slides: Integers, out: Floats) -> None:
-    """Write the rows of balls that slide, and of one that then begins to, at a time (s)."""
-    for k in range(state.balls.shape[1]):
-        if slides[k] == SLIDES:
-            x, y, u, v, clock = turned(k, time, state.balls)
-        elif k == next_ball:
-            x, y, u, v, clock = bounced(k, time, state)[0]
-        else:
-            continue
-        age = time - clock
-        out[0, k], out[1, k], out[2, k], out[3, k] = x + u * age, y + v * age, u, v
-
-
-# Events
-
-
-@inlined
-def has_settled(i: int, state: State, now: float) -> bool:
-    """Whether the bounces of ball i, just off the wall, are shorter than the clock's rounding."""
-    x, y, u, v, _ = ball_of(i, state.balls)
-    inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
-    square = (1.0 - state.setup.wall_law.cor) * cross * cross
-    least = CLOCK_DIGITS * (state.sums[ks.EPOCH] + now) * square
-    return bool(cross != 0.0 and 2.0 * inward * (x * x + y * y) <= least)
-
-
-@inlined
-def settle(i: int, state: State, slides: Integers) -> float:
-    """Ball i, trapped just off the wall, bounces from now on; when it begins to slide, s."""
-    slides[i] = SETTLES
-    return bounced(i, NEVER, state)[0][ks.CLOCK]
-
-
-@inlined
-def sliding_ball(i: int, j: int, now: float, balls: Floats, slides: Integers) -> int:
-    """Of the balls of an event the one that begins to slide now, or has pressed since its clock."""
-    if slides[i] == SETTLES or (slides[i] == SLIDES and balls[CLOCK, i] < now):
-        return i
-    if j >= 0 and slides[j] == SLIDES and balls[CLOCK, j] < now:
-        return j
-    return ks.NO_PARTNER
-
-
-@inlined
-def slide_on(i: int, now: float, state: State, slides: Integers) -> float:
-    """Bring ball i to where it begins to slide, or slides, now; the impulse on the way, kg m/s."""
-    balls = state.balls
-    if slides[i] == SLIDES:
-        size = pressed(i, now, state)
-        set_ball(i, turned(i, now, balls), balls)
-        return size
-    ball, size = bounced(i, NEVER, state)
-    set_ball(i, ball, balls)
-    # It begins exactly on its circle, so that the roundings of many bounces do not add up.
-    part = ks.wall_reach(i, state.setup, state.radii) / math.sqrt(
-        balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i]
-    )
-    balls[X, i] *= part
-    balls[Y, i] *= part
-    balls[CLOCK, i] = now
-    slides[i] = SLIDES
-    return size
+    return float(ks.mass_of(state.sizes, i) * w * w * reach * (now - balls[CLOCK, i]))
 
 
 # The next contact of a ball if it, or its partner, or both, slide along the wall
@@ -333,32 +243,32 @@ def arc_delay(
 
 
 @helper
-def earliest_on_arc(
+def contact_on_arc(
+    boundary: "SlidingCircle",
     i: int,
     now: float,
     delay: float,
     partner: int,
     state: State,
     wall_times: Floats,
-    slides: Integers,
 ) -> tuple[float, int]:
     """When ball i first touches another, if one of them slides, and which, if before ``delay``."""
-    balls, rim = state.balls, state.setup.container_radius
-    xi, yi = place(i, now, balls, slides)
-    wi = angular_velocity(i, balls) if slides[i] == SLIDES else 0.0
+    balls, rim, motions = state.balls, boundary.circle.radius, boundary.motions
+    xi, yi = ks.place(boundary, i, now, balls)
+    wi = angular_velocity(i, balls) if motions[i] == SLIDES else 0.0
     for k in range(balls.shape[1]):
-        if k == i or slides[k] == SETTLES or (slides[i] != SLIDES and slides[k] != SLIDES):
+        if k == i or motions[k] == SETTLES or (motions[i] != SLIDES and motions[k] != SLIDES):
             continue
-        d = ks.contact_distance(i, k, state.setup, state.radii)
-        xk, yk = place(k, now, balls, slides)
+        d = ks.contact_distance(state.sizes, i, k)
+        xk, yk = ks.place(boundary, k, now, balls)
         until = delay
-        if slides[i] == SLIDES and slides[k] == SLIDES:
+        if motions[i] == SLIDES and motions[k] == SLIDES:
             wk = angular_velocity(k, balls)
             speed = (abs(wi) + abs(wk)) * rim
             if abs(wi - wk) * rim <= 8.0 * SHORT * speed:
                 continue  # side by side
             way = xi, yi, wi - wk, xk, yk, 0.0, 0.0, speed
-        elif slides[i] == SLIDES:
+        elif motions[i] == SLIDES:
             u, v = balls[U, k], balls[V, k]
             until = min(delay, wall_times[k] - now)
             way = xi, yi, wi, xk, yk, u, v, abs(wi) * rim + math.sqrt(u * u + v * v)
@@ -370,3 +280,128 @@ def earliest_on_arc(
         if its_delay < delay:
             delay, partner = its_delay, k if touches else ks.SEARCH_AGAIN
     return delay, partner
+
+
+# The boundary
+
+
+class SlidingCircle(NamedTuple):
+    """A fixed circular wall at which trapped balls slide. Its methods are as in ``boundaries``.
+
+    circle : for balls that fly
+    motions : (*N*,), what each ball does: FLIES, SETTLES or SLIDES
+    """
+
+    circle: FixedCircle
+    motions: Integers
+
+    def of_repeat(self, repeat: int) -> "SlidingCircle":
+        return SlidingCircle(self.circle, self.motions[repeat])
+
+    def delay_to_wall(self, i: int, now: float, left_wall: bool, state: State) -> float:
+        return prediction.delay_to_wall(self.circle, i, now, left_wall, state)
+
+    def hit_wall(self, i: int, now: float, state: State, elastic: bool) -> float:
+        return hit_wall(self.circle, i, now, state, elastic)
+
+    def is_curved(self) -> bool:
+        return True
+
+    def place(self, i: int, now: float, balls: Floats) -> tuple[float, float]:
+        if self.motions[i] == SLIDES:
+            return turned(i, now, balls)[:2]
+        return ks.position(i, now, balls)
+
+    # What the event loop asks
+
+    def slide_event(self, i: int, j: int, now: float, state: State) -> tuple[int, bool, float]:
+        motions, balls = self.motions, state.balls
+        k = ks.NO_PARTNER
+        if motions[i] == SETTLES or (motions[i] == SLIDES and balls[CLOCK, i] < now):
+            k = i
+        elif j >= 0 and motions[j] == SLIDES and balls[CLOCK, j] < now:
+            k = j
+        if k == ks.NO_PARTNER:
+            return k, False, 0.0
+        begins = bool(motions[k] == SETTLES)
+        return k, begins, slide(self, k, now, state)
+
+    def settles(self, i: int, trapped: bool, now: float, state: State) -> float:
+        x, y, u, v, _ = ball_of(i, state.balls)
+        inward, cross = max(-(x * u + y * v), 0.0), x * v - y * u
+        square = (1.0 - state.setup.wall_law.cor) * cross * cross
+        # From then on bounces are shorter than the rounding of the clock.
+        least = CLOCK_DIGITS * (state.sums[ks.EPOCH] + now) * square
+        if trapped or (cross != 0.0 and 2.0 * inward * (x * x + y * y) <= least):
+            self.motions[i] = SETTLES
+            return bounced(i, NEVER, state)[0][4]
+        return NEVER
+
+    def leaves_wall(self, i: int) -> bool:
+        slid = bool(self.motions[i] == SLIDES)
+        if slid:
+            self.motions[i] = FLIES
+        return slid
+
+    def without_curved(self, mask: int, start: int, stop: int, i: int) -> int:
+        for k in range(start, stop):
+            if self.motions[i] != FLIES or self.motions[k] != FLIES:
+                mask = prediction.without(mask, start, k)
+        return mask
+
+    def searched_until(self, time: float, early: bool) -> float:
+        return time if early else NEVER
+
+    def earliest_on_arc(
+        self, i: int, now: float, delay: float, partner: int, state: State, wall_times: Floats
+    ) -> tuple[float, int]:
+        return contact_on_arc(self, i, now, delay, partner, state, wall_times)
+
+    # What replays and summaries ask
+
+    def slide(self, i: int, now: float, state: State) -> float:
+        balls = state.balls
+        if self.motions[i] == SLIDES:
+            size = pressed(i, now, state)
+            set_ball(i, turned(i, now, balls), balls)
+            return size
+        ball, size = bounced(i, NEVER, state)
+        set_ball(i, ball, balls)
+        # It begins exactly on its circle, so that the roundings of many bounces do not add up.
+        part = (self.circle.radius - ks.radius_of(state.sizes, i)) / math.sqrt(
+            balls[X, i] * balls[X, i] + balls[Y, i] * balls[Y, i]
+        )
+        balls[X, i] *= part
+        balls[Y, i] *= part
+        balls[CLOCK, i] = now
+        self.motions[i] = SLIDES
+        return size
+
+    def pressing(self, now: float, state: State) -> float:
+        total = 0.0
+        for k in range(state.balls.shape[1]):
+            if self.motions[k] == SLIDES:
+                total += pressed(k, now, state)
+        return total
+
+    def bounce_on(self, time: float, state: State) -> None:
+        for i in range(state.balls.shape[1]):
+            if self.motions[i] == SETTLES:
+                set_ball(i, ball_of(i, state.balls), state.scratch)
+                ball, size = bounced(i, time, state)
+                set_ball(i, ball, state.balls)
+                state.sums[ks.WALL_IMPULSE] += size
+
+    def bounce_back(self, state: State) -> None:
+        for i in range(state.balls.shape[1]):
+            if self.motions[i] == SETTLES:
+                set_ball(i, ball_of(i, state.scratch), state.balls)
+
+    def write_curved(self, time: float, settling: int, state: State, out: Floats) -> None:
+        for k in range(state.balls.shape[1]):
+            if self.motions[k] == SLIDES:
+                out[:, k] = turned(k, time, state.balls)[:4]
+            elif k == settling:
+                x, y, u, v, clock = bounced(k, time, state)[0]
+                age = time - clock
+                out[:, k] = x + u * age, y + v * age, u, v

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from snooker_cli import __version__, store
 from snooker_cli.config import Experiment, to_json
-from snooker_cli.engine import ENGINE_VERSION, simulate, simulate_batch
+from snooker_cli.engine import ENGINE_VERSION, CheckpointError, simulate, simulate_batch
 from snooker_cli.errors import SceneError, StoreError
 from snooker_cli.placement.starting_scene import starting_scenes
 from snooker_cli.runs.plan import first_scene
@@ -221,9 +221,15 @@ def _simulated_long(
 
     while True:
         with store.Recorder(path, continues=checkpoint is not None) as recorder:
-            trace = simulate(
-                scene, sink=recorder.add, watch=stops, checkpoint=checkpoint, **job.limits(point)
-            )
+            limits = job.limits(point)
+            try:
+                trace = simulate(
+                    scene, sink=recorder.add, watch=stops, checkpoint=checkpoint, **limits
+                )
+            except CheckpointError as error:
+                _log.warning("%s; the repeat begins again", error)
+                checkpoint, reached, seconds = None, 0, 0.0
+                continue
             interrupted = trace.stop.reason is StopReason.INTERRUPTED
             unstored = interrupted and trace.collisions <= least
             if not unstored:

@@ -159,9 +159,9 @@ def test_the_normal_part_is_rounded_once(x, y, u, v):
     """
     assume(x or y)
     exact = Fraction(u * x + v * y) / (Fraction(x) ** 2 + Fraction(y) ** 2)
-    found = normal_part(x, y, u, v)
+    rounded = normal_part(x, y, u, v)
     half = Fraction(1, 2) + 8 * Fraction(EPSILON)
-    assert abs(Fraction(found) - exact) <= Fraction(math.ulp(found)) * half
+    assert abs(Fraction(rounded) - exact) <= Fraction(math.ulp(rounded)) * half
 
 
 @STEADY

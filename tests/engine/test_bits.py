@@ -30,10 +30,10 @@ GOLDEN = json.loads(Path(__file__).parents[1].joinpath("golden/engine.json").rea
 
 def hash_of(columns: Iterable[ArrayLike], start: str = "") -> str:
     """SHA-256 of a text and of numbers, as little-endian 64 bits."""
-    found = hashlib.sha256(start.encode())
+    sha = hashlib.sha256(start.encode())
     for column in map(np.asarray, columns):
-        found.update(column.astype("<f8" if column.dtype.kind == "f" else "<i8").tobytes())
-    return found.hexdigest()
+        sha.update(column.astype("<f8" if column.dtype.kind == "f" else "<i8").tobytes())
+    return sha.hexdigest()
 
 
 def bits(trace: Trace) -> str:
@@ -220,11 +220,11 @@ def short(name: str, collisions: int, *, summary: bool = False) -> Trace:
 
 
 def hash_of_few_events() -> str:
-    found = hashlib.sha256()
+    sha = hashlib.sha256()
     for name in list(FEW_EVENTS)[:-1]:
         trace = short(name, 400)
-        found.update(f"{digest(trace.events)} {trace.stop.reason} {trace.stop.time!r}".encode())
-    return found.hexdigest()
+        sha.update(f"{digest(trace.events)} {trace.stop.reason} {trace.stop.time!r}".encode())
+    return sha.hexdigest()
 
 
 def all_bits(name: str) -> list[str]:
@@ -276,8 +276,8 @@ import json, test_bits as t
 print(json.dumps([t.numpy_found(), t.hash_of_few_events(), t.hashes(t.SHORT)]))
 """
     disabled = " ".join(DISABLED[which])
-    found, few, of_types = json.loads(output_of(program, NPY_DISABLE_CPU_FEATURES=disabled))
-    assert found == [name for name in numpy_found() if name not in DISABLED[which]]
+    names, few, of_types = json.loads(output_of(program, NPY_DISABLE_CPU_FEATURES=disabled))
+    assert names == [name for name in numpy_found() if name not in DISABLED[which]]
     assert few == OF_FEW_EVENTS
     assert of_types.items() <= GOLDEN["hashes"].items()
 

@@ -37,8 +37,8 @@ def test_an_engine_and_its_restored_copy_share_this_memory() -> None:
     run.chunk()
     again = InCells([gas("box", 7, 0.2)], 100, None)
     again.restore(run.saved())
-    for one in (run, again):
-        assert np.shares_memory(one.cells.tags, one.states.balls)
-        assert np.array_equal(one.cells.tags, cm.tags_of(one.states.balls[0]))
+    for engine in (run, again):
+        assert np.shares_memory(engine.cells.tags, engine.states.balls)
+        assert np.array_equal(engine.cells.tags, cm.tags_of(engine.states.balls[0]))
     assert np.array_equal(again.cells.tags[cm.EVENTS], run.cells.tags[cm.EVENTS])
     assert run.cells.tags[cm.EVENTS].sum() == run.state.collisions * 2 - run.state.counts[0]

@@ -12,7 +12,6 @@ from scenes import EPSILON, gas
 from snooker_cli.engine import clock, replay, series, simulate
 from snooker_cli.engine.kernel_state import X, Y
 from snooker_cli.engine.replay import Replay
-from snooker_cli.trace import Events
 
 positive = st.floats(1e-300, 1e300)
 
@@ -24,7 +23,7 @@ def test_time_and_residual_hold_the_clock(epoch, clocks):
     time, residual = clock.times(epoch, clocks)
     assert np.array_equal((time - epoch) + residual, clocks)
     exact = [Fraction(epoch) + Fraction(clock) for clock in clocks.tolist()]
-    assert time.tolist() == [float(each) for each in exact]
+    assert time.tolist() == [float(instant) for instant in exact]
 
 
 @given(epoch=st.just(0.0) | positive, now=st.just(0.0) | positive)
@@ -35,15 +34,6 @@ def test_an_epoch_begins_no_later_than_its_last_event(epoch, now):
     assert Fraction(now) - Fraction(shift) <= Fraction(math.ulp(new))
     if now <= epoch:
         assert Fraction(new) == Fraction(epoch) + Fraction(shift)
-
-
-def test_a_first_epoch_has_no_residual():
-    clocks = np.array([0.0, 1.0])
-    time, residual = clock.times(0.0, clocks)
-    assert time is clocks
-    assert residual is None
-    events = Events(clocks, *[np.zeros(2, np.int32)] * 2, clocks)
-    assert clock.clocks(0.0, events).tolist() == [0.0, 1.0]
 
 
 @pytest.fixture(scope="module")
@@ -86,22 +76,6 @@ def test_times_never_decrease(long_trace):
     assert len(long_trace.events.residual) == len(long_trace.events)
     assert not long_trace.events.residual[: clock.length(37)].any()
     assert np.all(abs(long_trace.events.residual) <= np.spacing(long_trace.events.time))
-
-
-def test_energies_and_speeds_are_sums_with_a_rounding_a_ball(long_trace):
-    """The last row of a series beside the sums of what is stored of the finish, added exactly."""
-    finish, last = long_trace.finish, series(long_trace, 2)
-    squares = np.sum(finish.velocities**2, axis=1)
-    energies = 0.5 * finish.masses * squares
-    for found, exact in (
-        (last.kinetic_energy[-1], math.fsum(energies)),
-        (last.mean_speed[-1], math.fsum(np.sqrt(squares)) / finish.number),
-        (
-            last.energy_moment[-1],
-            math.fsum(energies**2) * finish.number / math.fsum(energies) ** 2,
-        ),
-    ):
-        assert abs(found - exact) <= 3 * finish.number * EPSILON * exact
 
 
 def test_sums_are_exact_to_a_rounding(long_trace):

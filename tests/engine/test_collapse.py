@@ -8,11 +8,10 @@ import itertools
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from scenes import EPSILON, digest, gas, lone_bouncer, report_scene, scene_of, trap_sums
+from scenes import EPSILON, digest, gas, lone_bouncer, report_scene, scene_of
 
-from snooker_cli.engine import series, simulate
+from snooker_cli.engine import simulate
 from snooker_cli.laws import Constant
 from snooker_cli.trace import StopReason
 
@@ -75,18 +74,3 @@ def test_a_run_that_would_stop_goes_on(name, rule, engine):
     assert trace.stop.reason in (StopReason.TIME, StopReason.COLLISIONS)
     assert trace.stop.time > 2 * min(without.stop.time, 10.0)
     assert trace.finish.kinetic_energy < scene.kinetic_energy
-
-
-def test_a_trapped_ball_ends_at_the_energy_of_its_slide():
-    """1/2 m v_t^2, and what a normal speed below 1e-3 m/s adds; the wall's force is m v_t^2/a."""
-    trace = simulate(replace(lone_bouncer(), elastic_below=1e-3), time=16.0)
-    left = trace.finish.kinetic_energy - 0.5 * 8.0**2
-    assert -1e-12 < left < 0.5e-6
-    found = series(trace)
-    late = found.time > 15.0
-    force = np.polyfit(found.time[late], found.wall_impulse[late], 1)[0]
-    assert force == pytest.approx(8.0**2 / 9.0, rel=1e-3)
-    # Until it would slide the wall has taken nearly all that it takes of infinitely many hits.
-    trap = trap_sums(6.0, 8.0, 0.9, 9.0)
-    before = found.wall_impulse[np.searchsorted(found.time, 0.5 + trap.duration)]
-    assert before == pytest.approx(6.0 / 0.9 * 1.9 + trap.impulse, abs=0.1)

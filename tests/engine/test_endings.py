@@ -21,7 +21,7 @@ from test_twin import compared
 
 from snooker_cli.config import parse
 from snooker_cli.containers import Box, PeriodicBox
-from snooker_cli.engine import clock, paths, simulate, simulation, sliding
+from snooker_cli.engine import clock, contact, simulate, simulation, sliding
 from snooker_cli.errors import SceneError
 from snooker_cli.laws import Constant
 from snooker_cli.placement.starting_scene import starting_scene
@@ -88,15 +88,6 @@ def test_collisions(container):
     assert np.all(events.impulse >= 0)
 
 
-def test_the_finish_is_a_start():
-    """The same collisions follow; 30 of them let rounding grow by e^1.2 only."""
-    trace = simulate(report_scene(cor=0.9), time=1.25)
-    rest = simulate(trace.finish, collisions=30).events
-    whole = simulate(trace.start, collisions=len(trace.events) + 30).events[len(trace.events) :]
-    assert np.array_equal(rest.i, whole.i)
-    assert np.allclose(1.25 + rest.time, whole.time, rtol=0, atol=1e-11)
-
-
 def test_a_collision_at_the_very_end_is_in():
     """9 m at 4.5 m/s take 2 s."""
     scene = scene_of([(0.0, 0.0, 4.5, 0.0, 1.0, 1.0)])
@@ -129,17 +120,6 @@ def test_no_collisions_wanted(container):
 
 
 # --- chunks -----------------------------------------------------------------------------------
-
-
-@every_container
-@pytest.mark.parametrize("size", [1, 77])
-def test_the_size_of_chunks_changes_no_bit(container, size, monkeypatch):
-    whole = run(container, collisions=1000)
-    monkeypatch.setattr(simulation, "CHUNK", size)
-    parts = run(container, collisions=1000)
-    assert same_events(parts.events, whole.events)
-    assert np.array_equal(parts.finish.positions, whole.finish.positions)
-    assert parts.stop == whole.stop
 
 
 def test_watch_counts_the_events_and_can_stop_the_run():
@@ -232,13 +212,13 @@ def test_paths_that_never_meet(velocity, apart):
     images = np.stack(np.meshgrid(20.0 * np.arange(-99, 100), 16.0 * np.arange(-99, 100)), axis=-1)
     u, v = velocity
     for x, y in [(3.0, 5.0), (8.0, -2.5), (-1.75, 0.5)]:
-        one, other = (x - u, y - v, u, v, -1.0), (3.0, -6.0, 0.0, 0.0, 7.0)
+        ball, other = (x - u, y - v, u, v, -1.0), (3.0, -6.0, 0.0, 0.0, 7.0)
         offsets = images - (x - 3.0, y + 6.0)
         nearest = np.min(np.abs(offsets[..., 0] * v - offsets[..., 1] * u)) / math.hypot(u, v)
         assert nearest <= apart / 2 * (1 + EPSILON)
         for distance in (0.5 * nearest, 0.999 * nearest, 1.001 * nearest, apart):
-            found = paths.never_meet(one, other, float(distance), [20.0, 16.0])
-            assert found == (distance <= nearest)
+            never = contact.never_meet(ball, other, float(distance), [20.0, 16.0])
+            assert never == (distance <= nearest)
 
 
 @pytest.mark.parametrize("velocity", [(3.0, 0.0), (5.0, 4.0)])
@@ -468,34 +448,6 @@ def test_a_ball_in_a_channel_as_wide_as_itself(cor):
     assert ("inelastic" in trace.stop.message) == (cor < 1.0)
     assert np.all(trace.events.impulse == 0.2)
     assert trace.finish.velocities[0, 0] == 3.0
-
-
-def test_a_container_of_next_to_no_mass_does_not_hang():
-    """Its ratio to a ball's mass is no double: 1e300 kg over 5e-324 kg."""
-    light = gas("circle", 7, 0.07, cor=0.85, wall_cor=1e-20, container_mass=5e-324)
-    trace = simulate(replace(light, masses=np.full(7, 1e300)), collisions=40)
-    assert trace.stop.reason.collapsed
-    assert trace.collisions > 0
-    assert np.all(np.isfinite(trace.finish.velocities))
-
-
-@pytest.mark.parametrize("cor", [0.0, 0.1])
-@every_container
-def test_a_pair_that_has_parted_does_not_meet_again_by_itself(container, cor):
-    """Straight ways cross once, in a small part of a box: one of the two met something else since.
-
-    Without any rebound the two stay side by side, and rounding must not let them collide.
-    """
-    scene = replace(GASES[container](), pair_law=Constant(cor), wall_law=Constant(1.0))
-    trace = run(container, scene, collisions=3000)
-    assert len(trace.events) > 100
-    last: dict[int, int] = {}
-    for i, j in partners(trace):
-        if j == CONTAINER:
-            last[i] = CONTAINER
-        else:
-            assert not (last.get(i) == j and last.get(j) == i)
-            last[i], last[j] = j, i
 
 
 # --- what is modelled -------------------------------------------------------------------------

@@ -40,8 +40,10 @@ def test_kernels_have_no_gathers(processor: str, tmp_path: Path) -> None:
     for engine, kernel in (("allpairs", all_pairs.advance), ("cells", cells.advance)):
         known = set(kernel.compiled.signatures)
         simulate(gas("circle", 60, 0.3, mixed=True), collisions=1, engine=engine)
-        found = kernel.compiled.signatures
-        types.append([signature for signature in found if signature not in known] or found[:1])
+        signatures = kernel.compiled.signatures
+        types.append(
+            [signature for signature in signatures if signature not in known] or signatures[:1]
+        )
     settings = {
         "NUMBA_CPU_NAME": processor,
         "NUMBA_CPU_FEATURES": jit.NO_GATHERS.lstrip(","),

@@ -180,8 +180,8 @@ def test_virial_identity(scene, collisions):
     radii = np.append(start.radii, -start.container.size[0] / 2)
     hits = (radii[events.i] + radii[events.j]) * events.impulse  # at the wall minus (R - r)
     before, after = (
-        np.sum(one.masses[:, np.newaxis] * one.positions * one.velocities)
-        for one in (start, trace.finish)
+        np.sum(scene.masses[:, np.newaxis] * scene.positions * scene.velocities)
+        for scene in (start, trace.finish)
     )
     change = math.fsum(hits) + 2 * math.fsum(energies * spans)
     # A contact is off by the clock's rounding times the speed; the energy by its own walk.

@@ -108,12 +108,6 @@ def test_a_moment_of_a_collision_is_just_after_it():
     assert states.positions[:, 0, 0] == pytest.approx([9.0, 9.0, 9.0, 4.5], rel=EPSILON)
 
 
-def test_no_moments():
-    states = replay(simulate(report_scene(), collisions=10), [])
-    assert states.positions.shape == (0, 37, 2)
-    assert states.container_positions.shape == (0, 2)
-
-
 @pytest.mark.parametrize("times", [[1.0, 0.5], [-0.1, 0.5], [0.5, 1.1], [math.nan]])
 def test_moments_must_ascend_within_the_run(times):
     trace = simulate(report_scene(), time=1.0)

@@ -67,15 +67,15 @@ def test_it_slides_at_constant_speed_on_its_circle(lone):
 
 def test_it_presses(lone):
     """The wall takes the bounces' impulse and then m v_t^2/a a second, up to the very end."""
-    found = series(lone)
+    columns = series(lone)
     slid = 30.0 - lone.events.time[-1]
     pressing = FORCE * slid
     expected = lone.events.impulse.sum() + pressing
-    assert found.time[-1] == 30.0
-    assert found.wall_impulse[-1] == pytest.approx(expected, rel=1e-13)
-    half = so_far(lone, found.wall_impulse, np.array([30.0 - slid / 2]))
+    assert columns.time[-1] == 30.0
+    assert columns.wall_impulse[-1] == pytest.approx(expected, rel=1e-13)
+    half = so_far(lone, columns.wall_impulse, np.array([30.0 - slid / 2]))
     assert half[0] == pytest.approx(expected - pressing / 2, rel=1e-13)
-    time, pressure = cumulative_pressure(lone, found)
+    time, pressure = cumulative_pressure(lone, columns)
     assert pressure[-1] == pytest.approx(expected / (2 * math.pi * 10.0 * 30.0), rel=1e-13)
     assert time[-1] == 30.0
 
@@ -97,22 +97,22 @@ def bounced() -> Trace:
 
 def test_while_it_bounces_unseen_it_is_where_the_bounces_take_it(lone, bounced):
     time = np.linspace(0.0, 14.0, 113)
-    one, other = replay(lone, time), replay(bounced, time)
-    assert np.allclose(one.positions, other.positions, rtol=0, atol=1e-11)
-    assert np.allclose(one.velocities, other.velocities, rtol=0, atol=1e-11)
+    mine, other = replay(lone, time), replay(bounced, time)
+    assert np.allclose(mine.positions, other.positions, rtol=0, atol=1e-11)
+    assert np.allclose(mine.velocities, other.velocities, rtol=0, atol=1e-11)
 
 
 def test_a_summary_sees_the_bounces_and_the_pressing(lone, bounced):
-    found = simulate(slider(), time=30.0, summary=True).summary.series
-    assert found.wall_impulse[-1] == pytest.approx(series(lone).wall_impulse[-1], rel=1e-13)
-    each = series(bounced)
-    before = found.time < 14.0
-    row = np.searchsorted(each.time, found.time[before], side="right") - 1
+    summary = simulate(slider(), time=30.0, summary=True).summary.series
+    assert summary.wall_impulse[-1] == pytest.approx(series(lone).wall_impulse[-1], rel=1e-13)
+    columns = series(bounced)
+    before = summary.time < 14.0
+    row = np.searchsorted(columns.time, summary.time[before], side="right") - 1
     for name in ("wall_impulse", "kinetic_energy", "mean_speed"):
-        column, other = getattr(found, name)[before], getattr(each, name)[row]
+        column, other = getattr(summary, name)[before], getattr(columns, name)[row]
         assert np.allclose(column, other, rtol=1e-11, atol=0)
-    late = found.time > 15.0
-    force = np.diff(found.wall_impulse[late]) / np.diff(found.time[late])
+    late = summary.time > 15.0
+    force = np.diff(summary.wall_impulse[late]) / np.diff(summary.time[late])
     assert force == pytest.approx(np.full(len(force), FORCE), rel=1e-9)
 
 
@@ -167,18 +167,18 @@ def test_a_gas_meets_as_if_it_hopped_along_the_wall(seed, cor, time, sliding):
     Hops are 1e-9 m high; what they change grows with each of some 20 later collisions.
     """
     slides = gas_that_slides(seed, cor=cor)
-    one = simulate(slides, time=time)
+    sliding_trace = simulate(slides, time=time)
     hops = replace(slides, slides=False, elastic_below=1e-4)
     other = simulate(hops, time=time, collisions=3_000_000)
     assert other.stop.reason is StopReason.TIME
-    first = one.events.time[one.events.j == SLIDE][0]
-    count = int((one.events.j >= 0).sum())
-    assert (pairs(one.events, count)[2] > first).sum() >= sliding
-    mine, its = pairs(one.events, count), pairs(other.events, count)
+    first = sliding_trace.events.time[sliding_trace.events.j == SLIDE][0]
+    count = int((sliding_trace.events.j >= 0).sum())
+    assert (pairs(sliding_trace.events, count)[2] > first).sum() >= sliding
+    mine, its = pairs(sliding_trace.events, count), pairs(other.events, count)
     assert np.array_equal(mine[0], its[0])
     assert np.array_equal(mine[1], its[1])
     assert np.allclose(mine[2], its[2], rtol=0, atol=1e-4)
-    a, b = series(one), series(other)
+    a, b = series(sliding_trace), series(other)
     assert a.wall_impulse[-1] == pytest.approx(b.wall_impulse[-1], rel=1e-4)
     assert a.kinetic_energy[-1] == pytest.approx(b.kinetic_energy[-1], rel=1e-4)
 
@@ -197,7 +197,7 @@ def test_nothing_overlaps_and_nothing_is_gained(seed):
     assert np.hypot(states.positions[..., 0], states.positions[..., 1]).max() < 9.5 + 1e-11
     energy = series(trace).kinetic_energy
     assert np.all(np.diff(energy) <= 64 * EPSILON * energy[0])
-    momentum = [total_angular_momentum(each) for each in (trace.start, trace.finish)]
+    momentum = [total_angular_momentum(scene) for scene in (trace.start, trace.finish)]
     assert momentum[1] == pytest.approx(momentum[0], abs=5000 * 64 * EPSILON * 95.0)
     assert np.array_equal(states.positions[-1], trace.finish.positions)
     assert np.array_equal(states.velocities[-1], trace.finish.velocities)
@@ -208,13 +208,15 @@ def test_the_wall_gives_what_the_balls_lack():
     scene = gas_that_slides(0)
     trace = simulate(scene, time=60.0)
     assert (trace.events.j == SLIDE).sum() > 5
-    found = series(trace)
-    kept = np.diff(found.time) * found.kinetic_energy[:-1]
+    columns = series(trace)
+    kept = np.diff(columns.time) * columns.kinetic_energy[:-1]
     # Between its last recorded bounce and its slide a ball loses what is left of v_n.
     before, after = (float(np.sum(s.positions * s.velocities)) for s in (trace.start, trace.finish))
     unseen = np.flatnonzero(trace.events.j == SLIDE) + 1
-    lost = abs(np.diff(found.kinetic_energy)[unseen - 1] * np.diff(found.time)[unseen - 1]).sum()
-    change = 2 * kept.sum() - 9.9 * found.wall_impulse[-1] + found.pair_virial[-1]
+    lost = abs(
+        np.diff(columns.kinetic_energy)[unseen - 1] * np.diff(columns.time)[unseen - 1]
+    ).sum()
+    change = 2 * kept.sum() - 9.9 * columns.wall_impulse[-1] + columns.pair_virial[-1]
     assert abs(after - before - change) <= 2 * lost + 1e-8
     assert lost < 0.05 * kept.sum()
 

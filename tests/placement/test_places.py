@@ -140,7 +140,7 @@ def gas(
     """Balls of 1 m at random places, with common_random: the golden places are of these bits."""
     data = {
         "container": {"shape": shape, "packing": packing},
-        "balls": [{"speed": 1.0, "radius": 1.0, "start": "random"} | each for each in species],
+        "balls": [{"speed": 1.0, "radius": 1.0, "start": "random"} | count for count in species],
         "cor": 1.0,
         "time": 1.0,
         "common_random": True,

@@ -14,10 +14,7 @@ from snooker_cli.containers import SHAPES, Box, Circle
 from snooker_cli.engine import simulate
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.random_numbers import (
-    points_in_disc,
     random_directions,
-    stream,
-    uniforms,
 )
 from snooker_cli.placement.starting_scene import starting_scene, starting_scenes
 from snooker_cli.scene import Scene, check
@@ -421,16 +418,6 @@ def test_speeds_have_maxwells_distribution():
 # Configs
 
 
-def test_digests_tell_scenes_apart_and_nothing_else():
-    base = "radius: 9", "{count: 30, packing: 0.1, speed: 1}"
-    plain = digest(counted(*base))
-    same = "container.shape=circle container.height=null balls.radius=null balls.start=lattice"
-    for override in [*same.split(), "balls.speeds=equal", "balls.mass=1"]:
-        assert digest(counted(*base, override)) == plain, override
-    for override in ("balls.count=31", "balls.start=random", "balls.speeds=maxwell"):
-        assert digest(counted(*base, override)) != plain, override
-
-
 def test_every_key_can_be_swept():
     """The shape too, where the size follows."""
     swept = counted(
@@ -491,23 +478,6 @@ def test_repeats_share_what_is_the_same():
     for name in ("positions", "radii", "masses", "container"):
         assert getattr(first, name) is getattr(second, name)
     assert not np.array_equal(first.velocities, second.velocities)
-
-
-def test_points_of_many_repeats():
-    """Of 1,000 repeats some need more random numbers than are drawn at first."""
-    together = points_in_disc([stream(1, repeat) for repeat in range(1000)], 37, 0.0625)
-    rounds = []
-    for repeat, found in enumerate(together):
-        generator, expected = stream(1, repeat), np.empty((0, 2))
-        rounds.append(0)
-        while (missing := 37 - len(expected)) > 0:
-            points = 2.0 * uniforms([generator], missing + missing // 2 + 8)[0] - 1.0
-            squares = points[:, 0] ** 2 + points[:, 1] ** 2
-            inside = points[(squares > 0.0625) & (squares <= 1.0)]
-            expected = np.concatenate([expected, inside[:missing]])
-            rounds[-1] += 1
-        assert np.array_equal(found, expected)
-    assert max(rounds) > 1
 
 
 def test_an_error_of_any_repeat_is_raised():

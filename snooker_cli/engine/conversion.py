@@ -1,0 +1,212 @@
+"""Scenes into the arrays of kernels, and back; copies of these arrays for checkpoints."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snooker_cli.containers import Circle
+from snooker_cli.engine import kernel_state as ks
+from snooker_cli.engine.boundaries import FixedCircle, FreeCircle, PeriodicSides, StraightWalls
+from snooker_cli.engine.jit import by_class
+from snooker_cli.engine.kernel_state import EqualBalls, Floats, Setup, Sizes, State, UnequalBalls
+from snooker_cli.engine.sliding import FLIES, SLIDES, SlidingCircle
+from snooker_cli.scene import Scene
+
+LARGE = 1e100  # large but finite, so that times zero it is zero
+PATIENCE = 64  # ``Setup.patience`` in a fixed container: two balls may be trapped in step
+
+
+def new_states(
+    scenes: Sequence[Scene], time_limit: float = math.inf, balls: Floats | None = None
+) -> State:
+    """The stacked states of repeats of one point at their start.
+
+    balls : stacked memory for the balls, with BALL_ROWS or more rows
+    """
+    first, repeats = scenes[0], len(scenes)
+    number = first.number
+    balls = np.zeros((repeats, ks.BALL_ROWS, number)) if balls is None else balls
+    positions = np.stack([scene.positions for scene in scenes])
+    positions -= np.stack([origin_of(scene) for scene in scenes])[:, np.newaxis]
+    balls[:, [ks.X, ks.Y]] = positions.transpose(0, 2, 1)
+    balls[:, [ks.U, ks.V]] = np.stack([scene.velocities for scene in scenes]).transpose(0, 2, 1)
+    sums, counts = np.zeros((repeats, ks.SUMS)), np.zeros((repeats, ks.COUNTS), dtype=np.int64)
+    sums[:, ks.TIME_LIMIT] = time_limit
+    counts[:, [ks.FIRST, ks.SECOND]] = ks.NO_PARTNER
+    scratch_rows = ks.BALL_ROWS if first.slides else 1 if first.contact_duration else 0
+    return State(
+        setup=setup_of(first),
+        balls=balls,
+        boundary=boundary_of(scenes),
+        sizes=sizes_of(first),
+        labels=np.zeros(0, dtype=np.int32),
+        sums=sums,
+        counts=counts,
+        scratch=np.zeros((repeats, scratch_rows, number)),
+    )
+
+
+def setup_of(scene: Scene) -> Setup:
+    """What collisions do in a scene."""
+    law, lasts = scene.wall_law, scene.contact_duration
+    always_loses = law.constant and law.cor < 1.0 and not lasts and scene.elastic_below == 0.0
+    return Setup(
+        pair_law=type(scene.pair_law)(*map(float, scene.pair_law)),
+        wall_law=type(law)(*map(float, law)),
+        contact_path=float(lasts * scene.mean_free_path) if lasts else 0.0,
+        elastic_below=float(scene.elastic_below),
+        traps=bool(isinstance(scene.container, Circle) and always_loses),
+        patience=ks.NO_LIMIT if scene.free or scene.slides else PATIENCE,
+    )
+
+
+def boundary_of(scenes: Sequence[Scene]) -> Any:
+    """The stacked boundary of repeats of one point."""
+    scene = scenes[0]
+    container = scene.container
+    if not isinstance(container, Circle):
+        width, height = map(float, container.size)
+        if container.has_wall:
+            return StraightWalls(width / 2, height / 2)
+        return PeriodicSides(width, height)
+    radius = float(container.radius)
+    if scene.free:
+        motions = [(*scene.container_position, *scene.container_velocity, 0.0) for scene in scenes]
+        mass = float(scene.container_mass)
+        pushes = min(4.0 * scene.number * float(scene.masses[0]) / mass, LARGE)
+        return FreeCircle(radius, mass, 1.0 + pushes, np.array(motions))
+    circle = FixedCircle(radius)
+    if scene.slides:
+        return SlidingCircle(circle, np.zeros((len(scenes), scene.number), dtype=np.int64))
+    return circle
+
+
+def sizes_of(scene: Scene) -> Sizes:
+    """Radii and masses of a scene's balls."""
+    if scene.equal_balls:
+        return EqualBalls(float(scene.radii[0]), float(scene.masses[0]))
+    return UnequalBalls(np.array(scene.radii), np.array(scene.masses))
+
+
+def origin_of(scene: Scene) -> Floats:
+    """Where the kernel's coordinates begin: at the centre of a fixed container, m."""
+    return np.zeros(2) if scene.free else np.asarray(scene.container_position)
+
+
+# Back to scenes
+
+
+@by_class
+def write_curved(boundary: Any, time: float, settling: int, state: State, out: Floats) -> None:
+    """Write places and velocities (4, *N*) of balls that slide; also of one that begins to next."""
+
+
+def flown(columns: Floats, clocks: Floats) -> Floats:
+    """Places (m) and velocities (m/s), (..., 4, *N*), on straight ways when clocks show a time, s.
+
+    columns : (..., BALL_ROWS or more, *N*), as ``State.balls``
+    clocks : (...)
+    """
+    out = columns[..., :4, :].copy()
+    ages = clocks[..., np.newaxis] - columns[..., ks.CLOCK, :]
+    out[..., :2, :] += out[..., 2:, :] * ages[..., np.newaxis, :]
+    return out
+
+
+def scenes_at(scenes: Sequence[Scene], states: State, clocks: Floats) -> list[Scene]:
+    """The scene of each repeat when its clocks show a time, s, at or after the last event."""
+    columns, boundary, labels = flown(states.balls, clocks), states.boundary, states.labels
+    if scenes[0].slides:
+        for repeat, clock in enumerate(clocks.tolist()):
+            state = ks.state_of(states, repeat)
+            write_curved(state.boundary, clock, ks.NO_PARTNER, state, columns[repeat])
+    if scenes[0].container.period is not None:
+        period = np.array(scenes[0].container.period)[:, np.newaxis]
+        columns[:, :2] -= period * np.rint(columns[:, :2] / period)
+    if len(labels):
+        columns = columns[:, :, np.argsort(labels)]
+    columns[:, :2] += np.stack([origin_of(scene) for scene in scenes])[:, :, np.newaxis]
+    rows = columns.transpose(0, 2, 1)
+    ends = [
+        replace(scene, positions=positions.copy(), velocities=velocities.copy())
+        for scene, positions, velocities in zip(scenes, rows[:, :, :2], rows[:, :, 2:], strict=True)
+    ]
+    if not scenes[0].free:
+        return ends
+    motions = flown(boundary.motion[..., np.newaxis], clocks)[..., 0]
+    return [
+        replace(scene, container_position=motion[:2], container_velocity=motion[2:])
+        for scene, motion in zip(ends, motions, strict=True)
+    ]
+
+
+# Checkpoints
+
+
+class CheckpointError(ValueError):
+    """A checkpoint has arrays that no repeat of its scene gives."""
+
+
+def copied(name: str, part: Any) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Copies of the arrays and numbers of a part, by name."""
+    if isinstance(part, tuple):
+        for field, value in part._asdict().items():  # type: ignore[attr-defined]  # a NamedTuple
+            yield from copied(f"{name}.{field}", value)
+    elif part is not None:
+        yield name, np.array(part, order="C")
+
+
+def restored(name: str, part: Any, saved: Mapping[str, NDArray[Any]]) -> Any:
+    """A part with what was saved: arrays keep their memory and its order.
+
+    Raises ``CheckpointError`` for an array of another shape or type.
+    """
+    if part is None:
+        return None
+    if isinstance(part, tuple):
+        values = part._asdict()  # type: ignore[attr-defined]  # a NamedTuple
+        return type(part)(*(restored(f"{name}.{key}", values[key], saved) for key in values))
+    values, fresh = saved.get(name), np.asarray(part)
+    require(values is not None and (values.shape, values.dtype) == (fresh.shape, fresh.dtype))
+    if isinstance(part, np.ndarray):
+        part[...] = values
+        return part
+    return type(part)(values)
+
+
+def require(sound: Any) -> None:
+    """Raise ``CheckpointError`` unless what a kernel needs of restored arrays is true."""
+    if not np.all(sound):
+        raise CheckpointError("its checkpoint is damaged")
+
+
+def within(values: NDArray[Any], least: int, end: int) -> bool:
+    """Whether all are whole numbers from ``least`` to below ``end``."""
+    return bool(np.all((values >= least) & (values < end)))
+
+
+def check_restored(states: State, fresh: State) -> None:
+    """Raise ``CheckpointError`` for numbers that could lead a kernel out of its arrays."""
+    balls, counts, sums, labels = states.balls, states.counts, states.sums, states.labels
+    number = balls.shape[-1]
+    require(states.setup == fresh.setup and np.all(np.isfinite(balls[:, : ks.BALL_ROWS])))
+    order = labels if len(labels) else np.arange(number)
+    require(np.array_equal(np.sort(order), np.arange(number)))
+    for mine, its in zip(states.sizes, fresh.sizes, strict=True):
+        require(np.array_equal(mine, its if np.ndim(its) == 0 else its[order]))
+    require(counts >= [0, 0, ks.NO_PARTNER, ks.NO_PARTNER, 0])
+    require(counts[:, [ks.FIRST, ks.SECOND]] < number)
+    known = np.delete(sums, ks.TIME_LIMIT, axis=1)
+    require(np.isfinite(known) & np.all(known[:, [ks.EPOCH, ks.NOW]] >= 0))
+    require(~np.isnan(sums[:, ks.TIME_LIMIT]))
+    for mine, its in zip(copied("", states.boundary), copied("", fresh.boundary), strict=True):
+        if mine[1].ndim == 0:
+            require(mine[1] == its[1])
+        elif mine[1].dtype == np.int64:
+            require(within(mine[1], FLIES, SLIDES + 1))
+        else:
+            require(np.isfinite(mine[1]))
