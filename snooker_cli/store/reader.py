@@ -369,9 +369,10 @@ class EventReader:
                 self._start = start
             events = self._block[max(rows.start - start, 0) : max(rows.stop - start, 0)]
             if len(events):
-                ascend = np.all(np.diff(events.time, prepend=before) >= 0)
-                _require(ascend, "order of the times of events")
-                before = events.time[-1]
+                time = events.time
+                ascends = time[0] >= before and (time[1:] >= time[:-1]).all()
+                _require(ascends, "order of the times of events")
+                before = time[-1]
             if events.residual is not None and not events.residual.any():
                 events = replace(events, residual=None)  # another repeat of the file has some
             yield events
