@@ -315,7 +315,7 @@ REPEATS: dict[str, Damage] = {
     "fast: 1e150 m/s": scene("velocities", 1e150),
     "ball: at rest": with_traces(at_rest),
     "ball: fast": scene("velocities", 1e200),
-    "event: residual": event("residual", np.nan),
+    **{f"event: residual {each}": event("residual", each) for each in (np.nan, 1e149)},
     **{f"ball at {each}": scene("positions", each) for each in (np.nan, np.inf)},
     **{f"ball far, at {each}": scene("positions", each) for each in (1e3, 1e20, 1e300)},
     "ball: speed": scene("velocities", np.inf),
