@@ -89,6 +89,12 @@ def times(factor: float) -> Damage:
     return with_traces(change)
 
 
+def tiny_times(trace: Trace) -> Trace:
+    assert trace.events is not None
+    times = np.full_like(trace.events.time, 5e-324)
+    return replace(trace, events=replace(trace.events, time=times))
+
+
 def at_rest(trace: Trace) -> Trace:
     start, finish = (
         replace(each, velocities=np.zeros_like(each.velocities))
@@ -311,6 +317,7 @@ REPEATS: dict[str, Damage] = {
     **{f"event: time {each}": event("time", each) for each in (np.nan, np.inf, -1.0, 1e300)},
     **{f"event: impulse {each}": event("impulse", each) for each in (np.nan, np.inf, -1.0, 1e300)},
     **{f"times: {each} of them": times(each) for each in (5e-324, 1e-300)},
+    "event: time 5e-324 of all": with_traces(tiny_times),
     "far: all times × 1e20": times(1e20),
     "fast: 1e150 m/s": scene("velocities", 1e150),
     "ball: at rest": with_traces(at_rest),

@@ -394,7 +394,8 @@ class EventReader:
             in_range = i.min() >= 0 and self._least_partner <= j.min()
             in_range = in_range and max(i.max(), j.max()) < self._balls
             _require(in_range and not np.any(i == j), "ball in an event")
-            _require(np.isfinite(time).all(), "order of the times of events")
+            possible = (time == 0) | ((time >= LEAST_TIME) & (time < math.inf))
+            _require(np.all(possible), "order of the times of events")
             _require(np.isfinite(impulse).all() and impulse.min() >= 0, "impulse of an event")
         return Events(time, i, j, impulse, residual)
 
