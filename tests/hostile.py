@@ -87,6 +87,12 @@ def times(factor: float) -> Damage:
     return with_traces(change)
 
 
+def tiny_times(trace: Trace) -> Trace:
+    assert trace.events is not None
+    times = np.full_like(trace.events.time, 5e-324)
+    return replace(trace, events=replace(trace.events, time=times))
+
+
 def no_residual(before: Trace) -> Trace:
     assert before.events is not None
     column = np.full(len(before.events), np.nan)
@@ -414,6 +420,8 @@ REFUSED: dict[str, dict[str, Damage]] = {
 """Damages by a part of the reason why the file is refused."""
 
 OTHERS: dict[str, Damage] = {
+    "event: time 5e-324 of all": with_traces(tiny_times),
+    "event: residual 1e149": event("residual", 1e149),
     "far: all times × 1e20": times(1e20),
     "fast: 1e150 m/s": scene("velocities", 1e150, 0),
     **{f"rule: shape {value!r}": rules(shape=value) for value in ("box", "none", [1], None)},

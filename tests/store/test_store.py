@@ -27,7 +27,7 @@ from snooker_cli.containers import (
 )
 from snooker_cli.errors import AbsentError, StoreError
 from snooker_cli.laws import Constant
-from snooker_cli.scene import Scene
+from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.store import Provenance, hdf5
 from snooker_cli.trace import (
     SPEED_BINS,
@@ -142,7 +142,7 @@ def any_traces(draw: st.DrawFn, scene: Scene, summaries: bool) -> Trace:
         j[i == j] = -1
         time = np.sort(draw(columns(length, times)))
         events = Events(time, i, j, draw(shares) * impulses_up_to(start, length))
-        residual = draw(columns(length))
+        residual = draw(columns(length, st.floats(-1, 1))) * EPSILON * time
         if draw(st.booleans()) and residual.any():
             events = replace(events, residual=residual)
     else:
