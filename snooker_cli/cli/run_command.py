@@ -107,7 +107,6 @@ def run(
             if is_excessive(found):
                 ways = "set fewer collisions or repeats, or `record: summary`, or give --yes"
                 raise UserError(_estimate(found), ways)
-        analyses = [] if fresh else target.analyses()
         outcomes, watcher = execute_watched(
             target,
             fresh=fresh,
@@ -119,10 +118,6 @@ def run(
             interval=60 * checkpoint,
             processes=True,
         )
-    if removed := [path for path in analyses if not path.exists()]:
-        again = listed([f"`snooker {path.stem} {target.directory}`" for path in removed])
-        names = listed([path.name for path in removed])
-        notice(f"removed {names}, because the run has changed; run {again} again")
     simulated = not all(each.cached for each in outcomes)
     if simulated and not fresh and target.figures():
         folder = target.figures_folder

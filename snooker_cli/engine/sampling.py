@@ -194,11 +194,17 @@ def sample(
     container: Floats | None,
     slides: Integers | None,
 ) -> None:
-    """``measure``, and count the balls by reduced speed v sqrt(m / 2T), T their mean energy."""
+    """``measure``, and count the balls by reduced speed v sqrt(m/2T), T their mean energy."""
     measure(row, totals(state), time, state, container, slides)
-    energy, number = row[KINETIC_ENERGY], state.balls.shape[1]
     for speed in range(SPEED_BINS):
         histogram[speed] = 0
+    count_speeds(row, histogram, state)
+
+
+@helper
+def count_speeds(row: Floats, histogram: Any, state: State) -> None:
+    """Add the balls to a histogram by reduced speed; none are added at rest."""
+    energy, number = row[KINETIC_ENERGY], state.balls.shape[1]
     if energy > 0.0:
         for i in range(number):
             one = energy_of(i, state.balls, state.setup, state.masses)

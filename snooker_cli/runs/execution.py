@@ -289,8 +289,6 @@ def execute(
             discard(run.directory / FAILURES)
         all_checked = not cancelled.is_set()
         if missing and all_checked:
-            for path in run.analyses() if part is None else ():
-                path.unlink(missing_ok=True)
             simulating = executor or threads
             job = Job(run, command or _command(), interval)
             batches = _batches(run, missing)

@@ -227,23 +227,6 @@ def test_a_plan_warns_of_balls_that_cool_until_they_drift_together(
         assert ("This may take much longer" in printed) == warned, keys
 
 
-def test_a_run_reports_which_analyses_it_removes(finished: Path, snooker: Snooker) -> None:
-    """Made of fewer repeats, or of more; --fresh asks for it."""
-    removal = "snooker: removed {}, because the run has changed; run {} again\n"
-    fit, both = "`snooker fit runs/small`", ("fit.json", "compare.json")
-    for name in both:
-        (finished / name).write_text("[]")
-    assert "removed" not in snooker("run", "small.yaml").err
-    more = snooker("run", "small.yaml", "-o", "repeats=4").err
-    commands = f"{fit} and `snooker compare runs/small`"
-    assert removal.format("fit.json and compare.json", commands) in more
-    assert not [name for name in both if (finished / name).exists()]
-    (finished / "fit.json").write_text("[]")
-    assert removal.format("fit.json", fit) in snooker("run", "small.yaml").err
-    (finished / "fit.json").write_text("[]")
-    assert "removed" not in snooker("run", "small.yaml", "--fresh").err
-
-
 def test_a_run_reports_older_figures(finished: Path, snooker: Snooker) -> None:
     """Only if it simulates something."""
     snooker("plot", "small", "energy", "--where", "cor=1")
