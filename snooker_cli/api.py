@@ -251,21 +251,25 @@ class Run(runs.Run):
         (Pa m) and ``mean_speed`` (m/s) are means over the time of the repeat. ``energy_ratio`` is
         the energy at the end over that at the start. ``k`` and ``alpha`` (1/s) are fits to the
         energy: the constants of exp(−kt) and of Haff's law; nan without a fit. A swept key with
-        the name of another column gets the prefix ``config.``. The rows are saved in table.json.
-        Raises ``FigureError``,
+        the name of another column gets the prefix ``config.``. Raises ``FigureError``,
         ``StoreError``, and ``RunError`` if no repeat is there.
         """
         from snooker_cli.analysis.run_analysis import results
 
-        measured = results(self, points := self.matching(**where), counting)
-        measured.save()
-        places = [(point, number) for point in points for number in self.present(point)]
-        rows: Records = []
-        for (point, number), values in zip(places, measured.rows, strict=True):
-            row = {"repeat": number} | {key: values[key] for key in values if key != "parameters"}
-            swept = {f"config.{key}" if key in row else key: to for key, to in point.parameters}
-            rows.append({"point": point.index} | swept | row)
-        return {name: _column([row[name] for row in rows]) for name in rows[0]}
+        points = self.matching(**where)
+        tables: list[dict[str, list[Any]]] = []
+        for point, columns in zip(points, results(self, points, counting), strict=True):
+            own = {"repeat": self.present(point)} | columns
+            number = len(own["repeat"])
+            swept = {
+                f"config.{key}" if key in own else key: [value] * number
+                for key, value in point.parameters
+            }
+            tables.append({"point": [point.index] * number} | swept | own)
+        return {
+            name: _column(list(chain.from_iterable(table[name] for table in tables)))
+            for name in tables[0]
+        }
 
     def fit(self, since: float = 0.0, until: float = math.inf, **where: Any) -> Records:
         """The records of ``snooker fit --json``, of the times from ``since`` to ``until`` (s).

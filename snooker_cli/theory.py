@@ -357,7 +357,7 @@ def ball_ball_rate(
     return 4 * ball_radius * number_density * contact_value * thermal
 
 
-def wall_rate(mean_speed: float, region: AccessibleRegion) -> float:
+def wall_rate(mean_speed: Real, region: AccessibleRegion) -> Real:
     """Wall collisions of one ball per second in an ideal gas: ⟨v⟩ over the mean chord πA/L."""
     return mean_speed * region.edge / (math.pi * region.area)
 
@@ -496,7 +496,7 @@ def elastic(
     return restitution == 1.0 and (wall_restitution == 1.0 or not container.has_wall)
 
 
-def source_decay_constant(restitution: float, mean_free_path: float, mean_speed: float) -> float:
+def source_decay_constant(restitution: float, mean_free_path: float, mean_speed: Real) -> Real:
     """Decay constant of the energy by the source report (s⁻¹): k = −2 ln(e) ⟨v⟩/λ (eqs 6, 7).
 
     It assumes that a collision leaves e² of all energy; only the relative normal part of the motion

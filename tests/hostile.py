@@ -625,7 +625,7 @@ MANIFESTS: dict[str, Damage] = {
 
 BESIDE: dict[str, tuple[str, Damage]] = {
     f"{name} {content[:24]!r}": (name, text(content))
-    for name in ("failures.jsonl", "fit.json", "compare.json", "figures/energy.json")
+    for name in ("failures.jsonl", "analysis.json", "figures/energy.json")
     for content in (
         DEEP,
         "{",

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from snooker_cli.analysis.fitting import FitResult, fit_all
+from snooker_cli.analysis.fitting import Curves, FitResult, fit_all
 
 
 def fit(
@@ -15,4 +15,4 @@ def fit(
 ) -> FitResult:
     """``fit_all`` of one curve."""
     curve = np.asarray(t, dtype=np.float64), np.asarray(y, dtype=np.float64), rounding
-    return fit_all([curve], model, **how)[0]
+    return fit_all(Curves.of([curve]), model, **how)[0]

@@ -19,13 +19,14 @@ from repeating import content_hash
 
 import snooker_cli as snooker
 from snooker_cli import store
-from snooker_cli.analysis import observables
+from snooker_cli.analysis import observables, run_analysis
 from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.config.yaml_document import document
 from snooker_cli.laws import Constant
 from snooker_cli.report import run_report
 from snooker_cli.runs import progress
 from snooker_cli.runs.batch import RepeatResult
+from snooker_cli.runs.run import ANALYSIS
 
 CONFIG: dict[str, Any] = document(SMALL, "small.yaml").data
 
@@ -408,10 +409,10 @@ def test_a_simulation_needs_a_limit(limits: dict[str, Any], sentence: str) -> No
 
 
 def test_a_table_is_computed_once(run: snooker.Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Later ones read table.json, of all points or of some, until a file changes."""
-    (run.directory / "table.json").unlink(missing_ok=True)
+    """Later ones read analysis.json, of all points or of some."""
+    (run.directory / ANALYSIS).unlink(missing_ok=True)
     first = run.table(cor=1.0)
-    monkeypatch.setattr(observables, "mean_temperature", None)
+    monkeypatch.setattr(run_analysis, "measure", None)
     np.testing.assert_equal(run.table(cor=1.0), first)
     with pytest.raises(TypeError):
         run.table()  # the other point has not been read

@@ -5,9 +5,9 @@ Every repeat is fitted by itself, and the constants are averaged.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,88 +18,91 @@ from snooker_cli.analysis import observables
 from snooker_cli.analysis.fitting import (
     LAWS,
     LEAST_PROBABILITY,
-    MOST_VALUES,
+    Curves,
     FitResult,
     Goodness,
+    Range,
     RepeatMean,
+    Samples,
     fit_all,
     goodness,
     mean_over_repeats,
+    ranges,
 )
-from snooker_cli.analysis.observables import after_collisions, elastic, over_first, so_far
+from snooker_cli.analysis.measurement import (
+    ENERGY,
+    POINTS,
+    PRESSURE,
+    SKIPPED_COLLISIONS,
+    TEMPERATURE,
+    WINDOWS,
+    Measurements,
+    measure,
+)
+from snooker_cli.analysis.observables import after_collisions, elastic, over_first
 from snooker_cli.formatting import listed, plain, short
-from snooker_cli.memory import MEMORY
-from snooker_cli.scene import EPSILON
+from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import Series, StopReason, Trace
 
 Array = NDArray[np.float64]
-TimeCourse = tuple[Array, Array]
-
-SKIPPED_COLLISIONS = 50
-"""Collisions before the cumulative pressure is fitted, as in the source report: it starts at 0."""
-
-WINDOWS = 20  # windows of time for the local pressure and energy
 
 COLLISION_ROUNDING = 8 * EPSILON
 """Relative error of the energy of elastic balls per collision: twice that of four roundings."""
+
+
+class Curve(NamedTuple):
+    """The decay of a quantity in a repeat: times (s) and values over the first."""
+
+    time: Array
+    value: Array
 
 
 @dataclass(frozen=True)
 class Quantity:
     """A quantity whose decay is fitted.
 
-    course : a repeat -> times (s) and values over the first
-    at : a repeat and times -> values there, in any unit; ``None`` if no law is judged
+    course : a repeat -> its values after each collision or in windows of time
+    column : of the curves of ``Measurements``; ``None`` if means in windows are fitted
     starts_at_one : whether the fit holds the amplitude at 1, at the first of the times
     is_mean : whether it is a mean since the start, which follows a law's ``mean_model``
+    is_judged : whether its laws are judged
     laws : that are fitted
     """
 
-    course: Callable[[Trace], TimeCourse]
-    at: Callable[[Trace, Array], Array] | None = None
+    course: Callable[[Trace], Curve]
+    column: int | None = None
     starts_at_one: bool = False
     is_mean: bool = False
+    is_judged: bool = False
     laws: tuple[str, ...] = tuple(LAWS)
 
 
-def _from_start(column: Callable[[Series], Array]) -> Quantity:
-    """A quantity that only collisions change, as a column of the series."""
+def _from_start(values: Callable[[Series], Array]) -> Callable[[Trace], Curve]:
+    """The course of a quantity that only collisions change."""
 
-    def course(trace: Trace) -> TimeCourse:
+    def course(trace: Trace) -> Curve:
         columns = after_collisions(trace)
-        return columns.time, over_first(column(columns))
-
-    def at(trace: Trace, times: Array) -> Array:
-        return so_far(trace, column(observables.series(trace)), times)
-
-    return Quantity(course, at, starts_at_one=True)
-
-
-def _pressure(trace: Trace) -> TimeCourse:
-    columns = after_collisions(trace)
-    settled = (columns.wall_events + columns.pair_events >= SKIPPED_COLLISIONS)[columns.time > 0]
-    time, values = observables.cumulative_pressure(trace, columns)
-    return time[settled], over_first(values[settled])
-
-
-def _pressure_at(trace: Trace, times: Array) -> Array:
-    edges = np.append(0.0, times)
-    return np.cumsum(observables.pressures(trace, edges) * np.diff(edges)) / times
-
-
-def _in_windows(means: Callable[[Trace, Array], Array]) -> Callable[[Trace], TimeCourse]:
-    """Means between the edges of equal windows; none for fewer collisions than windows."""
-
-    def course(trace: Trace) -> TimeCourse:
-        some = trace.collisions >= WINDOWS and trace.stop.time > 0
-        edges = np.linspace(0.0, trace.stop.time, WINDOWS + 1)[: None if some else 0]
-        return (edges[:-1] + edges[1:]) / 2, means(trace, edges)
+        return Curve(columns.time, over_first(values(columns)))
 
     return course
 
 
-def _local_pressures(trace: Trace, edges: Array) -> Array:
-    return over_first(observables.pressures(trace, edges))
+def _pressure(trace: Trace) -> Curve:
+    columns = after_collisions(trace)
+    settled = (columns.wall_events + columns.pair_events >= SKIPPED_COLLISIONS)[columns.time > 0]
+    time, values = observables.cumulative_pressure(trace, columns)
+    return Curve(time[settled], over_first(values[settled]))
+
+
+def _in_windows(means: Callable[[Trace, Array], Array]) -> Callable[[Trace], Curve]:
+    """Means between the edges of equal windows; none for fewer collisions than windows."""
+
+    def course(trace: Trace) -> Curve:
+        enough = trace.collisions >= WINDOWS and trace.stop.time > 0
+        edges = np.linspace(0.0, trace.stop.time, WINDOWS + 1)[: None if enough else 0]
+        return Curve((edges[:-1] + edges[1:]) / 2, over_first(means(trace, edges)))
+
+    return course
 
 
 def _local_energies(trace: Trace, edges: Array) -> Array:
@@ -108,21 +111,29 @@ def _local_energies(trace: Trace, edges: Array) -> Array:
 
 
 QUANTITIES: dict[str, Quantity] = {
-    "kinetic_energy": _from_start(observables.energy_ratio),
-    "temperature": _from_start(lambda columns: columns.kinetic_energy),
-    "pressure": Quantity(_pressure, _pressure_at, is_mean=True),
-    "pressure_amplitude_1": Quantity(  # as in the source report
-        _pressure, starts_at_one=True, is_mean=True, laws=("exponential",)
+    "kinetic_energy": Quantity(
+        _from_start(observables.energy_ratio), ENERGY, starts_at_one=True, is_judged=True
     ),
-    "local_pressure": Quantity(_in_windows(_local_pressures)),
+    "temperature": Quantity(
+        _from_start(lambda columns: columns.kinetic_energy),
+        TEMPERATURE,
+        starts_at_one=True,
+        is_judged=True,
+    ),
+    "pressure": Quantity(_pressure, PRESSURE, is_mean=True, is_judged=True),
+    "pressure_amplitude_1": Quantity(  # as in the source report
+        _pressure, PRESSURE, starts_at_one=True, is_mean=True, laws=("exponential",)
+    ),
+    "local_pressure": Quantity(_in_windows(observables.pressures)),
     "local_energy": Quantity(_in_windows(_local_energies)),
 }
-"""Every quantity that is fitted, by its name in ``fit.json``."""
+"""Every quantity that is fitted, by its name in the rows of ``snooker fit --json``."""
 
 FURTHER = "temperature", "pressure_amplitude_1"  # only --all prints these
 
 SAMPLING = (
-    "Fits use every collision (fewer in long runs; summaries are interpolated). "
+    f"Fits use means over equally many collisions, at most {POINTS} of them in a repeat "
+    "(summaries are interpolated). "
     f'"Local" means averages over {WINDOWS} windows of time. '
     "The pressure is a mean since the start; for Haff's law its fit is A/(1 + αt). "
     f"Models: {'; '.join(f'{name} {model.formula}' for name, model in LAWS.items())}."
@@ -150,22 +161,6 @@ class Note(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Curve:
-    """The decay of a quantity in one repeat: times (s), values over the first, their rounding.
-
-    held : whether the fit holds the amplitude at 1
-    elastic : whether no collision loses energy, so that any constant is noise
-    """
-
-    quantity: Quantity
-    time: Array
-    value: Array
-    rounding: float
-    held: bool
-    elastic: bool = False
-
-
-@dataclass(frozen=True)
 class Decay:
     """A decay constant of a point: over its repeats, and how well the law fits.
 
@@ -175,7 +170,7 @@ class Decay:
     walls : whether the container has walls; without them, pressures are the virial's
     elastic : whether no collision loses energy, so that nothing is fitted
     fits : of each repeat
-    judged : times (s) and ln y of each repeat that is judged, and its fit
+    judged : gives the ranges in which the law is judged; and the fits of the repeats that count
     """
 
     quantity: str
@@ -186,12 +181,13 @@ class Decay:
     walls: bool
     elastic: bool
     fits: tuple[FitResult, ...]
-    judged: tuple[list[TimeCourse], list[FitResult]] = field(compare=False, repr=False)
+    judged: tuple[Callable[[], list[Range]], list[FitResult]] = field(compare=False, repr=False)
 
     @cached_property
     def goodness(self) -> Goodness:
         """How well the law describes the logarithms; computed when it is first read."""
-        return goodness(*self.judged)
+        judged, fits = self.judged
+        return goodness(judged(), fits)
 
     @property
     def short(self) -> int:
@@ -205,7 +201,7 @@ class Decay:
         return " ".join(message for message, _ in reasons.most_common()) or None
 
     def as_json(self) -> dict[str, Any]:
-        """A row of ``fit.json``: ``value`` ± ``error`` are the mean and its standard error."""
+        """A row of ``snooker fit --json``; ``value`` ± ``error``: the mean, its standard error."""
         row = {
             "quantity": self.quantity,
             "model": self.law,
@@ -222,7 +218,7 @@ class Decay:
 
 
 def range_held(row: Mapping[str, Any]) -> str:
-    """``1.5/6.1``: until when the law of a row of ``fit.json`` holds, of the judged time (s)."""
+    """``1.5/6.1``: until when the law of a row of fits holds, of the judged time (s)."""
     holds, end = short(row["holds_to"]), short(row["judged_to"])
     return "–" if holds == "–" else f"{holds}/{end}"
 
@@ -232,91 +228,26 @@ def reported_constant(trace: Trace) -> float:
 
     The speed is `observables.mean_speed`, with its nan. nan also at CoR 0, and for unequal balls.
     """
-    scene, speed = trace.start, observables.mean_speed(trace)
+    return float(reported_constants(trace.start, np.array([observables.mean_speed(trace)]))[0])
+
+
+def reported_constants(scene: Scene, speeds: Array) -> Array:
+    """`reported_constant` of repeats with these mean speeds of the balls, m/s; 1/s."""
     if scene.restitution == 0 or not (scene.equal_balls and scene.constant_laws):
-        return math.nan
+        return np.full_like(speeds, math.nan)
     density = scene.number / scene.container.area
     path = theory.source_mean_free_path(density, float(scene.radii[0]))
-    return theory.source_decay_constant(scene.restitution, path, speed)
+    return theory.source_decay_constant(scene.restitution, path, speeds)
 
 
-def curve(trace: Trace, quantity: str, since: float = 0.0, until: float = math.inf) -> Curve:
-    """The decay of a quantity in one repeat, between two times (s).
-
-    The values are over the first one of the repeat. From a later time on, the amplitude is free.
-    Raises ``KeyError`` for an unknown quantity.
-    """
-    known = QUANTITIES[quantity]
-    time, value = known.course(trace)
-    kept = (time >= since) & (time <= until)
-    rounding, held = COLLISION_ROUNDING * trace.collisions, known.starts_at_one and since == 0
-    return Curve(known, time[kept], value[kept], rounding, held, elastic(trace.start))
-
-
-def fit_curves(curves: Sequence[Curve], law: str) -> list[FitResult]:
-    """Fit a point's curves of a quantity with a law; a mean since the start with its mean model."""
-    model, first = LAWS[law], curves[0]
-    if first.elastic:
-        lengths = (len(decaying.time) for decaying in curves)
-        return [FitResult(law, False, NO_LOSSES, length, math.nan) for length in lengths]
-    return fit_all(
-        [(decaying.time, decaying.value, decaying.rounding) for decaying in curves],
-        (first.quantity.is_mean and model.mean_model) or law,
-        amplitude=1.0 if first.held else None,
-        start=0.0 if model.has_pole else None,
-    )
+def curve(trace: Trace, quantity: str) -> Curve:
+    """The decay of a quantity in a repeat, after each collision. Raises ``KeyError``."""
+    return QUANTITIES[quantity].course(trace)
 
 
 def repeat_fits(trace: Trace, quantity: str) -> dict[str, FitResult]:
-    """The fits of a repeat's ``curve`` by law, made once."""
-    whole = curve(trace, quantity)
-    return _fitted([trace], [whole], quantity, 0.0, math.inf)[0]
-
-
-def _fitted(
-    traces: Sequence[Trace], curves: Sequence[Curve], *key: Any
-) -> list[dict[str, FitResult]]:
-    """The fits of repeats' curves by law, together and made once; ``key`` says which curves."""
-    fits = [MEMORY.find(("fits", key), trace) for trace in traces]
-    new = [row for row, known in enumerate(fits) if known is None]
-    if new:
-        chosen, laws = [curves[row] for row in new], curves[0].quantity.laws
-        results = zip(*(fit_curves(chosen, law) for law in laws), strict=True)
-        for row, by_law in zip(new, results, strict=True):
-            fits[row] = dict(zip(laws, by_law, strict=True))
-            MEMORY.keep(("fits", key), fits[row], traces[row])
-    return fits
-
-
-def _logarithms(trace: Trace, decaying: Curve) -> TimeCourse:
-    """Times and ln y between the rows of a curve; empty if it is not judged.
-
-    The rows are just after collisions, where the energy is less than around them.
-    """
-    if decaying.quantity.at is None or decaying.elastic or len(decaying.time) < 3:
-        return np.empty(0), np.empty(0)
-    rows = observables.instants(decaying.time)
-    time = decaying.time[rows]
-    time = np.concatenate([time[:1], (time[:-1] + time[1:]) / 2])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        values = np.log(decaying.quantity.at(trace, time))
-        values += np.log(decaying.value[rows[0]]) - values[0]
-    good = np.isfinite(values)
-    return time[good], values[good]
-
-
-def _together(traces: Iterable[Trace]) -> Iterator[list[Trace]]:
-    """The repeats in lists: as many as are fitted at once, and fit in memory."""
-    some: list[Trace] = []
-    values = 0
-    for trace in traces:
-        some.append(trace)
-        values += trace.collisions + 1
-        if values >= MOST_VALUES:
-            yield some
-            some, values = [], 0
-    if some:
-        yield some
+    """The fits of a quantity in a repeat, by law. Raises ``KeyError`` for an unknown quantity."""
+    return {decay.law: decay.fits[0] for decay in decays([trace], (quantity,))}
 
 
 def decays(
@@ -331,36 +262,79 @@ def decays(
     Laws are judged on complete repeats, if there are three or more, else on all.
     Raises ``KeyError`` for an unknown quantity.
     """
-    reasons: list[StopReason] = []
-    walls = lossless = True
-    fits: dict[str, list[dict[str, FitResult]]] = {name: [] for name in quantities}
-    curves: dict[str, list[TimeCourse]] = {name: [] for name in quantities}
-    for some in _together(traces):
-        reasons += [trace.stop.reason for trace in some]
-        walls, lossless = some[0].start.container.has_wall, elastic(some[0].start)
-        for name in quantities:
-            decaying = [curve(trace, name, since, until) for trace in some]
-            curves[name] += map(_logarithms, some, decaying)
-            fits[name] += _fitted(some, decaying, name, since, until)
-    judged = [row for row, reason in enumerate(reasons) if reason.complete]
-    judged = judged if len(judged) > 2 else list(range(len(reasons)))
-    ended, result = Counter(reasons), []
-    for name, law in [(key, law) for key in quantities for law in QUANTITIES[key].laws]:
-        results = tuple(by_law[law] for by_law in fits[name])
-        chosen = [curves[name][row] for row in judged], [results[row] for row in judged]
-        held, over = QUANTITIES[name].starts_at_one and since == 0, mean_over_repeats(results)
-        result.append(Decay(name, law, held, over, ended, walls, lossless, results, chosen))
+    return measured_decays(measure(traces, since, until), quantities, since, until)
+
+
+def measured_decays(
+    measured: Measurements,
+    quantities: Sequence[str] = tuple(QUANTITIES),
+    since: float = 0.0,
+    until: float = math.inf,
+) -> list[Decay]:
+    """`decays` of repeats that are measured between the same times."""
+    scene, complete = measured.scene, measured.complete
+    judged = complete if np.count_nonzero(complete) > 2 else np.ones_like(complete)
+    ended = Counter(StopReason(ending) for ending in measured.endings)
+    result = []
+    for name in quantities:
+        quantity, curves = QUANTITIES[name], _curves(measured, name, since, until)
+        held = quantity.starts_at_one and since == 0
+        samples = Samples(np.empty((0, 0)), np.empty((0, 0)), np.empty(0, np.int64))
+        if quantity.is_judged and not elastic(scene):
+            time, logarithm = np.moveaxis(measured.samples[judged, quantity.column], 1, 0)
+            samples = Samples(time, logarithm, measured.numbers[judged, quantity.column])
+        judging = cache(partial(ranges, samples))  # for all laws once
+        for law in quantity.laws:
+            fits = _fits(curves, quantity, law, held, scene)
+            chosen = [fit for fit, counts in zip(fits, judged, strict=True) if counts]
+            over, walls = mean_over_repeats(fits), scene.container.has_wall
+            facts = held, over, ended, walls, elastic(scene), tuple(fits)
+            result.append(Decay(name, law, *facts, (judging, chosen)))
     return result
 
 
-def analyse(
-    traces: Iterable[Trace], since: float = 0.0, until: float = math.inf
-) -> tuple[list[Decay], list[Note]]:
-    """All decay constants of a point, and notes for a reader."""
-    constants = decays(traces, since=since, until=until)
+def _curves(measured: Measurements, name: str, since: float, until: float) -> Curves:
+    """The points of the repeats that are fitted, of curves or of windows of time."""
+    quantity = QUANTITIES[name]
+    if quantity.column is None:
+        value = measured.windows.pressure(measured.scene)
+        if name == "local_energy":
+            value = measured.windows.total_energy
+        value = np.array([over_first(row) for row in value])
+        centres = np.arange(0.5, WINDOWS) / WINDOWS
+        time: Array = measured.time[:, np.newaxis] * centres
+        enough = (measured.collisions >= WINDOWS) & (measured.time > 0)
+        inside = enough[:, np.newaxis] & (time >= since) & (time <= until)
+        weight = np.asarray(inside, dtype=np.float64)
+        first = time[np.arange(len(time)), np.argmax(weight, axis=1)]
+    else:
+        weight, time, value = np.moveaxis(measured.points[:, quantity.column], 1, 0)
+        first = measured.samples[:, quantity.column, 0, 0]
+    used = weight > 0
+    starts = np.cumsum([0, *used.sum(axis=1)])
+    rounding = COLLISION_ROUNDING * measured.collisions
+    return Curves(starts, first, time[used], value[used], weight[used], rounding)
+
+
+def _fits(
+    curves: Curves, quantity: Quantity, law: str, held: bool, scene: Scene
+) -> list[FitResult]:
+    """The fits of a law to the curves of a quantity; a mean since the start has its mean model."""
+    model = LAWS[law]
+    if elastic(scene):
+        numbers = np.add.reduceat(np.append(curves.weight, 0.0), curves.starts[:-1])
+        return [FitResult(law, False, NO_LOSSES, round(n), math.nan) for n in numbers.tolist()]
+    name = (quantity.is_mean and model.mean_model) or law
+    return fit_all(
+        curves, name, amplitude=1.0 if held else None, start=0.0 if model.power else None
+    )
+
+
+def fit_notes(constants: Sequence[Decay]) -> list[Note]:
+    """Notes for a reader of a point's decay constants."""
     notes, total = early_notes(constants[0].ended), len(constants[0].fits)
     if constants[0].elastic:
-        return constants, [*notes, Note(NO_LOSSES)]
+        return [*notes, Note(NO_LOSSES)]
     if not constants[0].walls:
         notes.append(Note(observables.NO_WALLS, "pressure, local_pressure"))
         notes.append(Note("Haff's law is for a gas without clusters", model="haff"))
@@ -373,7 +347,7 @@ def analyse(
         names = listed([name.replace("_", " ") for name in dict.fromkeys(quantities)])
         of = f" in {failed} of {total} repeats" if total > 1 else ""
         notes.append(Note(f"no fit of {names}{of}: {reason}", names))
-    return constants, notes
+    return notes
 
 
 _EARLY = {

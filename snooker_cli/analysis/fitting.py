@@ -5,24 +5,22 @@ quote the error over repeats.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import optimize, special
 
 from snooker_cli.analysis.observables import standard_errors
+from snooker_cli.engine.jit import helper, kernel
 from snooker_cli.scene import EPSILON
 
 Array: TypeAlias = NDArray[np.float64]
-_Found: TypeAlias = tuple[float, float, float, bool]
 
 NOTHING_DECAYS = "The values are equal but for rounding, so nothing decays."
 
 _MOST_STEPS = 100
-MOST_VALUES = 2**18  # of curves that are fitted together, which limits the memory
 _CURVE_ROUNDING = 4 * EPSILON  # relative change of a curve that is only rounding
 
 LEAST_PROBABILITY = 0.01
@@ -30,22 +28,20 @@ LEAST_PROBABILITY = 0.01
 
 MOST_WINDOWS = 20  # windows of a test at most, and ends of a range that are tried
 
-RESAMPLES = 2000  # sets of repeats that a bootstrap draws
-
 ROWS_IN_WINDOW = 10
 """Rows of a repeat in a window of a test at least, so that its mean is nearly normal."""
 
 
 @dataclass(frozen=True)
 class FitModel:
-    """A decay y = A g(q s) with one rate q, where g(0) = 1; s is the time since t0.
+    """A decay y = A g(q s) with one rate q; s is the time since t0.
+
+    g(x) is 1/(1 + x)ⁿ, or exp(−x) for n = 0. It has a pole at x = −1 unless n = 0: a fit needs
+    q s > −1, and the rate depends on t0, which is the start of the run.
 
     label, formula : in legends; of y, with t the time since t0
     key, symbol, mean_symbol : the rate in JSON; its letter; its letter in a mean since the start
-    curve, derivative : g at x = q s; dg/dx at x, where g is y
-    inverse : the x at which g has a positive value
-    has_pole : whether g has a pole at x = −1, so that a fit needs q s > −1; the rate then depends
-        on t0, which is the start of the run
+    power : n
     mean_model : the model for a mean since the start; empty: this model. The exponential is fitted
         as in the source report, although the mean of one is (1 − exp(−kt))/(kt)
     """
@@ -55,56 +51,30 @@ class FitModel:
     key: str
     symbol: str
     mean_symbol: str
-    curve: Callable[[Array], Array]
-    derivative: Callable[[Array, Array], Array]
-    inverse: Callable[[Array], Array]
-    has_pole: bool = False
+    power: int
     mean_model: str = ""
+
+    def curve(self, x: Array) -> Array:
+        """g at x."""
+        return np.asarray((1 + x) ** -self.power if self.power else np.exp(-x))
+
+    def inverse(self, y: float) -> float:
+        """The x at which g has a positive value."""
+        return float(y ** (-1 / self.power) - 1 if self.power else -np.log(y))
 
     def rate(self, p: Array) -> Array:
         """The rate q at the variable p of a search; e^p − 1 is above −1 for every p."""
-        return np.expm1(p) if self.has_pole else p
-
-    def rate_slope(self, p: Array) -> Array:
-        """dq/dp."""
-        return np.exp(p) if self.has_pole else np.ones_like(p)
+        return np.expm1(p) if self.power else p
 
 
 LAWS = {
-    "exponential": FitModel(
-        label="exponential",
-        formula="A e^(−kt)",
-        key="k",
-        symbol="k",
-        mean_symbol="κ",
-        curve=lambda x: np.asarray(np.exp(-x)),
-        derivative=lambda x, y: -y,
-        inverse=lambda y: np.asarray(-np.log(y)),
-    ),
+    "exponential": FitModel("exponential", "A e^(−kt)", "k", "k", "κ", power=0),
     # The energy by Haff, J. Fluid Mech. 134, 401 (1983).
-    "haff": FitModel(
-        label="Haff's law",
-        formula="A/(1 + αt)²",
-        key="alpha",
-        symbol="α",
-        mean_symbol="α",
-        curve=lambda x: 1 / (1 + x) ** 2,
-        derivative=lambda x, y: -2 * y / (1 + x),
-        inverse=lambda y: y**-0.5 - 1,
-        has_pole=True,
-        mean_model="haff_root",
-    ),
+    "haff": FitModel("Haff's law", "A/(1 + αt)²", "alpha", "α", "α", 2, mean_model="haff_root"),
 }
 """The laws of cooling by their names in files and tables."""
 
-MODELS = LAWS | {
-    "haff_root": replace(  # the mean pressure under Haff's law
-        LAWS["haff"],
-        curve=lambda x: 1 / (1 + x),
-        derivative=lambda x, y: -y / (1 + x),
-        inverse=lambda y: 1 / y - 1,
-    ),
-}
+MODELS = LAWS | {"haff_root": replace(LAWS["haff"], power=1)}  # the mean pressure under Haff's law
 """The laws, and other models of a mean since the start."""
 
 
@@ -129,17 +99,42 @@ class FitResult:
     amplitude: float = math.nan
 
 
+class Curves(NamedTuple):
+    """Curves that are fitted with one law, one after the other.
+
+    starts : (*curves* + 1,) where the points of each begin, and the end of all
+    origin : (*curves*,) times of the first points, s
+    time, value, weight : (*points*,) s; any unit; the number of values that a point stands for
+    rounding : (*curves*,) relative size of changes that are only rounding; no decay is sought there
+    """
+
+    starts: NDArray[np.int64]
+    origin: Array
+    time: Array
+    value: Array
+    weight: Array
+    rounding: Array
+
+    @classmethod
+    def of(cls, curves: Sequence[tuple[Array, Array, float]]) -> "Curves":
+        """Curves (t, y, rounding) of single values."""
+        times, values, rounding = zip(*curves, strict=True)
+        starts = np.cumsum([0, *map(len, times)])
+        origin = np.array([time[0] if len(time) else math.nan for time in times])
+        time, value = np.concatenate(times), np.concatenate(values)
+        weight = np.ones_like(time)
+        return cls(starts, origin, time, value, weight, np.array(rounding, np.float64))
+
+
 def fit_all(
-    curves: Sequence[tuple[Array, Array, float]],
+    curves: Curves,
     model: str = "exponential",
     *,
     amplitude: float | None = None,
     start: float | None = None,
 ) -> list[FitResult]:
-    """Least-squares fits of a decay to curves (t, y, rounding); short ones are fitted together.
+    """Least-squares fits of a decay to curves; the search is dimensionless, so any scale is good.
 
-    t, y : (*n*,) times (s, at least 0) and values; any scale, the search is dimensionless
-    rounding : relative size of changes that are only rounding; no decay is sought in them
     model : a name in ``MODELS``
     amplitude : A is held at this value; by default it is free
     start : t0 (s), not after any of the times; by default the first of them
@@ -147,119 +142,199 @@ def fit_all(
     Data that cannot be fitted give a result with converged=False and a message with the reason.
     Raises KeyError for an unknown model.
     """
-    form, free = MODELS[model], amplitude is None
+    power, free, number = MODELS[model].power, amplitude is None, len(curves.rounding)
     results: list[FitResult] = []
-    scaled: dict[int, tuple[float, float, Array, Array]] = {}  # span, scale, s, y/scale
-    with np.errstate(all="ignore"):  # the check of the result finds overflow and nan
-        for t, y, rounding in curves:
-            origin = start if start is not None else float(t[0]) if t.size else math.nan
-            level = amplitude if amplitude is not None else y[0] if y.size else math.nan
-            if t.size < 2 + free:
-                problem = f"A fit needs {2 + free} or more points; here are {t.size}."
-            elif np.max(np.abs(y - level)) <= rounding * abs(level):
-                problem = NOTHING_DECAYS if level else "All values are zero."
-            else:
-                problem, span = "", float(t.max()) - origin
-                scale = amplitude if amplitude is not None else float(y[np.argmax(np.abs(y))])
-                scaled[len(results)] = span, scale, (t - origin) / span, y / scale
-            results.append(FitResult(model, False, problem, t.size, origin))
-        size = max(1, MOST_VALUES // max((len(s) for *_, s, _ in scaled.values()), default=1))
-        for first in range(0, len(scaled), size):
-            rows = list(scaled)[first : first + size]
-            searched = _search(form, [scaled[row][2:] for row in rows], free)
-            for row, result in zip(rows, searched, strict=True):
-                results[row] = _outcome(results[row], *scaled[row][:2], result)
+    given = math.nan if start is None else start, math.nan if amplitude is None else amplitude
+    sizes = np.diff(curves.starts)
+    found, memory = np.empty((number, 5)), np.empty((4, max(sizes, default=0)))
+    search(curves, power, given, found, memory)
+    few = f"A fit needs {2 + free} or more points; here are {{}}."
+    for k, (rate, error, height, origin, outcome) in enumerate(found.tolist()):
+        points = round(float(curves.weight[curves.starts[k] : curves.starts[k + 1]].sum()))
+        message = OUTCOMES[int(outcome)] or few.format(points)
+        numbers = (rate + 0.0, error, height) if message == DONE else ()  # never −0.0
+        if not all(map(math.isfinite, numbers)):
+            message, numbers = "The points do not determine the decay constant.", ()
+        done = message == DONE
+        results.append(FitResult(model, done, message, points, origin, *numbers))
     return results
 
 
-def _outcome(given: FitResult, span: float, scale: float, searched: _Found) -> FitResult:
-    """A result with the numbers of a search, or with the reason why it has none."""
-    rate, error, height, settled = searched
-    numbers = rate / span + 0.0, error / span, height * scale  # never −0.0
-    problem = "" if settled else f"The search did not settle in {_MOST_STEPS} steps: no such decay."
-    if not all(map(math.isfinite, numbers)):
-        problem = "The points do not determine the decay constant."
-    if problem:
-        return replace(given, message=problem)
-    done = "The fit converged."
-    return FitResult(given.model, True, done, given.points, given.start, *map(float, numbers))
+DONE = "The fit converged."
+
+FEW, FLAT, ZERO, UNSETTLED, SETTLED = range(5)
+
+OUTCOMES = (
+    "",
+    NOTHING_DECAYS,
+    "All values are zero.",
+    f"The search did not settle in {_MOST_STEPS} steps: no such decay.",
+    DONE,
+)
+"""How a search may end, in the order of the numbers above."""
 
 
-def _search(form: FitModel, curves: Sequence[tuple[Array, Array]], free: bool) -> Iterator[_Found]:
-    """The rate of each curve (s, y), its standard error, A, and whether the search settled.
+@kernel
+def search(
+    curves: Curves, power: int, given: tuple[float, float], found: Array, memory: Array
+) -> None:
+    """Write rate (1/s), its standard error, A, t0 (s) and the outcome of each curve.
+
+    given : t0 and A, nan if they are not held
+    found : (*curves*, 5); memory : (4, longest)
 
     The best free A follows from the rate (Golub & Pereyra, SIAM J. Numer. Anal. 10, 413 (1973)).
     So the step of Gauss and Newton has one variable, p, and falls to zero at the minimum. The
     search moves to the zero of its secant. A move to a larger sum of squares is made shorter.
     """
-    sizes = np.array([len(s) for s, _ in curves])
-    inside = np.arange(sizes.max()) < sizes[:, None]
-    s, y = np.zeros((2, *inside.shape))
-    s[inside], y[inside] = map(np.concatenate, zip(*curves, strict=True))
-
-    def at(p: Array, rows: NDArray[np.intp]) -> Array:
-        """Sum of squares, step, squared change of the curve with p, and A; (4, rows)."""
-        x = s[rows] * form.rate(p)[:, None]
-        shape = form.curve(x) * inside[rows]
-        slope = form.derivative(x, shape) * s[rows] * form.rate_slope(p)[:, None]
-        height = np.ones(len(rows))
+    free = math.isnan(given[1])
+    for k in range(len(found)):
+        first, last = curves.starts[k], curves.starts[k + 1]
+        times, values = curves.time[first:last], curves.value[first:last]
+        w, size, number = curves.weight[first:last], last - first, 0.0
+        s, y, shape, slope = memory[0, :size], memory[1, :size], memory[2, :size], memory[3, :size]
+        origin = given[0]
+        if math.isnan(origin):
+            origin = curves.origin[k]
+        found[k, 3], found[k, 4] = origin, FEW
+        if size < 2 + free:
+            continue
+        for i in range(size):
+            number += w[i]
+        level, largest, changes, span = given[1], 0.0, 0.0, times[0]
         if free:
-            height = _dot(shape, y[rows]) / _dot(shape, shape)
-            slope -= shape * (_dot(slope, shape) / _dot(shape, shape))[:, None]
-        rest, slope = height[:, None] * shape - y[rows], height[:, None] * slope
-        square = _dot(slope, slope)
-        return np.array([_dot(rest, rest), -_dot(slope, rest) / square, square, height])
+            level = values[0]
+        for i in range(size):
+            span = max(span, times[i])
+            changes = max(changes, abs(values[i] - level))
+            if abs(values[i]) > abs(largest):
+                largest = values[i]
+        if changes <= curves.rounding[k] * abs(level):
+            found[k, 4] = ZERO if level == 0.0 else FLAT
+            continue
+        scale = largest if free else level
+        span -= origin
+        squares = 0.0
+        for i in range(size):
+            s[i], y[i] = (times[i] - origin) / span, values[i] / scale
+            squares += w[i] * y[i] ** 2
+        least = _CURVE_ROUNDING * np.sqrt(squares)
+        p = first_guess(power, free, s, y, w)
+        best = sums(p, power, free, s, y, w, shape, slope)
+        move, settled = best[1], False
+        for _ in range(_MOST_STEPS):
+            tried = sums(p + move, power, free, s, y, w, shape, slope)
+            if np.sqrt(tried[0]) <= np.sqrt(best[0]) + least:
+                secant = move / (best[1] - tried[1])
+                if math.isnan(secant):
+                    secant = 1.0
+                p += move
+                best = tried
+                move = best[1] * min(max(secant, 0.25), 4.0)
+            else:
+                move /= 4
+            change = abs(best[1])
+            settled = change * np.sqrt(best[2]) <= least or change <= _CURVE_ROUNDING * abs(p)
+            if settled or not math.isfinite(change):
+                break
+        rate, rate_slope = p, 1.0
+        if power > 0:
+            rate, rate_slope = np.expm1(p), np.exp(p)
+        error = rate_slope * np.sqrt(best[0] / (number - 1 - free) / best[2])
+        # Refused: a decay that is over before the second point, and a rate with a tenfold error.
+        over = np.sqrt(best[2]) * abs(rate) <= rate_slope * least / np.sqrt(EPSILON)
+        if abs(rate) > 1.0 and (over or error > 10.0 * abs(rate)):
+            error = math.nan
+        found[k, 0], found[k, 1], found[k, 2] = rate / span, error / span, best[3] * scale
+        found[k, 4] = SETTLED if settled else UNSETTLED
 
-    p, rows = _first_guess(form, s, y, free), np.arange(len(curves))
-    best = at(p, rows)
-    move, least = best[1].copy(), _CURVE_ROUNDING * np.sqrt(_dot(y, y))
-    settled = np.zeros(len(curves), dtype=bool)
-    for _ in range(_MOST_STEPS):
-        tried = at(p[rows] + move[rows], rows)
-        better = np.sqrt(tried[0]) <= np.sqrt(best[0, rows]) + least[rows]
-        kept, nearer = rows[better], tried[:, better]
-        secant = np.clip(move[kept] / (best[1, kept] - nearer[1]), 0.25, 4)
-        p[kept], best[:, kept] = p[kept] + move[kept], nearer
-        move[kept] = nearer[1] * np.where(np.isfinite(secant), secant, 1.0)
-        move[rows[~better]] /= 4
-        step, change = np.abs(best[1, rows]), np.sqrt(best[2, rows])
-        settled[rows] = (step * change <= least[rows]) | (step <= _CURVE_ROUNDING * np.abs(p[rows]))
-        rows = rows[~settled[rows] & np.isfinite(best[1, rows])]
-        if not rows.size:
-            break
-    total, _, square, height = best
-    rate, slope = form.rate(p), form.rate_slope(p)
-    error = slope * np.sqrt(total / (sizes - 1 - free) / square)
-    # Refused: a decay that is over before the second point, and a rate with a tenfold error.
-    over = np.sqrt(square) * np.abs(rate) <= slope * least / EPSILON**0.5
-    error[(np.abs(rate) > 1) & (over | (error > 10 * np.abs(rate)))] = math.nan
-    return zip(rate, error, height, settled, strict=True)
+
+@helper
+def sums(
+    p: float,
+    power: int,
+    free: bool,
+    s: Array,
+    y: Array,
+    w: Array,
+    shape: Array,
+    slope: Array,
+) -> tuple[float, float, float, float]:
+    """Sum of squares, step, squared change of the curve with p, and A; writes shape and slope."""
+    rate, rate_slope, height, tilt = p, 1.0, 1.0, 0.0
+    if power > 0:
+        rate, rate_slope = np.expm1(p), np.exp(p)
+    for i in range(len(s)):
+        if power == 0:
+            base = np.exp(-rate * s[i])
+            shape[i], slope[i] = base, -base * s[i]
+        else:
+            base = 1.0 / (1.0 + rate * s[i])
+            shape[i] = base if power == 1 else base * base
+            slope[i] = -power * shape[i] * base * s[i] * rate_slope
+    if free:
+        with_y, with_slope, alone = 0.0, 0.0, 0.0
+        for i in range(len(s)):
+            with_y += w[i] * shape[i] * y[i]
+            with_slope += w[i] * shape[i] * slope[i]
+            alone += w[i] * shape[i] * shape[i]
+        height, tilt = with_y / alone, with_slope / alone
+    total, along, square = 0.0, 0.0, 0.0
+    for i in range(len(s)):
+        rest = height * shape[i] - y[i]
+        change = height * (slope[i] - tilt * shape[i])
+        total += w[i] * rest * rest
+        along += w[i] * change * rest
+        square += w[i] * change * change
+    return total, -along / square, square, height
 
 
-def _dot(first: Array, second: Array) -> Array:
-    """The scalar product of each row."""
-    return np.asarray(np.einsum("ij,ij->i", first, second))
-
-
-def _first_guess(form: FitModel, s: Array, y: Array, free: bool) -> Array:
+@helper
+def first_guess(power: int, free: bool, s: Array, y: Array, w: Array) -> float:
     """Start of the search: a straight line b + q s through the positive points' x, weighted.
 
     Where g(b + q s) is nearly A g(r s), r is the logarithmic slope there over that at zero.
     """
-    height = np.where(y > 0, y, 1.0)
-    x = form.inverse(height)
-    weight = (y > 0) * form.derivative(x, height) ** 2
-    middle = level = np.zeros((len(s), 1))  # a held amplitude is 1, at x = 0
+    total, middle, level = 0.0, 0.0, 0.0
+    for i in range(len(s)):
+        if y[i] > 0.0:
+            weight = w[i] * point_weight(power, y[i])
+            total += weight
+            middle += weight * s[i]
+            level += weight * inverse(power, y[i])
     if free:
-        middle, level = ((_dot(weight, column) / weight.sum(axis=1))[:, None] for column in (s, x))
-    away = weight * (s - middle)
-    slope = _dot(away, x - level) / _dot(away, s - middle)
-    base = (level - slope[:, None] * middle)[:, 0]
-    rate = slope * form.derivative(base, np.ones(len(s)))
-    rate /= form.derivative(np.zeros(len(s)), np.ones(len(s)))
-    bad = ~np.isfinite(rate) | (form.has_pole & (base <= -1))
-    rate[bad] = 1.0
-    return np.log1p(np.maximum(rate, -0.99)) if form.has_pole else rate
+        middle, level = middle / total, level / total
+    else:  # the amplitude is 1, at x = 0
+        middle, level = 0.0, 0.0
+    along, square = 0.0, 0.0
+    for i in range(len(s)):
+        if y[i] > 0.0:
+            away = w[i] * point_weight(power, y[i]) * (s[i] - middle)
+            along += away * (inverse(power, y[i]) - level)
+            square += away * (s[i] - middle)
+    rate = along / square
+    base = level - rate * middle
+    if power > 0:
+        rate /= 1.0 + base
+    if not math.isfinite(rate) or (power > 0 and base <= -1.0):
+        rate = 1.0
+    return float(np.log1p(max(rate, -0.99)) if power > 0 else rate)
+
+
+@helper
+def inverse(power: int, y: float) -> float:
+    """The x at which g has a positive value."""
+    if power == 0:
+        return float(-np.log(y))
+    return 1.0 / y - 1.0 if power == 1 else 1.0 / math.sqrt(y) - 1.0
+
+
+@helper
+def point_weight(power: int, y: float) -> float:
+    """The square of dg/dx where g is y."""
+    if power == 0:
+        return y * y
+    return y**4 if power == 1 else 4.0 * y**3
 
 
 def fitted_curve(result: FitResult, t: ArrayLike) -> Array:
@@ -271,11 +346,10 @@ def fitted_curve(result: FitResult, t: ArrayLike) -> Array:
 
 @dataclass(frozen=True)
 class RepeatMean:
-    """A decay constant over repeats (1/s); all errors are nan for fewer than two usable repeats.
+    """A decay constant over repeats (1/s); both errors are nan for fewer than two usable repeats.
 
     value, error : mean and its standard error
     repeats, failed : repeats used, and repeats left out because their fit failed
-    bootstrap_error : standard deviation of the mean over resampled repeats
     max_min_half_range : half of the range, the source report's error; it grows with the repeats
     """
 
@@ -283,31 +357,17 @@ class RepeatMean:
     error: float
     repeats: int
     failed: int
-    bootstrap_error: float = math.nan
     max_min_half_range: float = math.nan
 
 
 def mean_over_repeats(results: Sequence[FitResult]) -> RepeatMean:
-    """Mean decay constant over repeats of one experiment, and its errors.
-
-    The bootstrap (Efron 1979) draws ``RESAMPLES`` sets of repeats with replacement. The same
-    results give the same numbers.
-    """
+    """Mean decay constant over repeats of one experiment, and its errors."""
     values = np.array([result.value for result in results if result.converged])
     count, failed = len(values), len(results) - len(values)
     if count < 2:
         return RepeatMean(float(values[0]) if count else math.nan, math.nan, count, failed)
-    draws = np.random.default_rng(0).integers(count, size=(RESAMPLES, count))
-    return RepeatMean(
-        float(values.mean()),
-        float(standard_errors(values)),
-        count,
-        failed,
-        # A resample of n repeats scatters by the spread with n instead of n − 1 degrees of freedom.
-        bootstrap_error=float(values[draws].mean(axis=1).std(ddof=1))
-        * math.sqrt(count / (count - 1)),
-        max_min_half_range=float(np.ptp(values)) / 2,
-    )
+    error, half_range = float(standard_errors(values)), float(np.ptp(values)) / 2
+    return RepeatMean(float(values.mean()), error, count, failed, half_range)
 
 
 @dataclass(frozen=True)
@@ -335,56 +395,113 @@ class Goodness:
     end_over_fit_error: float = math.nan
 
 
-def goodness(curves: Sequence[tuple[Array, Array]], results: Sequence[FitResult]) -> Goodness:
+class Samples(NamedTuple):
+    """Logarithms of a quantity at times of repeats, by which a law is judged.
+
+    time, logarithm : (*repeats*, *s*), s, increasing, and ln y; what is not finite is left out
+    numbers : (*repeats*,) collisions behind the samples of a repeat
+    """
+
+    time: Array
+    logarithm: Array
+    numbers: NDArray[np.int64]
+
+
+class Range(NamedTuple):
+    """Edges (*w* + 1,) of windows from the first judged time to an end, s, and ln y there.
+
+    logarithm : (*repeats*, *w* + 1)
+    """
+
+    edges: Array
+    logarithm: Array
+
+
+def ranges(samples: Samples) -> list[Range]:
+    """The ranges in which a law is judged, the longest first; none for fewer than three repeats.
+
+    They have windows of equal numbers of samples, all between the times that all repeats have.
+    """
+    good = np.isfinite(samples.logarithm)
+    sizes, count = good.sum(axis=1), len(good)
+    if count < 3 or min(sizes) < 2:
+        return []
+    order = np.argsort(~good, axis=1, kind="stable")  # those that are finite first
+    time, logarithm = (np.take_along_axis(each, order, axis=1) for each in samples[:2])
+    since, until = time[:, 0].max(), time[np.arange(count), sizes - 1].min()
+    inner = np.sort(time[np.take_along_axis(good, order, axis=1)])
+    inner = inner[(inner > since) & (inner < until)]
+    if not inner.size:
+        return []
+    collisions = inner.size / sizes.sum() * samples.numbers.sum()
+    found = []
+    for share in np.arange(MOST_WINDOWS, 0, -1) / MOST_WINDOWS:
+        filled = int(share * collisions / (ROWS_IN_WINDOW * count))  # windows with enough rows
+        windows = max(1, min(MOST_WINDOWS, (count + 1) // 2, filled))
+        quantiles = np.linspace(0, share, windows + 1) * (inner.size - 1)
+        edges = inner[np.rint(quantiles).astype(int)]
+        edges[0], edges[-1] = since, until if share == 1 else edges[-1]
+        found.append(Range(edges, np.empty((count, windows + 1))))
+        interpolate(edges, time, logarithm, sizes, found[-1].logarithm)
+    return found
+
+
+@kernel
+def interpolate(
+    edges: Array, time: Array, values: Array, sizes: NDArray[np.int64], found: Array
+) -> None:
+    """Write the values (*repeats*, *edges*) at increasing edges, between samples at times."""
+    for repeat in range(len(time)):
+        row = 0
+        for k in range(len(edges)):
+            while row + 2 < sizes[repeat] and time[repeat, row + 1] <= edges[k]:
+                row += 1
+            width = time[repeat, row + 1] - time[repeat, row]
+            part = min((edges[k] - time[repeat, row]) / width, 1.0)
+            step = values[repeat, row + 1] - values[repeat, row]
+            found[repeat, k] = values[repeat, row] + part * step
+
+
+def goodness(judged: Sequence[Range], results: Sequence[FitResult]) -> Goodness:
     """Judge a law on the mean over repeats of ln y, in standard errors over the repeats.
 
-    curves : times (s), which increase, and ln y of each repeat, with its fit in ``results``
+    judged : `ranges` of the repeats
+    results : the fit of each repeat
 
     Each range of time has the constant that fits it best. A test needs three repeats.
     """
-    count = len(curves)
-    if count < 3 or min(len(time) for time, _ in curves) < 2:
+    count = len(results)
+    if not judged:
         return Goodness(count)
-    form = MODELS[results[0].model]
-    since = max(float(time[0]) for time, _ in curves)
-    until = min(float(time[-1]) for time, _ in curves)
-    inner = np.concatenate([time for time, _ in curves])
-    inner = inner[(inner > since) & (inner < until)]
-    if not inner.size:
-        return Goodness(count)
-    degrees, chi_squared, probability = _deviation(curves, form, inner, since, until)
-    holds = since if math.isfinite(probability) else math.nan
-    ends = np.append(np.quantile(inner, np.arange(1, MOST_WINDOWS) / MOST_WINDOWS), until)
-    for end in map(float, ends[::-1] if math.isfinite(probability) else ()):
-        if _deviation(curves, form, inner, since, end)[2] >= LEAST_PROBABILITY:
-            holds = end
-            break
+    form, (since, until) = MODELS[results[0].model], judged[0].edges[[0, -1]].tolist()
+    degrees, chi_squared, probability = _deviation(judged[0], form)
+    holds = math.nan
+    if math.isfinite(probability):
+        tests = ((part.edges[-1], _deviation(part, form)[2]) for part in judged)
+        holds = next((float(end) for end, p in tests if p >= LEAST_PROBABILITY), since)
     with np.errstate(all="ignore"):
-        fitted = np.log([float(fitted_curve(result, until)) for result in results])
-        gaps = np.array([np.interp(until, *curve) for curve in curves]) - fitted
+        fits = np.array([(fit.amplitude, fit.value * (until - fit.start)) for fit in results])
+        gaps = judged[0].logarithm[:, -1] - np.log(fits[:, 0] * form.curve(fits[:, 1]))
         gaps = gaps[np.isfinite(gaps)]
         ratio = float(np.exp(gaps.mean())) if gaps.size else math.nan
     error = ratio * float(gaps.std(ddof=1)) / math.sqrt(gaps.size) if gaps.size > 1 else math.nan
-    judged = since, until, chi_squared, degrees, probability
-    return Goodness(count, *judged, holds, ratio, error)
+    numbers = since, until, chi_squared, degrees, probability
+    return Goodness(count, *numbers, holds, ratio, error)
 
 
-def _deviation(
-    curves: Sequence[tuple[Array, Array]], form: FitModel, inner: Array, since: float, until: float
-) -> tuple[int, float, float]:
+def _deviation(judged: Range, form: FitModel) -> tuple[int, float, float]:
     """Degrees of freedom, χ² per degree and its probability in a range; nan without a test.
 
     The changes of ln y in windows of equal numbers of rows have a covariance over the repeats. The
     least χ² with this estimate is Hotelling's T², Ann. Math. Stat. 2, 360 (1931): with d degrees
     and n repeats, T² (n − d)/((n − 1) d) has the F distribution of d and n − d degrees.
     """
-    count, inner = len(curves), inner[inner < until]
-    windows = min(MOST_WINDOWS, (count + 1) // 2, inner.size // (ROWS_IN_WINDOW * count))
+    from scipy import optimize, special  # takes half a second to load
+
+    edges, changes = judged.edges, np.diff(judged.logarithm, axis=1)
+    count, windows = changes.shape
     if windows < 2:
         return 0, math.nan, math.nan
-    edges = np.quantile(inner, np.linspace(0, 1, windows + 1))
-    edges[[0, -1]] = since, until
-    changes = np.diff([np.interp(edges, *curve) for curve in curves], axis=1)
     mean, spread = changes.mean(axis=0), changes.std(axis=0, ddof=1)
     if not np.all(spread > 1e-9 * np.abs(mean)):
         return 0, math.nan, math.nan  # repeats that differ by rounding have no errors
@@ -393,12 +510,12 @@ def _deviation(
         return 0, math.nan, math.nan
 
     def residuals(p: Array) -> Array:
-        law = np.diff(np.log(form.curve(form.rate(p[0]) * edges / until)))
+        law = np.diff(np.log(form.curve(form.rate(p[0]) * edges / edges[-1])))
         return np.asarray(((mean - law) / spread) @ axes * np.sqrt(count / shares))
 
     with np.errstate(all="ignore"):
-        x = float(form.inverse(np.exp(mean.sum())))
-        first = math.log1p(x) if form.has_pole else x
+        x = form.inverse(np.exp(mean.sum()))
+        first = math.log1p(x) if form.power else x
         best = optimize.leastsq(residuals, [first], maxfev=_MOST_STEPS)[0]
         degrees = windows - 1
         free = count - degrees
@@ -411,6 +528,8 @@ def excluded_area(densities: Array, ratios: Array, errors: Array) -> tuple[float
 
     densities, ratios, errors : (*p*,), m⁻² and of P V/(N T); without errors all weigh the same
     """
+    from scipy import optimize  # takes half a second to load
+
     known = bool(np.all(errors > 0))  # false for nan
     b, covariance = optimize.curve_fit(
         lambda n, b: 1 / (1 - n * b),

@@ -1,9 +1,7 @@
 """A trace -> its series over time, temperature, pressure, momentum, distances and speeds."""
 
 import math
-from collections import deque
-from collections.abc import Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +10,6 @@ from numpy.typing import NDArray
 from snooker_cli import engine, theory
 from snooker_cli.engine import States, replay
 from snooker_cli.memory import MEMORY
-from snooker_cli.runs.execution import processors
 from snooker_cli.scene import Scene
 from snooker_cli.theory import Real
 from snooker_cli.trace import (
@@ -40,39 +37,8 @@ def series(trace: Trace) -> Series:
 
     They stay in memory with the repeat, because an analysis asks for them several times.
     """
-    return MEMORY.get("series", lambda: _measured(trace), trace)
-
-
-def _measured(trace: Trace) -> Series:
-    return engine.series(trace, max(2, min(MOST_ROWS, MOST_MEASURED // trace.start.number)))
-
-
-def measured_ahead(traces: Iterable[Trace]) -> Iterator[Trace]:
-    """The repeats in order, while threads compute the series of the next ones.
-
-    The kernel runs without Python's lock. The repeats that wait have ``MOST_ROWS`` collisions
-    together at most, so that they need no more memory than a long one.
-    """
-    waiting: deque[tuple[Trace, Future[Series] | None]] = deque()
-    most = processors()
-    with ThreadPoolExecutor(most) as pool:
-        for trace in traces:
-            known = MEMORY.find("series", trace) is not None
-            future = None if known else pool.submit(_measured, trace)
-            if future and not waiting:
-                future.exception()  # waits: only one thread compiles the kernel
-            waiting.append((trace, future))
-            while len(waiting) > most or sum(trace.collisions for trace, _ in waiting) > MOST_ROWS:
-                yield _with_series(*waiting.popleft())
-        while waiting:
-            yield _with_series(*waiting.popleft())
-
-
-def _with_series(trace: Trace, future: Future[Series] | None) -> Trace:
-    """A repeat whose series is in memory; after an error, ``series`` raises it."""
-    if future and not future.exception():
-        MEMORY.keep("series", future.result(), trace)
-    return trace
+    most = max(2, min(MOST_ROWS, MOST_MEASURED // trace.start.number))
+    return MEMORY.get("series", lambda: engine.series(trace, most), trace)
 
 
 def instants(time: Array) -> NDArray[np.intp]:
@@ -158,7 +124,7 @@ def so_far(trace: Trace, column: Array, times: Array) -> Array:
     Between the rows of a summary, or of a series without all collisions, it is interpolated.
     """
     known = series(trace).time
-    if not _has_all(trace):
+    if not has_all(trace):
         return np.asarray(np.interp(times, known, column))
     return np.asarray(column[np.searchsorted(known, times, side="right") - 1])
 
@@ -195,7 +161,7 @@ def time_means(trace: Trace, values: Array, edges: Array) -> Array:
     known = series(trace).time
     inside = known[(known > edges[0]) & (known < edges[-1])]
     times = np.union1d(inside, edges)
-    if _has_all(trace):
+    if has_all(trace):
         held = values[np.searchsorted(known, times[:-1], side="right") - 1]
     else:
         read = np.interp(times, known, values)
@@ -214,7 +180,7 @@ def time_mean(trace: Trace, values: Array, since: float = 0.0) -> float:
     return float(time_means(trace, values, np.array([since, trace.stop.time]))[0])
 
 
-def _has_all(trace: Trace) -> bool:
+def has_all(trace: Trace) -> bool:
     """Whether the series has a row for every collision."""
     return trace.events is not None and len(series(trace).time) == len(trace.events) + 1
 
@@ -440,8 +406,12 @@ def sampling_times(trace: Trace, since: float = 0.0) -> Array:
     Speeds then are nearly independent, and not biased towards fast balls as at events.
     """
     length = trace.stop.time - since
-    pairs = gained(trace, series(trace).pair_events, since) if length > 0 else 0.0
-    if not pairs > 0:
+    if trace.events is None:
+        pairs = gained(trace, series(trace).pair_events, since) if length > 0 else 0.0
+    else:  # collisions at time zero count
+        first = np.searchsorted(trace.events.time, since, side="right") if since > 0 else 0
+        pairs = float(np.count_nonzero(trace.events.j[first:] >= 0))
+    if not (length > 0 and pairs > 0):
         return np.empty(0)
     interval = length * (COLLISIONS_BETWEEN * trace.start.number / 2) / pairs
     times = since + np.arange(1, int(length / interval) + 1, dtype=np.float64) * interval

@@ -1,7 +1,7 @@
-"""A scene -> its fluid, rates and conserved energy; a trace -> measured and predicted values."""
+"""A scene -> its fluid, rates and conserved energy; repeats -> measured and predicted values."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -9,15 +9,18 @@ from numpy.typing import NDArray
 
 from snooker_cli import theory
 from snooker_cli.analysis import observables
-from snooker_cli.analysis.decay import Note, repeat_fits, reported_constant
-from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic, time_mean
+from snooker_cli.analysis.decay import Note, reported_constants
+from snooker_cli.analysis.measurement import Measurements
+from snooker_cli.analysis.observables import NO_WALLS, drift_energy, elastic
 from snooker_cli.containers import Circle, Container
 from snooker_cli.formatting import listed
 from snooker_cli.scene import Scene
 from snooker_cli.trace import SPEED_BIN, SPEED_BINS, Trace
 
-Row: TypeAlias = tuple[str, str, float, float]
-"""A quantity and a model; the measured and the predicted value of one repeat."""
+Array: TypeAlias = NDArray[np.float64]
+
+Row: TypeAlias = tuple[str, str, Array, Array | float]
+"""A quantity and a model; the measured and the predicted values of the repeats, or of all alike."""
 
 EQUILIBRIUM = {"pressure": "Pa m", "temperature": "J", "PV/NT": "1", "PV/NT by the virial": "1"}
 EQUILIBRIUM |= {"wall rate of a ball": "1/s", "ball-ball rate of a ball": "1/s"}
@@ -134,32 +137,32 @@ def _heavy(scene: Scene) -> bool:
     return scene.container_mass >= HEAVY * float(np.sum(scene.masses))
 
 
-# A trace -> measured and predicted values: the rows of `snooker compare`, and notes for a reader.
-# Values are NumPy's, so that a quotient without a value is nan or inf.
+# Repeats -> measured and predicted values: the rows of `snooker compare`, and notes for a reader.
+# Pressures, rates and speeds are means over the time after the relaxation.
 
 
-def pressures(trace: Trace, since: float) -> Iterator[Row]:
-    """Pressures from a time (s) on: of an ideal gas, and of equal hard disks in the container."""
-    scene, energy = trace.start, observables.series(trace).kinetic_energy
-    pressure = observables.mean_pressure(trace, since)
-    warm = np.float64(observables.mean_temperature(trace, since))
+def pressures(measured: Measurements) -> Iterator[Row]:
+    """Pressures: of an ideal gas, and of equal hard disks in the container."""
+    scene, relaxed = measured.scene, measured.relaxed
+    pressure, warm = relaxed.pressure(scene), relaxed.kinetic_energy / scene.number
     ideal = theory.ideal_gas_pressure(scene.number, 1.0, scene.container.area)
-    measured, virial = pressure / (ideal * warm), observables.virial_ratio(trace, since)
+    ratio = pressure / (ideal * warm)
+    virial = 1 + relaxed.pair_virial / (2 * relaxed.kinetic_energy * relaxed.length)
     yield "pressure", "ideal gas law", pressure, ideal * warm
     yield "temperature", "ideal gas law, PV/N", warm, pressure / ideal
-    yield "PV/NT", "ideal gas law", measured, 1.0
+    yield "PV/NT", "ideal gas law", ratio, 1.0
     if not scene.equal_balls:
         return
     state, packing = scene_state(scene, 1.0), scene.packing_fraction
     walls = scene.container.has_wall
     # Without walls balls meet at a temperature of their own; with them this is one.
-    met = time_mean(trace, observables.meeting_temperature(energy, scene), since) / warm
-    ratios = {model: 1 + (z - 1) * met for model, z in _compressibilities(scene, state).items()}
-    for model, ratio in ratios.items():
-        yield "pressure", model, pressure, ratio * ideal * warm
-    for model, ratio in ratios.items():
+    met = relaxed.meeting / warm
+    expected = {model: 1 + (z - 1) * met for model, z in _compressibilities(scene, state).items()}
+    for model, value in expected.items():
+        yield "pressure", model, pressure, value * ideal * warm
+    for model, value in expected.items():
         if model.startswith("hard disks"):
-            yield "PV/NT", model, measured, ratio
+            yield "PV/NT", model, ratio, value
     if state is not None and walls:
         yield "PV/NT by the virial", "hard disks, Padé", virial, theory.compressibility(packing)
         yield "PV/NT by the virial", _here(scene.container), virial, state.virial_ratio
@@ -194,19 +197,18 @@ def _compressibilities(scene: Scene, state: theory.FluidState | None) -> dict[st
     return ratios
 
 
-def rates(trace: Trace, since: float) -> Iterator[Row]:
-    """Collision rates and the mean free path of equal balls, from a time (s) on."""
-    scene, columns = trace.start, observables.series(trace)
+def rates(measured: Measurements) -> Iterator[Row]:
+    """Collision rates and the mean free path of equal balls."""
+    scene, relaxed = measured.scene, measured.relaxed
     if not scene.equal_balls:
         return
     enskog, number, container = scene_rates(scene, 1.0), scene.number, scene.container
     radius, mass = float(scene.radii[0]), float(scene.masses[0])
     free = components(scene) // 2
-    span = np.float64(number * (trace.stop.time - since))
-    root = time_mean(trace, np.sqrt(columns.kinetic_energy / number), since)
+    root = relaxed.root_energy / math.sqrt(number)
     speed = theory.fixed_energy_mean_speed(free, 1.0, mass) * root
     if container.has_wall:
-        wall = observables.gained(trace, columns.wall_events, since) / span
+        wall = relaxed.wall_events / (number * relaxed.length)
         relative = speed * theory.wall_speed_ratio(mass, scene.container_mass)
         ideal = theory.wall_rate(relative, container.accessible(radius))
         yield "wall rate of a ball", "ideal gas", wall, ideal
@@ -215,16 +217,14 @@ def rates(trace: Trace, since: float) -> Iterator[Row]:
     state = scene_state(scene, 1.0)
     if enskog is None or state is None:
         return
-    met = np.maximum(observables.meeting_temperature(columns.kinetic_energy, scene), 0.0)
-    root = time_mean(trace, np.sqrt(met), since)
-    pairs = 2 * observables.gained(trace, columns.pair_events, since) / span
-    density = number / container.area
+    pairs = 2 * relaxed.pair_events / (number * relaxed.length)
+    density, root = number / container.area, relaxed.root_meeting
     dilute = theory.ball_ball_rate(density, radius, 1.0, mass=mass)
     here = theory.ball_ball_rate_from_virial(state.virial_ratio, 1.0, radius, free, mass) * root
     yield "ball-ball rate of a ball", "Boltzmann", pairs, dilute * root
     yield "ball-ball rate of a ball", "Enskog", pairs, enskog.ball_ball * root
     yield "ball-ball rate of a ball", _here(container), pairs, here
-    path = observables.mean_free_path(trace, since)
+    path = relaxed.mean_speed / pairs
     source = theory.source_mean_free_path(density, radius)
     yield "mean free path", "Boltzmann", path, theory.mean_free_path(density, radius)
     yield "mean free path", "Enskog", path, enskog.mean_free_path
@@ -233,25 +233,31 @@ def rates(trace: Trace, since: float) -> Iterator[Row]:
     yield "mean free path", "source report, 1/(√2 n 2πr)", path, source
 
 
-def cooling(trace: Trace) -> Iterator[Row]:
-    """Decay constants and the energy that is left, where a gas of equal balls loses energy."""
-    scene = trace.start
+def cooling(measured: Measurements, constants: Mapping[tuple[str, str], Array]) -> Iterator[Row]:
+    """Decay constants and the energy that is left, where a gas of equal balls loses energy.
+
+    constants : the fitted constants of the repeats, 1/s, by quantity and law
+    """
+    scene = measured.scene
     if elastic(scene) or scene.number == 1 or not (scene.equal_balls and scene.constant_laws):
         return
-    energy, reported = repeat_fits(trace, "kinetic_energy"), reported_constant(trace)
-    k = energy["exponential"].value
+    reported = reported_constants(scene, measured.collision_speed)
+    k, alpha = constants["kinetic_energy", "exponential"], constants["kinetic_energy", "haff"]
     yield "decay constant of energy", "source report, −2 ln e/τ", k, reported
-    k = repeat_fits(trace, "pressure")["exponential"].value
+    k = constants["pressure", "exponential"]
     yield "decay constant of pressure", "source report, −ln e/τ", k, reported / 2
-    if (alpha := haff_rate(scene)) is not None:
-        yield "Haff's α", "Enskog rates at the start", energy["haff"].value, alpha
-    if (alpha := finite_haff_rate(scene)) is not None:
-        yield "Haff's α", _here(scene.container), energy["haff"].value, alpha
-    calm = observables.before_collapse(trace)
-    left = observables.energy_ratio(observables.series(calm))[-1]
-    events = calm.pair_events, scene.wall_restitution, calm.wall_events
-    expected = theory.energy_ratio_by_events(components(scene), scene.restitution, *events)
-    yield "energy left at the end", "by event count", left, expected
+    drift = 0.0 if scene.container.has_wall else measured.drift_energy
+    heat = (measured.start_energy - drift) / (components(scene) / 2)
+    root = np.sqrt(heat / observables.meeting_temperature(scene.kinetic_energy, scene))
+    if (expected := haff_rate(scene)) is not None:
+        yield "Haff's α", "Enskog rates at the start", alpha, expected * root
+    if (expected := finite_haff_rate(scene)) is not None:
+        yield "Haff's α", _here(scene.container), alpha, expected * root
+    left = measured.calm_energy / measured.first_energy
+    walls, pairs = (events.astype(np.float64) for events in measured.calm_events.T)
+    shares = scene.restitution, pairs, scene.wall_restitution, walls
+    by_events = theory.energy_ratio_by_events(components(scene), *shares)
+    yield "energy left at the end", "by event count", left, by_events
 
 
 class SpeedLaw(NamedTuple):
@@ -281,21 +287,19 @@ def speed_laws(scene: Scene) -> list[SpeedLaw]:
     return laws
 
 
-def speeds(trace: Trace, since: float) -> Iterator[Row]:
-    """The mean speed of balls of one mass, and the kurtosis of speeds, from a time (s) on."""
-    scene, columns = trace.start, observables.series(trace)
+def speeds(measured: Measurements) -> Iterator[Row]:
+    """The mean speed of balls of one mass, and the kurtosis of speeds."""
+    scene, relaxed = measured.scene, measured.relaxed
     laws, free = speed_laws(scene), independent_velocities(scene)
     if laws and np.ptp(scene.masses) == 0:
-        mass = float(scene.masses[0])
-        speed = time_mean(trace, columns.mean_speed, since)
-        root = time_mean(trace, np.sqrt(columns.kinetic_energy / scene.number), since)
-        yield "mean speed", "Maxwell-Boltzmann", speed, theory.maxwell_mean_speed(1.0, mass) * root
+        mass, root = float(scene.masses[0]), relaxed.root_energy / math.sqrt(scene.number)
+        maxwell = theory.maxwell_mean_speed(1.0, mass) * root
+        yield "mean speed", "Maxwell-Boltzmann", relaxed.mean_speed, maxwell
         if free is not None:
-            fixed = theory.fixed_energy_mean_speed(free, 1.0, mass)
-            yield "mean speed", "fixed energy", speed, fixed * root
-    kurtosis = time_mean(trace, columns.energy_moment, since)
+            fixed = theory.fixed_energy_mean_speed(free, 1.0, mass) * root
+            yield "mean speed", "fixed energy", relaxed.mean_speed, fixed
     for law in laws:
-        yield "kurtosis of speeds", law.model, kurtosis, law.kurtosis
+        yield "kurtosis of speeds", law.model, relaxed.energy_moment, law.kurtosis
 
 
 TURNING = (

@@ -1,6 +1,7 @@
-"""The fits, comparisons and table of a run: read from ``fit.json`` and others, or made.
+"""The fits, comparisons and table of a run: read from ``analysis.json``, or made together.
 
-A file counts if it names these very repeats and this very code; otherwise it is made again.
+One pass over the repeats of a point gives all three. Their results are kept by point, with a hash
+of the repeats, of this code and of the results; what does not have this hash is made again.
 """
 
 import hashlib
@@ -8,28 +9,49 @@ import json
 import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, get_args, get_type_hints
 
-from snooker_cli import store
-from snooker_cli.analysis import comparison, decay, observables
+import numpy as np
+
+from snooker_cli.analysis.comparison import Comparison, measured_comparisons
+from snooker_cli.analysis.decay import Decay, Note, fit_notes, measured_decays
+from snooker_cli.analysis.fitting import LAWS, Goodness, RepeatMean
+from snooker_cli.analysis.measurement import Measurements, measure
 from snooker_cli.config import Point
 from snooker_cli.errors import UNREADABLE, RunError, UserError
-from snooker_cli.files import sources_hash, write_json
+from snooker_cli.files import sources_hash, write_text
 from snooker_cli.formatting import plain
 from snooker_cli.runs import Run
+from snooker_cli.runs.run import ANALYSIS, RepeatState, RepeatStatus
 from snooker_cli.runs.status import ending
-from snooker_cli.trace import Trace
+from snooker_cli.trace import StopReason, Trace
 
-Results = Sequence[decay.Decay] | Sequence[comparison.Comparison] | Sequence["RepeatResults"]
-Analyse = Callable[[Iterator[Trace]], tuple[Results, list[decay.Note]]]
 Counting = Callable[[Iterator[Trace], str, int], Iterator[Trace]]
 """Repeats, a label and their number -> the repeats, while something shows how many were read."""
 
 Records: TypeAlias = list[dict[str, Any]]
 
 SOURCES = ("analysis/*.py", "engine/*.py", "*.py")  # they decide what an analysis finds
+
+FIT_TYPES = {
+    **dict.fromkeys(("quantity", "model", "amplitude", "unit"), str),
+    **dict.fromkeys(("short", "complete"), int),
+    "reason": str | None,
+    "elastic": bool,
+    **get_type_hints(RepeatMean),
+    **get_type_hints(Goodness),
+}
+COMPARISON_TYPES = {"unit": str, "difference_in_errors": float, **get_type_hints(Comparison)}
+COLUMN_TYPES = {
+    "ending": str,
+    "complete": bool,
+    **dict.fromkeys(("collisions", "wall_collisions", "pair_collisions"), int),
+    **dict.fromkeys(("time", "temperature", "pressure", "mean_speed", "energy_ratio"), float),
+    **dict.fromkeys(("k", "alpha"), float),
+}
+NOTE_TYPES = get_type_hints(Note)
+"""The keys of a row of fits, of comparisons, of a table and of notes, with the types of values."""
 
 _log = logging.getLogger(__name__)
 
@@ -39,53 +61,11 @@ def uncounted(traces: Iterator[Trace], label: str, total: int) -> Iterator[Trace
     return traces
 
 
-class RepeatResults(NamedTuple):
-    """A repeat's row of ``table.json``; ``Run.table`` of ``api`` explains the columns."""
-
-    trace: Trace
-
-    def as_json(self) -> dict[str, Any]:
-        trace = self.trace
-        series, fits = observables.series(trace), decay.repeat_fits(trace, "kinetic_energy")
-        row = {
-            "ending": ending(trace.stop.reason),
-            "complete": trace.stop.reason.complete,
-            "time": trace.stop.time,
-            "collisions": trace.collisions,
-            "wall_collisions": trace.wall_events,
-            "pair_collisions": trace.pair_events,
-            "temperature": observables.mean_temperature(trace),
-            "pressure": observables.mean_pressure(trace),
-            "mean_speed": observables.time_mean(trace, series.mean_speed),
-            "energy_ratio": observables.energy_ratio(series)[-1],
-            "k": fits["exponential"].value,
-            "alpha": fits["haff"].value,
-        }
-        return dict(plain(row))
-
-
-@dataclass(frozen=True)
-class RunAnalysis:
-    """An analysis of points of a run.
-
-    rows, notes : JSON records; each has the ``parameters`` of its point
-    path : the file that keeps analyses, by point
-    unsaved : what ``save`` writes to this file; ``None`` if the file has it already
-    """
+class RunAnalysis(NamedTuple):
+    """An analysis of points of a run: JSON records with the ``parameters`` of their point."""
 
     rows: Records
     notes: Records
-    path: Path
-    unsaved: dict[str, Any] | None = None
-
-    def save(self) -> None:
-        """Write the file, unless it has this analysis; a notice says if that is not possible."""
-        try:
-            if self.unsaved is not None:
-                write_json(self.path, self.unsaved)
-        except OSError as error:
-            problem = f"cannot be written ({error.strerror}); the result is only printed"
-            _log.warning("%s: %s", self.path, problem)
 
 
 def fits(
@@ -97,12 +77,12 @@ def fits(
 ) -> RunAnalysis:
     """Rows of ``Decay.as_json``, for the times from ``since`` to ``until`` (s).
 
-    Only fits of all times have a file. Raises ``RunError`` if the points, all by default, have no
+    Only fits of all times are kept. Raises ``RunError`` if the points, all by default, have no
     repeat or end before that range, and ``UserError`` for a range that cannot be.
     """
     chosen = tuple(points or run.points)
     if since == 0 and until == math.inf:
-        return _analysis(run, chosen, decay.analyse, counting, run.directory / "fit.json")
+        return _of_all(run, chosen, "fits", counting)
     if not 0 <= since < until:
         raise UserError(
             f"there is no range of times from {since:g} s to {until:g} s",
@@ -112,25 +92,29 @@ def fits(
     end = max((header.stop.time for header in headers if header), default=math.inf)
     if end <= since:
         raise RunError(f"no repeat reaches {since:g} s; the longest ends at {end:.4g} s")
-    return _analysis(run, chosen, lambda traces: decay.analyse(traces, since, until), counting)
+
+    def made(traces: Iterator[Trace]) -> dict[str, Any]:
+        constants = measured_decays(measure(traces, since, until), since=since, until=until)
+        return {"fits": _fit_records(constants)}
+
+    return _joined(run, chosen, [_made(run, point, made, counting) for point in chosen], "fits")
 
 
 def comparisons(
     run: Run, points: Iterable[Point] | None = None, counting: Counting = uncounted
 ) -> RunAnalysis:
     """Rows of ``Comparison.as_json``; raises ``RunError`` if the points have no repeat."""
-    path = run.directory / "compare.json"
-    return _analysis(run, tuple(points or run.points), comparison.compare, counting, path)
+    return _of_all(run, tuple(points or run.points), "comparisons", counting)
 
 
-def results(run: Run, points: Iterable[Point], counting: Counting = uncounted) -> RunAnalysis:
-    """A row of ``RepeatResults`` for each repeat that is there; raises ``RunError`` without one."""
-    path = run.directory / "table.json"
+def results(
+    run: Run, points: Sequence[Point], counting: Counting = uncounted
+) -> list[dict[str, list[Any]]]:
+    """The columns of ``Run.table`` of ``api`` by point, with a value for each repeat that is there.
 
-    def rows(traces: Iterator[Trace]) -> tuple[Results, list[decay.Note]]:
-        return [*map(RepeatResults, traces)], []
-
-    return _analysis(run, tuple(points), rows, counting, path)
+    Raises ``RunError`` if no point has a repeat.
+    """
+    return [entry["table"] for entry in _entries(run, points, counting)]
 
 
 def shorter_note(shorter: int, present: int) -> str:
@@ -140,55 +124,151 @@ def shorter_note(shorter: int, present: int) -> str:
     return f"{which} {'ends' if shorter == 1 else 'end'} {rest}" if shorter else ""
 
 
-def _analysis(
-    run: Run,
-    points: Sequence[Point],
-    analyse: Analyse,
-    counting: Counting,
-    path: Path | None = None,
+def _of_all(run: Run, points: Sequence[Point], name: str, counting: Counting) -> RunAnalysis:
+    """The fits or the comparisons of points."""
+    return _joined(run, points, _entries(run, points, counting), name)
+
+
+def _joined(
+    run: Run, points: Sequence[Point], entries: Sequence[dict[str, Any]], name: str
 ) -> RunAnalysis:
-    """The analysis of points: from a file, where that has one of these very repeats, or made."""
-    present = {point.index: run.present(point) for point in points}
-    if not any(present.values()):
-        present[points[0].index] = [0]  # reading the first repeat raises the error
-    saved, kept, new = _saved(path), dict[str, Any](), False
-    whole = repr((run.manifest(), sources_hash(*SOURCES))) if path else ""
-    for point in run.points if path else points:
-        key, files = str(point.index), map(store.file_info, run.batches(point.index))
-        made_from = hashlib.sha256(repr((whole, key, *files)).encode()).hexdigest()
-        entry = saved.get(key)
-        if isinstance(entry, dict) and entry.get("made_from") == made_from:
-            kept[key] = entry
-        elif point.index in present:
-            made = _made(run, point, present[point.index], analyse, counting)
-            kept[key], new = {"made_from": made_from, **made}, True
-    chosen = [kept[str(point.index)] for point in points]
-    rows, notes = ([row for entry in chosen for row in entry[name]] for name in ("rows", "notes"))
-    return RunAnalysis(rows, notes, path or run.directory, kept if path and new else None)
+    """The rows and notes of all points, and notes on the repeats that a run should have."""
+    rows, notes = Records(), Records()
+    for point, entry in zip(points, entries, strict=True):
+        parameters, wanted = {"parameters": point.as_json()}, run.experiment.repeats
+        there = len(run.present(point))
+        are = "the repeat is not" if wanted == 1 else f"{there} of {wanted} repeats are"
+        missing = f"{are} there; run the config again for the rest" if there < wanted else ""
+        texts = missing, shorter_note(run.shorter(point), there), *run.common_random_notes
+        own = [Note(text)._asdict() for text in texts if text]
+        rows += [parameters | row for row in entry[name]["rows"]]
+        notes += [parameters | note for note in own + entry[name]["notes"]]
+    return RunAnalysis(rows, notes)
 
 
-def _saved(path: Path | None) -> dict[str, Any]:
+def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
+    """All results of points: from the file, where that has those of these very repeats, or made."""
+    saved, found, new = _saved(run.directory / ANALYSIS), list[dict[str, Any]](), False
+    if not any(map(run.present, points)):
+        next(run.traces(points[0]))  # raises the error
+    for point in points:
+        repeats = _hash(sources_hash(*SOURCES), *_fingerprints(run.statuses(point.index)))
+        entry: Any = saved.get(str(point.index))
+        if not (_is_sound(entry) and entry["hash"] == _hash(repeats, entry["results"])):
+            entry = {"results": _made(run, point, _all_results, counting)}
+            entry["hash"], new = _hash(repeats, entry["results"]), True
+        saved[str(point.index)] = entry
+        found.append(entry["results"])
+    if new:
+        try:
+            write_text(run.directory / ANALYSIS, json.dumps(saved, allow_nan=False))
+        except OSError as error:
+            problem = f"cannot be written ({error.strerror}); the result is not kept"
+            _log.warning("%s: %s", run.directory / ANALYSIS, problem)
+    return found
+
+
+def _saved(path: Path) -> dict[str, Any]:
     """What a file of analyses holds by point, not yet checked; nothing if it is not such a file."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8")) if path else {}
+        content = json.loads(path.read_text(encoding="utf-8"))
     except UNREADABLE:
         return {}
     return content if isinstance(content, dict) else {}
 
 
+def _fingerprints(statuses: Sequence[RepeatStatus]) -> Iterator[str]:
+    """What identifies the repeats that are there. Raises ``StoreError`` as reading them does."""
+    for status in statuses:
+        if status.state is not RepeatState.MISSING:
+            status.accept()
+            yield f"{status.repeat} {status.header.fingerprint if status.header else ''}"
+
+
+def _hash(*parts: Any) -> str:
+    """SHA-256 of values that JSON can have."""
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+
+
+def _is_sound(entry: Any) -> bool:
+    """Whether an entry has the form of all results of a point."""
+    try:
+        content = entry["results"]
+        tables = [content["table"]], content["fits"]["rows"], content["comparisons"]["rows"]
+        (columns,), fit_rows, compared = tables
+        notes = content["fits"]["notes"] + content["comparisons"]["notes"]
+        values = zip(*columns.values(), strict=True)
+        repeats = [dict(zip(columns, row, strict=True)) for row in values]
+        kinds = (fit_rows, FIT_TYPES), (compared, COMPARISON_TYPES), (notes, NOTE_TYPES)
+        typed = all(_has_types(row, types) for rows, types in kinds for row in rows)
+        typed = typed and all(_has_types(row, COLUMN_TYPES) for row in repeats)
+        return typed and all(row["model"] in LAWS for row in fit_rows)
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return False
+
+
+def _has_types(row: Any, types: dict[str, Any]) -> bool:
+    """Whether a row has these keys, and values of these types; a number without a value is null."""
+    number = (float, int, type(None))
+    return row.keys() == types.keys() and all(
+        type(value) in (number if types[key] is float else get_args(types[key]) or (types[key],))
+        for key, value in row.items()
+    )
+
+
 def _made(
-    run: Run, point: Point, present: Sequence[int], analyse: Analyse, counting: Counting
+    run: Run,
+    point: Point,
+    make: Callable[[Iterator[Trace]], dict[str, Any]],
+    counting: Counting,
 ) -> dict[str, Any]:
-    """Rows and notes of a point; of an unfinished run, of the repeats that it has."""
-    parameters, rows = {"parameters": point.as_json()}, Records()
-    wanted, there = run.experiment.repeats, len(present)
-    are = "the repeat is not" if wanted == 1 else f"{there} of {wanted} repeats are"
-    missing = f"{are} there; run the config again for the rest" if there < wanted else ""
-    texts = missing, shorter_note(run.shorter(point), there), *run.common_random_notes
-    notes = [decay.Note(text) for text in texts if text]
-    if present:
-        label = f"point {point.index + 1} of {len(run.points)}"
-        traces = counting(run.traces(point, present), label, there)
-        results, others = analyse(observables.measured_ahead(traces))
-        rows, notes = [parameters | result.as_json() for result in results], notes + others
-    return {"rows": rows, "notes": [parameters | note._asdict() for note in notes]}
+    """Results of a point; of an unfinished run, of the repeats that it has."""
+    present = run.present(point)
+    if not present:
+        nothing: dict[str, Any] = {"rows": [], "notes": []}
+        table: dict[str, list[Any]] = {name: [] for name in COLUMN_TYPES}
+        return {"fits": nothing, "comparisons": nothing, "table": table}
+    label = f"point {point.index + 1} of {len(run.points)}"
+    return make(counting(run.traces(point, present), label, len(present)))
+
+
+def _all_results(traces: Iterator[Trace]) -> dict[str, Any]:
+    """Fits, comparisons and table of a point."""
+    measured = measure(traces)
+    constants = measured_decays(measured)
+    compared, notes = measured_comparisons(measured, constants)
+    return {
+        "fits": _fit_records(constants),
+        "comparisons": {
+            "rows": [row.as_json() for row in compared],
+            "notes": [note._asdict() for note in notes],
+        },
+        "table": _columns(measured, constants),
+    }
+
+
+def _fit_records(constants: Sequence[Decay]) -> dict[str, Records]:
+    rows = [decay.as_json() for decay in constants]
+    return {"rows": rows, "notes": [note._asdict() for note in fit_notes(constants)]}
+
+
+def _columns(measured: Measurements, constants: Sequence[Decay]) -> dict[str, list[Any]]:
+    """The columns of ``Run.table`` of ``api`` that follow from the repeats."""
+    fitted = {decay.law: decay.fits for decay in constants if decay.quantity == "kinetic_energy"}
+    whole, scene = measured.whole, measured.scene
+    pressure = np.where(whole.length > 0, whole.pressure(scene), 0.0)
+    columns = {
+        "ending": [ending(StopReason(name)) for name in measured.endings],
+        "complete": measured.complete,
+        "collisions": measured.collisions,
+        "wall_collisions": measured.events[:, 0],
+        "pair_collisions": measured.events[:, 1],
+        "time": measured.time,
+        "temperature": whole.kinetic_energy / scene.number,
+        "pressure": pressure,
+        "mean_speed": whole.mean_speed,
+        "energy_ratio": measured.last_energy / measured.first_energy,
+        "k": [fit.value for fit in fitted["exponential"]],
+        "alpha": [fit.value for fit in fitted["haff"]],
+    }
+    return dict(plain(columns))

@@ -15,7 +15,7 @@ FIT_COLUMNS = "quantity | model | A | >constant, 1/s | >p | >holds, s | >end/fit
 COMPARE_COLUMNS = "quantity | model | >measured | >predicted | >difference | >in errors"
 """Columns of a point's table. It fits 100 columns of a terminal."""
 
-MORE_FIT_COLUMNS = " | >half range | >bootstrap error"
+MORE_FIT_COLUMNS = " | >half range"
 MOST_POINTS = 3  # that notes name
 
 PAIRED = (
@@ -77,8 +77,7 @@ def fit_cells(row: dict[str, Any], every: bool = False) -> list[str]:
         range_held(row),
         ratio(row["end_over_fit"]),
     ]
-    more = short(row["max_min_half_range"], 2), short(row["bootstrap_error"], 2)
-    return [*cells, *(more if every else ())]
+    return [*cells, *([short(row["max_min_half_range"], 2)] if every else [])]
 
 
 def compare_cells(row: dict[str, Any], every: bool = False) -> list[str]:

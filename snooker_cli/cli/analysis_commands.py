@@ -46,9 +46,8 @@ def fit(
     mean over the repeats with its standard error, the probability p of deviations as large if the
     law holds, and the time until which it holds. A is the amplitude, 1 or free. The last column is
     the value at the end over the fit. --all adds half of the range, which is the source report's
-    error, the bootstrap error, the temperature, and A = 1 for the pressure, which the source report
-    has. The fits of all times are saved in RUN/fit.json. With --from or --until
-    they are only printed; from a later time on, the amplitude is free.
+    error, the temperature, and A = 1 for the pressure, which the source report has. With --from,
+    the amplitude is free. The results of all times are kept in RUN/analysis.json.
     """
     analyse = partial(fits, since=since, until=math.inf if until is None else until)
     notes = [SAMPLING, JUDGEMENT]
@@ -69,7 +68,8 @@ def compare(
     The theory is the ideal gas and kinetic theory. The output begins with the main difference at
     each point; --brief prints only this. Each row has the measured mean, the prediction, and the
     difference with its standard error, also in such errors. --all adds the standard error of the
-    mean and the formulas of the source report. The result is saved in RUN/compare.json.
+    mean and the formulas of the source report. The results are
+    kept in RUN/analysis.json.
     """
     footer = f"{PAIRED} --all also has these errors and the formulas of the source report."
     _print_analysis(run, where, quantity, model, comparisons, as_json, every, brief, [footer])
@@ -107,7 +107,6 @@ def _print_analysis(
         footer = []
     below = [*footer, *note_lines(notes if every else usual(notes), len(points))]
     print_result(rows, as_json, lines, [] if brief else below)
-    analysis.save()
 
 
 def report(

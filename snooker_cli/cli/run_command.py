@@ -23,7 +23,6 @@ from snooker_cli.errors import ExitCode, UserError
 from snooker_cli.formatting import (
     counted,
     duration,
-    listed,
     point_label,
     printable,
     rough,
@@ -97,7 +96,6 @@ def run(
         if not yes and is_excessive(plan(fresh=True)) and is_excessive(left := plan(fresh=fresh)):
             ways = "set fewer collisions or repeats, or `record: summary`, or give --yes"
             raise UserError(_estimate(left), ways)
-        analyses = [] if fresh else target.analyses()
         results, progress = execute_watched(
             target,
             fresh=fresh,
@@ -110,7 +108,9 @@ def run(
             processes=True,
         )
     simulated = not all(result.cached for result in results)
-    _warn_of_older(target, analyses, figures=simulated and not fresh)
+    if simulated and not fresh and target.figures():
+        again = f"run `snooker plot {target.directory}` again"
+        notice(f"{target.figures_folder}: these figures are older; {again}")
     summary = _summary(target, results, progress)
     lines = [idle] if idle else [*_summary_lines(target, results, summary)]
     print_result(summary, as_json, lines)
@@ -134,17 +134,6 @@ def _share(run: Run, part: str, fresh: bool) -> tuple[set[tuple[int, int]], str]
     if fresh:
         raise UserError("--part and --fresh: parts delete nothing; delete the folder first")
     return share_of(run, k, n)
-
-
-def _warn_of_older(run: Run, analyses: Sequence[Path], figures: bool) -> None:
-    """Print which of the analyses were removed and, if wanted, that figures are older."""
-    if removed := [path for path in analyses if not path.exists()]:
-        names = listed([path.name for path in removed])
-        again = listed([f"`snooker {path.stem} {run.directory}`" for path in removed])
-        notice(f"removed {names}, because the run has changed; run {again} again")
-    if figures and run.figures():
-        again = f"run `snooker plot {run.directory}` again"
-        notice(f"{run.figures_folder}: these figures are older; {again}")
 
 
 def _cluster(executor: str, at_once: int | None, cancelled: threading.Event) -> DaskExecutor | None:

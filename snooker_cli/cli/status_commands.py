@@ -67,7 +67,6 @@ def show(run: RunName, as_json: AsJson = False) -> None:
     content = run_status(opened) | {
         "title": opened.experiment.title,
         "common_random": opened.experiment.common_random,
-        "analyses": [path.name for path in opened.analyses()],
         "figures": [path.name for path in opened.figures()],
     }
     title = f" ({printable(content['title'])})" if content["title"] else ""
@@ -80,7 +79,6 @@ def show(run: RunName, as_json: AsJson = False) -> None:
             place = remark.get("file") or f"point {number}, repeat {remark['repeat']}"
             remarks[f"{place}: {remark['remark']}"] = None
     contents = [f"{counted(content['files'], 'file')} of {size(content['bytes'])}"]
-    contents += content["analyses"]
     if content["figures"]:
         contents.append(counted(len(content["figures"]), "figure file"))
     lines = [

@@ -1,13 +1,24 @@
 """The simulator: arrays and floats in, a trace out. It knows no config, files or plots."""
 
 from snooker_cli.engine.conversion import CheckpointError
-from snooker_cli.engine.replay import States, replay, series, times_within
+from snooker_cli.engine.replay import (
+    Rows,
+    States,
+    batch_series,
+    is_short,
+    replay,
+    series,
+    times_within,
+)
 from snooker_cli.engine.simulation import simulate, simulate_batch, specialisation
 
 __all__ = [
     "ENGINE_VERSION",
     "CheckpointError",
+    "Rows",
     "States",
+    "batch_series",
+    "is_short",
     "replay",
     "series",
     "simulate",

@@ -204,11 +204,17 @@ def measure(
 
 @kernel
 def sample(row: Floats, histogram: Indices, pressed: float, state: State) -> None:
-    """``measure``, and count the balls by reduced speed v sqrt(m / 2T), T their mean energy."""
+    """``measure``, and count the balls by reduced speed v sqrt(m/2T), T their mean energy."""
     measure(row, totals(state), pressed, state)
-    kinetic, number = row[KINETIC_ENERGY], state.balls.shape[1]
     for speed in range(SPEED_BINS):
         histogram[speed] = 0
+    count_speeds(row, histogram, state)
+
+
+@helper
+def count_speeds(row: Floats, histogram: Any, state: State) -> None:
+    """Add the balls to a histogram by reduced speed; none are added at rest."""
+    kinetic, number = row[KINETIC_ENERGY], state.balls.shape[1]
     if kinetic > 0.0:
         for i in range(number):
             reduced = math.sqrt(energy_of(i, state) * number / kinetic)

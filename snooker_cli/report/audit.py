@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from snooker_cli import theory
-from snooker_cli.analysis.comparison import relaxed_at
 from snooker_cli.analysis.decay import Decay, decays, reported_constant
 from snooker_cli.analysis.fitting import LEAST_PROBABILITY
+from snooker_cli.analysis.measurement import relaxed_at
 from snooker_cli.analysis.observables import (
     ROUNDING,
     at_collisions,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from snooker_cli import theory
 from snooker_cli.analysis.decay import Curve, curve
-from snooker_cli.analysis.fitting import fit_all
+from snooker_cli.analysis.fitting import Curves, fit_all
 from snooker_cli.analysis.observables import complete_repeats, mean_pressure, mean_speed, series
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.source_values import SOURCE_VALUES, OurValue, Sample, SourceValue
@@ -254,4 +254,5 @@ def decay_constants(curves: Sequence[Curve], ends: Array, *, held: bool) -> Arra
     for decaying, end in zip(curves, ends, strict=True):
         rows = decaying.time <= end
         cut.append((decaying.time[rows], decaying.value[rows], 0.0))
-    return np.array([result.value for result in fit_all(cut, amplitude=1.0 if held else None)])
+    fits = fit_all(Curves.of(cut), amplitude=1.0 if held else None)
+    return np.array([fit.value for fit in fits])

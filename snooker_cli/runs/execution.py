@@ -272,8 +272,6 @@ def execute(
         if part is None:
             discard(run.directory / FAILURES)
         if missing and not cancelled.is_set():
-            for path in run.analyses() if part is None else ():
-                path.unlink(missing_ok=True)
             batches = _batches(run, missing)
             kept |= {run.path(*batch) for batch in batches}
             job = Job(run, command or _command(), interval)

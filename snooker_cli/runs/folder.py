@@ -16,7 +16,7 @@ from snooker_cli.config import LIMITS, Experiment, Point, digest, extends, point
 from snooker_cli.errors import UNREADABLE, DeniedError, RunError, StoreError, error_text
 from snooker_cli.files import discard, unfinished, write_json
 from snooker_cli.formatting import listed, plain, printable
-from snooker_cli.runs.run import ANALYSES, MANIFEST, RepeatState, Run
+from snooker_cli.runs.run import ANALYSIS, MANIFEST, RepeatState, Run
 
 if sys.platform != "win32":
     import fcntl
@@ -45,9 +45,8 @@ def create(run: Run, *, fresh: bool = False) -> str:
                 with suppress(OSError):  # it is not empty
                     folder.rmdir()
             discard(run.directory / FAILURES)
+            discard(run.directory / ANALYSIS)
         if fresh or not holds_manifest(run):
-            for old in run.analyses():
-                old.unlink(missing_ok=True)
             write_json(run.directory / MANIFEST, plain(run.manifest()))
     return change
 
@@ -204,7 +203,7 @@ def holds_results(path: Path) -> bool:
     """Whether a file is a repeat, or another of a run's own, which no command may replace."""
     if not path.is_file():
         return False
-    if path.name in (MANIFEST, FAILURES, *ANALYSES):
+    if path.name in (MANIFEST, FAILURES, ANALYSIS):
         return _is_run(path.parent)
     try:
         store.read_headers(path)

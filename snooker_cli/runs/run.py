@@ -23,7 +23,7 @@ from snooker_cli.store import RepeatHeader
 from snooker_cli.trace import StopReason, Trace
 
 MANIFEST = "run.json"
-ANALYSES = ("fit.json", "compare.json")
+ANALYSIS = "analysis.json"  # what ``fit``, ``compare`` and ``table`` keep
 REMEMBERED_SIZE = 1_000_000  # bytes of a file up to which its repeats stay in memory
 REPLACES = "run the config again, which replaces it"
 
@@ -278,10 +278,6 @@ class Run:
         return RepeatStatus(point, header.repeat, path, state, header, error)
 
     # Files that are made from the repeats.
-
-    def analyses(self) -> list[Path]:
-        """What ``fit`` and ``compare`` saved."""
-        return [path for name in ANALYSES if (path := self.directory / name).is_file()]
 
     @property
     def figures_folder(self) -> Path:

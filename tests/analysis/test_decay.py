@@ -9,10 +9,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import report_scene, scene_of
+from single_fit import fit
 
 from snooker_cli.analysis import decay
-from snooker_cli.analysis.decay import LAWS, QUANTITIES, SKIPPED_COLLISIONS, Decay
-from snooker_cli.analysis.fitting import LEAST_PROBABILITY, FitResult, goodness
+from snooker_cli.analysis.decay import LAWS, QUANTITIES, Decay
+from snooker_cli.analysis.fitting import (
+    LEAST_PROBABILITY,
+    FitResult,
+    Samples,
+    goodness,
+    ranges,
+)
+from snooker_cli.analysis.measurement import SKIPPED_COLLISIONS
 from snooker_cli.analysis.observables import complete_repeats, energy_ratio, mean_and_error, series
 from snooker_cli.engine import simulate
 from snooker_cli.laws import Constant
@@ -102,7 +110,8 @@ def test_repeats_that_ended_early_are_counted() -> None:
     trace = exponential(0.4)
     reasons = [reason for reason in StopReason if reason is not StopReason.TIME]
     ended = [replace(trace, stop=replace(trace.stop, reason=reason)) for reason in reasons]
-    found, notes = decay.analyse(ended)
+    found = decay.decays(ended)
+    notes = decay.fit_notes(found)
     assert [(each.quantity, each.law) for each in found] == [
         (name, law) for name, quantity in QUANTITIES.items() for law in quantity.laws
     ]
@@ -119,13 +128,8 @@ def test_repeats_that_ended_early_are_counted() -> None:
 def test_each_fit_names_its_amplitude_and_the_pressure_has_both() -> None:
     """A curve below 1: a free amplitude meets it, one that is held at 1 has to decay faster."""
     time = np.linspace(1.0, 5.0, 200)
-    free, fixed = (
-        decay.fit_curves(
-            [decay.Curve(QUANTITIES[name], time, 0.9 * np.exp(-0.3 * (time - 1)), 0.0, held)],
-            "exponential",
-        )[0]
-        for name, held in (("pressure", False), ("pressure_amplitude_1", True))
-    )
+    value = 0.9 * np.exp(-0.3 * (time - 1))
+    free, fixed = fit(time, value), fit(time, value, amplitude=1.0)
     assert free.value == pytest.approx(0.3, rel=1e-9)
     assert (fixed.amplitude, fixed.start) == (1.0, 1.0)
     assert fixed.value > 1.1 * free.value
@@ -223,13 +227,14 @@ def test_a_law_that_stops_holding_is_accepted_up_to_there() -> None:
 def test_probabilities_are_fair() -> None:
     """Of 300 sets of ten repeats, as many as expected are below 0.05 and 0.5, to 4 sigma."""
     random = np.random.default_rng(3)
-    time, found = np.linspace(0.0, 1.0, 201), []
+    time, found = np.tile(np.linspace(0.0, 1.0, 201), (10, 1)), []
     for _ in range(300):
         walks = np.cumsum(random.normal(0, 0.02, (10, 200)), axis=1)
-        walks += random.normal(0, 0.1, (10, 1)) * time[1:]  # each repeat has its own constant
-        curves = [(time, np.append(0.0, walk) - 0.7 * time) for walk in walks]
-        each = FitResult("exponential", True, "", 201, 0.0, 0.7, 0.0, 1.0)
-        found.append(goodness(curves, [each] * 10).probability)
+        walks += random.normal(0, 0.1, (10, 1)) * time[:, 1:]  # each has its own constant
+        logarithms = np.insert(walks, 0, 0.0, axis=1) - 0.7 * time
+        samples = Samples(time, logarithms, np.full(10, 201))
+        result = FitResult("exponential", True, "", 201, 0.0, 0.7, 0.0, 1.0)
+        found.append(goodness(ranges(samples), [result] * 10).probability)
     for share in (0.05, 0.5):
         expected = 300 * share
         below = np.count_nonzero(np.array(found) < share)
@@ -262,7 +267,7 @@ def test_a_later_start_frees_the_amplitude() -> None:
         assert (found.fits[0].value == pytest.approx(0.6, rel=1e-3)) == (since > 0)
 
 
-# Rows of fit.json
+# Rows of a table of fits
 
 
 NOTHING = Events(np.empty(0), np.empty(0, np.int32), np.empty(0, np.int32), np.empty(0))
@@ -277,17 +282,16 @@ def no_events(end: float) -> Trace:
 @pytest.mark.parametrize(
     "traces",
     [
-        [],
         [no_events(0.0)],
         [no_events(5.0)] * 2,
         [synthetic(np.zeros(STEPS + 1), np.zeros(STEPS + 1))],
         [synthetic(np.ones(STEPS + 1), np.zeros(STEPS + 1))] * 2,
         [exponential(0.4)],
     ],
-    ids=["no repeat", "nothing happens", "at rest", "no energy", "no decay", "one repeat"],
+    ids=["nothing happens", "at rest", "no energy", "no decay", "one repeat"],
 )
 def test_a_row_has_no_nan_whatever_was_fitted(traces: list[Trace]) -> None:
-    found = decay.analyse(traces)[0]
+    found = decay.decays(traces)
     assert len(found) == sum(len(each.laws) for each in QUANTITIES.values())
     for each in found:
         row = each.as_json()
@@ -311,14 +315,14 @@ def test_nothing_decays_without_losses() -> None:
         for trace in lossless:
             drift = np.max(np.abs(energy_ratio(series(trace)) - 1))
             assert drift <= decay.COLLISION_ROUNDING * 400
-        rows, notes = decay.analyse(lossless)
+        rows = decay.decays(lossless)
         for one in rows:
             row = one.as_json()
             assert (row["elastic"], row["value"], row["repeats"], row["failed"]) == (
                 *(True, None, 0, 6),
             )
             assert one.reason == decay.NO_LOSSES
-        assert notes == [decay.Note(decay.NO_LOSSES)]
+        assert decay.fit_notes(rows) == [decay.Note(decay.NO_LOSSES)]
 
 
 def test_a_small_loss_is_no_rounding() -> None:

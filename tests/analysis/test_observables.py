@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -300,52 +299,6 @@ def test_virial_and_wall_pressure_obey_the_virial_theorem() -> None:
     assert virial - walls == pytest.approx(after - before, abs=3000 * 8 * EPSILON * virial)
 
 
-@pytest.mark.parametrize("threads", [1, 3])
-@pytest.mark.parametrize("most", [100, 10_000])
-def test_series_that_threads_compute_are_those_of_their_repeats(
-    threads: int, most: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """In order, and of no more repeats at a time than there are threads, or collisions allowed."""
-    monkeypatch.setattr(observables, "processors", lambda: threads)
-    monkeypatch.setattr(observables, "MOST_ROWS", most)
-    traces, others = (
-        [simulate(report_scene(repeat, rings=2), collisions=60) for repeat in range(6)]
-        for _ in range(2)
-    )
-    expected = [vars(series(trace)) for trace in others]  # those of `traces` would be kept
-    read: list[Trace] = []
-    for number, trace in enumerate(observables.measured_ahead(map(logged(read), traces))):
-        assert trace is traces[number]
-        assert len(read) - number <= (2 if most == 100 else threads + 1)
-        found = vars(series(trace))
-        assert all(np.array_equal(found[name], expected[number][name]) for name in SERIES_UNITS)
-    assert (number, len(read)) == (5, 6)
-
-
-def test_threads_leave_out_series_that_are_kept(
-    simulated: Trace, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    kept, computed = series(simulated), list[Trace]()
-    monkeypatch.setattr(observables, "_measured", logged(computed))
-    (trace,) = observables.measured_ahead([simulated])
-    assert series(trace) is kept
-    assert computed == []
-
-
-def test_an_error_of_a_thread_is_that_of_its_repeat(simulated: Trace) -> None:
-    bare = replace(simulated, events=None)
-    for trace in observables.measured_ahead([simulated, bare]):
-        if trace is bare:
-            with pytest.raises(ValueError, match="neither events nor a summary"):
-                series(trace)
-        else:
-            assert len(series(trace).time) == trace.collisions + 1
-
-
-def logged(read: list[Trace]) -> Callable[[Trace], Trace]:
-    return lambda trace: read.append(trace) or trace
-
-
 # Summaries, thinned series, and instants with many collisions
 
 
@@ -500,8 +453,7 @@ def test_the_decay_does_not_depend_on_how_long_the_run_was(cold: list[Trace]) ->
     assert left[0] > 1e-8 > 1e-25 > left[1] > 1e-50 > left[2] > 0
     events = [cooled(collisions, summary=False) for collisions in (4_000, 40_000)]
     first, long, *grids = (
-        decay.fit_curves([decay.curve(trace, "kinetic_energy")], "haff")[0].value
-        for trace in (*events, *cold)
+        decay.repeat_fits(trace, "kinetic_energy")["haff"].value for trace in (*events, *cold)
     )
     assert first > 0.1
     assert long == pytest.approx(first, rel=0.005)

@@ -1,4 +1,4 @@
-"""``fit.json`` and ``compare.json`` are read while they are of the repeats that are there."""
+"""``analysis.json`` is read while it is of the repeats that are there, and of this code."""
 
 from __future__ import annotations
 
@@ -12,10 +12,14 @@ from repeating import batches_of, file_of
 
 from snooker_cli.analysis import run_analysis
 from snooker_cli.errors import RunError
-from snooker_cli.files import user_key
 from snooker_cli.runs import Run
+from snooker_cli.runs.run import ANALYSIS
 
-ANALYSES = {"fit.json": run_analysis.fits, "compare.json": run_analysis.comparisons}
+KINDS = {
+    "fits": run_analysis.fits,
+    "comparisons": run_analysis.comparisons,
+    "table": lambda run: run_analysis.results(run, run.points),
+}
 
 
 @pytest.fixture
@@ -24,80 +28,107 @@ def run(tmp_path: Path) -> Run:
         return made(tmp_path / "run", "cor=0.9,1.0", "repeats=2")
 
 
-def no_analysis(*_: Any) -> Any:
-    raise AssertionError("this analysis is in the file")
+@pytest.fixture
+def measured(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The number of repeats of each measurement from now on."""
+    numbers: list[int] = []
+
+    def counted(traces: Any, *span: float) -> Any:
+        found = measure(traces, *span)
+        numbers.append(len(found.time))
+        return found
+
+    measure = run_analysis.measure
+    monkeypatch.setattr(run_analysis, "measure", counted)
+    return numbers
 
 
-@pytest.mark.parametrize("name", ANALYSES)
-def test_a_saved_analysis_is_read_and_not_made_again(
-    name: str, run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first = ANALYSES[name](run)
-    assert first.unsaved
-    assert {row["parameters"]["cor"] for row in first.rows} == {0.9, 1.0}
-    first.save()
-    written = (run.directory / name).stat().st_mtime_ns
-    for module, function in ((run_analysis.decay, "decays"), (run_analysis.comparison, "compare")):
-        monkeypatch.setattr(module, function, no_analysis)
-    again = ANALYSES[name](run)
-    assert not again.unsaved
-    assert (again.rows, again.notes) == (first.rows, first.notes)
-    again.save()
-    assert (run.directory / name).stat().st_mtime_ns == written
+@pytest.mark.parametrize("first", KINDS)
+def test_any_analysis_makes_all(first: str, run: Run, measured: list[int]) -> None:
+    KINDS[first](run)
+    assert measured == [2, 2]
+    written = (run.directory / ANALYSIS).stat().st_mtime_ns
+    made_first = [analyse(run) for analyse in KINDS.values()]
+    assert (measured, (run.directory / ANALYSIS).stat().st_mtime_ns) == ([2, 2], written)
+    (run.directory / ANALYSIS).unlink()
+    assert [analyse(run) for analyse in KINDS.values()] == made_first
+    fits, compared, tables = made_first
+    assert {row["parameters"]["cor"] for row in fits.rows} == {0.9, 1.0}
+    assert len(fits.rows) == 22
+    assert {row["simulated"] for row in compared.rows} == {2}
+    assert [table["complete"] for table in tables] == [[True, True]] * 2
 
 
-def test_only_chosen_points_are_analysed_and_all_are_kept(
-    run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    whole, (first, second) = run_analysis.fits(run), run.points
-    for point in (first, second):
-        one = run_analysis.fits(run, points=[point])
-        assert one.rows == [row for row in whole.rows if row["parameters"] == point.as_json()]
-        one.save()
-    monkeypatch.setattr(run_analysis.decay, "decays", no_analysis)
-    assert run_analysis.fits(run).rows == whole.rows
+def test_only_chosen_points_are_analysed_and_all_are_kept(run: Run, measured: list[int]) -> None:
+    first, second = run.points
+    parts = [run_analysis.fits(run, points=[point]) for point in (first, second)]
+    whole = run_analysis.fits(run)
+    assert measured == [2, 2]
+    assert whole.rows == parts[0].rows + parts[1].rows
+    assert {row["parameters"]["cor"] for row in parts[0].rows} == {0.9}
 
 
 def test_other_repeats_or_other_code_make_a_new_analysis(
-    run: Run, monkeypatch: pytest.MonkeyPatch
+    run: Run, measured: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run_analysis.fits(run).save()
-    one, other = file_of(run, 0, 0), file_of(run, 0, 1)
-    whole = one.read_bytes()
-    one.unlink()
+    run_analysis.fits(run)
+    path = file_of(run, 0, 0)
+    whole = path.read_bytes()
+    path.unlink()
     fewer = run_analysis.fits(run)
-    assert fewer.unsaved
+    assert measured == [2, 2, 1]
     assert {row["repeats"] + row["failed"] for row in fewer.rows} == {1, 2}
     assert [note["note"] for note in fewer.notes if "1 of 2" in note["note"]]
-    fewer.save()
-    one.write_bytes(whole)
-    assert run_analysis.fits(run).unsaved
-    run_analysis.fits(run).save()
-    assert not run_analysis.fits(run).unsaved
+    path.write_bytes(whole)
+    run_analysis.fits(run)
+    assert measured == [2, 2, 1, 2]
     monkeypatch.setattr(run_analysis, "sources_hash", lambda *_: "other code")
-    assert run_analysis.fits(run).unsaved
-    for path in (one, other, file_of(run, 1, 0), file_of(run, 1, 1)):
-        path.unlink()
+    run_analysis.fits(run)
+    assert measured == [2, 2, 1, 2, 2, 2]
+    for number in range(4):
+        file_of(run, *divmod(number, 2)).unlink()
     with pytest.raises(RunError):
         run_analysis.fits(run)
 
 
-@pytest.mark.parametrize("content", ["", "{", "[]", "{}", '{"0": 5}', '{"0": {"made_from": ""}}'])
-def test_a_file_that_is_no_analysis_is_replaced(content: str, run: Run) -> None:
-    (run.directory / "compare.json").write_text(content)
-    found = run_analysis.comparisons(run)
-    assert found.unsaved
-    found.save()
-    kept = json.loads(found.path.read_text())
-    assert kept["0"]["rows"] + kept["1"]["rows"] == found.rows
+def damages(content: dict[str, Any]) -> list[Any]:
+    """Contents that are not what was written, and a forged row with the right hash."""
+    forged = json.loads(json.dumps(content))
+    forged["0"]["results"]["fits"]["rows"][0]["value"] = "1"
+    changed = json.loads(json.dumps(content))
+    changed["0"]["results"]["table"]["time"][0] += 1.0
+    return ["[]", "{", "", {}, {"0": 5}, {"0": {"results": {}, "hash": ""}}, changed, forged]
 
 
-def test_an_analysis_may_be_made_by_another_user(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_file_that_is_no_analysis_is_replaced(
+    run: Run, measured: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It counts as long as it names the same repeats and the same code."""
-    run_analysis.fits(run).save()
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "other"))
-    user_key.cache_clear()
-    assert not run_analysis.fits(run).unsaved
-    user_key.cache_clear()
+    compared, path = run_analysis.comparisons(run), run.directory / ANALYSIS
+    whole = path.read_text()
+    for content in damages(json.loads(whole)):
+        measured.clear()
+        path.write_text(content if isinstance(content, str) else json.dumps(content))
+        assert run_analysis.comparisons(run) == compared
+        assert measured
+        assert path.read_text() == whole
+
+
+@pytest.mark.parametrize(
+    ("part", "value"),
+    [("fits", "1"), ("fits", None), ("comparisons", True), ("table", "x"), ("notes", 5)],
+)
+def test_values_of_a_wrong_type_are_not_sound(part: str, value: Any, run: Run) -> None:
+    """As in a file that someone has forged together with its hash."""
+    run_analysis.fits(run)
+    entry = json.loads((run.directory / ANALYSIS).read_text())["0"]
+    assert run_analysis._is_sound(entry)
+    results = entry["results"]
+    changed = {
+        "fits": (results["fits"]["rows"][0], "model"),
+        "comparisons": (results["comparisons"]["rows"][0], "measured"),
+        "table": (results["table"], "time"),
+        "notes": (results["comparisons"]["notes"][0], "note"),
+    }
+    record, key = changed[part]
+    record[key] = value
+    assert not run_analysis._is_sound(entry)

@@ -18,6 +18,7 @@ from snooker_cli.analysis.comparison import Comparison
 from snooker_cli.analysis.tables import compare_cells, note_lines
 from snooker_cli.cli import analysis_commands
 from snooker_cli.report.content import RUNS
+from snooker_cli.runs.run import ANALYSIS
 
 
 @pytest.mark.parametrize("command", ["fit", "compare"])
@@ -42,7 +43,7 @@ def test_an_unfinished_run_is_analysed_as_far_as_it_is(
 def test_an_unfinished_extension_is_analysed_with_a_note(
     finished: Path, snooker: Snooker, small_config: str
 ) -> None:
-    assert not made(finished, small_config, "collisions=151").analyses()
+    made(finished, small_config, "collisions=151")
     for command in ("fit", "compare"):
         ended = snooker(command, "small")
         assert ended.code == 0
@@ -61,12 +62,14 @@ def test_an_analysis_that_cannot_be_saved_is_printed(
     def refused(path: Path, content: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    printed = snooker(command, "small", "--json").out
-    (finished / f"{command}.json").unlink()
-    monkeypatch.setattr(run_analysis, "write_json", refused)
-    ended = snooker(command, "small", "--json")
-    assert (ended.code, ended.out, ended.err.count("\n")) == (0, printed, 1)
-    assert ended.err.startswith(f"snooker: runs/small/{command}.json: cannot be written ")
+    for options in ([], ["--json"]):
+        printed = snooker(command, "small", *options).out
+        (finished / ANALYSIS).unlink()
+        with monkeypatch.context() as patched:
+            patched.setattr(run_analysis, "write_text", refused)
+            ended = snooker(command, "small", *options)
+        assert (ended.code, ended.out, ended.err.count("\n")) == (0, printed, 1)
+        assert ended.err.startswith("snooker: runs/small/analysis.json: cannot be written ")
 
 
 def test_a_range_of_times_is_fitted_and_not_saved(finished: Path, snooker: Snooker) -> None:

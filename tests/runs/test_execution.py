@@ -19,7 +19,6 @@ from snooker_cli.runs import Run
 from snooker_cli.runs.batch import AbandonedError, Batch, Begun, RepeatResult
 from snooker_cli.runs.execution import ThreadExecutor, Watcher, execute
 from snooker_cli.runs.folder import FAILURES, failures, record_failure
-from snooker_cli.runs.run import ANALYSES
 from snooker_cli.runs.status import run_status
 from snooker_cli.trace import StopReason
 
@@ -125,16 +124,6 @@ def test_one_bad_file_is_done_again_and_only_that(
     assert contents(copied) == contents(finished_run)
     assert len(notes.refused) == (reason != "")
     assert all(each.startswith(f"{path}: {reason}") for each in notes.refused)
-
-
-def test_new_repeats_delete_what_was_made_of_fewer(copied: Run) -> None:
-    for name in ANALYSES:
-        (copied.directory / name).write_text("[]")
-    done(copied)
-    assert len(copied.analyses()) == 2
-    file_of(copied, 0, 0).unlink()
-    done(copied)
-    assert copied.analyses() == []
 
 
 # Extending: the bits of a run that was as long from the start

@@ -165,7 +165,7 @@ def test_an_export_replaces_exports_but_no_results(separate: Path, snooker: Snoo
     snooker("fit", "small")
     shutil.copy(REPEAT, "copy.h5")
     states, events = ("export", "small", "--states"), ("export", "small")
-    for out in (str(REPEAT), "copy.h5", "runs/small/run.json", "runs/small/fit.json"):
+    for out in (str(REPEAT), "copy.h5", "runs/small/run.json", "runs/small/analysis.json"):
         before = Path(out).read_bytes()
         ended = snooker(*(states if out.endswith("h5") else events), "--out", out)
         assert (ended.code, ended.out) == (2, "")

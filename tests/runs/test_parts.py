@@ -49,12 +49,10 @@ def test_parts_delete_nothing_and_a_plain_run_does(tmp_path: Path) -> None:
     run = made(tmp_path / "run", SMALL)
     with batches_of(1):
         done(run)
-    (run.directory / "fit.json").write_text("{}")
     record = run.directory / "failures.jsonl"
     record.write_text('{"point": 0, "repeat": 0, "error": "no room"}\n')
     longer = run_of(run.directory, SMALL, "collisions=200")
     runs.create(longer)
-    (run.directory / "fit.json").write_text("{}")
     before = names(run.directory)
     for part in (1, 2):
         share = share_of(longer, part, 2)[0]

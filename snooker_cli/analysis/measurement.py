@@ -1,0 +1,532 @@
+"""Repeats of a point -> what all analyses need of them, from one pass over their collisions.
+
+A repeat may have millions of collisions. The pass keeps exact means over windows of time, and a
+curve of at most ``POINTS`` points for the fits. All arrays have one row for each repeat.
+"""
+
+import math
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snooker_cli.analysis import observables
+from snooker_cli.analysis.observables import INSTANT
+from snooker_cli.engine import Rows, batch_series, is_short
+from snooker_cli.engine.jit import helper, inlined, kernel
+from snooker_cli.runs.execution import processors
+from snooker_cli.scene import Scene
+from snooker_cli.trace import SERIES_UNITS, SPEED_BINS, StopReason, Trace
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+POINTS = 64
+"""Points of a curve at most. Each two of them stand for equally many collisions."""
+
+SAMPLES = 128  # times of a repeat between which a law is judged
+
+WINDOWS = 20  # windows of time for the local pressure and energy
+
+SKIPPED_COLLISIONS = 50
+"""Collisions before the cumulative pressure is fitted, as in the source report: it starts at 0."""
+
+RELAXING, LEAST_RELAXING = 15, 5
+"""Collisions of a ball while equal speeds relax; the fewest, where a kurtosis of 1.95 is 1.83."""
+
+MOST_ROWS = 2**18  # rows that are measured together, so that they fit in memory
+
+ENERGY, TEMPERATURE, PRESSURE = range(3)
+"""The quantities with a curve: the energy of balls and container, that of the balls, and the mean
+pressure since the start."""
+
+# Columns of ``Rows.values``, as in ``trace.Series``.
+KINETIC, CONTAINER, IMPULSE, VIRIAL, AT_WALL, BETWEEN, SPEED, MOMENT = range(8)
+
+MEANS = 7  # the first columns of `Averages`, which are means over time; the others are gains
+
+
+class Averages(NamedTuple):
+    """Means over windows of time, and what collisions add in them.
+
+    Each array has a row for each repeat, and a column for each window if there are several.
+
+    kinetic_energy, total_energy : J, of the balls; with the container
+    root_energy : of the square root of the balls' energy, √J
+    meeting, root_meeting : of `observables.meeting_temperature`, J, and of its square root, √J
+    mean_speed, energy_moment : as in ``trace.Series``
+    wall_impulse, pair_virial, wall_events, pair_events : gains of these columns of ``Series``
+    length : of the windows, s
+    """
+
+    kinetic_energy: Array
+    total_energy: Array
+    root_energy: Array
+    meeting: Array
+    root_meeting: Array
+    mean_speed: Array
+    energy_moment: Array
+    wall_impulse: Array
+    pair_virial: Array
+    wall_events: Array
+    pair_events: Array
+    length: Array
+
+    def pressure(self, scene: Scene) -> Array:
+        """Mean pressures, Pa m, as in `observables.cumulative_pressure`; nan without a length."""
+        with np.errstate(invalid="ignore"):
+            if scene.container.has_wall:
+                return self.wall_impulse / (scene.container.wall_length * self.length)
+            virial = self.pair_virial / (2 * self.length)
+            return (self.kinetic_energy + virial) / scene.container.area
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """All that analyses need of the repeats of a point; each array has a row for each repeat.
+
+    points : (*repeats*, 3, 3, POINTS) for each quantity weights, times (s) and values over the
+        first, see `condense`; zeros where there is no point
+    samples : (*repeats*, 3, 2, SAMPLES) times (s) and logarithms of values over the first, between
+        collisions; nan beyond ``numbers``
+    numbers : (*repeats*, 3) collisions behind a curve
+    windows, whole, relaxed : averages over ``WINDOWS`` windows of time; over all of it; after the
+        relaxation, nan where there is none
+    first_energy, last_energy, calm_energy : J, of balls and container at the start, at the end and
+        before a collapse
+    collision_speed : mean speed of the balls after collisions, m/s; nan unless complete
+    speeds : (*repeats*, SPEED_BINS) balls by reduced speed after the relaxation
+    events, calm_events : (*repeats*, 2) collisions at the wall and between balls; the latter before
+        a collapse
+    start_energy, drift_energy : J, of the balls at the start and of their centre of mass
+    time : when each repeat ended, s
+    endings : words of ``StopReason``
+    scene : the start of the first repeat
+    """
+
+    points: Array
+    samples: Array
+    numbers: Integers
+    windows: Averages
+    whole: Averages
+    relaxed: Averages
+    first_energy: Array
+    last_energy: Array
+    calm_energy: Array
+    collision_speed: Array
+    speeds: Integers
+    events: Integers
+    calm_events: Integers
+    start_energy: Array
+    drift_energy: Array
+    time: Array
+    endings: "NDArray[Any]"
+    scene: Scene
+
+    def chosen(self, repeats: NDArray[np.bool_]) -> "Measurements":
+        """The measurements of some of the repeats."""
+        own = {name.name: getattr(self, name.name) for name in fields(self)}
+        for name, values in own.items():
+            if isinstance(values, Averages):
+                own[name] = Averages(*(column[repeats] for column in values))
+            elif isinstance(values, np.ndarray):
+                own[name] = values[repeats]
+        return Measurements(**own)
+
+    @property
+    def collisions(self) -> Integers:
+        """All collisions of each repeat."""
+        return np.asarray(self.events.sum(axis=1))
+
+    @property
+    def complete(self) -> NDArray[np.bool_]:
+        """Whether each repeat reached its requested end."""
+        return np.array([StopReason(ending).complete for ending in self.endings], dtype=bool)
+
+
+def relaxing(number: int, of_a_ball: int = RELAXING) -> int:
+    """Ball-ball collisions in which a gas of ``number`` balls relaxes; none for one ball."""
+    return math.ceil(of_a_ball * number / 2) if number > 1 else 0
+
+
+def relaxed_at(trace: Trace) -> float | None:
+    """Time (s) after ``relaxing(N)`` ball-ball collisions, or half of all; ``None`` if too few."""
+    number, half = trace.start.number, trace.pair_events // 2
+    if half < relaxing(number, LEAST_RELAXING):
+        return None
+    skipped = min(half, relaxing(number))
+    if trace.events is None or trace.start.slides:
+        columns = observables.series(trace)
+        time = float(columns.time[np.searchsorted(columns.pair_events, skipped)])
+    else:
+        pairs = np.flatnonzero(trace.events.j >= 0)
+        time = float(trace.events.time[pairs[skipped - 1]]) if skipped else 0.0
+    return time if time < trace.stop.time else None
+
+
+def measure(traces: Iterable[Trace], since: float = 0.0, until: float = math.inf) -> Measurements:
+    """What analyses need of the repeats of a point, one or more.
+
+    since, until : times (s) between which curves have points
+
+    The kernels run in threads without Python's lock, while the next repeats are read.
+    """
+    parts: list[Measurements] = []
+    waiting: deque[Any] = deque()
+    most = processors()
+    with ThreadPoolExecutor(most) as pool:
+        for together in _together(traces):
+            waiting.append(pool.submit(_measured, together, since, until))
+            if not parts and len(waiting) == 1:
+                waiting[0].exception()  # waits: only one thread compiles the kernels
+            while len(waiting) > most:
+                parts.append(waiting.popleft().result())
+        parts += [future.result() for future in waiting]
+    if len(parts) == 1:
+        return parts[0]
+    joined = {name.name: [getattr(part, name.name) for part in parts] for name in fields(parts[0])}
+    return Measurements(**{name: _joined(values) for name, values in joined.items()})
+
+
+def _joined(values: list[Any]) -> Any:
+    """The arrays of several lists of repeats as one; the scene is that of the first."""
+    if isinstance(values[0], Averages):
+        return Averages(*map(np.concatenate, zip(*values, strict=True)))
+    return np.concatenate(values) if isinstance(values[0], np.ndarray) else values[0]
+
+
+def _together(traces: Iterable[Trace]) -> Iterator[list[Trace]]:
+    """The repeats in lists that are measured at once."""
+    together: list[Trace] = []
+    for trace in traces:
+        together.append(trace)
+        if sum(repeat.collisions + 1 for repeat in together) >= MOST_ROWS or len(together) >= 512:
+            yield together
+            together = []
+    if together:
+        yield together
+
+
+def _measured(traces: Sequence[Trace], since: float, until: float) -> Measurements:
+    """`measure` of repeats that fit in memory together."""
+    scene, repeats = traces[0].start, len(traces)
+    container, number = scene.container, scene.number
+    calm = [observables.before_collapse(trace) for trace in traces]
+    relaxed = [relaxed_at(trace) for trace in calm]
+    if all(map(is_short, traces)):
+        times = [
+            np.empty(0) if time is None else observables.sampling_times(trace, time)
+            for trace, time in zip(calm, relaxed, strict=True)
+        ]
+        rows, speeds = batch_series(traces, times)
+        held, collisions = np.ones(repeats, dtype=bool), rows
+        ends = rows.starts[:-1] + [trace.collisions + 1 for trace in calm]
+    else:
+        rows = _rows([observables.series(trace) for trace in traces])
+        held = np.array([observables.has_all(trace) for trace in traces])
+        collisions = rows
+        if traces[0].summary is not None:
+            collisions = _rows([observables.after_collisions(trace) for trace in traces])
+        ends = rows.starts[:-1] + [len(observables.series(trace).time) for trace in calm]
+        speeds = np.array(
+            [
+                np.zeros(SPEED_BINS, np.int64)
+                if time is None
+                else observables.reduced_speed_counts(trace, time)
+                for trace, time in zip(calm, relaxed, strict=True)
+            ]
+        )
+    drift = np.array([observables.drift_energy(trace.start) for trace in traces])
+    lasts = np.array([trace.stop.time for trace in traces])
+    calm_lasts = np.array([trace.stop.time for trace in calm])
+    later = np.array([math.nan if time is None else time for time in relaxed])
+
+    def averages(edges: Array, before: Integers) -> Averages:
+        windows = edges.shape[1] - 1
+        table = np.full((repeats, windows, len(Averages._fields) - 1), math.nan)
+        walls = container.has_wall or number == 1
+        free, kept = (number, 0 * drift) if walls else (number - 1, drift)
+        average(rows, before, edges, held, kept, free, np.empty((3, MEANS)), table)
+        columns = [*np.moveaxis(table, 2, 0), np.diff(edges)]
+        return Averages(*(columns if windows > 1 else (column[:, 0] for column in columns)))
+
+    points = np.zeros((repeats, 3, 3, POINTS))
+    samples = np.full((repeats, 3, 2, SAMPLES), math.nan)
+    numbers, collision_speed = np.zeros((repeats, 3), np.int64), np.full(repeats, math.nan)
+    wall_length = container.wall_length if container.has_wall else 0.0
+    limits, sizes = (since, until), (wall_length, container.area)
+    for quantity in range(3):
+        curves = points[:, quantity], samples[:, quantity], numbers[:, quantity]
+        condense(quantity, collisions, held, limits, sizes, *curves, collision_speed)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        samples[:, :, 1] = np.log(samples[:, :, 1])
+    energies = rows.values[:, KINETIC] + rows.values[:, CONTAINER]
+    complete = np.array([trace.stop.reason.complete for trace in traces])
+    return Measurements(
+        points,
+        samples,
+        numbers,
+        windows=averages(np.linspace(0.0, lasts, WINDOWS + 1, axis=1), rows.starts[1:]),
+        whole=averages(np.stack([0 * lasts, lasts], axis=1), rows.starts[1:]),
+        relaxed=averages(np.stack([later, calm_lasts], axis=1), np.asarray(ends)),
+        first_energy=energies[rows.starts[:-1]],
+        last_energy=energies[rows.starts[1:] - 1],
+        calm_energy=energies[ends - 1],
+        collision_speed=np.where(complete, collision_speed, math.nan),
+        speeds=speeds,
+        events=np.array([(trace.wall_events, trace.pair_events) for trace in traces]),
+        calm_events=np.array([(trace.wall_events, trace.pair_events) for trace in calm]),
+        start_energy=np.array([trace.start.kinetic_energy for trace in traces]),
+        drift_energy=drift,
+        time=lasts,
+        endings=np.array([trace.stop.reason.value for trace in traces]),
+        scene=scene,
+    )
+
+
+def _rows(columns: Sequence[Any]) -> Rows:
+    """Series of repeats, one after the other."""
+    time, *values = (np.concatenate([getattr(c, name) for c in columns]) for name in SERIES_UNITS)
+    starts = np.cumsum([0, *(len(column.time) for column in columns)])
+    return Rows(time, np.ascontiguousarray(np.transpose(values)), starts)
+
+
+@kernel
+def average(
+    rows: Rows,
+    ends: Integers,
+    edges: Array,
+    held: NDArray[np.bool_],
+    drift: Array,
+    free: int,
+    memory: Array,
+    averages: Array,
+) -> None:
+    """Write the columns of `Averages` between edges (*repeats*, *windows* + 1), s.
+
+    ends : the end of the rows of each repeat that count
+    held : whether values stay from one row of a repeat to the next; else they are interpolated
+    drift, free : J; the meeting temperature is the energy less the drift over ``free``
+    memory : (3, MEANS)
+
+    For each window: find its rows, the least value in them, and the mean above the least. So a
+    constant has its mean without rounding, and values before the window have no part in it.
+    """
+    time, values = rows.time, rows.values
+    least, here, there = memory[0], memory[1], memory[2]
+    for repeat in range(len(edges)):
+        row, end = rows.starts[repeat], ends[repeat]
+        for window in range(edges.shape[1] - 1):
+            low, high = edges[repeat, window], edges[repeat, window + 1]
+            row = last_until(low, row, end, time)
+            last = last_until(high, row, end, time)
+            found = averages[repeat, window]
+            for gain in range(4):
+                column = values[:, IMPULSE + gain]
+                before = 0.0  # collisions at time zero count
+                if low > 0.0:
+                    before = value_at(low, row, end, time, column, held[repeat])
+                after = value_at(high, last, end, time, column, held[repeat])
+                found[MEANS + gain] = after - before
+            if not high > low:
+                continue
+            terms(row, values, drift[repeat], free, least)
+            for k in range(row + 1, min(last + 2 - held[repeat], end)):
+                terms(k, values, drift[repeat], free, here)
+                for mean in range(MEANS):
+                    least[mean] = min(least[mean], here[mean])
+            for mean in range(MEANS):
+                found[mean] = 0.0
+            for k in range(row, last + 1):
+                left, right = max(low, time[k]), high
+                if k < last:
+                    right = time[k + 1]
+                if right > left:
+                    terms(k, values, drift[repeat], free, here)
+                    if not held[repeat] and k + 1 < end:
+                        terms(k + 1, values, drift[repeat], free, there)
+                        part = ((left + right) / 2 - time[k]) / (time[k + 1] - time[k])
+                        for mean in range(MEANS):
+                            here[mean] += part * (there[mean] - here[mean])
+                    for mean in range(MEANS):
+                        found[mean] += (here[mean] - least[mean]) * (right - left)
+            for mean in range(MEANS):
+                found[mean] = least[mean] + found[mean] / (high - low)
+
+
+@inlined
+def last_until(instant: float, row: int, end: int, time: Array) -> int:
+    """The last row from ``row`` on whose time is not after an instant, s."""
+    while row + 1 < end and time[row + 1] <= instant:
+        row += 1
+    return row
+
+
+@inlined
+def value_at(instant: float, row: int, end: int, time: Array, column: Array, held: bool) -> float:
+    """A column's value at an instant (s) between a row and the next."""
+    if held or row + 1 >= end:
+        return float(column[row])
+    part = (instant - time[row]) / (time[row + 1] - time[row])
+    return float(column[row] + part * (column[row + 1] - column[row]))
+
+
+@inlined
+def terms(row: int, values: Array, drift: float, free: int, found: Array) -> None:
+    """Write the values of a row that `Averages` has means of."""
+    energy = values[row, KINETIC]
+    found[0], found[1], found[2] = energy, energy + values[row, CONTAINER], math.sqrt(energy)
+    found[3] = (energy - drift) / free
+    found[4] = math.sqrt(max(found[3], 0.0))
+    found[5], found[6] = values[row, SPEED], values[row, MOMENT]
+
+
+@kernel
+def condense(
+    quantity: int,
+    rows: Rows,
+    held: NDArray[np.bool_],
+    limits: tuple[float, float],
+    sizes: tuple[float, float],
+    points: Array,
+    samples: Array,
+    numbers: Integers,
+    speeds: Array,
+) -> None:
+    """Write the ``points`` and ``samples`` of a quantity, as in `Measurements`.
+
+    limits : times (s) between which the curves have points
+    sizes : length of the walls, m, zero without walls, and area of the container, m²
+    speeds : mean over the collisions of the mean speed of the balls, m/s
+
+    A curve has a value for each instant: collisions at one instant are one row, the last. First its
+    rows are counted. Then they are added up in groups, and evenly chosen ones become samples: the
+    value between the row before and this one.
+
+    A group becomes two points, at one standard deviation of its times before and after their mean.
+    They have the group's mean value and its covariance with the time. So a fit of any smooth law
+    has the same sum of squares with them, but for terms of third order in the length of a group.
+    """
+    time, values = rows.time, rows.values
+    for repeat in range(len(numbers)):
+        first, end = rows.starts[repeat], rows.starts[repeat + 1]
+        number = 0
+        for row in range(first, end):
+            number += counts(quantity, row, first, end, rows, limits)
+        numbers[repeat] = number
+        groups, most = min(number, POINTS // 2), min(number, SAMPLES)
+        done, sample, group, instants, total = 0, 0, 0, 0, 0.0
+        origin, level, size, times, levels, squares, products = 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0.0
+        scale, moved, before, moved_before = 0.0, 0.0, first, 0.0
+        for row in range(first, end):
+            if row > first:
+                width, energy = time[row] - time[row - 1], values[row - 1, KINETIC]
+                if not held[repeat]:
+                    energy = (energy + values[row, KINETIC]) / 2
+                moved += energy * width
+            if not is_instant(row, first, end, time):
+                continue
+            if row > first:
+                instants += 1
+                total += values[row, SPEED]
+            here = value_of(quantity, row, time[row], moved, values, sizes)
+            if scale == 0.0 and here > 0.0 and is_settled(quantity, row, rows):
+                scale = here
+            if counts(quantity, row, first, end, rows, limits):
+                here = here / scale if scale > 0.0 else here
+                if done == group_begins(group, groups, number):
+                    origin, level, group = time[row], here, group + 1
+                    size, times, levels, squares, products = 0, 0.0, 0.0, 0.0, 0.0
+                later, higher = time[row] - origin, here - level
+                size += 1
+                times += later
+                levels += higher
+                squares += later * later
+                products += later * higher
+                if done + 1 == group_begins(group, groups, number):
+                    times, levels = times / size, levels / size
+                    spread = math.sqrt(max(squares / size - times * times, 0.0))
+                    slope = 0.0
+                    if spread > 0.0:
+                        slope = (products / size - times * levels) / spread
+                    for side in range(2):
+                        away = 2 * side - 1
+                        place = 2 * group - 2 + side
+                        points[repeat, 0, place] = size / 2
+                        points[repeat, 1, place] = origin + times + away * spread
+                        points[repeat, 2, place] = level + levels + away * slope
+                if sample < most and done == sample * (number - 1) // max(most - 1, 1):
+                    instant, middle = time[row], here * scale if scale > 0.0 else here
+                    if done > 0:
+                        instant = (time[before] + time[row]) / 2
+                        width, energy = instant - time[before], values[before, KINETIC]
+                        if not held[repeat]:
+                            energy += (values[row, KINETIC] - energy) / 4
+                        until = moved_before + energy * width
+                        middle = value_of(quantity, before, instant, until, values, sizes)
+                        if not held[repeat]:
+                            other = value_of(quantity, row, instant, until, values, sizes)
+                            middle = (middle + other) / 2
+                    samples[repeat, 0, sample] = instant
+                    samples[repeat, 1, sample] = middle / scale if scale > 0.0 else middle
+                    sample += 1
+                done += 1
+            before, moved_before = row, moved
+        if instants > 0:
+            speeds[repeat] = total / instants
+
+
+@inlined
+def group_begins(group: int, groups: int, number: int) -> int:
+    """The first row of a group. The first groups are single rows, because a decay is fast there."""
+    return group + (number - groups) * group * group // (groups * groups)
+
+
+@inlined
+def is_instant(row: int, first: int, end: int, time: Array) -> bool:
+    """Whether a row is the first of all, or the last of those at one instant."""
+    if row == first or row + 1 == end:
+        return True
+    return bool(time[row + 1] - time[row] > INSTANT * time[row + 1])
+
+
+@inlined
+def is_settled(quantity: int, row: int, rows: Rows) -> bool:
+    """Whether a row has a value of the quantity: a pressure is a mean over some collisions."""
+    collisions = rows.values[row, AT_WALL] + rows.values[row, BETWEEN]
+    return quantity != PRESSURE or (rows.time[row] > 0.0 and collisions >= SKIPPED_COLLISIONS)
+
+
+@helper
+def counts(
+    quantity: int, row: int, first: int, end: int, rows: Rows, limits: tuple[float, float]
+) -> bool:
+    """Whether a row is a point of the curve of a quantity."""
+    inside = limits[0] <= rows.time[row] <= limits[1]
+    return inside and is_instant(row, first, end, rows.time) and is_settled(quantity, row, rows)
+
+
+@inlined
+def value_of(
+    quantity: int,
+    row: int,
+    instant: float,
+    moved: float,
+    values: Array,
+    sizes: tuple[float, float],
+) -> float:
+    """The value of a quantity at an instant (s) after a row.
+
+    moved : the integral of the balls' energy over time up to the instant, J s
+    """
+    if quantity == ENERGY:
+        return float(values[row, KINETIC] + values[row, CONTAINER])
+    if quantity == TEMPERATURE:
+        return float(values[row, KINETIC])
+    if sizes[0] > 0.0:
+        return float(values[row, IMPULSE] / (sizes[0] * instant))
+    return float((moved + values[row, VIRIAL] / 2) / (sizes[1] * instant))
