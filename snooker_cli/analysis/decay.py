@@ -312,7 +312,7 @@ def _curves(measured: Measurements, name: str, since: float, until: float) -> Cu
         first = measured.samples[:, quantity.column, 0, 0]
     used = weight > 0
     starts = np.cumsum([0, *used.sum(axis=1)])
-    rounding: Array = COLLISION_ROUNDING * measured.collisions
+    rounding = np.asarray(COLLISION_ROUNDING * measured.collisions, dtype=np.float64)
     return Curves(starts, first, time[used], value[used], weight[used], rounding)
 
 
