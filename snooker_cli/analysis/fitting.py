@@ -115,6 +115,11 @@ class Curves(NamedTuple):
     weight: Array
     rounding: Array
 
+    def numbers(self) -> NDArray[np.int64]:
+        """(*curves*,) The numbers of equal points behind each."""
+        totals = np.append(0.0, np.cumsum(self.weight))[self.starts]
+        return np.diff(totals).round().astype(np.int64)
+
     @classmethod
     def of(cls, curves: Sequence[tuple[Array, Array, float]]) -> "Curves":
         """Curves (t, y, rounding) of single values."""
@@ -149,8 +154,8 @@ def fit_all(
     found, memory = np.empty((number, 5)), np.empty((4, max(sizes, default=0)))
     search(curves, power, given, found, memory)
     few = f"A fit needs {2 + free} or more points; here are {{}}."
-    for k, (rate, error, height, origin, outcome) in enumerate(found.tolist()):
-        points = round(float(curves.weight[curves.starts[k] : curves.starts[k + 1]].sum()))
+    for points, row in zip(curves.numbers().tolist(), found.tolist(), strict=True):
+        rate, error, height, origin, outcome = row
         message = OUTCOMES[int(outcome)] or few.format(points)
         numbers = (rate + 0.0, error, height) if message == DONE else ()  # never −0.0
         if not all(map(math.isfinite, numbers)):
@@ -318,15 +323,17 @@ def first_guess(power: int, free: bool, s: Array, y: Array, w: Array) -> float:
         rate /= 1.0 + base
     if not math.isfinite(rate) or (power > 0 and base <= -1.0):
         rate = 1.0
-    return float(np.log1p(max(rate, -0.99)) if power > 0 else rate)
+    if power > 0:
+        return math.log1p(max(rate, -0.99))
+    return rate
 
 
 @helper
 def inverse(power: int, y: float) -> float:
     """The x at which g has a positive value."""
     if power == 0:
-        return -np.log(y)
-    return 1.0 / y - 1.0 if power == 1 else 1.0 / np.sqrt(y) - 1.0
+        return -math.log(y)
+    return 1.0 / y - 1.0 if power == 1 else 1.0 / math.sqrt(y) - 1.0
 
 
 @helper
@@ -496,7 +503,7 @@ def _deviation(judged: Range, form: FitModel) -> tuple[int, float, float]:
     least χ² with this estimate is Hotelling's T², Ann. Math. Stat. 2, 360 (1931): with d degrees
     and n repeats, T² (n − d)/((n − 1) d) has the F distribution of d and n − d degrees.
     """
-    from scipy import optimize, special  # takes half a second to load
+    from scipy import special  # takes time to load
 
     edges, changes = judged.edges, np.diff(judged.logarithm, axis=1)
     count, windows = changes.shape
@@ -509,14 +516,20 @@ def _deviation(judged: Range, form: FitModel) -> tuple[int, float, float]:
     if shares[0] < 1e-9:
         return 0, math.nan, math.nan
 
-    def residuals(p: Array) -> Array:
-        law = np.diff(np.log(form.curve(form.rate(p[0]) * edges / edges[-1])))
+    def residuals(p: float) -> Array:
+        law = np.diff(np.log(form.curve(form.rate(np.float64(p)) * edges / edges[-1])))
         return np.asarray(((mean - law) / spread) @ axes * np.sqrt(count / shares))
 
     with np.errstate(all="ignore"):
         x = form.inverse(np.exp(mean.sum()))
-        first = math.log1p(x) if form.power else x
-        best = optimize.leastsq(residuals, [first], maxfev=_MOST_STEPS)[0]
+        best = math.log1p(x) if form.power else x
+        for _ in range(_MOST_STEPS):  # the method of Gauss and Newton
+            here, width = residuals(best), 1e-7 * max(abs(best), 1e-3)
+            slope = (residuals(best + width) - here) / width
+            step = float(slope @ here / (slope @ slope))
+            best -= step
+            if not abs(step) > 1e-9 * abs(best):
+                break
         degrees = windows - 1
         free = count - degrees
         chi_squared = float(np.sum(residuals(best) ** 2)) * free / ((count - 1) * degrees)

@@ -159,7 +159,7 @@ def relaxed_at(trace: Trace) -> float | None:
     if half < relaxing(number, LEAST_RELAXING):
         return None
     skipped = min(half, relaxing(number))
-    if trace.events is None or trace.start.slides:
+    if trace.events is None or trace.summary is not None or trace.start.slides:
         columns = observables.series(trace)
         time = float(columns.time[np.searchsorted(columns.pair_events, skipped)])
     else:
@@ -240,7 +240,9 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
                 for trace, time in zip(calm, relaxed, strict=True)
             ]
         )
-    drift = np.array([observables.drift_energy(trace.start) for trace in traces])
+    velocities, masses = np.stack([trace.start.velocities for trace in traces]), scene.masses
+    momenta = np.einsum("i,ric->rc", masses, velocities)
+    drift = np.sum(momenta**2, axis=1) / (2 * np.sum(masses))
     lasts = np.array([trace.stop.time for trace in traces])
     calm_lasts = np.array([trace.stop.time for trace in calm])
     later = np.array([math.nan if time is None else time for time in relaxed])
@@ -280,7 +282,7 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
         speeds=speeds,
         events=np.array([(trace.wall_events, trace.pair_events) for trace in traces]),
         calm_events=np.array([(trace.wall_events, trace.pair_events) for trace in calm]),
-        start_energy=np.array([trace.start.kinetic_energy for trace in traces]),
+        start_energy=np.einsum("i,ric,ric->r", masses, velocities, velocities) / 2,
         drift_energy=drift,
         time=lasts,
         endings=np.array([trace.stop.reason.value for trace in traces]),

@@ -15,7 +15,7 @@ from repeating import done, made
 from scipy import stats
 from single_fit import fit
 
-from snooker_cli.analysis.decay import QUANTITIES, Curve
+from snooker_cli.analysis.decay import Curve
 from snooker_cli.analysis.observables import ROUNDING
 from snooker_cli.config import load, points
 from snooker_cli.report import content, explanations, reproduction
@@ -222,7 +222,7 @@ def test_many_curves_are_fitted_as_one_is(fixed: bool) -> None:
         time = np.sort(rng.uniform(0, 4, count))
         value = rng.uniform(0.8, 1.2) / (1 + 0.7 * time) ** 2 + rng.normal(0, 0.02, count)
         value[-1] = 0.0
-        curves.append(Curve(QUANTITIES["pressure"], time, value, 0.0, fixed))
+        curves.append(Curve(time, value))
     ends = np.array([one.time[-1] for one in curves])
     ends[1:3] = curves[1].time[30], math.nan
     found = decay_constants(curves, ends, held=fixed)
