@@ -300,7 +300,6 @@ def measured_decays(
 def _curves(measured: Measurements, name: str, since: float, until: float) -> Curves:
     """The points of the repeats that are fitted, of curves or of windows of time."""
     quantity = QUANTITIES[name]
-    weight: Array
     if quantity.column is None:
         pressure = measured.windows.pressure(measured.scene)
         value = np.array([over_first(row) for row in pressure])
@@ -318,7 +317,7 @@ def _curves(measured: Measurements, name: str, since: float, until: float) -> Cu
         first = measured.samples[:, quantity.column, 0, 0]
     used = weight > 0
     starts = np.cumsum([0, *used.sum(axis=1)])
-    rounding = COLLISION_ROUNDING * measured.collisions
+    rounding = COLLISION_ROUNDING * measured.collisions.astype(np.float64)
     return Curves(starts, first, time[used], value[used], weight[used], rounding)
 
 

@@ -151,10 +151,10 @@ def fit_all(
     results: list[FitResult] = []
     given = math.nan if start is None else start, math.nan if amplitude is None else amplitude
     sizes = np.diff(curves.starts)
-    found, memory = np.empty((number, 5)), np.empty((4, max(sizes, default=0)))
-    search(curves, power, given, found, memory)
+    table, memory = np.empty((number, 5)), np.empty((4, max(sizes, default=0)))
+    search(curves, power, given, table, memory)
     few = f"A fit needs {2 + free} or more points; here are {{}}."
-    for points, row in zip(curves.numbers().tolist(), found.tolist(), strict=True):
+    for points, row in zip(curves.numbers().tolist(), table.tolist(), strict=True):
         rate, error, height, origin, outcome = row
         message = OUTCOMES[int(outcome)] or few.format(points)
         numbers = (rate + 0.0, error, height) if message == DONE else ()  # never −0.0
@@ -181,19 +181,19 @@ OUTCOMES = (
 
 @kernel
 def search(
-    curves: Curves, power: int, given: tuple[float, float], found: Array, memory: Array
+    curves: Curves, power: int, given: tuple[float, float], table: Array, memory: Array
 ) -> None:
     """Write rate (1/s), its standard error, A, t0 (s) and the outcome of each curve.
 
     given : t0 and A, nan if they are not held
-    found : (*curves*, 5); memory : (4, longest)
+    table : (*curves*, 5); memory : (4, longest)
 
     The best free A follows from the rate (Golub & Pereyra, SIAM J. Numer. Anal. 10, 413 (1973)).
     So the step of Gauss and Newton has one variable, p, and falls to zero at the minimum. The
     search moves to the zero of its secant. A move to a larger sum of squares is made shorter.
     """
     free = math.isnan(given[1])
-    for k in range(len(found)):
+    for k in range(len(table)):
         first, last = curves.starts[k], curves.starts[k + 1]
         times, values = curves.time[first:last], curves.value[first:last]
         w, size, number = curves.weight[first:last], last - first, 0.0
@@ -201,7 +201,7 @@ def search(
         origin = given[0]
         if math.isnan(origin):
             origin = curves.origin[k]
-        found[k, 3], found[k, 4] = origin, FEW
+        table[k, 3], table[k, 4] = origin, FEW
         if size < 2 + free:
             continue
         for i in range(size):
@@ -215,7 +215,7 @@ def search(
             if abs(values[i]) > abs(largest):
                 largest = values[i]
         if changes <= curves.rounding[k] * abs(level):
-            found[k, 4] = ZERO if level == 0.0 else FLAT
+            table[k, 4] = ZERO if level == 0.0 else FLAT
             continue
         scale = largest if free else level
         span -= origin
@@ -250,8 +250,8 @@ def search(
         over = np.sqrt(best[2]) * abs(rate) <= rate_slope * least / np.sqrt(EPSILON)
         if abs(rate) > 1.0 and (over or error > 10.0 * abs(rate)):
             error = math.nan
-        found[k, 0], found[k, 1], found[k, 2] = rate / span, error / span, best[3] * scale
-        found[k, 4] = SETTLED if settled else UNSETTLED
+        table[k, 0], table[k, 1], table[k, 2] = rate / span, error / span, best[3] * scale
+        table[k, 4] = SETTLED if settled else UNSETTLED
 
 
 @helper
@@ -434,28 +434,28 @@ def ranges(samples: Samples) -> list[Range]:
     if count < 3 or min(sizes) < 2:
         return []
     order = np.argsort(~good, axis=1, kind="stable")  # those that are finite first
-    time, logarithm = (np.take_along_axis(each, order, axis=1) for each in samples[:2])
+    time, logarithm = (np.take_along_axis(values, order, axis=1) for values in samples[:2])
     since, until = time[:, 0].max(), time[np.arange(count), sizes - 1].min()
     inner = np.sort(time[np.take_along_axis(good, order, axis=1)])
     inner = inner[(inner > since) & (inner < until)]
     if not inner.size:
         return []
     collisions = inner.size / sizes.sum() * samples.numbers.sum()
-    found = []
+    judged = []
     for share in np.arange(MOST_WINDOWS, 0, -1) / MOST_WINDOWS:
         filled = int(share * collisions / (ROWS_IN_WINDOW * count))  # windows with enough rows
         windows = max(1, min(MOST_WINDOWS, (count + 1) // 2, filled))
         quantiles = np.linspace(0, share, windows + 1) * (inner.size - 1)
         edges = inner[np.rint(quantiles).astype(int)]
         edges[0], edges[-1] = since, until if share == 1 else edges[-1]
-        found.append(Range(edges, np.empty((count, windows + 1))))
-        interpolate(edges, time, logarithm, sizes, found[-1].logarithm)
-    return found
+        judged.append(Range(edges, np.empty((count, windows + 1))))
+        interpolate(edges, time, logarithm, sizes, judged[-1].logarithm)
+    return judged
 
 
 @kernel
 def interpolate(
-    edges: Array, time: Array, values: Array, sizes: NDArray[np.int64], found: Array
+    edges: Array, time: Array, values: Array, sizes: NDArray[np.int64], result: Array
 ) -> None:
     """Write the values (*repeats*, *edges*) at increasing edges, between samples at times."""
     for repeat in range(len(time)):
@@ -466,7 +466,7 @@ def interpolate(
             width = time[repeat, row + 1] - time[repeat, row]
             part = min((edges[k] - time[repeat, row]) / width, 1.0)
             step = values[repeat, row + 1] - values[repeat, row]
-            found[repeat, k] = values[repeat, row] + part * step
+            result[repeat, k] = values[repeat, row] + part * step
 
 
 def goodness(judged: Sequence[Range], results: Sequence[FitResult]) -> Goodness:
@@ -517,7 +517,7 @@ def _deviation(judged: Range, form: FitModel) -> tuple[int, float, float]:
         return 0, math.nan, math.nan
 
     def residuals(p: float) -> Array:
-        law = np.diff(np.log(form.curve(form.rate(np.float64(p)) * edges / edges[-1])))
+        law = np.diff(np.log(form.curve(form.rate(np.array(p)) * edges / edges[-1])))
         return np.asarray(((mean - law) / spread) @ axes * np.sqrt(count / shares))
 
     with np.errstate(all="ignore"):

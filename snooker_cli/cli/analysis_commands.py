@@ -95,10 +95,10 @@ def _print_analysis(
     """
     run = open_run(name)
     points = matching(run, Selection(conditions(where, run)))
-    found = analyse(run, points=points, counting=counting)
-    rows, notes = found.rows, found.notes
+    analysis = analyse(run, points=points, counting=counting)
+    rows, notes = analysis.rows, analysis.notes
     for field, parts in {"quantity": quantity or [""], "model": model or [""]}.items():
-        names = dict.fromkeys(f"'{shown_name(one[field])}'" for one in rows)  # some have commas
+        names = dict.fromkeys(f"'{shown_name(row[field])}'" for row in rows)  # some have commas
         rows, notes = named(rows, field, parts), named(notes, field, parts)
         if names and not rows:
             given, present = " ".join(parts), listed([*names])
