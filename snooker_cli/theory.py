@@ -237,7 +237,7 @@ def published_ratio(packing: float) -> PublishedRatio | None:
 
     Such a difference changes Z by at most 4·10⁻⁴.
     """
-    near = min(PUBLISHED_RATIOS, key=lambda one: abs(one.packing - packing))
+    near = min(PUBLISHED_RATIOS, key=lambda ratio: abs(ratio.packing - packing))
     return near if abs(near.packing - packing) <= 1e-5 else None
 
 

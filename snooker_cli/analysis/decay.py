@@ -100,9 +100,13 @@ def _in_windows(means: Callable[[Trace, Array], Array]) -> Callable[[Trace], Cur
     def course(trace: Trace) -> Curve:
         enough = trace.collisions >= WINDOWS and trace.stop.time > 0
         edges = np.linspace(0.0, trace.stop.time, WINDOWS + 1)[: None if enough else 0]
-        return Curve((edges[:-1] + edges[1:]) / 2, over_first(means(trace, edges)))
+        return Curve((edges[:-1] + edges[1:]) / 2, means(trace, edges))
 
     return course
+
+
+def _local_pressures(trace: Trace, edges: Array) -> Array:
+    return over_first(observables.pressures(trace, edges))
 
 
 def _local_energies(trace: Trace, edges: Array) -> Array:
@@ -124,7 +128,7 @@ QUANTITIES: dict[str, Quantity] = {
     "pressure_amplitude_1": Quantity(  # as in the source report
         _pressure, PRESSURE, starts_at_one=True, is_mean=True, laws=("exponential",)
     ),
-    "local_pressure": Quantity(_in_windows(observables.pressures)),
+    "local_pressure": Quantity(_in_windows(_local_pressures)),
     "local_energy": Quantity(_in_windows(_local_energies)),
 }
 """Every quantity that is fitted, by its name in the rows of ``snooker fit --json``."""
@@ -297,22 +301,23 @@ def _curves(measured: Measurements, name: str, since: float, until: float) -> Cu
     """The points of the repeats that are fitted, of curves or of windows of time."""
     quantity = QUANTITIES[name]
     if quantity.column is None:
-        value = measured.windows.pressure(measured.scene)
+        pressure = measured.windows.pressure(measured.scene)
+        value = np.array([over_first(row) for row in pressure])
         if name == "local_energy":
-            value = measured.windows.total_energy
-        value = np.array([over_first(row) for row in value])
+            scale = np.where(measured.first_energy > 0, measured.first_energy, 1.0)
+            value = measured.windows.total_energy / scale[:, np.newaxis]
         centres = np.arange(0.5, WINDOWS) / WINDOWS
         time: Array = measured.time[:, np.newaxis] * centres
         enough = (measured.collisions >= WINDOWS) & (measured.time > 0)
         inside = enough[:, np.newaxis] & (time >= since) & (time <= until)
-        weight = np.asarray(inside, dtype=np.float64)
-        first = time[np.arange(len(time)), np.argmax(weight, axis=1)]
+        weight = np.where(inside, 1.0, 0.0)
+        first = time[np.arange(len(time)), np.argmax(inside, axis=1)]
     else:
-        weight, time, value = np.moveaxis(measured.points[:, quantity.column], 1, 0)
+        weight, time, value = (measured.points[:, quantity.column, row] for row in range(3))
         first = measured.samples[:, quantity.column, 0, 0]
     used = weight > 0
     starts = np.cumsum([0, *used.sum(axis=1)])
-    rounding = np.asarray(COLLISION_ROUNDING * measured.collisions, dtype=np.float64)
+    rounding = COLLISION_ROUNDING * measured.collisions.astype(np.float64)
     return Curves(starts, first, time[used], value[used], weight[used], rounding)
 
 
@@ -322,8 +327,7 @@ def _fits(
     """The fits of a law to the curves of a quantity; a mean since the start has its mean model."""
     model = LAWS[law]
     if elastic(scene):
-        numbers = np.add.reduceat(np.append(curves.weight, 0.0), curves.starts[:-1])
-        return [FitResult(law, False, NO_LOSSES, round(n), math.nan) for n in numbers.tolist()]
+        return [FitResult(law, False, NO_LOSSES, n, math.nan) for n in curves.numbers().tolist()]
     name = (quantity.is_mean and model.mean_model) or law
     return fit_all(
         curves, name, amplitude=1.0 if held else None, start=0.0 if model.power else None

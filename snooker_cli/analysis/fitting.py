@@ -115,6 +115,11 @@ class Curves(NamedTuple):
     weight: Array
     rounding: Array
 
+    def numbers(self) -> NDArray[np.int64]:
+        """(*curves*,) The numbers of equal points behind each."""
+        totals = np.append(0.0, np.cumsum(self.weight))[self.starts]
+        return np.diff(totals).round().astype(np.int64)
+
     @classmethod
     def of(cls, curves: Sequence[tuple[Array, Array, float]]) -> "Curves":
         """Curves (t, y, rounding) of single values."""
@@ -146,11 +151,11 @@ def fit_all(
     results: list[FitResult] = []
     given = math.nan if start is None else start, math.nan if amplitude is None else amplitude
     sizes = np.diff(curves.starts)
-    found, memory = np.empty((number, 5)), np.empty((4, max(sizes, default=0)))
-    search(curves, power, given, found, memory)
+    table, memory = np.empty((number, 5)), np.empty((4, max(sizes, default=0)))
+    search(curves, power, given, table, memory)
     few = f"A fit needs {2 + free} or more points; here are {{}}."
-    for k, (rate, error, height, origin, outcome) in enumerate(found.tolist()):
-        points = round(float(curves.weight[curves.starts[k] : curves.starts[k + 1]].sum()))
+    for points, row in zip(curves.numbers().tolist(), table.tolist(), strict=True):
+        rate, error, height, origin, outcome = row
         message = OUTCOMES[int(outcome)] or few.format(points)
         numbers = (rate + 0.0, error, height) if message == DONE else ()  # never −0.0
         if not all(map(math.isfinite, numbers)):
@@ -176,19 +181,19 @@ OUTCOMES = (
 
 @kernel
 def search(
-    curves: Curves, power: int, given: tuple[float, float], found: Array, memory: Array
+    curves: Curves, power: int, given: tuple[float, float], table: Array, memory: Array
 ) -> None:
     """Write rate (1/s), its standard error, A, t0 (s) and the outcome of each curve.
 
     given : t0 and A, nan if they are not held
-    found : (*curves*, 5); memory : (4, longest)
+    table : (*curves*, 5); memory : (4, longest)
 
     The best free A follows from the rate (Golub & Pereyra, SIAM J. Numer. Anal. 10, 413 (1973)).
     So the step of Gauss and Newton has one variable, p, and falls to zero at the minimum. The
     search moves to the zero of its secant. A move to a larger sum of squares is made shorter.
     """
     free = math.isnan(given[1])
-    for k in range(len(found)):
+    for k in range(len(table)):
         first, last = curves.starts[k], curves.starts[k + 1]
         times, values = curves.time[first:last], curves.value[first:last]
         w, size, number = curves.weight[first:last], last - first, 0.0
@@ -196,7 +201,7 @@ def search(
         origin = given[0]
         if math.isnan(origin):
             origin = curves.origin[k]
-        found[k, 3], found[k, 4] = origin, FEW
+        table[k, 3], table[k, 4] = origin, FEW
         if size < 2 + free:
             continue
         for i in range(size):
@@ -210,7 +215,7 @@ def search(
             if abs(values[i]) > abs(largest):
                 largest = values[i]
         if changes <= curves.rounding[k] * abs(level):
-            found[k, 4] = ZERO if level == 0.0 else FLAT
+            table[k, 4] = ZERO if level == 0.0 else FLAT
             continue
         scale = largest if free else level
         span -= origin
@@ -245,8 +250,8 @@ def search(
         over = np.sqrt(best[2]) * abs(rate) <= rate_slope * least / np.sqrt(EPSILON)
         if abs(rate) > 1.0 and (over or error > 10.0 * abs(rate)):
             error = math.nan
-        found[k, 0], found[k, 1], found[k, 2] = rate / span, error / span, best[3] * scale
-        found[k, 4] = SETTLED if settled else UNSETTLED
+        table[k, 0], table[k, 1], table[k, 2] = rate / span, error / span, best[3] * scale
+        table[k, 4] = SETTLED if settled else UNSETTLED
 
 
 @helper
@@ -318,14 +323,16 @@ def first_guess(power: int, free: bool, s: Array, y: Array, w: Array) -> float:
         rate /= 1.0 + base
     if not math.isfinite(rate) or (power > 0 and base <= -1.0):
         rate = 1.0
-    return float(np.log1p(max(rate, -0.99)) if power > 0 else rate)
+    if power > 0:
+        return math.log1p(max(rate, -0.99))
+    return rate
 
 
 @helper
 def inverse(power: int, y: float) -> float:
     """The x at which g has a positive value."""
     if power == 0:
-        return float(-np.log(y))
+        return -math.log(y)
     return 1.0 / y - 1.0 if power == 1 else 1.0 / math.sqrt(y) - 1.0
 
 
@@ -427,28 +434,28 @@ def ranges(samples: Samples) -> list[Range]:
     if count < 3 or min(sizes) < 2:
         return []
     order = np.argsort(~good, axis=1, kind="stable")  # those that are finite first
-    time, logarithm = (np.take_along_axis(each, order, axis=1) for each in samples[:2])
+    time, logarithm = (np.take_along_axis(values, order, axis=1) for values in samples[:2])
     since, until = time[:, 0].max(), time[np.arange(count), sizes - 1].min()
     inner = np.sort(time[np.take_along_axis(good, order, axis=1)])
     inner = inner[(inner > since) & (inner < until)]
     if not inner.size:
         return []
     collisions = inner.size / sizes.sum() * samples.numbers.sum()
-    found = []
+    judged = []
     for share in np.arange(MOST_WINDOWS, 0, -1) / MOST_WINDOWS:
         filled = int(share * collisions / (ROWS_IN_WINDOW * count))  # windows with enough rows
         windows = max(1, min(MOST_WINDOWS, (count + 1) // 2, filled))
         quantiles = np.linspace(0, share, windows + 1) * (inner.size - 1)
         edges = inner[np.rint(quantiles).astype(int)]
         edges[0], edges[-1] = since, until if share == 1 else edges[-1]
-        found.append(Range(edges, np.empty((count, windows + 1))))
-        interpolate(edges, time, logarithm, sizes, found[-1].logarithm)
-    return found
+        judged.append(Range(edges, np.empty((count, windows + 1))))
+        interpolate(edges, time, logarithm, sizes, judged[-1].logarithm)
+    return judged
 
 
 @kernel
 def interpolate(
-    edges: Array, time: Array, values: Array, sizes: NDArray[np.int64], found: Array
+    edges: Array, time: Array, values: Array, sizes: NDArray[np.int64], result: Array
 ) -> None:
     """Write the values (*repeats*, *edges*) at increasing edges, between samples at times."""
     for repeat in range(len(time)):
@@ -459,7 +466,7 @@ def interpolate(
             width = time[repeat, row + 1] - time[repeat, row]
             part = min((edges[k] - time[repeat, row]) / width, 1.0)
             step = values[repeat, row + 1] - values[repeat, row]
-            found[repeat, k] = values[repeat, row] + part * step
+            result[repeat, k] = values[repeat, row] + part * step
 
 
 def goodness(judged: Sequence[Range], results: Sequence[FitResult]) -> Goodness:
@@ -496,7 +503,7 @@ def _deviation(judged: Range, form: FitModel) -> tuple[int, float, float]:
     least χ² with this estimate is Hotelling's T², Ann. Math. Stat. 2, 360 (1931): with d degrees
     and n repeats, T² (n − d)/((n − 1) d) has the F distribution of d and n − d degrees.
     """
-    from scipy import optimize, special  # takes half a second to load
+    from scipy import special  # takes time to load
 
     edges, changes = judged.edges, np.diff(judged.logarithm, axis=1)
     count, windows = changes.shape
@@ -509,14 +516,20 @@ def _deviation(judged: Range, form: FitModel) -> tuple[int, float, float]:
     if shares[0] < 1e-9:
         return 0, math.nan, math.nan
 
-    def residuals(p: Array) -> Array:
-        law = np.diff(np.log(form.curve(form.rate(p[0]) * edges / edges[-1])))
+    def residuals(p: float) -> Array:
+        law = np.diff(np.log(form.curve(form.rate(np.array(p)) * edges / edges[-1])))
         return np.asarray(((mean - law) / spread) @ axes * np.sqrt(count / shares))
 
     with np.errstate(all="ignore"):
         x = form.inverse(np.exp(mean.sum()))
-        first = math.log1p(x) if form.power else x
-        best = optimize.leastsq(residuals, [first], maxfev=_MOST_STEPS)[0]
+        best = math.log1p(x) if form.power else x
+        for _ in range(_MOST_STEPS):  # the method of Gauss and Newton
+            here, width = residuals(best), 1e-7 * max(abs(best), 1e-3)
+            slope = (residuals(best + width) - here) / width
+            step = float(slope @ here / (slope @ slope))
+            best -= step
+            if not abs(step) > 1e-9 * abs(best):
+                break
         degrees = windows - 1
         free = count - degrees
         chi_squared = float(np.sum(residuals(best) ** 2)) * free / ((count - 1) * degrees)

@@ -159,7 +159,7 @@ def relaxed_at(trace: Trace) -> float | None:
     if half < relaxing(number, LEAST_RELAXING):
         return None
     skipped = min(half, relaxing(number))
-    if trace.events is None or trace.start.slides:
+    if trace.events is None or trace.summary is not None or trace.start.slides:
         columns = observables.series(trace)
         time = float(columns.time[np.searchsorted(columns.pair_events, skipped)])
     else:
@@ -240,7 +240,9 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
                 for trace, time in zip(calm, relaxed, strict=True)
             ]
         )
-    drift = np.array([observables.drift_energy(trace.start) for trace in traces])
+    velocities, masses = np.stack([trace.start.velocities for trace in traces]), scene.masses
+    momenta = np.einsum("i,ric->rc", masses, velocities)
+    drift = np.sum(momenta**2, axis=1) / (2 * np.sum(masses))
     lasts = np.array([trace.stop.time for trace in traces])
     calm_lasts = np.array([trace.stop.time for trace in calm])
     later = np.array([math.nan if time is None else time for time in relaxed])
@@ -280,7 +282,7 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
         speeds=speeds,
         events=np.array([(trace.wall_events, trace.pair_events) for trace in traces]),
         calm_events=np.array([(trace.wall_events, trace.pair_events) for trace in calm]),
-        start_energy=np.array([trace.start.kinetic_energy for trace in traces]),
+        start_energy=np.einsum("i,ric,ric->r", masses, velocities, velocities) / 2,
         drift_energy=drift,
         time=lasts,
         endings=np.array([trace.stop.reason.value for trace in traces]),
@@ -324,14 +326,14 @@ def average(
             low, high = edges[repeat, window], edges[repeat, window + 1]
             row = last_until(low, row, end, time)
             last = last_until(high, row, end, time)
-            found = averages[repeat, window]
+            means = averages[repeat, window]
             for gain in range(4):
                 column = values[:, IMPULSE + gain]
                 before = 0.0  # collisions at time zero count
                 if low > 0.0:
                     before = value_at(low, row, end, time, column, held[repeat])
                 after = value_at(high, last, end, time, column, held[repeat])
-                found[MEANS + gain] = after - before
+                means[MEANS + gain] = after - before
             if not high > low:
                 continue
             terms(row, values, drift[repeat], free, least)
@@ -340,7 +342,7 @@ def average(
                 for mean in range(MEANS):
                     least[mean] = min(least[mean], here[mean])
             for mean in range(MEANS):
-                found[mean] = 0.0
+                means[mean] = 0.0
             for k in range(row, last + 1):
                 left, right = max(low, time[k]), high
                 if k < last:
@@ -353,9 +355,9 @@ def average(
                         for mean in range(MEANS):
                             here[mean] += part * (there[mean] - here[mean])
                     for mean in range(MEANS):
-                        found[mean] += (here[mean] - least[mean]) * (right - left)
+                        means[mean] += (here[mean] - least[mean]) * (right - left)
             for mean in range(MEANS):
-                found[mean] = least[mean] + found[mean] / (high - low)
+                means[mean] = least[mean] + means[mean] / (high - low)
 
 
 @inlined
@@ -376,13 +378,13 @@ def value_at(instant: float, row: int, end: int, time: Array, column: Array, hel
 
 
 @inlined
-def terms(row: int, values: Array, drift: float, free: int, found: Array) -> None:
+def terms(row: int, values: Array, drift: float, free: int, means: Array) -> None:
     """Write the values of a row that `Averages` has means of."""
     energy = values[row, KINETIC]
-    found[0], found[1], found[2] = energy, energy + values[row, CONTAINER], math.sqrt(energy)
-    found[3] = (energy - drift) / free
-    found[4] = math.sqrt(max(found[3], 0.0))
-    found[5], found[6] = values[row, SPEED], values[row, MOMENT]
+    means[0], means[1], means[2] = energy, energy + values[row, CONTAINER], math.sqrt(energy)
+    means[3] = (energy - drift) / free
+    means[4] = math.sqrt(max(means[3], 0.0))
+    means[5], means[6] = values[row, SPEED], values[row, MOMENT]
 
 
 @kernel

@@ -406,7 +406,7 @@ def sampling_times(trace: Trace, since: float = 0.0) -> Array:
     Speeds then are nearly independent, and not biased towards fast balls as at events.
     """
     length = trace.stop.time - since
-    if trace.events is None:
+    if trace.events is None or trace.summary is not None:
         pairs = gained(trace, series(trace).pair_events, since) if length > 0 else 0.0
     else:  # collisions at time zero count
         first = np.searchsorted(trace.events.time, since, side="right") if since > 0 else 0

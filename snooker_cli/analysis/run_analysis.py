@@ -148,7 +148,7 @@ def _joined(
 
 def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict[str, Any]]:
     """All results of points: from the file, where that has those of these very repeats, or made."""
-    saved, found, new = _saved(run.directory / ANALYSIS), list[dict[str, Any]](), False
+    saved, entries, new = _saved(run.directory / ANALYSIS), list[dict[str, Any]](), False
     if not any(map(run.present, points)):
         next(run.traces(points[0]))  # raises the error
     for point in points:
@@ -158,14 +158,14 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
             entry = {"results": _made(run, point, _all_results, counting)}
             entry["hash"], new = _hash(repeats, entry["results"]), True
         saved[str(point.index)] = entry
-        found.append(entry["results"])
+        entries.append(entry["results"])
     if new:
         try:
             write_text(run.directory / ANALYSIS, json.dumps(saved, allow_nan=False))
         except OSError as error:
             problem = f"cannot be written ({error.strerror}); the result is not kept"
             _log.warning("%s: %s", run.directory / ANALYSIS, problem)
-    return found
+    return entries
 
 
 def _saved(path: Path) -> dict[str, Any]:

@@ -8,16 +8,18 @@ in a periodic box of the images inside it.
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import Delaunay, QhullError
 
 from snooker_cli.engine import States, replay
 from snooker_cli.neighbours import near
 from snooker_cli.scene import Scene
 from snooker_cli.trace import Trace
+
+if TYPE_CHECKING:
+    from scipy.spatial import Delaunay  # takes half a second to load
 
 Array: TypeAlias = NDArray[np.float64]
 Observable: TypeAlias = "Callable[[Array, Array, Scene], Any]"
@@ -99,6 +101,8 @@ def bond_order(positions: Array, velocities: Array, scene: Scene) -> NDArray[np.
     on the convex hull between walls, which have neighbours on one side only, and for all balls of a
     scene without a triangle.
     """
+    from scipy.spatial import Delaunay, QhullError
+
     number, period = scene.number, scene.container.period
     orders = np.full(number, complex(math.nan, math.nan))
     try:
@@ -116,12 +120,14 @@ def bond_order(positions: Array, velocities: Array, scene: Scene) -> NDArray[np.
     return orders
 
 
-def _triangles(positions: Array, scene: Scene) -> Delaunay:
+def _triangles(positions: Array, scene: Scene) -> "Delaunay":
     """The triangulation of a periodic box and of the images around it; the box comes first.
 
     Images nearby are enough if those beyond cannot change a triangle of the box: its circumcircle
     lies where all images are. Else they reach as far as half a box.
     """
+    from scipy.spatial import Delaunay
+
     size = np.array(scene.container.size)
     shifts = np.array([(x, y) for x in (0, -1, 1) for y in (0, -1, 1)]) * size
     images = (positions - scene.container_position + shifts[:, None]).reshape(-1, 2)

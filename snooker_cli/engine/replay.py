@@ -153,9 +153,9 @@ def batch_series(traces: Sequence[Trace], times: Sequence[Floats]) -> tuple[Rows
 
 def is_short(trace: Trace) -> bool:
     """Whether `batch_series` can measure a repeat: it has events of one epoch, and no slides."""
-    events = trace.events
-    short = events is not None and len(events) <= clock.length(trace.start.number)
-    return short and not trace.start.slides
+    if trace.events is None or trace.summary is not None or trace.start.slides:
+        return False
+    return len(trace.events) <= clock.length(trace.start.number)
 
 
 class Replay:

@@ -11,8 +11,8 @@ import yaml
 from snooker_cli import __version__, theory
 from snooker_cli.analysis import tables
 from snooker_cli.analysis.decay import JUDGEMENT, SAMPLING
-from snooker_cli.analysis.findings import finding, overview
 from snooker_cli.analysis.run_analysis import Records, RunAnalysis, comparisons, fits
+from snooker_cli.analysis.tables import finding, overview
 from snooker_cli.config import Point
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected

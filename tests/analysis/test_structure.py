@@ -152,7 +152,7 @@ def test_neighbours_are_those_among_all_images(
         triangulated.append(len(points))
         return Delaunay(points)
 
-    monkeypatch.setattr(structure, "Delaunay", counted)
+    monkeypatch.setattr("scipy.spatial.Delaunay", counted)
     random, box, largest = np.random.default_rng(11), PeriodicBox(60.0, 40.0), 0
     for _ in range(20):
         places = random_places(box, np.zeros(900), random)

@@ -15,7 +15,7 @@ from scenes import gas, report_scene, trap_sums, twin_collisions
 from scipy import stats
 from single_fit import fit
 
-from snooker_cli.analysis.decay import curve, fit_curves
+from snooker_cli.analysis.decay import decays
 from snooker_cli.analysis.observables import energy_ratio, series
 from snooker_cli.engine import replay, simulate
 from snooker_cli.trace import CONTAINER, StopReason, Trace
@@ -116,9 +116,8 @@ def cooled(radius: float, cor: float, wall_cor: float) -> list[Trace]:
 
 
 def decay_constants(traces: list[Trace]) -> NDArray[np.float64]:
-    """k of each seed: E0 exp(-kt) fitted to a point an event, from the start to the last."""
-    curves = [curve(trace, "kinetic_energy") for trace in traces]
-    return np.array([fitted.value for fitted in fit_curves(curves, "exponential")])
+    """k of each seed: E0 exp(-kt) fitted to all events, from the start to the last."""
+    return np.array([fit.value for fit in decays(traces, ["kinetic_energy"])[0].fits])
 
 
 def haff_constant(traces: list[Trace]) -> float:

@@ -10,8 +10,8 @@ import pytest
 from figure_runs import around, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
-from snooker_cli.analysis.decay import curve, decays, fit_curves
-from snooker_cli.analysis.fitting import LAWS, fitted_curve, mean_over_repeats
+from snooker_cli.analysis.decay import curve, decays
+from snooker_cli.analysis.fitting import LAWS, fitted_curve
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Points
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
@@ -68,11 +68,10 @@ def test_fits_are_those_of_the_repeat_and_of_all(
     assert ("κ = " in found.caption) == (quantity == "pressure")
     assert "source report" not in found.caption
     judged = decays(traces(decaying, 0), [quantity])
-    for (law, model), line in zip(LAWS.items(), lines, strict=True):
-        results = fit_curves(curves, law)
-        over = mean_over_repeats(results)
+    for decay, line in zip(judged, lines, strict=True):
+        law, results, over, good = decay.law, decay.fits, decay.over_repeats, decay.goodness
+        model = LAWS[law]
         (row,) = (row for row in found.numbers["fits"] if row["model"] == law)
-        (decay,) = (decay for decay in judged if decay.law == law)
         assert row == decay.as_json()
         assert (row["value"], row["error"], row["repeats"]) == (over.value, over.error, 3)
         assert found.numbers[model.key] == results[1].value
@@ -81,7 +80,6 @@ def test_fits_are_those_of_the_repeat_and_of_all(
         sign = symbol if law == "exponential" else model.symbol
         averaged = with_error(over.value, over.error, "s⁻¹")
         assert line.label == f"{model.label}, mean of 3 repeats: {sign} = {averaged}"
-        good = decay.goodness
         until = f"holds until {short(good.holds_to)} of {short(good.judged_to)} s"
         if good.holds_to == good.judged_from:
             until = "refused from the start"
@@ -161,10 +159,9 @@ def test_decay_against_cor(decaying: Run) -> None:
     assert k.x.tolist() == [0.8, 0.9]
     for points, law in ((k, "exponential"), (alpha, "haff")):
         for index in (0, 1):
-            curves = [curve(trace, "kinetic_energy") for trace in traces(decaying, index)]
-            over = mean_over_repeats(fit_curves(curves, law))
-            assert points.y[index] == over.value
-            assert points.y_error[index] == over.error
+            fitted = decays(traces(decaying, index), ["kinetic_energy"])
+            (over,) = (decay.over_repeats for decay in fitted if decay.law == law)
+            assert (points.y[index], points.y_error[index]) == (over.value, over.error)
     (kinetic_theory,) = layers(found, Line)
     density, contact = 19 / (100 * math.pi), float(theory.contact_value(0.19))
     rate = theory.ball_ball_rate(density, 1.0, 50.0, contact)

@@ -15,7 +15,7 @@ from repeating import done, made
 from scipy import stats
 from single_fit import fit
 
-from snooker_cli.analysis.decay import QUANTITIES, Curve
+from snooker_cli.analysis.decay import Curve
 from snooker_cli.analysis.observables import ROUNDING
 from snooker_cli.config import load, points
 from snooker_cli.report import content
@@ -242,7 +242,7 @@ def test_a_fit_ends_at_its_last_collision() -> None:
     rng = np.random.default_rng(8)
     time = np.sort(rng.uniform(0, 4, 90))
     value = np.exp(-0.7 * time) + rng.normal(0, 0.02, 90)
-    decaying = Curve(QUANTITIES["pressure"], time, value, 0.0, True)
+    decaying = Curve(time, value)
     cut, none = decay_constants([decaying, decaying], np.array([time[30], math.nan]), held=True)
     assert cut == pytest.approx(fit(time[:31], value[:31], amplitude=1.0).value, rel=1e-6)
     assert math.isnan(none)

@@ -9,8 +9,6 @@ import re
 import shutil
 import textwrap
 import threading
-from collections import Counter
-from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,7 +18,6 @@ from command_line import Snooker
 from pypdf import PdfReader
 from repeating import created
 
-from snooker_cli.analysis import decay
 from snooker_cli.analysis.decay import range_held
 from snooker_cli.analysis.observables import series
 from snooker_cli.config import load
@@ -70,31 +67,11 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def report(runs: Path, fitted: Counter[Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def report(runs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report built from them."""
     folder = tmp_path_factory.mktemp("report")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(decay, "fit_curves", counted(decay.fit_curves, fitted))
-        fresh = shutil.copytree(runs, folder / "runs")  # of which nothing is in memory
-        build(fresh, folder / "report", lambda message: None)
+    build(runs, folder / "report", lambda message: None)
     return folder / "report"
-
-
-@pytest.fixture(scope="module")
-def fitted() -> Counter[Any]:
-    """How often the report fits a law to a curve."""
-    return Counter()
-
-
-def counted(fit: Callable[..., Any], fitted: Counter[Any]) -> Callable[..., Any]:
-    """`fit_curves` that counts the curves."""
-
-    def fit_and_count(curves: Sequence[decay.Curve], law: str) -> Any:
-        for one in curves:
-            fitted[one.quantity, one.time.tobytes(), one.value.tobytes(), law] += 1
-        return fit(curves, law)
-
-    return fit_and_count
 
 
 @pytest.fixture(scope="module")
@@ -221,13 +198,6 @@ def test_laws_are_judged_on_logarithms(numbers: dict[str, Any], text: str) -> No
 def test_the_text_has_one_notation(text: str) -> None:
     for other in (r"\bPa m\b", r"\b1/s\b", r"\ba[23]\b", r"\bE0\b", "sqrt", r" [\d.]+e-?\d"):
         assert not re.search(other, text), other
-
-
-def test_every_repeat_is_fitted_once(report: Path, fitted: Counter[Any]) -> None:
-    """Several figures, the table of fits and the audit show the same runs."""
-    points = len(load(ROOT / "configs" / "restitution.yaml").points())
-    assert len(fitted) > points * REPEATS * len(decay.LAWS)
-    assert fitted.total() == len(fitted)
 
 
 def test_numbers_have_six_digits(report: Path) -> None:

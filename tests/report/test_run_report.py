@@ -23,9 +23,8 @@ from figure_runs import made as made_run
 from pypdf import PdfReader
 
 from snooker_cli.analysis.decay import NO_LOSSES
-from snooker_cli.analysis.findings import finding, overview
 from snooker_cli.analysis.run_analysis import comparisons, fits
-from snooker_cli.analysis.tables import fit_cells, point_heading, usual
+from snooker_cli.analysis.tables import finding, fit_cells, overview, point_heading, usual
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from figure_runs import made
 
-from snooker_cli.analysis.findings import finding, overview
 from snooker_cli.analysis.run_analysis import comparisons, fits
+from snooker_cli.analysis.tables import finding, overview
 from snooker_cli.runs import Run
 
 
