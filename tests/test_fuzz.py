@@ -16,7 +16,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from snooker_cli.config import SCHEMA_FILE
-from snooker_cli.containers import SHAPES
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -105,13 +104,6 @@ sweep:
   zip: {container.packing: [0.1, 0.2], balls.count: 10:20:2}
 """,
     """\
-container: {shape: periodic, width: 10}
-balls: {count: 20, speed: 10, packing: 0.3}
-cor: 0.9
-collisions: 100
-sweep: {zip: [{cor: [0.1, 0.2], time: [1, 2]}, {balls.speed: [1, 2]}]}
-""",
-    """\
 container: {shape: periodic, packing: 0.4}
 balls: [{count: 5, radius: 1.0, speed: 1}, {count: 90, radius: 0.5, speed: 2}]
 cor: 0.9
@@ -119,13 +111,6 @@ time: 10.0
 sweep: {zip: {container.packing: [0.1, 0.2], 'balls[1].count': [80, 90]}}
 """,
 ]
-BASES += [  # shapes that are not there yet, each with all its keys
-    f"container: {{shape: {shape.name}, {', '.join(f'{key}: 10' for key in shape.keys)}}}\n"
-    "balls: {count: 5, radius: 0.1, speed: 1}\ncor: 0.9\ntime: 1\n"
-    for shape in SHAPES.values()
-    if f"shape: {shape.name}" not in "".join(BASES)
-]
-
 # What a wrong key press or a YAML expert would put in: indicators, keys, extreme scalars.
 TOKENS = r"""
 { } [ ] , : - ? & * ! | > ' " % @ ` # ~ << .. ... --- .inf -.inf .nan 1e999 -1 0 0x1f null true no
@@ -203,21 +188,11 @@ def test_overrides(
 
 CALM = """\
 container: {radius: 10}
-balls: {count: 3, radius: 0.1, speed: 0}
-cor: 1
-time: 1
-"""
-"""No ball moves."""
-
-SHORT = CALM.replace("speed: 0", "speed: 10").replace("time: 1", "time: 0.001")
-"""Nothing happens."""
-
-CALM_SPECIES = """\
-container: {radius: 10}
 balls: [{count: 20, radius: 0.3, speed: 10}, {count: 5, radius: 0.2, mass: 5, speed: 0}]
 cor: 1
 time: 0.001
 """
+"""Nothing happens, and balls of one species do not move."""
 
 ALONE = """\
 container: {radius: 10}
@@ -238,43 +213,12 @@ repeats: 5
 """
 """Haff's law with a rate whose square is no double."""
 
-SMALL_RUNS = st.builds(
-    "container: {{{}}}\nballs: {{count: {}, radius: {}, speed: {}, speeds: {}}}\ncor: {}\n"
-    "{}\nrepeats: {}\nrecord: {}\n".format,
-    st.sampled_from(["radius: 10", "radius: 30", "shape: periodic, width: 20, height: 40"]),
-    st.sampled_from([2, 7, 20]),
-    st.sampled_from([0.01, 0.1, 0.5]),
-    st.sampled_from([1, 10]),
-    st.sampled_from(["equal", "maxwell"]),
-    st.sampled_from([0, 0.5, 0.9, 1]),
-    st.sampled_from(
-        ["collisions: 1\ntime: 50", "collisions: 500\ntime: 50", "time: 0.01", "time: 5"]
-    ),
-    st.integers(1, 3),
-    st.sampled_from(["events", "summary"]),
-)
-"""All end by time: two balls in a periodic box may never meet again."""
 
-
-def check_results(snooker: Snooker, text: str, *commands: str) -> None:
-    """Run a config; commands on its results end well. Every warning is an error."""
-    Path("small.yaml").write_text(text)
-    ended = snooker("run", "small.yaml", "--fresh", "--no-progress", "--out", "small")
-    assert ended.code in (0, 4), ended.err
-    for command in commands:
-        name, *options = command.split()
-        ended = snooker(name, "small", *options)
-        assert ended.code == 0, (command, ended.err)
-
-
-@pytest.mark.parametrize("text", [CALM, SHORT, CALM_SPECIES, ALONE, SLOWING])
-def test_results_of_known_small_runs_have_no_warnings(snooker: Snooker, text: str) -> None:
-    """Few balls or events leave means empty and errors unknown."""
-    check_results(snooker, text, "fit --all", "compare --all", "plot --list")
-
-
-@pytest.mark.long
-@given(SMALL_RUNS)
-@settings(FUZZ, max_examples=max(1, CASES // 5))
+@pytest.mark.parametrize("text", [CALM, ALONE, SLOWING])
 def test_results_of_small_runs_have_no_warnings(snooker: Snooker, text: str) -> None:
-    check_results(snooker, text, "fit --all", "compare --all", "plot", "export --table")
+    """Few balls or events leave means empty and errors unknown."""
+    Path("small.yaml").write_text(text)
+    assert snooker("run", "small.yaml", "--no-progress", "--out", "small").code == 0
+    for command in ("fit small --all", "compare small --all", "plot small --list"):
+        ended = snooker(*command.split())
+        assert ended.code == 0, (command, ended.err)

@@ -61,8 +61,3 @@ def test_the_wheel_works_in_an_empty_folder(installed: Path, tmp_path: Path) -> 
     assert {"sweep", "configs/hard/wall-trap", *examples} < set(listed)
     snooker(installed, tmp_path, "init", "configs/hard/wall-trap", "--out", "trap.yaml")
     snooker(installed, tmp_path, "validate", "trap.yaml")
-
-
-@pytest.mark.long
-def test_the_wheel_has_the_hard_cases(installed: Path, tmp_path: Path) -> None:
-    assert snooker(installed, tmp_path, "bench", "hard", "at-rest")[-1].endswith("all hold")

@@ -10,7 +10,7 @@ import typer
 
 from snooker_cli.cli.app import Command, Group
 from snooker_cli.cli.options import AsJson, flag, option
-from snooker_cli.cli.output import make_folder
+from snooker_cli.cli.output import make_folder, print_line
 from snooker_cli.errors import ExitCode
 from snooker_cli.runs.progress import notice
 
@@ -100,7 +100,7 @@ def _carry_out(study: Study, out: Path | None, as_json: bool) -> None:
     if out is not None:
         make_folder(out)
     record = study.measure(notice)
-    typer.echo(text_of(record) if as_json else "\n".join(study.tables(record)))
+    print_line(text_of(record) if as_json else "\n".join(study.tables(record)))
     if out is not None:
         for path in study.write(record, out):
             notice(str(path))

@@ -64,7 +64,7 @@ def init(
     text = configs[template].read_text(encoding="utf-8")
     text = re.sub(r"\$schema=\S+", f"$schema={SCHEMA}", text, count=1)
     if out == Path("-"):
-        typer.echo(text, nl=False)
+        print_line(text.rstrip("\n"))
         notice(f"tip: `snooker schema > {SCHEMA}` in this folder lets your editor check the file")
         return
     path = out or Path(f"{template}.yaml")

@@ -14,15 +14,7 @@ from numpy.typing import NDArray
 
 from snooker_cli import __version__, api, store
 from snooker_cli import export as exporting
-from snooker_cli.cli.options import (
-    PointNumber,
-    RepeatNumber,
-    RunName,
-    Where,
-    conditions,
-    flag,
-    option,
-)
+from snooker_cli.cli.options import RunName, Where, conditions, flag, option
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
 from snooker_cli.config.axes import MAX_POINTS, option_values
 from snooker_cli.config.problems import PathError
@@ -37,9 +29,9 @@ MOST_FRAMES = 10_000_000
 
 def export(
     run: RunName,
-    point: PointNumber = 0,
+    point: Annotated[int, option("N", "Point, from 0.", min=0)] = 0,
     where: Where = None,
-    repeat: RepeatNumber = 0,
+    repeat: Annotated[int, option("N", "Repeat, from 0.", min=0)] = 0,
     states: Annotated[bool, flag("--states", "Export positions and velocities.")] = False,
     times: Annotated[
         str | None, option("T,T,…", "States: times in s, or start:stop:count [0 and the end].")

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -29,7 +29,6 @@ from snooker_cli.runs.progress import notice
 
 MOST_TO_LIST = 1_000_000  # collisions that --list may read; of more it reads each first repeat
 GIVEN = "temperature", "area", "packing"  # in tables only where they differ between points
-WIDEST = 100  # columns of a table; what does not fit follows in another one
 MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 
 
@@ -151,36 +150,23 @@ def _is_large(run: Run, points: Sequence[Point]) -> bool:
 
 
 def _table(figure: FigureData) -> list[str]:
-    """The numbers of several points, in tables of at most ``WIDEST``; empty if there are none."""
+    """The numbers of several points, as a table; empty if there are none."""
     rows = figure.numbers.get("points", [])
     if len(rows) < 2:
         return []
-    columns: list[list[str]] = []
+    parameters = [row["parameters"] for row in rows]
+    varying = [
+        key for key, value in parameters[0].items() if any(p[key] != value for p in parameters)
+    ]
+    headings = ["point"]
+    columns = [[point_label({key: values[key] for key in varying}) for values in parameters]]
     for name in [name for name in rows[0] if isinstance(rows[0][name], float)]:
         cells = [with_error(row.get(name), row.get(f"{name}_error")) for row in rows]
         if not name.endswith("_error") and (name not in GIVEN or len(set(cells)) > 1):
-            columns.append([name.replace("_", " "), *cells])
-    points = ["point", *map(point_label, _varying([row["parameters"] for row in rows]))]
-    tables: list[list[list[str]]] = []
-    width = WIDEST + 1
-    for column in columns:
-        width += 2 + max(map(len, column))
-        if width > WIDEST:
-            tables.append([points])
-            width = max(map(len, points)) + 2 + max(map(len, column))
-        tables[-1].append(column)
-    lines: list[str] = []
-    for table in tables:
-        (point, *headings), *shown = zip(*table, strict=True)
-        table_lines = text_table([point, *(f">{heading}" for heading in headings)], shown)
-        lines += first(table_lines, rest=" points in the JSON file")
-    return lines
-
-
-def _varying(parameters: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The keys that differ between these points, with their values."""
-    keys = [key for key, value in parameters[0].items() if any(p[key] != value for p in parameters)]
-    return [{key: values[key] for key in keys} for values in parameters]
+            headings.append(f">{name.replace('_', ' ')}")
+            columns.append(cells)
+    lines = text_table(headings, [*zip(*columns, strict=True)])
+    return first(lines, rest=" points in the JSON file")
 
 
 def _inches(text: str | None, dpi: int | None) -> tuple[float, float] | None:

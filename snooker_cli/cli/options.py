@@ -4,7 +4,7 @@ import operator
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
@@ -24,8 +24,6 @@ def option(metavar: str, text: str, *names: str, **more: Any) -> Any:
     return typer.Option(*names, metavar=metavar, help=text, **more)
 
 
-EngineName = Literal["allpairs", "cells"]  # the engines that a user can choose
-
 ConfigPath = Annotated[
     Path, typer.Argument(metavar="CONFIG", readable=False, help="A YAML experiment.")
 ]
@@ -41,8 +39,6 @@ Overrides = Annotated[
 ]
 RUN = typer.Argument(metavar="RUN", help="A run's folder, or its name in runs/.")
 RunName = Annotated[str, RUN]
-PointNumber = Annotated[int, option("N", "Point, from 0.", "--point", min=0)]
-RepeatNumber = Annotated[int, option("N", "Repeat, from 0.", "--repeat", min=0)]
 Where = Annotated[
     list[str] | None,
     option(

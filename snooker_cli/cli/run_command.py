@@ -11,12 +11,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from snooker_cli import runs, theory
-from snooker_cli.cli.options import AsJson, ConfigPath, EngineName, Jobs, Overrides, flag, option
+from snooker_cli.cli.options import AsJson, ConfigPath, Jobs, Overrides, flag, option
 from snooker_cli.cli.output import first, print_result
 from snooker_cli.config import load
 from snooker_cli.errors import ExitCode, UserError
@@ -49,7 +49,7 @@ def run(
     executor: Annotated[str, option("NAME", "threads, or dask=tcp://HOST:PORT.")] = "threads",
     fresh: Annotated[bool, flag("--fresh", "Replace all results in the folder.")] = False,
     part: Annotated[str | None, option("K/N", "Only every N-th batch from the K-th on.")] = None,
-    engine: Annotated[EngineName | None, typer.Option(hidden=True)] = None,
+    engine: Annotated[Literal["allpairs", "cells"] | None, typer.Option(hidden=True)] = None,
     checkpoint: Annotated[
         float, option("MINUTES", "Save unfinished repeats this often.", min=0)
     ] = CHECKPOINT_INTERVAL / 60,

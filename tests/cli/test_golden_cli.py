@@ -120,9 +120,3 @@ def test_commands_print_what_the_transcripts_say(
         path.write_text(now, encoding="utf-8")
     else:
         assert now == transcript
-
-
-def test_every_command_has_a_transcript(snooker: Snooker) -> None:
-    _, commands = snooker("--help").out.split("Commands:\n")
-    names = set(re.findall(r"(?m)^  (\w+)", commands))
-    assert names <= {path.stem for path in GOLDEN.glob("*.txt")}

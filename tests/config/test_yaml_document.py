@@ -8,41 +8,17 @@ from pathlib import Path
 import pytest
 from config_texts import BASE, experiment
 
-from snooker_cli.config import ConfigError, load, parse, yaml_document
+from snooker_cli.config import ConfigError, load, yaml_document
 from snooker_cli.config.yaml_document import document
 
 
-@pytest.mark.parametrize(
-    ("written", "value"),
-    [
-        ("1e7", 1e7),
-        ("1E+7", 1e7),
-        (".5", 0.5),
-        ("5.", 5.0),
-        ("+3", 3),
-        ("010", 10),
-        ("0o10", 8),
-        ("0x1F", 31),
-        (".inf", math.inf),
-        ("+.INF", math.inf),
-        ("-.Inf", -math.inf),
-        ("null", None),
-        ("~", None),
-        ("", None),
-        ("True", True),
-        ("FALSE", False),
-        *((word, word) for word in ("no", "on", "y", "1:30", "1_000", "2020-01-01", "nan", "tRUE")),
-    ],
-)
-def test_scalars_are_those_of_yaml_1_2(written: str, value: object) -> None:
-    read = document(f"key: {written}", "")
-    assert repr(read.data["key"]) == repr(value)
-
-
-def test_whole_numbers_may_be_written_as_floats() -> None:
-    for count in ("1000", "1e3", "1000.0", "0x3e8"):
-        collisions = experiment(BASE.replace("500", count)).collisions
-        assert (type(collisions), collisions) == (int, 1000)
+def test_scalars_are_those_of_yaml_1_2() -> None:
+    text = "1e7 1E+7 .5 5. +3 010 0o10 0x1F .inf +.INF -.Inf null ~ True FALSE no on 1:30 1_000 nan"
+    values = [1e7, 1e7, 0.5, 5.0, 3, 10, 8, 31, math.inf, math.inf, -math.inf, None, None, True]
+    values += [False, "no", "on", "1:30", "1_000", "nan", None]
+    read = document("\n".join(f"- {written}" for written in [*text.split(), ""]), "")
+    assert repr(read.data) == repr(values)
+    assert repr(experiment(BASE.replace("500", "5e2")).collisions) == "500"
 
 
 def test_byte_order_mark_windows_line_ends_and_markers_are_harmless(tmp_path: Path) -> None:
@@ -77,28 +53,12 @@ def test_a_run_or_folder_given_as_a_config(tmp_path: Path, monkeypatch: pytest.M
             ConfigError, match=f"{name}: this is a folder, not a config file{meant}"
         ):
             load(name)
-    for name in ("decay", "decay.yaml"):
+    for name in ("decay", "decay.yaml", "configs/dcay.yaml"):
         with pytest.raises(ConfigError, match=f"{name}: there is no file at this path{meant}"):
             load(name)
     for name in (".", "runs/other", "configs/gas.yaml"):
         with pytest.raises(ConfigError, match=r"; name a config file \(YAML\)$"):
             load(name)
-    with pytest.raises(ConfigError, match=r"; did you mean configs/decay\.yaml\?$"):
-        load("configs/dcay.yaml")
-
-
-@pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "[{a: "])
-def test_deep_nesting_is_refused_without_recursion(opening: str) -> None:
-    with pytest.raises(ConfigError, match="more than 20 levels of nesting"):
-        parse("a: 1\nb:\n  " + opening * 20_000)
-
-
-def test_aliases_are_not_expanded() -> None:
-    """The billion laughs: each line would be ten times the one before."""
-    lines = ["a0: &a0 [x, x]"]
-    lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 12)]
-    with pytest.raises(ConfigError, match="anchors"):
-        parse("\n".join(lines))
 
 
 def test_large_texts_are_read_alike(monkeypatch: pytest.MonkeyPatch) -> None:
