@@ -49,7 +49,7 @@ COUNTS = 14  # steps of the collision count at which the energy is averaged over
 FLOOR_MATTERS = 0.1  # the floor is drawn where it is at least this share of the energy that is left
 
 _FLOORS = {
-    "L": " L keeps the energy L²/2I of a rotation, I at the end.",
+    "L": " L keeps the energy L²/2I of a rotation.",
     "p": " The momentum p keeps the energy p²/(2Nm).",
 }
 """The floor of the energy in a circle, and in a periodic box."""

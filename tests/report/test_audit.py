@@ -13,10 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from repeating import done, made
 from scipy import stats
-from single_fit import fit
 
-from snooker_cli.analysis.decay import QUANTITIES, Curve
-from snooker_cli.analysis.observables import ROUNDING
 from snooker_cli.config import load, points
 from snooker_cli.report import content
 from snooker_cli.report.explanations import (
@@ -24,7 +21,6 @@ from snooker_cli.report.explanations import (
     TARGETS,
     Explanation,
     Explanations,
-    decay_constants,
     explain,
 )
 from snooker_cli.report.source_values import (
@@ -50,23 +46,6 @@ def number(printed: str, *, mean: bool = False) -> SourceValue:
 
 
 # Printed digits
-
-
-def test_value_error_and_half_of_the_last_digit() -> None:
-    for printed, expected in (
-        ("0.117 ± 0.01", (0.117, 0.01, 0.0005)),
-        ("15.010", (15.01, None, 0.0005)),
-        ("≈ 17", (17.0, None, 0.5)),
-    ):
-        one = number(printed)
-        assert (one.value, one.error, pytest.approx(one.half_digit, rel=1e-12)) == expected
-
-
-def test_an_exact_number_allows_only_rounding() -> None:
-    largest = SOURCE_VALUES["largest_distance"]
-    assert largest.half_digit == 9 * ROUNDING
-    assert OurValue(9.000000000000004).agrees(largest)
-    assert not OurValue(9.0000001).agrees(largest)
 
 
 @given(st.floats(-1, 1), st.floats(0, 10))
@@ -151,14 +130,6 @@ def explanation(factor: float = 1.0, share: float = 0.1) -> Explanation:
     return Explanation(f"{factor:g}", samples)
 
 
-def test_a_printed_mean_has_the_standard_error_and_one_run_the_deviation() -> None:
-    several = Sample([1.0, 2.0, 3.0, 6.0])
-    deviation = math.sqrt(14 / 3)
-    assert several.our_value(number("3 ± 1", mean=True)).error == pytest.approx(deviation / 2)
-    assert several.our_value(number("3 ± 1")).error == pytest.approx(deviation)
-    assert math.isnan(Sample([1.0, math.nan]).value)
-
-
 def test_the_score_is_zero_for_the_printed_numbers_and_counts_all_targets() -> None:
     right = explanation()
     assert right.score == pytest.approx(0, abs=1e-20)
@@ -168,19 +139,6 @@ def test_the_score_is_zero_for_the_printed_numbers_and_counts_all_targets() -> N
     for one in TARGETS[-3:]:
         samples = {**right.samples, (one.quantity, one.cor): sample(one, 0.1)}
         assert replace(right, samples=samples).rejected, one.name
-
-
-def test_much_scatter_and_few_repeats_predict_nothing() -> None:
-    energy, wide = SOURCE_VALUES["energy_mean_0.8"], explanation(share=0.6)
-    assert not wide.predicts(energy)
-    assert wide.predicts(SOURCE_VALUES["speed_0.8"])
-    right, key = explanation(), (energy.quantity, energy.cor)
-    for early, predicts in ((10, True), (11, False)):
-        each = right.samples[key].values.copy()
-        each[:early] = math.nan
-        cut = replace(right, samples={**right.samples, key: Sample(each)})
-        assert cut.predicts(energy) is predicts
-        assert cut.whole is predicts
 
 
 def test_the_first_that_agrees_or_the_nearest_explains_a_number() -> None:
@@ -235,17 +193,6 @@ def test_each_explanation_has_the_values_of_its_setting(explained: Explanations)
     assert best.score <= min(one.score for one in explained.named)
     assert (explained.repeats, explained.factor) == (32, 10.0)
     assert load(ROOT / "configs" / "audit.yaml").experiment.repeats >= 200
-
-
-def test_a_fit_ends_at_its_last_collision() -> None:
-    """Without that collision there is no value."""
-    rng = np.random.default_rng(8)
-    time = np.sort(rng.uniform(0, 4, 90))
-    value = np.exp(-0.7 * time) + rng.normal(0, 0.02, 90)
-    decaying = Curve(QUANTITIES["pressure"], time, value, 0.0, True)
-    cut, none = decay_constants([decaying, decaying], np.array([time[30], math.nan]), held=True)
-    assert cut == pytest.approx(fit(time[:31], value[:31], amplitude=1.0).value, rel=1e-6)
-    assert math.isnan(none)
 
 
 def test_deviations_from_the_laws_are_in_standard_errors() -> None:

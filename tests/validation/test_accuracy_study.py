@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from scenes import scene_of
 
 from snooker_cli.figures import Line, Points
 from snooker_cli.figures.drawing import to_json
@@ -41,20 +40,6 @@ def test_averages_are_compared_with_the_first_method():
     assert (first["overlapping"], other["overlapping"]) == (0, 5)
     for a, b in zip(first["biases"], other["biases"], strict=True):
         assert b["difference"] == pytest.approx(b["mean"] - a["mean"], abs=1e-12)
-
-
-def test_quantities():
-    """One ball between two sides of the wall: every 2a/v an impulse of (1 + e) m v."""
-    ball = (0.0, 0.0, 8.0, 0.0, 2.0, 3.0)
-    found = quantities(by_engine(scene_of([ball]), np.array([10.5])), 10.5)
-    hits = 5  # at 1, 3, 5, 7 and 9 s
-    pressure = hits * 2 * 3.0 * 8.0 / (2 * math.pi * 10.0 * 10.5)
-    assert found == {
-        "pressure, Pa m": pytest.approx(pressure, rel=1e-14),
-        "collisions, 1/s": hits / 10.5,
-    }
-    slower = by_engine(scene_of([ball], wall_restitution=0.5), np.array([2.0]))
-    assert quantities(slower, 2.0)["decay constant, 1/s"] == pytest.approx(math.log(4) / 2)
 
 
 def test_methods_beside_the_exact_twin():

@@ -13,8 +13,7 @@ from typer.testing import CliRunner
 
 from snooker_cli import theory
 from snooker_cli.cli.app import app
-from snooker_cli.report.content import measurement
-from snooker_cli.theory import DENSEST_FLUID, PUBLISHED_RATIOS
+from snooker_cli.theory import PUBLISHED_RATIOS
 from snooker_cli.validation import physics_study as measurements
 from snooker_cli.validation.physics_study import (
     ONLY_OPEN,
@@ -157,21 +156,3 @@ def test_no_allowance_hides_a_deviation() -> None:
         "2 of 4 rows agree within 4 standard errors; only with what is open: quantity at packing "
         "0.3 and CoR 1 (+5.0); not: quantity at packing 0.3 and CoR 1 (+9.0)"
     )
-
-
-def test_the_saved_measurement_says_where_only_the_allowance_makes_a_row_agree() -> None:
-    saved = measurement("physics")
-    allowances = [row["systematic"] > 0 for row in saved["rows"]]
-    assert allowances == sorted(allowances)
-    hidden = [row for row in saved["rows"] if row["agreement"] == ONLY_OPEN]
-    assert hidden
-    assert all(abs(row["left_in_errors"]) > 4 for row in hidden)
-    lines = list(PhysicsStudy.planned("quick").tables(saved))
-    assert sum("only with open" in line for line in lines) == len(hidden)
-    assert lines.index(measurements.SPEEDS) < lines.index(measurements.HAFF)
-    assert "only with what is open: Haff's rate, 1/s at packing 0.05 and CoR 0.9 (−" in lines[-1]
-
-
-def test_the_full_study_has_the_published_simulations_of_fluids() -> None:
-    published = {one.packing for one in PUBLISHED_RATIOS if one.packing <= DENSEST_FLUID}
-    assert {gas.packing for gas in PhysicsStudy.planned("full").gases["fluids"]} >= published
