@@ -91,9 +91,6 @@ def test_a_sliding_ball_presses() -> None:
     ends = made.time[-1] + (made.end - made.time[-1]) * np.array([0.0, 0.5, 1.0])
     assert made.pressure_gain[-1] > 0
     np.testing.assert_allclose(np.diff(made.pressure(ends) * ends, 2), 0, atol=1e-12)
-    # The axis shows all but the first hits, which come early in a gas that cools.
-    hidden = made.pressure(made.rows) > made.pressure_top
-    assert not hidden[len(made) // 10 :].any()
 
 
 def test_a_part_of_a_film_knows_the_balls_that_slide_now_and_next() -> None:

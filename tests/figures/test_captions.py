@@ -14,7 +14,7 @@ from repeating import batches_of, file_of
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Line, Points, Selection, registry, selected
-from snooker_cli.figures.captions import BARS, unfinished
+from snooker_cli.figures.captions import unfinished
 from snooker_cli.figures.selection import along, evenly
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
@@ -40,13 +40,6 @@ def test_captions_describe_the_scene_and_its_repeats(decaying: Run, tmp_path: Pa
     run = made(tmp_path / "mixture", mixture, "sweep={}", "collisions=50", text=BOX)
     caption = shown(run, "energy").caption
     assert "Scene: N = 13 of several species, box, width 20 m, height 14 m, CoR 0.9" in caption
-
-
-def test_captions_explain_error_bars_where_there_are_any(decaying: Run, warm: Run) -> None:
-    for figure in (shown(decaying, "event-decay"), shown(warm, "temperature-ratio")):
-        assert figure.caption.count(BARS) == 1
-    for figure in (shown(decaying, "energy"), shown(decaying, "event-decay", repeat=0)):
-        assert "Bars:" not in figure.caption
 
 
 def test_captions_count_what_ended_early(tmp_path: Path) -> None:

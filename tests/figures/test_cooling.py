@@ -103,15 +103,7 @@ def test_no_theory_of_collisions_where_the_mean_free_path_exceeds_the_container(
     thin, dense = (shown(run, "event-decay", balls__radius=each) for each in (0.01, 1))
     assert layers(thin, Line) == []
     assert remark in thin.caption
-    assert "Lines" not in thin.caption
     assert layers(dense, Line)
-    assert remark not in dense.caption
-
-
-def test_one_repeat_has_no_error_in_the_legend(tmp_path: Path) -> None:
-    alone = made(tmp_path / "run", "repeats=1")
-    labels = [line.label or "" for line in layers(shown(alone, "energy-fit"), Line)[1:]]
-    assert all("one repeat" in label and "±" not in label for label in labels)
 
 
 def test_decay_against_cor(decaying: Run) -> None:

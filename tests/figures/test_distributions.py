@@ -9,7 +9,7 @@ import pytest
 from figure_runs import ADRIFT, layers, made, shown, traces
 
 from snooker_cli import theory
-from snooker_cli.analysis import predictions, structure
+from snooker_cli.analysis import predictions
 from snooker_cli.engine import replay
 from snooker_cli.figures import FigureData, Line, Points, Reference
 from snooker_cli.figures.captions import MEAN_SPREAD
@@ -102,14 +102,3 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
     (band, _) = layers(found, Band)
     assert f"Lines: means over the repeats; bands: {MEAN_SPREAD}." in found.caption
     np.testing.assert_allclose((band.low + band.high) / 2, line.y, atol=1e-12)
-
-
-def test_g_of_a_lossy_gas_is_that_of_the_last_states(periodic: Run) -> None:
-    found = shown(periodic, "pair-correlation", cor=0.8)
-    (line,) = layers(found, Line)
-    rows = [
-        structure.measured(structure.pair_correlation, trace, [0.99 * trace.stop.time])[0]
-        for trace in traces(periodic, 0)
-    ]
-    np.testing.assert_allclose(line.y, np.mean(rows, axis=0), rtol=1e-9)
-    assert found.numbers["points"][0]["theory"] is None

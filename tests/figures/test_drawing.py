@@ -9,7 +9,6 @@ import pickle
 import struct
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -133,19 +132,6 @@ def test_every_figure_is_drawn_legibly(name: str, figures: dict[str, FigureData]
     for layer in shown.layers:
         label = getattr(layer, "label", None)
         assert label is None or label in drawn
-
-
-@pytest.mark.parametrize(("low", "high"), [(0.12, 0.19), (0.002, 90.0), (3e-7, 8e-7)])
-def test_a_logarithmic_axis_has_three_labels_of_one_style(low: float, high: float) -> None:
-    found = replace(EVERYTHING, layers=(Line(X, np.array([low, low, high])),), y_log=True)
-    with styled():
-        figure = draw(replace(found, y_limits=(low, high), inset=()))
-        figure.draw_without_rendering()
-        texts = [plain_text(label) for label in tick_labels(figure.axes[0].yaxis)]
-        minor = [label.get_text() for label in figure.axes[0].yaxis.get_ticklabels(minor=True)]
-    assert len(texts) >= 3
-    assert len({"^" in text for text in texts}) == 1  # numbers or powers of ten
-    assert not any(minor)
 
 
 def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:

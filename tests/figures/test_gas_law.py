@@ -10,11 +10,9 @@ import pytest
 from figure_runs import ELASTIC, PERIODIC, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
-from snooker_cli.analysis.fitting import excluded_area
 from snooker_cli.analysis.observables import ideal_gas_ratio
 from snooker_cli.engine import series
 from snooker_cli.figures import Line, Points
-from snooker_cli.formatting import short
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
 
@@ -120,14 +118,6 @@ def test_van_der_waals_beside_theory(tmp_path: Path) -> None:
     singles = [each["excluded_disks"] for each in numbers["points"]]
     assert 1.9 < singles[0] < 2.1
     assert singles[0] > numbers["excluded_disks"] > singles[-1]
-    # b has one value for packings from 0.04 to 0.23, so the law misses the points.
-    law = 1 / (1 - numbers["excluded_disks"] * points.x)
-    misfit = math.sqrt(np.sum(((points.y - law) / points.y_error) ** 2) / 5)
-    densities = points.x / disk
-    _, error = excluded_area(densities, points.y, points.y_error)
-    assert misfit > 1.5
-    assert numbers["excluded_disks_error"] == pytest.approx(misfit * error / disk, rel=1e-9)
-    assert f"√(χ²/dof) = {short(misfit, 2)}." in found.caption
 
 
 def test_van_der_waals_needs_several_states_and_one_radius(warm: Run, decaying: Run) -> None:

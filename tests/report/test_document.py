@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 from pypdf import PdfReader
 
 from snooker_cli.report.document import unbroken, write_html, write_pdf
-
-SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><path d="M0 0h9v9z"/></svg>'
 
 
 def test_a_character_that_no_font_has_does_not_stop_the_pdf(tmp_path: Path) -> None:
@@ -39,23 +36,6 @@ def test_the_last_rows_of_a_table_stay_together(tmp_path: Path) -> None:
 
     most, *_ = rows_on_pages(100)
     assert rows_on_pages(most + 1) == [most - 2, 3]
-
-
-def test_a_lone_figure_has_its_caption_below_it(tmp_path: Path) -> None:
-    """Not beside it, below the caption of the figure above."""
-    (tmp_path / "figures").mkdir()
-    (tmp_path / "figures" / "square.svg").write_text(SQUARE, encoding="utf-8")
-    figure = {"kind": "figure", "file": "square", "caption": "C.", "alt": "a square"}
-    blocks = [{**figure, "label": f"Figure {number}"} for number in (1, 2, 3)]
-    path = write_pdf({"title": "Squares", "summary": [], "blocks": blocks}, tmp_path)
-    lefts: dict[str, float] = {}
-
-    def seen(text: str, matrix: Any, place: Any, *_: Any) -> None:
-        if "Figure" in text:
-            lefts[text.strip()[:8]] = place[4] * matrix[0] + matrix[4]
-
-    PdfReader(path).pages[0].extract_text(visitor_text=seen)
-    assert lefts["Figure 3"] == lefts["Figure 1"] < lefts["Figure 2"]
 
 
 def test_a_row_of_one_cell_is_a_heading(tmp_path: Path) -> None:

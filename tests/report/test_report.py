@@ -10,12 +10,10 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from repeating import done, made
 
 from snooker_cli.analysis.decay import range_held
-from snooker_cli.analysis.observables import series
 from snooker_cli.config import load, parse
 from snooker_cli.errors import RunError
 from snooker_cli.formatting import probability
@@ -145,34 +143,6 @@ def test_every_printed_number_and_every_claim_has_a_verdict(numbers: dict[str, A
         assert not holds[name], name
 
 
-def test_conclusions_state_what_was_measured(numbers: dict[str, Any], text: str) -> None:
-    """Tiny balls in windows of time, the pressure in them, and all factors with their product."""
-    (claim,) = (c for c in numbers["audit"]["claims"] if c["name"] == "pressure_excess")
-    assert re.search(r"in 8 windows of time 0\.\d\d to 1\.\d\d at CoR 0\.8", claim["check"])
-    factors = text[text.index("Table 13. ") :]
-    rows = re.findall(r"([\d.]+) ([\d.]+)(?= |$)", factors)
-    values = np.array(rows[:6], dtype=float)
-    assert np.prod(values[:5], axis=0) == pytest.approx(values[5], abs=0.02)
-    assert np.all(values[4] < 0.9)
-
-
-def test_event_averages_leave_out_repeats_that_ended_early(
-    runs: Path, numbers: dict[str, Any], text: str
-) -> None:
-    run = open_run(runs / "restitution")
-    for cor in (0.8, 0.9):
-        (point,) = (one for one in run.points if one.experiment.cor == cor)
-        speeds = [
-            series(trace).mean_speed[1:].mean()
-            for trace in run.traces(point)
-            if trace.stop.reason.complete
-        ]
-        rows = {row["number"]["name"]: row for row in numbers["audit"]["numbers"]}
-        assert rows[f"speed_{cor}"]["ours"]["value"] == pytest.approx(np.mean(speeds), rel=1e-5)
-    assert f"{numbers['audit']['complete']} of its {2 * REPEATS} repeats below CoR 1" in text
-    assert text.count(": all complete.") > 10
-
-
 def test_figure_17_past_its_wall_traps(runs: Path, numbers: dict[str, Any]) -> None:
     """Each start stopped and sliding: when the traps came, from the traces, and what follows."""
     run = open_run(runs / "sliding")
@@ -215,15 +185,6 @@ def test_page_is_self_contained_and_cites_the_source_report(report: Path, text: 
         assert number.what in text, number.name
         assert number.printed in text, number.name
     assert "nan" not in re.findall(r"\b[a-z]+\b", text)
-
-
-@pytest.mark.long
-def test_second_build_gives_the_same_bytes(runs: Path, report: Path, tmp_path: Path) -> None:
-    build(runs, tmp_path, lambda message: None)
-    files = sorted(path.relative_to(report) for path in report.rglob("*") if path.is_file())
-    assert len(files) == 3 * len(REPORT_FIGURES) + 3
-    for name in files:
-        assert (tmp_path / name).read_bytes() == (report / name).read_bytes(), name
 
 
 def test_a_missing_run_is_an_error(runs: Path, tmp_path: Path) -> None:

@@ -1,15 +1,11 @@
 """Averages, predictions and the exact twin in ``snooker bench error``."""
 
-import json
 import math
 
 import numpy as np
 import pytest
 
-from snooker_cli.figures import Line, Points
-from snooker_cli.figures.drawing import to_json
 from snooker_cli.validation.accuracy_study import (
-    AccuracyStudy,
     against_truth,
     averages,
     quantities,
@@ -55,22 +51,3 @@ def test_methods_beside_the_exact_twin():
     # A tenth of the step makes a tenth of the error, before chaos.
     third = found["checkpoints"].index(5)
     assert steps[1]["place_errors"][third] < steps[0]["place_errors"][third]
-
-
-def test_figures_come_from_the_record(bench):
-    _, record = bench("error")
-    against, growing = AccuracyStudy.figures(record).values()
-    results = record["scenes"][0]["results"]
-    engine, report, _, steps = against.layers
-    place = record["scenes"][0]["checkpoints"].index(50)
-    assert isinstance(engine, Points)
-    assert engine.y.tolist() == [results[0]["place_errors"][place]]
-    assert report.x.tolist() == [1e6 * results[1]["seconds"] / 50]
-    assert steps.y.tolist() == [one["place_errors"][place] for one in results[2:]]
-    assert [one["method"] for one in against.numbers["methods"]] == [
-        one["method"] for one in results
-    ]
-    labels = [layer.label for layer in growing.layers if isinstance(layer, Line)]
-    assert labels == [results[k]["method"] for k in (0, 1, 2, -1)]
-    for figure in (against, growing):
-        json.loads(to_json(figure))
