@@ -252,8 +252,7 @@ class Run(runs.Run):
         the energy at the end over that at the start. ``k`` and ``alpha`` (1/s) are fits to the
         energy: the constants of exp(−kt) and of Haff's law; nan without a fit. A swept key with
         the name of another column gets the prefix ``config.``. The rows are saved in table.json.
-        Raises ``FigureError``,
-        ``StoreError``, and ``RunError`` if no repeat is there.
+        Raises ``FigureError``, ``StoreError``, and ``RunError`` if no repeat is there.
         """
         from snooker_cli.analysis.run_analysis import results
 

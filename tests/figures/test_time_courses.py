@@ -39,7 +39,6 @@ def test_energy_of_one_repeat_and_of_all(decaying: Run) -> None:
         assert band.series == index
         worst = max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves)
         assert (records[index]["largest_deviation"], records[index]["repeats"]) == (worst, 3)
-        assert records[index]["final_ratio"] == line.y[-1]
     # Each energy is a sum over 19 balls, rounded at each.
     assert records[2]["largest_deviation"] < 200 * 19 * EPSILON
 

@@ -80,11 +80,9 @@ def test_a_ball_that_was_moved_is_found(trace: Trace) -> None:
 def test_collisions_that_were_lost_are_found(trace: Trace) -> None:
     """Without one of them balls fly through each other, or through the wall, from there on."""
     assert trace.events is not None
-    for lost in (50, 120):
+    for lost, names in ((180, {"energy", "overlap", "escape"}), (185, {"escape"})):
         kept = np.arange(200) != lost
-        found = failing(replace(trace, events=trace.events[kept]))
-        assert found & {"overlap", "escape"}
-        assert "energy" in found or trace.events.j[lost] == -1
+        assert failing(replace(trace, events=trace.events[kept])) == names
 
 
 def test_an_overlap_between_two_events_is_found() -> None:
