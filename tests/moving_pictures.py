@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-import json
 import math
-import re
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -78,19 +75,6 @@ def slide_begins(trace: Trace) -> list[int]:
         if j >= 0:
             last[j] = i
     return found
-
-
-def content(text: str) -> dict[str, Any]:
-    """The data of a page and of its first film, with unpacked arrays."""
-    found = re.search(r'<script type="application/json" id="film">(.*?)</script>', text, re.DOTALL)
-    assert found
-    data = json.loads(found[1])
-    data |= data["films"][0]
-    kinds = {"i": "<i4", "j": "<i4", "contacts": "<f4"}
-    rows = ("kineticEnergy", "pressureSum", "pressureGain")
-    for name in ("balls", "masses", "time", "i", "j", "after", "contacts", *rows):
-        data[name] = np.frombuffer(base64.b64decode(data[name]), kinds.get(name, "<f8"))
-    return data
 
 
 def slack(trace: Trace) -> float:

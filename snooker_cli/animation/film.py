@@ -91,11 +91,6 @@ class Film:
         return np.concatenate([[self.start], self.time])
 
     @property
-    def knots(self) -> Floats:
-        """(*n* + 2,) times of the start, the collisions and the end, s."""
-        return np.append(self.rows, self.end)
-
-    @property
     def pressure_top(self) -> float:
         """The largest mean pressure that a panel shows, Pa m.
 

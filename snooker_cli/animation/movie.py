@@ -81,11 +81,12 @@ def frames(film: Film, pace: Pace, count: int, seconds: float) -> Iterator[Frame
     seconds : length of the showing; a contact flashes for ``FLASH`` of it
     """
     # From 0 to 1: when frames are shown, and the start, the collisions and the end of the film.
-    shown, knots = np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, len(film.knots))
+    moments = np.append(film.rows, film.end)
+    shown, knots = np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, len(moments))
     if pace == "time":
-        knots = (film.knots - film.start) / (film.end - film.start)
+        knots = (moments - film.start) / (film.end - film.start)
     # Rounding must not move the last frame beyond the end.
-    times = np.clip(np.interp(shown, knots, film.knots), film.start, film.end)
+    times = np.clip(np.interp(shown, knots, moments), film.start, film.end)
     collisions = np.searchsorted(film.time, times, side="right")
     hit, flash = knots[1:-1], FLASH / seconds
     recent = np.searchsorted(hit, shown - flash, side="right")
@@ -179,7 +180,6 @@ class Screen:
         return np.array(self.canvas.buffer_rgba(), dtype=np.uint8)[:, :, :3]
 
     def _place(self, discs: Any, centres: Floats, radii: Floats, **colours: Any) -> None:
-        """Set places, sizes and colours of circles."""
         sizes = np.maximum(2 * radii * self.points, SMALLEST) ** 2
         discs.set(offsets=centres, sizes=sizes, **colours)
 
@@ -193,7 +193,6 @@ class Screen:
         return self.figure.text(x, y, text, va="center", parse_math=False, **look)
 
     def _add_container(self, axes: Axes) -> None:
-        """Add the container, the balls and the flashes."""
         axes.set_axis_off()
         axes.set_aspect("equal")
         left, right, bottom, top = self.film.extent
@@ -214,7 +213,6 @@ class Screen:
             self.balls.set_clip_path(self.wall)
 
     def _add_panels(self) -> None:
-        """Add kinetic energy with Haff's law, pressure, and the balls by speed with Maxwell's."""
         film = self.film
         self.steps = np.arange(len(film) + 1.0) if self.by_collision else film.rows
         energy, pressure = film.kinetic_energy, film.pressure(film.rows)

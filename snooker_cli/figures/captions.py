@@ -279,7 +279,6 @@ def setting(run: Run, points: Sequence[Point], selection: Selection) -> str:
 
 
 def _constants(points: Sequence[Point]) -> Iterator[str]:
-    """What all points have in common, as ``r = 1 m``."""
     experiment = points[0].experiment
     if isinstance(experiment.balls, tuple):
         number = len(experiment.placed) + sum(species.count for species in experiment.species)

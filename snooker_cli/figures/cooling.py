@@ -49,7 +49,7 @@ COUNTS = 14  # steps of the collision count at which the energy is averaged over
 FLOOR_MATTERS = 0.1  # the floor is drawn where it is at least this share of the energy that is left
 
 _FLOORS = {
-    "L": " L keeps the energy L²/2I of a rotation, I at the end.",
+    "L": " L keeps the energy L²/2I of a rotation.",
     "p": " The momentum p keeps the energy p²/(2Nm).",
 }
 """The floor of the energy in a circle, and in a periodic box."""
@@ -63,9 +63,6 @@ _HAFF: dict[str, tuple[str, LineStyle]] = {
 
 _SERIES = {law: series for series, law in enumerate(LAWS, start=1)}
 """The series whose colour a law has in each figure; the simulation is series 0."""
-
-
-# One repeat's decay with its fits, and the means over the repeats.
 
 
 def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
@@ -118,9 +115,6 @@ def fit_figure(quantity: str, build: FigureBuilder) -> FigureData:
         logarithmic=log,
         y_limits=(float(lowest), None),
     )
-
-
-# The decay constants of the energy over many CoR, beside the source report's formula and theory.
 
 
 def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
@@ -180,9 +174,6 @@ def decay_against_cor(build: FigureBuilder, source: bool = False) -> FigureData:
     return build.figure(caption, numbers={"ended_early": early}, title=title)
 
 
-# How the rate falls with time.
-
-
 def haff_time(build: FigureBuilder) -> FigureData:
     """The local decay rate −d ln E/dt against time, with Haff's law and one constant."""
     for index, point in enumerate(build.points):
@@ -204,9 +195,9 @@ def haff_time(build: FigureBuilder) -> FigureData:
                 laws["floor"] = (expected, floor)
         fine = np.linspace(0.0, edges[-1, 1], 200)
         for law, parameters in laws.items():
-            style = _HAFF[law][1]
-            build.lines.append(Line(fine, _haff_rate(fine, *parameters), None, index, style))
-            before, after = np.log(_haff_energy(edges[-1], *parameters))
+            style, (law_alpha, least) = _HAFF[law][1], parameters
+            build.lines.append(Line(fine, _haff_rate(fine, law_alpha, least), None, index, style))
+            before, after = np.log(least + (1 - least) * theory.haff_ratio(edges[-1], law_alpha))
             record[f"{law}_last_rate"] = float(before - after) / float(np.ptp(edges[-1]))
         first, *_, last = zip(rates, errors, strict=True)
         build.lines += [
@@ -228,13 +219,8 @@ def haff_time(build: FigureBuilder) -> FigureData:
     return build.figure(caption + (_FLOORS[kept] if "floor_last_rate" in drawn else ""))
 
 
-def _haff_energy(time: Array, alpha: float, floor: float) -> Array:
-    """Energy over its start where Haff's law holds for the energy above the floor."""
-    return np.asarray(floor + (1 - floor) * theory.haff_ratio(time, alpha))
-
-
 def _haff_rate(time: Array, alpha: float, floor: float) -> Array:
-    """The decay rate −d ln E/dt of that energy, s⁻¹."""
+    """The decay rate −d ln E/dt where Haff's law holds for the energy above the floor, s⁻¹."""
     slower = 1 + alpha * time
     above = floor * slower**2 if floor else 0.0  # α may be so large that the square is no double
     return np.asarray(2 * alpha * (1 - floor) / (slower * (above + 1 - floor)))
@@ -270,9 +256,6 @@ def _local_rates(traces: Sequence[Trace]) -> tuple[Array, Array, Array, float]:
     errors = standard_errors(-np.diff(np.log(energies), axis=1) / width)
     windows = np.column_stack([edges[:-1], edges[1:]])
     return windows[good], rates[good], errors[good], float(energies[:, -1].mean())
-
-
-# The energy with the number of collisions.
 
 
 def event_decay(build: FigureBuilder) -> FigureData:

@@ -2,7 +2,7 @@
 
 import math
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -39,40 +39,26 @@ DISTANCES = {
 to it, and for the distance beyond it."""
 
 
-class _Sample(NamedTuple):
-    """The distances of a point: the start of its last repeat, and a histogram.
-
-    limit, extreme, excess : the limit, the outermost distance, and how far one is beyond; m
-    """
-
-    scene: Scene
-    edges: Array
-    density: Array
-    limit: float
-    extreme: float
-    excess: float
-
-
 def distances(which: str, build: FigureBuilder) -> FigureData:
     """The distribution of a distance in ``DISTANCES``, with its limit and random places."""
     limit_of_equal, limit_of_unequal, nearest, beyond = DISTANCES[which]
     central = which == "central"
-    samples = [_sample(central, build, point) for point in build.points]
     outermost = max if central else min
     extremes: dict[float, float] = {}
-    key = f"{nearest}_distance"
-    for index, (point, sample) in enumerate(zip(build.points, samples, strict=True)):
-        build.add_histogram(index, point, sample.edges, sample.density)
-        before = extremes.get(sample.limit, sample.extreme)
-        extremes[sample.limit] = outermost(before, sample.extreme)
-        build.record(point, **{key: sample.extreme, "beyond_limit": sample.excess})
-    limit, excess = outermost(extremes), max(sample.excess for sample in samples)
-    widest = max(samples, key=lambda sample: sample.edges[-1]).scene
-    x = np.linspace(0.0, max(sample.edges[-1] for sample in samples), 200)
+    key, spans = f"{nearest}_distance", []
+    for index, point in enumerate(build.points):
+        scene, edges, density, limit, extreme, excess = _sample(central, build, point)
+        build.add_histogram(index, point, edges, density)
+        extremes[limit] = outermost(extremes.get(limit, extreme), extreme)
+        build.record(point, **{key: extreme, "beyond_limit": excess})
+        spans.append((edges[-1], scene))
+    limit, excess = outermost(extremes), max(row["beyond_limit"] for row in build.records)
+    farthest, widest = max(spans, key=lambda span: span[0])
+    x = np.linspace(0.0, farthest, 200)
     uniform = 2 * x / x[-1] ** 2
     if not central:
         uniform = widest.container.distance_density(x, float(widest.radii.min()))
-    equal = all(sample.scene.equal_balls for sample in samples)
+    equal = all(scene.equal_balls for _, scene in spans)
     name = limit_of_equal if equal else limit_of_unequal
     build.lines += [
         Line(x, uniform, f"uniform in the {widest.container.title}", NEUTRAL, "dashed"),
@@ -91,8 +77,13 @@ def distances(which: str, build: FigureBuilder) -> FigureData:
     )
 
 
-def _sample(central: bool, build: FigureBuilder, point: Point) -> _Sample:
-    """The distances of a point, repeat by repeat. Raises ``FigureError``."""
+def _sample(
+    central: bool, build: FigureBuilder, point: Point
+) -> tuple[Scene, Array, Array, float, float, float]:
+    """The start of a point's last repeat; edges and densities of a histogram of its distances.
+
+    Last, the limit, the outermost distance, and how far one is beyond, m. Raises ``FigureError``.
+    """
     counts, beyond, extremes = np.zeros(BINS), [], []
     balls = build.start(point).number
     values_of_state = balls if central else balls * (balls - 1) // 2
@@ -124,10 +115,8 @@ def _sample(central: bool, build: FigureBuilder, point: Point) -> _Sample:
         counts += np.histogram(np.clip(table[instants(states.time)], low, high), edges)[0]
     density = counts / (counts.sum() * np.diff(edges))
     limit, extreme = (high, max(extremes)) if central else (low, min(extremes))
-    return _Sample(scene, edges, density, limit, extreme, max(beyond))
+    return scene, edges, density, limit, extreme, max(beyond)
 
-
-# Pairs by their distance, over those of balls at random places.
 
 MOST_STATES = 40  # of a repeat
 MOST_PAIRED = 200_000  # balls times states of a point, which take seconds
@@ -183,8 +172,6 @@ def pair_correlation(build: FigureBuilder) -> FigureData:
     x_label = f"distance / {'' if equal else 'mean '}diameter"
     return build.figure(caption, x_label=x_label)
 
-
-# The distribution of speeds beside Maxwell and Boltzmann's and the one at fixed energy.
 
 LEAST_SPEEDS = 100  # fewer show a distribution to no more than a tenth, 1/√n
 

@@ -167,7 +167,6 @@ def _added(axes: Axes, layer: Layer, order: float, shades: Sequence[float] = ())
 
 
 def _scale(axes: Axes, data: FigureData) -> None:
-    """Set the axes' scales and limits."""
     axes.set_xscale("log" if data.x_log else "linear")
     axes.set_yscale("log" if data.y_log else "linear")
     axes.set_xlim(*data.x_limits)

@@ -84,7 +84,6 @@ class FigureSpec:
 
 
 def _read() -> dict[str, FigureSpec]:
-    """The figures of registry.yaml."""
     text = (files("snooker_cli.figures") / "registry.yaml").read_text(encoding="utf-8")
     fields = FigureData.__dataclass_fields__.keys() - {"title"}
     specs = {}

@@ -31,9 +31,6 @@ class Selection:
     repeat: int | None = None
 
 
-# Points.
-
-
 def selected(run: Run, selection: Selection) -> tuple[Point, ...]:
     """The selected points that have a repeat, at least one. Raises ``FigureError``."""
     points = tuple(point for point in matching(run, selection) if statuses(run, point, selection))
@@ -158,8 +155,6 @@ def statuses(run: Run, point: Point, selection: Selection) -> list[RepeatStatus]
         if selection.repeat in (None, status.repeat) and status.state is not RepeatState.MISSING
     ]
 
-
-# Words for points.
 
 SCENE_WORDS = {  # of the keys whose common values a caption prints
     "balls.rings": "N = {}",

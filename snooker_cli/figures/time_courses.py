@@ -242,7 +242,6 @@ def local_energy(build: FigureBuilder) -> FigureData:
 
 
 def _both_energies(positions: Array, velocities: Array, scene: Scene) -> Array:
-    """`local_energy` and the mean kinetic energy of a ball, J; (2,)."""
     local = structure.local_energy(positions, velocities, scene)
     return np.array([local, scene.kinetic_energy / scene.number])
 

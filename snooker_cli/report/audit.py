@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -55,8 +55,6 @@ from snooker_cli.trace import Trace
 Runs = Mapping[str, Run]
 Laws = Mapping[tuple[str, str], Decay]
 
-# The stated scene
-
 
 @dataclass(frozen=True)
 class StatedResults:
@@ -74,34 +72,26 @@ class StatedResults:
     laws: Mapping[float, Laws]
     mean_free_path: OurValue
     relaxed_path: OurValue
-    windows: Mapping[float, "InWindows"]
-
-
-class InWindows(NamedTuple):
-    """A gas in ``WINDOWS`` equal windows of time, up to the end of the shortest repeat.
-
-    ratios : P V/(N T) of the means over repeats, in each window, with standard errors
-    cooling : T of the first window over that of the last
-    """
-
-    ratios: list[OurValue]
-    cooling: float
+    windows: Mapping[float, Mapping[str, Any]]
 
 
 WINDOWS = 8
 
 
-def in_windows(traces: Sequence[Trace]) -> InWindows:
-    """The repeats' means of P V and N T in windows of time, and their ratio."""
+def in_windows(traces: Sequence[Trace]) -> dict[str, Any]:
+    """A gas in ``WINDOWS`` equal windows of time, up to the end of the shortest repeat.
+
+    Keys: ``ratios``, P V/(N T) of the means over repeats in each window, with standard errors;
+    ``cooling``, T of the first window over that of the last.
+    """
     edges = np.linspace(0.0, min(trace.stop.time for trace in traces), WINDOWS + 1)
     area = traces[0].start.container.area
     work = area * np.array([pressures(trace, edges) for trace in traces])
     energy = np.array([time_means(t, series(t).kinetic_energy, edges) for t in traces])
     ratios = work.mean(axis=0) / energy.mean(axis=0)
     errors = standard_errors(work - ratios * energy) / energy.mean(axis=0)  # to first order
-    return InWindows(
-        list(map(OurValue, ratios, errors)), float(energy[:, 0].mean() / energy[:, -1].mean())
-    )
+    cooling = float(energy[:, 0].mean() / energy[:, -1].mean())
+    return {"ratios": list(map(OurValue, ratios, errors)), "cooling": cooling}
 
 
 def stated_results(runs: Runs) -> StatedResults:
@@ -113,7 +103,7 @@ def stated_results(runs: Runs) -> StatedResults:
         ("pressure", None): Sample(map(mean_pressure, elastic))
     }
     laws: dict[float, Laws] = {}
-    windows: dict[float, InWindows] = {}
+    windows = {}
     for cor in COEFFICIENTS:
         # The figures have read and fitted these repeats.
         traces = complete_repeats(run.traces(selected(run, Selection({"cor": cor}))[0]))
@@ -146,7 +136,6 @@ def stated_results(runs: Runs) -> StatedResults:
 
 
 def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[str, Sample]:
-    """The quantities of the inelastic runs."""
     fitted = {"energy": "kinetic_energy", "temperature": "temperature", "pressure": "pressure"}
     fitted_decays = {
         f"{name} decay": Sample(x.value for x in laws[key, "exponential"].fits if x.converged)
@@ -162,7 +151,6 @@ def _cooling(cor: float, traces: Sequence[Trace], laws: Laws) -> dict[str, Sampl
 
 
 def _extremes(run: Run) -> dict[str, OurValue]:
-    """The extreme distances and momentum ratios over all repeats."""
     largest, smallest, momenta = -math.inf, math.inf, []
     for trace in (trace for point in run.points for trace in run.traces(point)):
         states = at_collisions(trace)
@@ -200,9 +188,6 @@ def _ideal_gas_limit(runs: Runs, number: SourceValue) -> OurValue:
     return OurValue(*mean_and_error(ratios), abs(expected - 1))
 
 
-# The claims
-
-
 Checks = dict[str, tuple[bool, dict[str, Any]]]
 """By the name of a claim: whether it holds, and what the text of the check refers to."""
 
@@ -231,7 +216,6 @@ def checked_claims(runs: Runs, stated: StatedResults) -> list[dict[str, Any]]:
 
 
 def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
-    """Claims on energy, temperature and pressure, for the stated scene."""
     (elastic,) = selected(run, Selection({"cor": 1.0}))
     off = max(float(np.abs(energy_ratio(series(t)) - 1).max()) for t in run.traces(elastic))
     holds, judged, local = True, [], []
@@ -265,7 +249,6 @@ def _cooling_checks(run: Run, stated: StatedResults) -> Checks:
 
 
 def _ideal_gas_checks(run: Run) -> Checks:
-    """Claims on elastic balls and the ideal gas law."""
     points = selected(run, Selection({"balls.speed": getattr(run.experiment.balls, "speed", 0.0)}))
     radii = distinct(points, "balls.radius")
     means = [float(np.mean([ideal_gas_ratio(t) for t in run.traces(point)])) for point in points]
@@ -294,7 +277,7 @@ def _tiny_ball_checks(run: Run) -> Checks:
             last = trace.finish.kinetic_energy / trace.finish.number
             at_end.append(means[-1] * temperatures[-1] / last)
         warm.append(Sample(temperatures))
-        windows.append([window.value for window in in_windows(traces).ratios])
+        windows.append([window.value for window in in_windows(traces)["ratios"]])
     ratio, (low, high) = Sample(means), warm
     spans = [f"{min(ratios):.2f} to {max(ratios):.2f}" for ratios in windows]
     return {
@@ -319,7 +302,6 @@ def _tiny_ball_checks(run: Run) -> Checks:
 
 
 def _speed_check(run: Run) -> tuple[bool, dict[str, Any]]:
-    """The distribution of speeds against that of Maxwell and Boltzmann."""
     counts = sum(reduced_speed_counts(trace) for point in run.points for trace in run.traces(point))
     shares = np.cumsum(counts)[:-1] / np.sum(counts)
     scene = starting_scene(run.experiment, 0)
@@ -327,8 +309,6 @@ def _speed_check(run: Run) -> tuple[bool, dict[str, Any]]:
     off, expected = (float(np.abs(law - maxwell).max()) for law in (shares, fixed_energy))
     return off < CLOSE, {"off": off, "expected": expected, "number": scene.number}
 
-
-# The verdicts
 
 REPRODUCED = "reproduced"
 FOLLOWS = "from its own numbers"
@@ -425,7 +405,6 @@ def _row(number: SourceValue, stated: StatedResults, explanations: Explanations)
 
 
 def _path_and_section(stated: StatedResults, factor: float) -> dict[str, tuple[str, OurValue]]:
-    """Formulas for the mean free path and the cross-section, in words, and their values."""
     density, radius = stated.numbers["density"].value, float(stated.scene.radii[0])
     path = theory.mean_free_path(density, radius)
     implied = 1 / (math.sqrt(2) * density * SOURCE_VALUES["mean_free_path"].value)

@@ -27,11 +27,12 @@ from snooker_cli.formatting import probability, short, with_error
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report.audit import WINDOWS, Audit, audit
 from snooker_cli.report.document import Pages, packaged
-from snooker_cli.report.explanations import COMBINATIONS, LIKELY, TARGETS, explain
+from snooker_cli.report.explanations import COMBINATIONS, LIKELY, explain
 from snooker_cli.report.source_values import (
     COEFFICIENTS,
     LORD,
     SOURCE_VALUES,
+    TARGETS,
     TITLE,
     Sample,
     at_each_coefficient,
@@ -193,19 +194,14 @@ def _source_factors(audit: Audit) -> list[tuple[str, list[float]]]:
 
 def slower_pressure(audit: Audit) -> list[str]:
     """The fitted rate of the mean pressure over that of the energy, over the repeats, by CoR."""
-    return [
-        value_text(
-            Sample(
-                pressure.value / energy.value
-                for pressure, energy in zip(
-                    laws["pressure_amplitude_1", "exponential"].fits,
-                    laws["kinetic_energy", "exponential"].fits,
-                    strict=True,
-                )
-            )
+    texts = []
+    for laws in audit.stated.laws.values():
+        names = "pressure_amplitude_1", "kinetic_energy"
+        pairs = zip(*(laws[name, "exponential"].fits for name in names), strict=True)
+        texts.append(
+            value_text(Sample(pressure.value / energy.value for pressure, energy in pairs))
         )
-        for laws in audit.stated.laws.values()
-    ]
+    return texts
 
 
 def mixed_starts(run: Run) -> list[dict[str, Any]]:
@@ -252,14 +248,12 @@ def kinetic_theory(run: Run, points: Sequence[Record]) -> list[dict[str, Any]]:
 
 def last_rates(points: Sequence[Record]) -> list[dict[str, Any]]:
     """Figure 21's last decay rates less Haff's with the fitted α, in standard errors, by CoR."""
-    return [
-        {
-            "cor": record["parameters"]["cor"],
-            "in_errors": (record["last_rate"] - record["fitted_last_rate"])
-            / record["last_rate_error"],
-        }
-        for record in points
-    ]
+    rows = []
+    for record in points:
+        less = record["last_rate"] - record["fitted_last_rate"]
+        errors = less / record["last_rate_error"]
+        rows.append({"cor": record["parameters"]["cor"], "in_errors": errors})
+    return rows
 
 
 # Beyond the source report: saved measurements, and figure 17 past its wall traps
@@ -277,7 +271,7 @@ def measurement(name: str) -> dict[str, Any]:
 def sliding_figure(run: Run, selection: Selection) -> FigureData:
     """Figure 17's axes for balls that start twice, with ``collapse: stop`` and ``slide``.
 
-    Raises ``FigureError`` if the run lacks such pairs, ``StoreError`` if it cannot be read.
+    Raises ``FigureError`` if the run lacks such pairs.
     """
     picture = FIGURES["ideal-ratio"].make(run, selection)
     points = selected(run, selection)
@@ -327,18 +321,13 @@ def _pair(run: Run, stopped: Point, slid: Point) -> dict[str, Any]:
 
 
 def _mean(values: Iterable[float]) -> float:
-    """The mean; nan of nothing."""
     return float(np.mean(list(values) or [math.nan]))
-
-
-# Finished runs -> figures, numbers.json, report.html and report.pdf
 
 
 def build(runs: Path, out: Path, report_progress: Callable[[str], None]) -> list[Path]:
     """Write the report and return the files that a reader opens.
 
-    Raises ``RunError`` or ``StoreError`` for a run that is missing or cannot be read,
-    ``FigureError`` for one without the data of its figure, and ``UserError``.
+    Raises ``RunError``, ``StoreError``, ``FigureError`` or ``UserError``.
     """
     opened = {name: open_run(runs / name) for name in RUNS}
     # The other process makes the explanations, then draws. This one has all other fits, made once.

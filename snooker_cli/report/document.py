@@ -71,9 +71,7 @@ def require_libraries() -> None:
 
 
 def document(
-    template: str,
-    values: Mapping[str, Any],
-    figures: Mapping[str, Mapping[str, str]],
+    template: str, values: Mapping[str, Any], figures: Mapping[str, Mapping[str, str]]
 ) -> Document:
     """The document from a template.
 
@@ -192,14 +190,8 @@ def rendered(name: str, values: Mapping[str, Any], *, escape: bool = False) -> s
         "general": lambda value: f"{value:g}",
         "powers": lambda text: re.sub(r"\b[\d.]+e-?\d+", lambda e: short(float(e[0])), text),
     }
-    environment.globals |= {
-        "with_error": with_error,
-        "row": _row,
-    }
+    environment.globals |= {"with_error": with_error, "row": _row}
     return environment.from_string(packaged(f"templates/{name}")).render(values)
-
-
-# The folder of a report
 
 
 class Pages(AbstractContextManager["Pages"]):
@@ -213,11 +205,8 @@ class Pages(AbstractContextManager["Pages"]):
         require_libraries()
         self.out, self.players = out, list[str]()
         self.figures: dict[str, dict[str, str]] = {}
-        self.other = ProcessPoolExecutor(
-            max_workers=1,
-            mp_context=get_context("spawn"),
-            initializer=follow_parent,
-        )
+        context = get_context("spawn")
+        self.other = ProcessPoolExecutor(1, mp_context=context, initializer=follow_parent)
         self._drawing: list[Future[list[Path]]] = []
 
     def __exit__(self, error: object, *_: object) -> None:

@@ -14,7 +14,14 @@ from snooker_cli.analysis.decay import Curve, curve
 from snooker_cli.analysis.fitting import Curves, fit_all
 from snooker_cli.analysis.observables import complete_repeats, mean_pressure, mean_speed, series
 from snooker_cli.placement.starting_scene import starting_scene
-from snooker_cli.report.source_values import SOURCE_VALUES, OurValue, Sample, SourceValue
+from snooker_cli.report.source_values import (
+    EXPLANATIONS,
+    SOURCE_VALUES,
+    TARGETS,
+    OurValue,
+    Sample,
+    SourceValue,
+)
 from snooker_cli.runs import Run
 from snooker_cli.trace import Trace
 
@@ -26,15 +33,6 @@ Samples: TypeAlias = dict[tuple[str, float | None], Sample]
 SHARE = 0.4  # of the collisions, from the start: what "first collisions" fits
 
 FITTED = {"energy decay": "kinetic_energy", "pressure decay": "pressure"}
-
-TARGETS = [
-    SOURCE_VALUES[name]
-    for name in (
-        *("energy_mean_0.8", "energy_mean_0.9", "pressure_mean_0.8", "pressure_mean_0.9"),
-        *("speed_0.8", "speed_0.9", "pressure"),
-    )
-]
-"""The measured numbers that an explanation has to give together."""
 
 LIKELY = 14.07
 """95 % point of chi-square with a degree of freedom for each target; a fitted choice lowers it."""
@@ -151,7 +149,9 @@ class Explanations:
 
 def explain(run: Run, elastic: Run) -> Explanations:
     """All explanations from the audit's run, and from a run of elastic balls of other radii."""
-    factor = slip_factor(run)
+    scene = starting_scene(run.experiment, 0)
+    path = theory.mean_free_path(scene.number / scene.container.area, float(scene.radii[0]))
+    factor = float(round(SOURCE_VALUES["mean_free_path"].value / path))
     stated: Any = run.experiment
     last, early = round(SHARE * stated.collisions), 0
     measured: dict[tuple[bool, bool, float], dict[Any, Array]] = {}
@@ -179,9 +179,8 @@ def explain(run: Run, elastic: Run) -> Explanations:
             for quantity, fitted in FITTED.items():
                 constants = fits[fitted, window, not setting.free_amplitude]
                 samples[quantity, cor] = Sample(constants / (factor if setting.slip else 1.0))
-            samples["temperature decay", cor] = samples[
-                "energy decay", cor
-            ]  # but for the container
+            # But for the container, the temperature is the energy.
+            samples["temperature decay", cor] = samples["energy decay", cor]
             doubled = 2 * samples["pressure decay", cor].values
             samples["pressure decay, doubled", cor] = Sample(doubled)
         name = _name(setting, stated.balls.radius / factor, factor, last)
@@ -189,20 +188,8 @@ def explain(run: Run, elastic: Run) -> Explanations:
 
     whole = (candidate for candidate in map(explanation, COMBINATIONS) if candidate.whole)
     best = min(whole, key=lambda candidate: candidate.score)
-    named = (*map(explanation, NAMED), best)
+    named = (*(explanation(Setting(**changes)) for changes in EXPLANATIONS), best)
     return Explanations(named, factor, early, len(run.points) * stated.repeats)
-
-
-NAMED = (
-    Setting(),
-    Setting(slip=True),
-    Setting(elastic_wall=True),
-    Setting(first_collisions=True),
-    Setting(free_amplitude=True),
-    Setting(small_in_fits=True, small_elsewhere=True),
-    Setting(small_in_fits=True, elastic_wall=True, first_collisions=True),
-)
-"""The settings with a row of their own; those of one change first."""
 
 
 def _name(setting: Setting, small: float, factor: float, last: int) -> str:
@@ -220,20 +207,10 @@ def _name(setting: Setting, small: float, factor: float, last: int) -> str:
     return ", ".join(text for text, made in words.items() if made) or "as stated"
 
 
-def slip_factor(run: Run) -> float:
-    """The printed mean free path over that of the stated scene, rounded."""
-    scene = starting_scene(run.experiment, 0)
-    density = scene.number / scene.container.area
-    path = theory.mean_free_path(density, float(scene.radii[0]))
-    return float(round(SOURCE_VALUES["mean_free_path"].value / path))
-
-
 def _measured(traces: Sequence[Trace], windows: Sequence[int]) -> dict[Any, Array]:
-    """Values by repeat: "mean speed", m/s; decay constants (1/s) by fit.
+    """Values by repeat: "mean speed", m/s, and decay constants by fit, 1/s.
 
-    A fit is a quantity, its last collision, and whether the amplitude is held.
-
-    A repeat that ended before the last collision of a window has nan.
+    A fit is a quantity, its last collision (nan without it), and whether the amplitude is held.
     """
     values: dict[Any, Array] = {"mean speed": np.array([mean_speed(t) for t in traces])}
     times = [series(trace).time for trace in traces]

@@ -141,7 +141,6 @@ def _figure(run: Run, name: str, single: Point) -> FigureData | str:
 
 
 def _of(points: Sequence[Point], rows: Records) -> Records:
-    """The rows of these points."""
     parameters = [point.as_json() for point in points]
     return [row for row in rows if row["parameters"] in parameters]
 

@@ -142,3 +142,7 @@ TITLE: str = _DATA["title"]
 SOURCE_VALUES = {name: SourceValue(name, **fields) for name, fields in _DATA["values"].items()}
 CLAIMS: dict[str, dict[str, Any]] = _DATA["claims"]
 """The sentences that can be checked, by name; source_values.yaml explains their keys."""
+TARGETS = [SOURCE_VALUES[name] for name in _DATA["targets"]]
+"""The measured numbers that an explanation has to give together."""
+EXPLANATIONS: list[dict[str, bool]] = _DATA["explanations"]
+"""The settings with an explanation of their own; those of one change first."""

@@ -63,7 +63,6 @@ class AccuracyStudy(Study):
     repeats: int
 
     def results(self, report: Callable[[str], None]) -> Record:
-        """The scenes and the ensembles."""
         record: Record = {"scenes": [], "ensembles": []}
         for scene in self.scenes:
             report(scene.description)
@@ -76,7 +75,6 @@ class AccuracyStudy(Study):
 
     @staticmethod
     def tables(record: Record) -> Iterator[str]:
-        """The methods on each scene, and averages."""
         yield from header_lines(record)
         yield from ("", *LEGENDS["error"])
         for scene in record["scenes"]:
@@ -86,15 +84,11 @@ class AccuracyStudy(Study):
 
     @staticmethod
     def figures(record: Record) -> dict[str, FigureData]:
-        """Two figures for each scene."""
         pictures = {}
         for scene in record["scenes"]:
             pictures[f"error-against-cost-{scene['name']}"] = error_against_cost(record, scene)
             pictures[f"error-growth-{scene['name']}"] = error_growth(record, scene)
         return pictures
-
-
-# What is measured
 
 
 def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Record:
@@ -210,11 +204,7 @@ def quantities(course: Trajectory, time: float) -> dict[str, float]:
     return {"decay constant, 1/s": decay, **rates}
 
 
-# The record as tables
-
-
 def _scene_lines(scene: Record) -> Iterator[str]:
-    """Cost and errors of each method on one scene."""
     collisions, checkpoints = scene["collisions"], scene["checkpoints"]
     yield (
         f"{scene['name']}: {scene['what']}; {counted(collisions, 'event')}, "
@@ -238,7 +228,6 @@ def _scene_lines(scene: Record) -> Iterator[str]:
 
 
 def _ensemble_lines(ensemble: Record) -> Iterator[str]:
-    """Averages over repeats, and their differences from snooker's."""
     yield (
         f"averages of {ensemble['what']}: {ensemble['repeats']} repeats of {ensemble['time']:g} s, "
         "and differences from snooker's, ± standard error"
@@ -253,9 +242,6 @@ def _ensemble_lines(ensemble: Record) -> Iterator[str]:
     }
     rows = [method | bias for method in ensemble["methods"] for bias in method["biases"]]
     yield from table(rows, cells, left=("method", "quantity"))
-
-
-# The record as figures
 
 
 def error_against_cost(record: Record, scene: Record) -> FigureData:
@@ -330,7 +316,6 @@ def _curves(scene: Record) -> Iterator[tuple[str, Sequence[Record]]]:
 
 
 def _origin(record: Record) -> str:
-    """When and where it was measured."""
     return (
         f"Measured on {record['date'][:10]} with snooker {record['snooker']} on one processor: "
         f"{machine(record)}."

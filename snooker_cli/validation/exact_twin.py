@@ -51,7 +51,6 @@ class Body:
 
 
 def dot(first: Number, second: Number) -> Number:
-    """The scalar product of two vectors."""
     return first.real * second.real + first.imag * second.imag
 
 
@@ -228,7 +227,6 @@ def trajectory(scene: Scene, collisions: int, digits: int | None = None) -> Exac
 def _run(
     scene: Scene, collisions: int, digits: int
 ) -> tuple[list[tuple[float, int, int, float]], NDArray[np.float64]]:
-    """Events and states of one run, rounded."""
     twin = Twin(scene, digits)
     rows, states = [], [twin.state()]
     for collision in islice(twin.collisions(), collisions):

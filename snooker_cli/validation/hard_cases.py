@@ -19,7 +19,7 @@ from snooker_cli.analysis.observables import losses, total_energy
 from snooker_cli.config import EXAMPLES, load
 from snooker_cli.containers import Circle
 from snooker_cli.engine import States, replay, series, simulate
-from snooker_cli.errors import check_name
+from snooker_cli.errors import UnsoundError, check_name
 from snooker_cli.formatting import counted
 from snooker_cli.neighbours import Floats
 from snooker_cli.placement.starting_scene import starting_scene
@@ -70,11 +70,7 @@ class Check(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether the error is within its bound."""
         return self.error <= self.bound
-
-
-# Checks of any trace
 
 
 def checks(trace: Trace) -> list[Check]:
@@ -87,7 +83,10 @@ def checks(trace: Trace) -> list[Check]:
     if broken:
         return results
     start, finish = trace.start, trace.finish
-    states, flights = _states(trace)
+    try:
+        states, flights = _states(trace)
+    except UnsoundError:  # a ball is far outside the container
+        return [*results, Check("escape", math.inf, 0.0)]
     velocities, positions, masses = states.velocities, states.positions, start.masses
     if start.free:
         velocities = np.hstack([velocities, states.container_velocities[:, np.newaxis]])
@@ -223,9 +222,6 @@ def follows(trace: Trace, truth: ExactStart) -> Iterator[Check]:
         yield Check(f"{name}, {unit}", float(errors[worst]), float(bounds[worst]))
 
 
-# Facts about single cases
-
-
 def _collapses_below(critical: float, trace: Trace) -> Iterator[Check]:
     """A run collapses if, and only if, its restitution is below a critical one."""
     collapsed = trace.stop.reason is StopReason.COLLAPSE
@@ -261,8 +257,6 @@ FACTS: dict[str, Callable[[Trace], Iterator[Check]]] = {
 }
 """What is known exactly of a run, by the names in plans.yaml."""
 
-
-# The cases, and the checks of each
 
 FOLDER = EXAMPLES / "hard"  # the configs of the cases
 
@@ -307,7 +301,6 @@ class HardCaseStudy(Study):
         return cls(tuple(chosen or (case for case in CASES.values() if not case.by_name_only)))
 
     def results(self, report: Callable[[str], None]) -> Record:
-        """Run all cases. Raises ``ConfigError`` if a config is missing or wrong."""
         verdicts = []
         for case in self.cases:
             report(f"{case.name} ...")
@@ -316,12 +309,10 @@ class HardCaseStudy(Study):
 
     @staticmethod
     def passed(record: Record) -> bool:
-        """Whether all cases hold."""
         return all(case["holds"] for case in record["cases"])
 
     @staticmethod
     def tables(record: Record) -> Iterator[str]:
-        """The cases, their worst errors and faults."""
         cases = record["cases"]
         why: Cells = {"case": lambda case: case["name"], "why it is hard": lambda case: case["why"]}
         yield from table(cases, why, left=why)
@@ -417,7 +408,6 @@ def _facts(case: Record) -> str:
 
 
 def _error(case: Record, name: str) -> str:
-    """The worst error in an invariant; a dash for none."""
     if name not in case["worst"]:
         return "–"
     error = case["worst"][name]["error"]

@@ -77,9 +77,6 @@ def all_methods(steps: Sequence[float]) -> tuple[Method, ...]:
     )
 
 
-# Errors of trajectories
-
-
 def events_from_rows(rows: ArrayLike) -> Events:
     """Events from rows of time (s), i, j and impulse (kg m/s)."""
     time, i, j, impulse = np.array(rows, dtype=np.float64).reshape(-1, 4).T
@@ -131,9 +128,6 @@ def farthest_escape(scene: Scene, states: States) -> float:
     """How far a ball sticks out of the wall, m, at the states; in free flight it is inside."""
     places = states.positions - states.container_positions[:, None]
     return float(np.max(-scene.container.wall_gaps(places, scene.radii), initial=0.0))
-
-
-# The methods
 
 
 def by_engine(scene: Scene, moments: Floats) -> Trajectory:
@@ -223,7 +217,6 @@ X, Y, U, V, R, M = range(6)
 
 
 def _bodies(scene: Scene) -> Floats:
-    """The table of bodies."""
     assert isinstance(scene.container, Circle)
     balls = np.vstack([scene.positions.T, scene.velocities.T, scene.radii, scene.masses])
     centre = *scene.container_position, *scene.container_velocity
@@ -334,9 +327,6 @@ def _collide(bodies: Floats, i: int, j: int, restitution: float) -> tuple[float,
     bodies[U, j] += impulse / bodies[M, j] * x
     bodies[V, j] += impulse / bodies[M, j] * y
     return abs(impulse), overlap
-
-
-# The scenes
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from snooker_cli.runs.execution import processors
 from snooker_cli.trace import Series
 from snooker_cli.validation.study import (
     LEGENDS,
+    PLANS,
     STRICT,
     Cells,
     Record,
@@ -166,8 +167,6 @@ def evenly(series: Series) -> Series:
     return Series(*(column[rows] for column in vars(series).values()))
 
 
-# Pressure and collision rate of elastic disks in a periodic box
-
 STATE, RATE = "equation of state", "collision rate"
 
 VIRIALS = "Padé of ten virial coefficients, Clisby & McCoy 2006"
@@ -214,8 +213,6 @@ def ratio_and_rate(gas: GasSample, series: Series) -> tuple[float, float]:
     return 1 + virial / (2 * thermal * time), 2 * events / (gas.balls * time)
 
 
-# Haff's law of cooling, and the speeds of a cooling gas
-
 HAFF, SHAPE = "Haff's law", "speeds of a cooling gas"
 
 SONINE_RATE = 0.001
@@ -227,15 +224,8 @@ SONINE = "van Noije & Ernst 1998, linearised as by Montanero & Santos 2000"
 
 DIRECT = "direct simulation Monte Carlo, 16 × 100,000 particles"
 
-DIRECT_A2 = {
-    0.5: (0.07284, 0.00022),
-    0.6: (0.03376, 0.00031),
-    0.7: (-0.00226, 0.00020),
-    0.8: (-0.02640, 0.00028),
-    0.9: (-0.03012, 0.00024),
-    0.95: (-0.02005, 0.00024),
-}
-"""a2 and its standard error by CoR, from tests/validation/direct_simulation.py."""
+DIRECT_A2: Mapping[float, Sequence[float]] = PLANS["direct_a2"]
+"""a2 and its standard error by CoR."""
 
 
 def haff_rows(gas: GasSample, dilute: bool = False) -> Iterator[Record]:
@@ -310,9 +300,6 @@ def speeds(gas: GasSample, series: Series) -> tuple[float, float]:
     return float(np.mean(series.mean_speed[rows])), float(np.mean(series.energy_moment[rows]))
 
 
-# The study
-
-
 ROWS: Mapping[str, Callable[[GasSample], Iterator[Record]]] = {
     "fluids": fluid_rows,
     "cooling": partial(haff_rows, dilute=True),
@@ -345,12 +332,10 @@ class PhysicsStudy(Study):
 
     @staticmethod
     def passed(record: Record) -> bool:
-        """Whether all rows agree, some perhaps only with what is open."""
         return all(row["agreement"] != "no" for row in record["rows"])
 
     @staticmethod
     def tables(record: Record) -> Iterator[str]:
-        """Measured beside expected values, a table for each group, and how to read them."""
         yield from header_lines(record)
         for group in dict.fromkeys(row["group"] for row in record["rows"]):
             yield from ("", group)
@@ -378,7 +363,6 @@ def verdict(rows: Sequence[Record]) -> str:
 
 
 def _left(row: Record) -> str:
-    """What is left, in standard errors."""
     return f"{row['left_in_errors']:+.1f}".replace("-", "−")
 
 

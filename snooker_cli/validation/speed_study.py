@@ -20,17 +20,17 @@ from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import Run, create
 from snooker_cli.runs.execution import Watcher, execute, processors
 from snooker_cli.scene import Scene
-from snooker_cli.validation.study import Cells, Record, Study, header_lines, lattice_gas, table
+from snooker_cli.validation.study import (
+    PLANS,
+    Cells,
+    Record,
+    Study,
+    header_lines,
+    lattice_gas,
+    table,
+)
 
 MASS = 1e7  # mass of a free container, kg; balls have 1 kg
-
-SHORT = {
-    "container": {"radius": 10.0},
-    "balls": {"rings": 3, "radius": 0.1, "speed": 10.0},
-    "cor": 0.9,
-    "collisions": 500,
-    "seed": 1,
-}
 
 
 class SpeedCase(NamedTuple):
@@ -113,7 +113,6 @@ class SpeedStudy(Study):
 
     @staticmethod
     def tables(record: Record) -> Iterator[str]:
-        """The rates, and those of an earlier record if there is one."""
         yield from header_lines(record)
         cells = dict(CELLS)
         if "earlier" in record:
@@ -144,7 +143,7 @@ def short_repeats(kept: str, repeats: int, rounds: int) -> Record:
 
 def _short_run(kept: str, repeats: int) -> float:
     """Repeats per second of a run as `snooker run` does it: place balls, simulate, write files."""
-    loaded = load(SHORT | {"record": kept, "repeats": repeats})
+    loaded = load(PLANS["short_repeats"] | {"record": kept, "repeats": repeats})
     with tempfile.TemporaryDirectory() as folder:
         run = Run(Path(folder, "short"), loaded.experiment, loaded.points())
         began = time.perf_counter()
@@ -177,15 +176,11 @@ def earlier_record(path: Path) -> Record:
     return record
 
 
-# The record as a table
-
-
 def _spread(rates: Sequence[float]) -> dict[str, float]:
     return {"median": statistics.median(rates), "lowest": min(rates), "highest": max(rates)}
 
 
 def _rate(value: float) -> str:
-    """A rate of repeats or collisions."""
     return f"{value / 1e6:.2f} M" if value >= 1e5 else f"{value:,.0f}"
 
 

@@ -46,16 +46,6 @@ def test_the_path_is_unwrapped_and_drawn_with_its_box(brownian: Run) -> None:
     assert start.series != final.series  # another marker
 
 
-def test_a_path_that_is_a_dot_in_its_box_is_shown_alone(tmp_path: Path) -> None:
-    balls = "{list: [{position: [60, 0], velocity: [1, 2], radius: 1}]}"
-    run = made(tmp_path / "run", "container.width=200", f"balls={balls}", "time=5", text=TEXT)
-    found = shown(run, "tagged-path")
-    (path,) = layers(found, Line)
-    assert (path.x[0], path.x[-1]) == (60, 65)
-    assert found.equal_axes
-    assert "The periodic box around the path is 200 m wide and not drawn." in found.caption
-
-
 def test_the_displacement_has_its_limits_and_a_coefficient(brownian: Run) -> None:
     found = shown(brownian, "mean-squared-displacement")
     (points,) = layers(found, Points)

@@ -14,9 +14,8 @@ from repeating import batches_of, file_of
 from snooker_cli.config import parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Line, Points, Selection, registry, selected
-from snooker_cli.figures.captions import BARS, unfinished
-from snooker_cli.figures.figure_data import NEUTRAL
-from snooker_cli.figures.selection import MOST_SERIES, along, described, evenly, ranks
+from snooker_cli.figures.captions import unfinished
+from snooker_cli.figures.selection import along, evenly
 from snooker_cli.runs import Run
 from snooker_cli.trace import StopReason
 
@@ -43,27 +42,6 @@ def test_captions_describe_the_scene_and_its_repeats(decaying: Run, tmp_path: Pa
     assert "Scene: N = 13 of several species, box, width 20 m, height 14 m, CoR 0.9" in caption
 
 
-def test_titles_differ_where_figures_show_other_points(decaying: Run, warm: Run) -> None:
-    assert shown(decaying, "energy").title == "Kinetic energy over time"
-    assert shown(decaying, "ideal-ratio", cor=0.8).title.endswith("pressure: CoR 0.8")
-    titles = {shown(warm, "ideal-ratio", balls__radius=each).title for each in (0.2, 1.0)}
-    assert titles == {f"Simulated over ideal pressure: r = {each} m" for each in ("0.2", "1")}
-    assert shown(decaying, "decay-against-cor").title == "Decay constants of the energy: wall CoR 1"
-
-
-def test_the_legend_of_one_series_has_its_colour(decaying: Run) -> None:
-    for figure, series in ((shown(decaying, "a2", cor=0.8), 0), (shown(decaying, "a2"), NEUTRAL)):
-        keys = [layer for layer in figure.layers if np.size(getattr(layer, "x", 0)) == 0]
-        assert {getattr(key, "series", None) for key in keys} == {series}
-
-
-def test_captions_explain_error_bars_where_there_are_any(decaying: Run, warm: Run) -> None:
-    for figure in (shown(decaying, "event-decay"), shown(warm, "temperature-ratio")):
-        assert figure.caption.count(BARS) == 1
-    for figure in (shown(decaying, "energy"), shown(decaying, "event-decay", repeat=0)):
-        assert "Bars:" not in figure.caption
-
-
 def test_captions_count_what_ended_early(tmp_path: Path) -> None:
     overrides = ("balls.rings=1", "cor=0.85,1.0", "wall_cor=null", "repeats=4", "seed=8")
     run = made(tmp_path / "trapped", *overrides)
@@ -82,9 +60,7 @@ def test_figures_of_an_unfinished_run(broken: Run, decaying: Run) -> None:
     missing = "the run is unfinished: 4 of 9 repeats are there"
     assert unfinished(broken, Selection()) == missing
     assert unfinished(decaying, Selection()) == ""
-    figure = shown(broken, "energy")
-    assert figure.caption.endswith(f" T{missing[1:]}.")
-    assert [line.label for line in layers(figure, Line)[:-1]] == ["CoR 0.8", "CoR 0.9"]
+    assert shown(broken, "energy").caption.endswith(f" T{missing[1:]}.")
     means = shown(broken, "decay-against-cor")
     assert [record["repeats"] for record in means.numbers["points"]] == [3, 1]
     assert np.isnan(layers(means, Points)[0].y_error).tolist() == [False, True]  # of one repeat
@@ -147,22 +123,6 @@ def test_a_caption_names_the_middle_of_several_values(warm: Run) -> None:
     assert "choose with" not in FIGURES["energy"].make(warm, Selection()).caption
 
 
-def test_sixteen_points_of_a_key_have_shades_in_its_order() -> None:
-    """Not of words, of a grid, or of series that are not points."""
-    cors = "cor=0.9,0.5,0.8"
-    assert ranks(parse(BASE, overrides=[cors]).points()) == (1, 0, 0.5)
-    assert ranks(parse(BASE, overrides=[cors, "balls.speed=1,2"]).points()) == ()
-    assert ranks(parse(BASE, overrides=["wall_cor=null,0.5"]).points()) == ()
-    assert MOST_SERIES == len(evenly(parse(BASE, overrides=["cor=0.1:0.9:17"]).points())) == 16
-
-
-def test_each_point_of_a_sweep_has_its_colour(decaying: Run) -> None:
-    energy = shown(decaying, "energy")
-    assert energy.shades == (0, 0.5, 1)
-    assert shown(decaying, "energy-fit", cor=0.8).shades == ()
-    assert shown(decaying, "decay-against-cor").shades == ()
-
-
 def test_many_collisions_are_those_of_few_repeats(
     decaying: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -175,12 +135,3 @@ def test_many_collisions_are_those_of_few_repeats(
         figure = FIGURES[name].make(decaying, Selection())
         assert [row["repeats"] for row in figure.numbers["points"]] == [3, 3]
         assert "evenly chosen" not in figure.caption
-
-
-def test_points_in_words() -> None:
-    overrides = ["balls.rings=3", "wall_cor=null,0.5", "balls.radius=1e-5"]
-    points = parse(BASE, overrides=overrides).points()
-    assert described(points[0], "balls.rings") == "N = 37"
-    assert described(points[0], "balls.radius") == "r = 1 × 10⁻⁵ m"
-    assert described(points[0], "wall_cor") == "wall as balls"
-    assert described(points[1], "wall_cor") == "wall CoR 0.5"

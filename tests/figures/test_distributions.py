@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +9,11 @@ import pytest
 from figure_runs import ADRIFT, layers, made, shown, traces
 
 from snooker_cli import theory
-from snooker_cli.analysis import predictions, structure
+from snooker_cli.analysis import predictions
 from snooker_cli.engine import replay
 from snooker_cli.figures import FigureData, Line, Points, Reference
 from snooker_cli.figures.captions import MEAN_SPREAD
 from snooker_cli.figures.figure_data import NEUTRAL, Band
-from snooker_cli.formatting import short
 from snooker_cli.runs import Run
 from snooker_cli.scene import EPSILON
 from snooker_cli.trace import SPEED_BIN
@@ -58,33 +56,6 @@ def test_distances_between_balls(decaying: Run) -> None:
     assert found.numbers["largest_overlap"] == 2.0 - smallest
     # A position is rounded at each of the ball's flights, to half of the spacing at 10 m or less.
     assert smallest > 2 - 100 * 10 * EPSILON
-
-
-def test_an_overlap_is_compared_with_the_rounding_of_a_coordinate(tmp_path: Path) -> None:
-    """Small balls 10 m from the centre: the rounding there is 512 times that of 2 cm."""
-    run = made(tmp_path / "run", "balls.radius=0.01", "cor=1", "repeats=2", "collisions=4000")
-    found = shown(run, "pair-distances")
-    overlap = found.numbers["largest_overlap"]
-    assert overlap > 0
-    times = short(overlap / np.spacing(10.0), 2)
-    assert f"by {short(overlap, 2)} m, {times} times the rounding of a coordinate" in found.caption
-
-
-@pytest.mark.parametrize("shape", ["box", "periodic"])
-def test_pair_distances_beside_uniform_ones(shape: str, request: pytest.FixtureRequest) -> None:
-    found = shown(request.getfixturevalue(shape), "pair-distances")
-    (line,) = laws(found)
-    # The rule of trapezoids over 200 points; a periodic box's density jumps in slope only.
-    area = float(np.sum((line.y[1:] + line.y[:-1]) / 2 * np.diff(line.x)))
-    assert area == pytest.approx(1, abs=2e-3)
-    sides = np.array([30.0, 20.0]) if shape == "periodic" else np.array([18.8, 12.8])
-    farthest = math.hypot(*sides) / (2 if shape == "periodic" else 1)
-    assert line.x[-1] == pytest.approx(farthest, rel=1e-12)
-    # Means of the square of a uniform distance: s²/12 of each side of images, s²/6 between walls.
-    square = float(np.sum(line.x**2 * line.y) / np.sum(line.y))
-    expected = float(np.sum(sides**2)) / (12 if shape == "periodic" else 6)
-    assert square == pytest.approx(expected, rel=5e-3)
-    assert all(each.x[0] == 1.2 for each in histograms(found))
 
 
 def test_speeds_in_metres_if_elastic(warm: Run) -> None:
@@ -131,27 +102,3 @@ def test_g_of_a_fluid_touches_the_contact_value(periodic: Run) -> None:
     (band, _) = layers(found, Band)
     assert f"Lines: means over the repeats; bands: {MEAN_SPREAD}." in found.caption
     np.testing.assert_allclose((band.low + band.high) / 2, line.y, atol=1e-12)
-
-
-def test_g_of_a_lossy_gas_is_that_of_the_last_states(periodic: Run) -> None:
-    found = shown(periodic, "pair-correlation", cor=0.8)
-    (line,) = layers(found, Line)
-    rows = [
-        structure.measured(structure.pair_correlation, trace, [0.99 * trace.stop.time])[0]
-        for trace in traces(periodic, 0)
-    ]
-    np.testing.assert_allclose(line.y, np.mean(rows, axis=0), rtol=1e-9)
-    assert found.numbers["points"][0]["theory"] is None
-
-
-def test_captions_of_states_name_what_is_shown(periodic: Run, mixture: Run) -> None:
-    elastic, lossy, both = (
-        shown(periodic, "pair-correlation", **({"cor": cor} if cor else {})) for cor in (1, 0.8, 0)
-    )
-    assert "Mean over the second half of each repeat." in elastic.caption
-    assert "The last state of each repeat." in lossy.caption
-    assert "Elastic points: mean over the second half; others: the last state" in both.caption
-    assert elastic.x_label == "distance / diameter"
-    assert shown(mixture, "pair-correlation").x_label == "distance / mean diameter"
-    assert "Theory: homogeneous cooling" in shown(periodic, "a2", cor=0.8).caption
-    assert "Theory" not in shown(mixture, "a2").caption

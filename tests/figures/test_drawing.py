@@ -9,7 +9,6 @@ import pickle
 import struct
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ from pypdf import PdfReader
 
 from snooker_cli.figures import FIGURES, FigureData, Line, Points, Reference
 from snooker_cli.figures.drawing import draw, save, styled
-from snooker_cli.figures.figure_data import Band, legend_line
+from snooker_cli.figures.figure_data import Band
 from snooker_cli.figures.selection import Selection
 from snooker_cli.runs import Run
 
@@ -135,59 +134,10 @@ def test_every_figure_is_drawn_legibly(name: str, figures: dict[str, FigureData]
         assert label is None or label in drawn
 
 
-@pytest.mark.parametrize("top", [0.0004, 4e5])
-def test_labels_of_an_x_axis_do_not_touch(top: float) -> None:
-    found = replace(EVERYTHING, layers=(Line(X * top / 0.3, X),), x_limits=(0, None), inset=())
-    with styled():
-        figure = draw(found)
-        figure.draw_without_rendering()
-        boxes = [label.get_window_extent() for label in tick_labels(figure.axes[0].xaxis)]
-    assert len(boxes) > 3
-    assert all(one.x1 + 4 < two.x0 for one, two in itertools.pairwise(boxes))
-
-
-@pytest.mark.parametrize(("low", "high"), [(0.12, 0.19), (0.002, 90.0), (3e-7, 8e-7)])
-def test_a_logarithmic_axis_has_three_labels_of_one_style(low: float, high: float) -> None:
-    found = replace(EVERYTHING, layers=(Line(X, np.array([low, low, high])),), y_log=True)
-    with styled():
-        figure = draw(replace(found, y_limits=(low, high), inset=()))
-        figure.draw_without_rendering()
-        texts = [plain_text(label) for label in tick_labels(figure.axes[0].yaxis)]
-        minor = [label.get_text() for label in figure.axes[0].yaxis.get_ticklabels(minor=True)]
-    assert len(texts) >= 3
-    assert len({"^" in text for text in texts}) == 1  # numbers or powers of ten
-    assert not any(minor)
-
-
-def test_a_legend_has_columns_where_its_texts_allow() -> None:
-    series = [Line(X, X + k, f"CoR 0.{k}", k) for k in range(4)]
-    styles = [legend_line("the same above the energy kept by L", "dashed") for _ in range(4)]
-    (legend,) = draw(replace(EVERYTHING, layers=(*series, *styles), inset=())).legends
-    assert legend._ncols == 2
-    long = [legend_line("a text that is nearly as long as the figure is wide", "dashed")]
-    (legend,) = draw(replace(EVERYTHING, layers=(*series, *long), inset=())).legends
-    assert legend._ncols == 1
-
-
-def test_equal_markers_are_not_at_the_upper_limit() -> None:
-    """At T = 50 in all repeats, but for rounding."""
-    x = np.array([50.0, 50.0 * (1 + 2e-15)])
-    found = replace(
-        EVERYTHING, layers=(Points(x, x), Points(X[:0], X[:0])), x_limits=(0, None), inset=()
-    )
-    (axes,) = draw(found).axes
-    assert axes.get_xlim() == pytest.approx((0.0, 52.5))
-    assert axes.get_ylim() == pytest.approx((0.0, 52.5))
-
-
 def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
     _, _, path = saved
     content = json.loads(path.read_text(encoding="utf-8"))
     assert content["numbers"] == {"third": 1 / 3, "nothing": None}
-    assert content["caption"] == EVERYTHING.caption
-    assert [layer["type"] for layer in content["inset"]] == ["line", "reference"]
-    types = "-".join(layer["type"] for layer in content["layers"])
-    assert types == "band-line-line-points-points-reference-reference"
     _, line, steps, points, _, vertical, horizontal = content["layers"]
     (axes,) = draw(EVERYTHING).axes
     drawn = [np.array(each.get_data()).tolist() for each in axes.lines]

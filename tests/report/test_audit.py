@@ -9,23 +9,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from figure_runs import DECAYING, layers, made, shown, traces
 from hypothesis import given
 from hypothesis import strategies as st
-from repeating import done, made
 from scipy import stats
 from single_fit import fit
 
-from snooker_cli.analysis.decay import Curve
-from snooker_cli.analysis.observables import ROUNDING
+from snooker_cli import theory
+from snooker_cli.analysis.decay import Curve, reported_constant
 from snooker_cli.config import load, points
+from snooker_cli.figures.figure_data import Line, Points
 from snooker_cli.report import content
+from snooker_cli.report.content import figure_data
 from snooker_cli.report.explanations import (
     LIKELY,
     TARGETS,
     Explanation,
     Explanations,
     decay_constants,
-    explain,
 )
 from snooker_cli.report.source_values import (
     CLAIMS,
@@ -49,26 +50,6 @@ def number(printed: str, *, mean: bool = False) -> SourceValue:
     return SourceValue("invented", "here", "invented", "energy decay", printed, "1/s", mean=mean)
 
 
-# Printed digits
-
-
-def test_value_error_and_half_of_the_last_digit() -> None:
-    for printed, expected in (
-        ("0.117 ± 0.01", (0.117, 0.01, 0.0005)),
-        ("15.010", (15.01, None, 0.0005)),
-        ("≈ 17", (17.0, None, 0.5)),
-    ):
-        one = number(printed)
-        assert (one.value, one.error, pytest.approx(one.half_digit, rel=1e-12)) == expected
-
-
-def test_an_exact_number_allows_only_rounding() -> None:
-    largest = SOURCE_VALUES["largest_distance"]
-    assert largest.half_digit == 9 * ROUNDING
-    assert OurValue(9.000000000000004).agrees(largest)
-    assert not OurValue(9.0000001).agrees(largest)
-
-
 @given(st.floats(-1, 1), st.floats(0, 10))
 def test_agreement_is_the_last_digit_and_two_standard_errors(part: float, error: float) -> None:
     one = number("4.2 ± 0.3")
@@ -87,25 +68,6 @@ def test_interval_of_a_mean_of_five_from_its_range() -> None:
     assert np.mean(ratios < LORD) == pytest.approx(0.95, abs=0.002)
     mean = number("0.117 ± 0.01", mean=True)
     assert 2 * mean.standard_error == pytest.approx(LORD * 2 * 0.01)
-
-
-# Arithmetic
-
-
-def result(formula: str) -> float:
-    """The value of a formula in source_values.yaml."""
-    formula = re.sub(r"ln ([\d.]+)", r"*math.log(\1)", formula.replace("−", "-").replace("×", "*"))
-    return float(eval(formula, {"math": math}))
-
-
-def test_what_follows_from_other_printed_numbers_has_the_printed_digits() -> None:
-    found = [number for number in SOURCE_VALUES.values() if "=" in number.follows]
-    assert len(found) == 6
-    for one in found:
-        formula, _, value = one.follows.partition(" = ")
-        assert result(formula) == pytest.approx(float(value), abs=0.0006), one.name
-        assert OurValue(float(value)).rounds_to(one), one.name
-        assert set(re.findall(r"\d+\.\d{2,}", formula)) <= PRINTED, one.name
 
 
 def test_checks_by_printed_numbers_alone_are_right() -> None:
@@ -151,14 +113,6 @@ def explanation(factor: float = 1.0, share: float = 0.1) -> Explanation:
     return Explanation(f"{factor:g}", samples)
 
 
-def test_a_printed_mean_has_the_standard_error_and_one_run_the_deviation() -> None:
-    several = Sample([1.0, 2.0, 3.0, 6.0])
-    deviation = math.sqrt(14 / 3)
-    assert several.our_value(number("3 ± 1", mean=True)).error == pytest.approx(deviation / 2)
-    assert several.our_value(number("3 ± 1")).error == pytest.approx(deviation)
-    assert math.isnan(Sample([1.0, math.nan]).value)
-
-
 def test_the_score_is_zero_for_the_printed_numbers_and_counts_all_targets() -> None:
     right = explanation()
     assert right.score == pytest.approx(0, abs=1e-20)
@@ -168,19 +122,6 @@ def test_the_score_is_zero_for_the_printed_numbers_and_counts_all_targets() -> N
     for one in TARGETS[-3:]:
         samples = {**right.samples, (one.quantity, one.cor): sample(one, 0.1)}
         assert replace(right, samples=samples).rejected, one.name
-
-
-def test_much_scatter_and_few_repeats_predict_nothing() -> None:
-    energy, wide = SOURCE_VALUES["energy_mean_0.8"], explanation(share=0.6)
-    assert not wide.predicts(energy)
-    assert wide.predicts(SOURCE_VALUES["speed_0.8"])
-    right, key = explanation(), (energy.quantity, energy.cor)
-    for early, predicts in ((10, True), (11, False)):
-        each = right.samples[key].values.copy()
-        each[:early] = math.nan
-        cut = replace(right, samples={**right.samples, key: Sample(each)})
-        assert cut.predicts(energy) is predicts
-        assert cut.whole is predicts
 
 
 def test_the_first_that_agrees_or_the_nearest_explains_a_number() -> None:
@@ -193,48 +134,6 @@ def test_the_first_that_agrees_or_the_nearest_explains_a_number() -> None:
     assert simplest(stated, far, near, nearer) == (near, near.our_value(energy))
     assert simplest(stated, explanation(3.0), far) == (far, far.our_value(energy))
     assert simplest(stated, explanation(share=0.6)) is None
-
-
-AUDIT = """
-container: {radius: 10.0, mass: 1.0e7}
-balls: {rings: 3, radius: 1.0, speed: 10.0}
-cor: 0.8
-collisions: 120
-repeats: 4
-common_random: true
-"""
-
-
-@pytest.fixture(scope="module")
-def explained(tmp_path_factory: pytest.TempPathFactory) -> Explanations:
-    """The explanations of a small audit."""
-    folder = tmp_path_factory.mktemp("audit")
-    swept = "sweep: {cor: [0.8, 0.9], balls.radius: [0.1, 1.0], wall_cor: [null, 1.0]}"
-    elastic = AUDIT.replace("0.8", "1.0") + "sweep: {balls.radius: [0.1, 0.5, 1.0]}"
-    runs = [made(folder / name, text) for name, text in (("a", AUDIT + swept), ("b", elastic))]
-    for run in runs:
-        done(run)
-    return explain(*runs)
-
-
-def test_each_explanation_has_the_values_of_its_setting(explained: Explanations) -> None:
-    stated, slip, *_, mixed, best = explained.named
-    assert [one.name for one in explained.named[:3]] == [
-        *("as stated", "time axis of the fits × 10", "elastic wall")
-    ]
-    assert mixed.name == "balls of 0.1 m in the fits only, elastic wall, first 48 collisions"
-    energy = SOURCE_VALUES["energy_mean_0.8"].quantity, 0.8
-    speed, pressure = ("mean speed", 0.8), ("pressure", None)
-    assert slip.samples[energy].value == pytest.approx(stated.samples[energy].value / 10)
-    assert slip.samples[speed].value == stated.samples[speed].value
-    elastic, small = explained.named[2], explained.named[5]
-    assert mixed.samples[speed].value == elastic.samples[speed].value
-    assert mixed.samples[pressure].value == stated.samples[pressure].value
-    assert small.samples[pressure].value < stated.samples[pressure].value / 1.5
-    assert mixed.samples[energy].value < elastic.samples[energy].value / 2
-    assert best.score <= min(one.score for one in explained.named)
-    assert (explained.repeats, explained.factor) == (32, 10.0)
-    assert load(ROOT / "configs" / "audit.yaml").experiment.repeats >= 200
 
 
 def test_a_fit_ends_at_its_last_collision() -> None:
@@ -259,6 +158,28 @@ def test_deviations_from_the_laws_are_in_standard_errors() -> None:
     assert one["theory"] == pytest.approx(1.116, abs=0.001)
     assert one["excess"] == pytest.approx(one["theory"] - 1)
     assert one["in_errors"] == pytest.approx(100 * one["excess"])
+
+
+def test_only_the_reproduction_shows_the_formula_of_the_source_report(tmp_path: Path) -> None:
+    run = made(tmp_path / "run", *DECAYING)
+    own = shown(run, "decay-against-cor")
+    assert "report" not in own.caption + "".join(str(each.label) for each in layers(own, Line))
+    found = figure_data({"run": run}, "decay-against-cor", "run")
+    assert len(found.layers) == len(own.layers) + 2
+    reported, enskog = layers(found, Line)[:2]
+    assert reported.label == "k by the source report"
+    for index in (0, 1):
+        constants = [reported_constant(trace) for trace in traces(run, index)]
+        assert reported.y[index] == pytest.approx(np.mean(constants), rel=1e-14)
+        assert found.numbers["points"][index]["report_k"] == reported.y[index]
+    k = layers(own, Points)[0]
+    assert reported.series == enskog.series == k.series
+    assert enskog.label == "k, mean free path after Enskog"
+    assert "Enskog's λ = 1/(√2 n 4rχ), χ for the size of the balls" in found.caption
+    density, contact = 19 / (100 * math.pi), float(theory.contact_value(0.19))
+    path = theory.mean_free_path(density, 1.0, contact)
+    speed = theory.fixed_energy_mean_speed(19, 50.0)
+    assert enskog.y[0] == pytest.approx(-2 * math.log(0.8) * speed / path, rel=1e-12)
 
 
 def test_no_result_is_typed_in_the_text_of_the_report() -> None:

@@ -1,16 +1,11 @@
 """Averages, predictions and the exact twin in ``snooker bench error``."""
 
-import json
 import math
 
 import numpy as np
 import pytest
-from scenes import scene_of
 
-from snooker_cli.figures import Line, Points
-from snooker_cli.figures.drawing import to_json
 from snooker_cli.validation.accuracy_study import (
-    AccuracyStudy,
     against_truth,
     averages,
     quantities,
@@ -43,20 +38,6 @@ def test_averages_are_compared_with_the_first_method():
         assert b["difference"] == pytest.approx(b["mean"] - a["mean"], abs=1e-12)
 
 
-def test_quantities():
-    """One ball between two sides of the wall: every 2a/v an impulse of (1 + e) m v."""
-    ball = (0.0, 0.0, 8.0, 0.0, 2.0, 3.0)
-    found = quantities(by_engine(scene_of([ball]), np.array([10.5])), 10.5)
-    hits = 5  # at 1, 3, 5, 7 and 9 s
-    pressure = hits * 2 * 3.0 * 8.0 / (2 * math.pi * 10.0 * 10.5)
-    assert found == {
-        "pressure, Pa m": pytest.approx(pressure, rel=1e-14),
-        "collisions, 1/s": hits / 10.5,
-    }
-    slower = by_engine(scene_of([ball], wall_restitution=0.5), np.array([2.0]))
-    assert quantities(slower, 2.0)["decay constant, 1/s"] == pytest.approx(math.log(4) / 2)
-
-
 def test_methods_beside_the_exact_twin():
     found = against_truth(SEVEN, METHODS)
     assert (found["certain"], found["collisions"], found["checkpoints"][-1]) == (40, 40, 40)
@@ -70,22 +51,3 @@ def test_methods_beside_the_exact_twin():
     # A tenth of the step makes a tenth of the error, before chaos.
     third = found["checkpoints"].index(5)
     assert steps[1]["place_errors"][third] < steps[0]["place_errors"][third]
-
-
-def test_figures_come_from_the_record(bench):
-    _, record = bench("error")
-    against, growing = AccuracyStudy.figures(record).values()
-    results = record["scenes"][0]["results"]
-    engine, report, _, steps = against.layers
-    place = record["scenes"][0]["checkpoints"].index(50)
-    assert isinstance(engine, Points)
-    assert engine.y.tolist() == [results[0]["place_errors"][place]]
-    assert report.x.tolist() == [1e6 * results[1]["seconds"] / 50]
-    assert steps.y.tolist() == [one["place_errors"][place] for one in results[2:]]
-    assert [one["method"] for one in against.numbers["methods"]] == [
-        one["method"] for one in results
-    ]
-    labels = [layer.label for layer in growing.layers if isinstance(layer, Line)]
-    assert labels == [results[k]["method"] for k in (0, 1, 2, -1)]
-    for figure in (against, growing):
-        json.loads(to_json(figure))

@@ -8,21 +8,15 @@ import pytest
 from scenes import EPSILON, scene_of
 
 from snooker_cli.analysis.observables import losses, total_energy
-from snooker_cli.containers import Circle
-from snooker_cli.engine import States
 from snooker_cli.validation.methods import (
     TOLERANCE,
     all_methods,
     by_engine,
     by_source_report,
-    by_steps,
-    deepest_overlap,
-    farthest_escape,
     first_different,
     imbalance,
     mixture,
     rings,
-    rms_distance,
 )
 
 
@@ -86,40 +80,3 @@ def test_the_source_reports_tolerance_drops_a_collision():
     engine = by_engine(reference.scene, time[: dropped + 50])
     assert first_different(engine.events, reference.events) >= dropped + 49
     assert engine.overlap < 1e-13
-
-
-def test_time_steps_are_of_the_first_order():
-    """The error after a few events is the distance covered in a few steps."""
-    reference = make_reference.read("report")
-    moments = reference.events.time[: reference.after[0]]
-    engine = by_engine(reference.scene, moments)
-    for step in (1e-4, 1e-5):
-        course = by_steps(reference.scene, moments[:10], step)
-        error = rms_distance(course.positions, engine.positions[:10])[-1]
-        assert 0.1 * 10.0 * step < error < 10 * 10.0 * step
-    assert rms_distance(engine.positions[-1:], reference.states[:1, :-1, :2])[0] < 1e-13
-
-
-def test_overlap_and_escape():
-    balls = [(0.0, 0.0, 0.0, 0.0, 1.0, 1.0), (1.9, 0.0, 0.0, 0.0, 1.0, 1.0)]
-    scene = scene_of(balls, container=Circle(4.0))
-
-    def states(x, speed=0.0, centre=0.0):
-        """The second ball at x, with a speed; the container's centre."""
-        zero = np.zeros((1, 2))
-        position, velocity = (np.array([[[0.0, 0.0], [v, 0.0]]]) for v in (x, speed))
-        return States(np.zeros(1), position, velocity, np.array([[centre, 0.0]]), zero)
-
-    flight = np.ones(1)
-    assert (
-        deepest_overlap(scene, states(2.5), 0 * flight)
-        == farthest_escape(scene, states(2.5))
-        == 0.0
-    )
-    assert deepest_overlap(scene, states(1.9), 0 * flight) == pytest.approx(0.1)
-    assert farthest_escape(scene, states(3.3)) == pytest.approx(0.3)
-    assert farthest_escape(scene, states(3.3, centre=0.2)) == pytest.approx(0.1)
-    # In free flight: the ball approaches at 2 m/s, or passes through the other.
-    assert deepest_overlap(scene, states(2.5, -2.0), 0.4 * flight) == pytest.approx(0.3)
-    assert deepest_overlap(scene, states(2.5, -2.0), 3.0 * flight) == pytest.approx(2.0)
-    assert deepest_overlap(scene, states(2.5, 2.0), 3.0 * flight) == 0.0
