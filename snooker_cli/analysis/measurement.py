@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 POINTS = 64
-"""Points of a curve at most. Each two of them stand for equally many collisions."""
+"""Points of a curve at most. Each two of them stand for a group of collisions."""
 
 SAMPLES = 128  # times of a repeat between which a law is judged
 
