@@ -136,8 +136,7 @@ QUANTITIES: dict[str, Quantity] = {
 FURTHER = "temperature", "pressure_amplitude_1"  # only --all prints these
 
 SAMPLING = (
-    f"Fits use means over equally many collisions, at most {POINTS} of them in a repeat "
-    "(summaries are interpolated). "
+    f"A fit uses at most {POINTS} points of a repeat, which stand for all its collisions. "
     f'"Local" means averages over {WINDOWS} windows of time. '
     "The pressure is a mean since the start; for Haff's law its fit is A/(1 + αt). "
     f"Models: {'; '.join(f'{name} {model.formula}' for name, model in LAWS.items())}."

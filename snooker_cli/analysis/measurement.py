@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snooker_cli.analysis import observables
-from snooker_cli.analysis.observables import INSTANT
+from snooker_cli.analysis.observables import INSTANT, sampling_times
 from snooker_cli.engine import Rows, batch_series, is_short
 from snooker_cli.engine.jit import helper, inlined, kernel
 from snooker_cli.runs.execution import processors
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 POINTS = 64
-"""Points of a curve at most. Each two of them stand for equally many collisions."""
+"""Points of a curve at most. Each two of them stand for a group of collisions."""
 
 SAMPLES = 128  # times of a repeat between which a law is judged
 
@@ -186,10 +186,8 @@ def measure(traces: Iterable[Trace], since: float = 0.0, until: float = math.inf
             while len(waiting) > most:
                 parts.append(waiting.popleft().result())
         parts += [future.result() for future in waiting]
-    if len(parts) == 1:
-        return parts[0]
-    joined = {name.name: [getattr(part, name.name) for part in parts] for name in fields(parts[0])}
-    return Measurements(**{name: _joined(values) for name, values in joined.items()})
+    columns = {name: [getattr(part, name) for part in parts] for name in vars(parts[0])}
+    return Measurements(**{name: _joined(values) for name, values in columns.items()})
 
 
 def _joined(values: list[Any]) -> Any:
@@ -201,12 +199,13 @@ def _joined(values: list[Any]) -> Any:
 
 def _together(traces: Iterable[Trace]) -> Iterator[list[Trace]]:
     """The repeats in lists that are measured at once."""
-    together: list[Trace] = []
+    together, rows = list[Trace](), 0
     for trace in traces:
         together.append(trace)
-        if sum(repeat.collisions + 1 for repeat in together) >= MOST_ROWS or len(together) >= 512:
+        rows += trace.collisions + 1
+        if rows >= MOST_ROWS:
             yield together
-            together = []
+            together, rows = [], 0
     if together:
         yield together
 
@@ -218,10 +217,8 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
     calm = [observables.before_collapse(trace) for trace in traces]
     relaxed = [relaxed_at(trace) for trace in calm]
     if all(map(is_short, traces)):
-        times = [
-            np.empty(0) if time is None else observables.sampling_times(trace, time)
-            for trace, time in zip(calm, relaxed, strict=True)
-        ]
+        pairs = zip(calm, relaxed, strict=True)
+        times = [np.empty(0) if at is None else sampling_times(trace, at) for trace, at in pairs]
         rows, speeds = batch_series(traces, times)
         held, collisions = np.ones(repeats, dtype=bool), rows
         ends = rows.starts[:-1] + [trace.collisions + 1 for trace in calm]
@@ -232,14 +229,10 @@ def _measured(traces: Sequence[Trace], since: float, until: float) -> Measuremen
         if traces[0].summary is not None:
             collisions = _rows([observables.after_collisions(trace) for trace in traces])
         ends = rows.starts[:-1] + [len(observables.series(trace).time) for trace in calm]
-        speeds = np.array(
-            [
-                np.zeros(SPEED_BINS, np.int64)
-                if time is None
-                else observables.reduced_speed_counts(trace, time)
-                for trace, time in zip(calm, relaxed, strict=True)
-            ]
-        )
+        speeds = np.zeros((repeats, SPEED_BINS), dtype=np.int64)
+        for counts_of, trace, time in zip(speeds, calm, relaxed, strict=True):
+            if time is not None:
+                counts_of[:] = observables.reduced_speed_counts(trace, time)
     velocities, masses = np.stack([trace.start.velocities for trace in traces]), scene.masses
     momenta = np.einsum("i,ric->rc", masses, velocities)
     drift = np.sum(momenta**2, axis=1) / (2 * np.sum(masses))
