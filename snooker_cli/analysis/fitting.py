@@ -58,10 +58,6 @@ class FitModel:
         """g at x."""
         return np.asarray((1 + x) ** -self.power if self.power else np.exp(-x))
 
-    def inverse(self, y: float) -> float:
-        """The x at which g has a positive value."""
-        return float(y ** (-1 / self.power) - 1 if self.power else -np.log(y))
-
     def rate(self, p: Array) -> Array:
         """The rate q at the variable p of a search; e^p − 1 is above −1 for every p."""
         return np.expm1(p) if self.power else p
@@ -521,7 +517,7 @@ def _deviation(judged: Range, form: FitModel) -> tuple[int, float, float]:
         return np.asarray(((mean - law) / spread) @ axes * np.sqrt(count / shares))
 
     with np.errstate(all="ignore"):
-        x = form.inverse(np.exp(mean.sum()))
+        x = inverse(form.power, float(np.exp(mean.sum())))
         best = math.log1p(x) if form.power else x
         for _ in range(_MOST_STEPS):  # the method of Gauss and Newton
             here, width = residuals(best), 1e-7 * max(abs(best), 1e-3)

@@ -6,9 +6,9 @@ curve of at most ``POINTS`` points for the fits. All arrays have one row for eac
 
 import math
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -129,13 +129,7 @@ class Measurements:
 
     def chosen(self, repeats: NDArray[np.bool_]) -> "Measurements":
         """The measurements of some of the repeats."""
-        own = {name.name: getattr(self, name.name) for name in fields(self)}
-        for name, values in own.items():
-            if isinstance(values, Averages):
-                own[name] = Averages(*(column[repeats] for column in values))
-            elif isinstance(values, np.ndarray):
-                own[name] = values[repeats]
-        return Measurements(**own)
+        return _mapped([self], lambda columns: columns[0][repeats])
 
     @property
     def collisions(self) -> Integers:
@@ -186,15 +180,19 @@ def measure(traces: Iterable[Trace], since: float = 0.0, until: float = math.inf
             while len(waiting) > most:
                 parts.append(waiting.popleft().result())
         parts += [future.result() for future in waiting]
-    columns = {name: [getattr(part, name) for part in parts] for name in vars(parts[0])}
-    return Measurements(**{name: _joined(values) for name, values in columns.items()})
+    return _mapped(parts, np.concatenate)
 
 
-def _joined(values: list[Any]) -> Any:
-    """The arrays of several lists of repeats as one; the scene is that of the first."""
-    if isinstance(values[0], Averages):
-        return Averages(*map(np.concatenate, zip(*values, strict=True)))
-    return np.concatenate(values) if isinstance(values[0], np.ndarray) else values[0]
+def _mapped(parts: Sequence[Measurements], function: Callable[[Any], Any]) -> Measurements:
+    """Measurements whose arrays a function makes of those of the parts; the scene is the first."""
+    made: dict[str, Any] = {}
+    for name, value in vars(parts[0]).items():
+        columns = [getattr(part, name) for part in parts]
+        if isinstance(value, Averages):
+            made[name] = Averages(*map(function, zip(*columns, strict=True)))
+        else:
+            made[name] = function(columns) if isinstance(value, np.ndarray) else value
+    return Measurements(**made)
 
 
 def _together(traces: Iterable[Trace]) -> Iterator[list[Trace]]:
