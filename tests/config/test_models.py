@@ -68,6 +68,16 @@ def collapsing(collapse: str, *overrides: str) -> Experiment:
     return experiment(f"{COLLAPSE}collisions: 150\ncollapse: {collapse}\n", *overrides)
 
 
+@pytest.mark.parametrize(
+    ("limit", "kept"), [("collisions: 999", True), ("collisions: 1000", False), ("time: 1", False)]
+)
+def test_the_events_of_few_collisions_are_stored(limit: str, kept: bool) -> None:
+    """They take less space than a summary."""
+    text = "container: {radius: 10}\nballs: {count: 9, radius: 1, speed: 1}\ncor: 1\n"
+    assert experiment(f"{text}{limit}\nrecord: summary\n").keeps_events == kept
+    assert experiment(f"{text}{limit}\n").keeps_events
+
+
 def test_the_scene_has_the_collapse_of_the_config() -> None:
     for choice, expected in CHOICES.items():
         scene = starting_scene(collapsing(choice), 0)
