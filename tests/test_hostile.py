@@ -185,7 +185,7 @@ def test_little_memory_is_taken(command: str, finished: Path, repeats: hostile.C
 
 
 KINDS = {
-    "summary": SMALL + "record: summary\n",
+    "summary": SMALL.replace("150", "1000") + "record: summary\n",
     **{
         shape: SMALL.replace("{radius: 10.0, mass: 1.0e7}", f"{{shape: {shape}, {size}}}").replace(
             "rings: 1", "count: 7"

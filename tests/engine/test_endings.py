@@ -72,22 +72,6 @@ def partners(trace: Trace) -> list[tuple[int, int]]:
 # --- limits -----------------------------------------------------------------------------------
 
 
-@every_container
-def test_collisions(container):
-    trace = run(container, collisions=500)
-    events = trace.events
-    assert trace.stop.reason is StopReason.COLLISIONS
-    assert trace.collisions == len(events) == 500
-    assert trace.wall_events == np.sum(events.j == CONTAINER)
-    assert (trace.wall_events == 0) == (container == "periodic")
-    assert trace.stop.time == events.time[-1]
-    assert trace.stop.balls == ()
-    assert np.all(np.diff(events.time) >= 0)
-    assert np.all((events.j > events.i) | (events.j == CONTAINER))
-    assert np.all((events.i >= 0) & (events.j < trace.start.number))
-    assert np.all(events.impulse >= 0)
-
-
 def test_a_collision_at_the_very_end_is_in():
     """9 m at 4.5 m/s take 2 s."""
     scene = scene_of([(0.0, 0.0, 4.5, 0.0, 1.0, 1.0)])
