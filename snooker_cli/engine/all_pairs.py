@@ -104,6 +104,23 @@ def slide_event(boundary: Any, i: int, j: int, now: float, state: State) -> tupl
     return ks.NO_PARTNER, False, 0.0
 
 
+# Links
+
+
+@inlined
+def count_event(i: int, partner: int, bounces: int, links: Integers) -> None:
+    """Note an event of ball i: with which partner, and its hits of the wall in a row by now."""
+    links[EVENTS, i] += 1
+    links[LAST, i] = partner
+    links[BOUNCES, i] = bounces
+
+
+@inlined
+def is_stale(i: int, j: int, links: Integers) -> bool:
+    """Whether ball j has had another event since ball i's contact with it was predicted."""
+    return bool(links[PARTNER_EVENTS, i] != links[EVENTS, j])
+
+
 # Searches
 
 
@@ -214,7 +231,7 @@ def next_event(state: State, agenda: Agenda) -> tuple[int, int, float]:
         if times[ks.WALL_TIME, i] <= times[ks.PAIR_TIME, i]:
             return i, ks.NO_PARTNER, now
         j = links[PARTNER, i]
-        if j >= 0 and links[PARTNER_EVENTS, i] == links[EVENTS, j]:
+        if j >= 0 and not is_stale(i, j, links):
             return i, j, now
         if ks.is_curved(state.boundary) and now > state.sums[ks.TIME_LIMIT]:
             return i, j, now
@@ -234,9 +251,7 @@ def other_events(end: float, i: int, next_times: Floats) -> int:
 def after_wall_hit(i: int, now: float, state: State, agenda: Agenda) -> bool:
     """Predict what ball i does after a hit of the wall; whether it is trapped there for good."""
     boundary, setup, times, links = state.boundary, state.setup, agenda.times, agenda.links
-    links[EVENTS, i] += 1
-    links[LAST, i] = ks.NO_PARTNER
-    links[BOUNCES, i] += 1
+    count_event(i, ks.NO_PARTNER, links[BOUNCES, i] + 1, links)
     predict_walls(boundary, now, state, times)
     delay = delay_to_next_hit(boundary, i, state)
     times[ks.WALL_TIME, i] = now + delay
@@ -259,11 +274,8 @@ def after_wall_hit(i: int, now: float, state: State, agenda: Agenda) -> bool:
 @inlined
 def after_pair(i: int, j: int, now: float, state: State, agenda: Agenda) -> None:
     """Predict what balls i and j do after their collision."""
-    links = agenda.links
-    links[EVENTS, i] += 1
-    links[EVENTS, j] += 1
-    links[LAST, i], links[LAST, j] = j, i
-    links[BOUNCES, i] = links[BOUNCES, j] = 0
+    count_event(i, j, 0, agenda.links)
+    count_event(j, i, 0, agenda.links)
     delay_i = predict_wall(i, now, state, agenda)
     delay_j = predict_wall(j, now, state, agenda)
     find_contacts(i, j, now, delay_i, delay_j, state, agenda)
@@ -272,10 +284,8 @@ def after_pair(i: int, j: int, now: float, state: State, agenda: Agenda) -> None
 @inlined
 def begin_slide(i: int, now: float, agenda: Agenda) -> None:
     """Ball i slides from now on: it has no wall ahead, and its contacts are searched next."""
-    times, links = agenda.times, agenda.links
-    links[EVENTS, i] += 1
-    links[LAST, i], links[BOUNCES, i] = ks.NO_PARTNER, 0
-    times[ks.WALL_TIME, i] = NEVER
+    count_event(i, ks.NO_PARTNER, 0, agenda.links)
+    agenda.times[ks.WALL_TIME, i] = NEVER
     enter_contact(i, now, ks.NOT_SEARCHED, agenda)
 
 
