@@ -104,7 +104,7 @@ def slide_event(boundary: Any, i: int, j: int, now: float, state: State) -> tupl
     return ks.NO_PARTNER, False, 0.0
 
 
-# Links
+# Entries and searches
 
 
 @inlined
@@ -113,15 +113,6 @@ def count_event(i: int, partner: int, bounces: int, links: Integers) -> None:
     links[EVENTS, i] += 1
     links[LAST, i] = partner
     links[BOUNCES, i] = bounces
-
-
-@inlined
-def is_stale(i: int, j: int, links: Integers) -> bool:
-    """Whether ball j has had another event since ball i's contact with it was predicted."""
-    return bool(links[PARTNER_EVENTS, i] != links[EVENTS, j])
-
-
-# Searches
 
 
 @inlined
@@ -231,7 +222,7 @@ def next_event(state: State, agenda: Agenda) -> tuple[int, int, float]:
         if times[ks.WALL_TIME, i] <= times[ks.PAIR_TIME, i]:
             return i, ks.NO_PARTNER, now
         j = links[PARTNER, i]
-        if j >= 0 and not is_stale(i, j, links):
+        if j >= 0 and links[PARTNER_EVENTS, i] == links[EVENTS, j]:
             return i, j, now
         if ks.is_curved(state.boundary) and now > state.sums[ks.TIME_LIMIT]:
             return i, j, now

@@ -209,7 +209,8 @@ def test_batches_are_of_about_a_second_or_16_megabytes() -> None:
     assert events[-2:] == [1, 1]
     for k, size in enumerate(events, 2):
         assert size == 1 or size * EVENT_IN_MEMORY * 10**k < BATCH_BYTES
-    assert summaries[:2] == events[:2]  # of few collisions, the events are stored
+    assert summaries[0] == events[0]  # of few collisions, the events are stored
+    assert summaries[1] < events[1]
     assert summaries[-2] > events[-2]  # a summary of long repeats takes less memory
     assert sizes("repeats=500", "seed=7") == events
     assert min(sizes(engine="cells")) == 1
