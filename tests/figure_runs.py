@@ -29,7 +29,7 @@ repeats: 3
 ELASTIC = ("cor=1", "record=summary", "container.mass=.inf")
 
 DECAYING = ("cor=0.8,0.9,1.0",)
-WARM = (*ELASTIC, "balls.radius=0.2,1.0", "balls.speed=5,10,20")
+WARM = (*ELASTIC, "collisions=1000", "balls.radius=0.2,1.0", "balls.speed=5,10,20")
 
 BOX = """\
 container: {shape: box, width: 20, height: 14}

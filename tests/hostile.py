@@ -7,6 +7,7 @@ import os
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -91,9 +92,14 @@ def tiny_times(trace: Trace) -> Trace:
     return replace(trace, events=replace(trace.events, time=times))
 
 
-def no_residual(before: Trace) -> Trace:
+def residual(value: float) -> Damage:
+    """Gives each event this residual of its time, s."""
+    return with_traces(partial(_with_residual, value))
+
+
+def _with_residual(value: float, before: Trace) -> Trace:
     assert before.events is not None
-    column = np.full(len(before.events), np.nan)
+    column = np.full(len(before.events), value)
     return replace(before, events=replace(before.events, residual=column))
 
 
@@ -254,7 +260,7 @@ REFUSED: dict[str, dict[str, Damage]] = {
     },
     "wrong order of the times": {f"{value}": event("time", value) for value in WRONG},
     "wrong impulse": {f"{value}": event("impulse", value) for value in WRONG},
-    "wrong residual": {"nan": with_traces(no_residual)},
+    "wrong residual": {f"{value}": residual(value) for value in (np.nan, 1e149)},
     "squares of speed times distance": {"fast": scene("velocities", 1e200, 0)},
     "wrong place of a ball": {
         **{f"at {value}": scene("positions", value, 0) for value in (np.nan, 1e3, 1e300)},
@@ -339,7 +345,6 @@ REFUSED: dict[str, dict[str, Damage]] = {
 
 OTHERS: dict[str, Damage] = {
     "event: time 5e-324 of all": with_traces(tiny_times),
-    "event: residual 1e149": event("residual", 1e149),
     "far: all times × 1e20": times(1e20),
     "fast: 1e150 m/s": scene("velocities", 1e150, 0),
     "rule: a box": rules(shape="box"),

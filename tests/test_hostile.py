@@ -154,7 +154,7 @@ def test_little_memory_is_taken(command: str, finished: Path) -> None:
 
 
 KINDS = {
-    "summary": ["record=summary"],
+    "summary": ["record=summary", "collisions=1000"],
     "box": [
         "container={shape: box, width: 20, height: 14}",
         "balls={count: 7, radius: 1, speed: 9}",

@@ -171,10 +171,18 @@ def _entries(run: Run, points: Sequence[Point], counting: Counting) -> list[dict
 def _saved(path: Path) -> dict[str, Any]:
     """What a file of analyses holds by point, not yet checked; nothing if it is not such a file."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        content = json.loads(text, parse_float=_finite, parse_constant=_finite)
     except UNREADABLE:
         return {}
     return content if isinstance(content, dict) else {}
+
+
+def _finite(text: str) -> float:
+    """A number in a file. Raises ``ValueError`` for one that is not finite."""
+    if not math.isfinite(number := float(text)):
+        raise ValueError(f"{text} is not finite")
+    return number
 
 
 def _fingerprints(statuses: Sequence[RepeatStatus]) -> Iterator[str]:

@@ -86,7 +86,7 @@ def export(
         if len(points) > 1:
             raise UserError(f"--where {' '.join(where)}: {len(points)} points; choose one of them")
         point = points[0].index
-    if opened.chosen(point, repeat).experiment.record == "summary":
+    if not opened.chosen(point, repeat).experiment.keeps_events:
         what = "states" if states else "events"
         problem = f"{opened.name} was run with `record: summary`: it has no {what} to export"
         raise UserError(problem, "give --table, or run the config with `record: events`")

@@ -36,6 +36,8 @@ MAX_BALLS = 10_000_000  # balls of all species; their start takes half a minute 
 
 LEAST_LOSS = 1e-6  # 1 − wall CoR of balls that slide, or 0; 18 million bounces before a slide
 
+AS_LARGE_AS_A_SUMMARY = 1000  # collisions of a repeat whose events take as much space
+
 MAX_INTEGER = 2**63 - 1  # the largest 64-bit integer, for files and arrays
 
 
@@ -320,7 +322,8 @@ class Experiment(Model):
     """Whether all points have the same random starts, for paired comparisons. By default each point
     has its own: they follow from the seed and the point's physics."""
     record: Literal["events", "summary"] = "events"
-    """What is stored: every collision, or only a summary."""
+    """What is stored: every collision, or only a summary. With collisions below 1,000 every
+    collision is stored, because this is smaller and faster."""
     sweep: Annotated[
         Axes,
         PlainValidator(axes, json_schema_input_type=dict[str, Any]),
@@ -336,6 +339,12 @@ class Experiment(Model):
         if faults := tuple(_faults(self)):
             raise ConfigError(faults)
         return self
+
+    @property
+    def keeps_events(self) -> bool:
+        """Whether every collision is stored."""
+        few = self.collisions is not None and self.collisions < AS_LARGE_AS_A_SUMMARY
+        return self.record == "events" or few
 
     @property
     def effective_wall_cor(self) -> float:

@@ -15,7 +15,7 @@ from snooker_cli.engine.collision import collide, count, record
 from snooker_cli.engine.contact import NEVER
 from snooker_cli.engine.jit import by_class, inlined, kernel
 from snooker_cli.engine.kernel_state import Floats, Integers, Recorded, State
-from snooker_cli.engine.prediction import delay_to_wall
+from snooker_cli.engine.prediction import delay_to_next_hit, delay_to_wall
 from snooker_cli.engine.sampling import Grid, grid_of, next_sample, sample_until
 from snooker_cli.trace import SLIDE
 
@@ -104,7 +104,15 @@ def slide_event(boundary: Any, i: int, j: int, now: float, state: State) -> tupl
     return ks.NO_PARTNER, False, 0.0
 
 
-# Searches
+# Entries and searches
+
+
+@inlined
+def count_event(i: int, partner: int, bounces: int, links: Integers) -> None:
+    """Note an event of ball i: with which partner, and its hits of the wall in a row by now."""
+    links[EVENTS, i] += 1
+    links[LAST, i] = partner
+    links[BOUNCES, i] = bounces
 
 
 @inlined
@@ -184,9 +192,10 @@ def find_contacts(
 
 
 @inlined
-def predict_wall(i: int, now: float, left_wall: bool, state: State, agenda: Agenda) -> float:
-    """Enter when ball i hits the wall, and return the time until then, s."""
-    delay = delay_to_wall(state.boundary, i, now, left_wall, state)
+def predict_wall(i: int, now: float, state: State, agenda: Agenda) -> float:
+    """Enter when ball i, after any event but a hit of the wall, hits it; the time until then, s."""
+    slid = ks.leaves_wall(state.boundary, i)
+    delay = delay_to_wall(state.boundary, i, now, slid, state)
     # The sum makes a negative zero positive: soonest compares bits.
     agenda.times[ks.WALL_TIME, i] = now + delay
     return delay
@@ -196,7 +205,7 @@ def predict_wall(i: int, now: float, left_wall: bool, state: State, agenda: Agen
 def begin(state: State, agenda: Agenda) -> None:
     """Enter when each ball first hits the wall; all contacts are searched when they come up."""
     for k in range(state.balls.shape[1]):
-        predict_wall(k, 0.0, False, state, agenda)
+        predict_wall(k, 0.0, state, agenda)
 
 
 @inlined
@@ -233,11 +242,10 @@ def other_events(end: float, i: int, next_times: Floats) -> int:
 def after_wall_hit(i: int, now: float, state: State, agenda: Agenda) -> bool:
     """Predict what ball i does after a hit of the wall; whether it is trapped there for good."""
     boundary, setup, times, links = state.boundary, state.setup, agenda.times, agenda.links
-    links[EVENTS, i] += 1
-    links[LAST, i] = ks.NO_PARTNER
-    links[BOUNCES, i] += 1
+    count_event(i, ks.NO_PARTNER, links[BOUNCES, i] + 1, links)
     predict_walls(boundary, now, state, times)
-    delay = predict_wall(i, now, True, state, agenda)
+    delay = delay_to_next_hit(boundary, i, state)
+    times[ks.WALL_TIME, i] = now + delay
     find_contact(i, now, delay, state, agenda)
     if not setup.traps or (links[BOUNCES, i] == 1 and setup.wall_law.cor != 0.0):
         return False
@@ -257,23 +265,18 @@ def after_wall_hit(i: int, now: float, state: State, agenda: Agenda) -> bool:
 @inlined
 def after_pair(i: int, j: int, now: float, state: State, agenda: Agenda) -> None:
     """Predict what balls i and j do after their collision."""
-    links, boundary = agenda.links, state.boundary
-    links[EVENTS, i] += 1
-    links[EVENTS, j] += 1
-    links[LAST, i], links[LAST, j] = j, i
-    links[BOUNCES, i] = links[BOUNCES, j] = 0
-    delay_i = predict_wall(i, now, ks.leaves_wall(boundary, i), state, agenda)
-    delay_j = predict_wall(j, now, ks.leaves_wall(boundary, j), state, agenda)
+    count_event(i, j, 0, agenda.links)
+    count_event(j, i, 0, agenda.links)
+    delay_i = predict_wall(i, now, state, agenda)
+    delay_j = predict_wall(j, now, state, agenda)
     find_contacts(i, j, now, delay_i, delay_j, state, agenda)
 
 
 @inlined
 def begin_slide(i: int, now: float, agenda: Agenda) -> None:
     """Ball i slides from now on: it has no wall ahead, and its contacts are searched next."""
-    times, links = agenda.times, agenda.links
-    links[EVENTS, i] += 1
-    links[LAST, i], links[BOUNCES, i] = ks.NO_PARTNER, 0
-    times[ks.WALL_TIME, i] = NEVER
+    count_event(i, ks.NO_PARTNER, 0, agenda.links)
+    agenda.times[ks.WALL_TIME, i] = NEVER
     enter_contact(i, now, ks.NOT_SEARCHED, agenda)
 
 

@@ -13,6 +13,7 @@ from snooker_cli.engine import kernel_state as ks
 from snooker_cli.engine.collision import change_at_circle, kick, shares
 from snooker_cli.engine.contact import NEVER, chord_delay, side_delay, wall_delay
 from snooker_cli.engine.kernel_state import CLOCK, Floats, State, U, V, X, Y
+from snooker_cli.engine.prediction import delay_to_next_hit
 
 
 class FixedCircle(NamedTuple):
@@ -24,10 +25,14 @@ class FixedCircle(NamedTuple):
         balls = state.balls
         u, v = balls[U, i], balls[V, i]
         if left_wall:
-            return float(chord_delay(balls[X, i], balls[Y, i], u, v) - (now - balls[CLOCK, i]))
+            return delay_to_next_hit(self, i, state) - float(now - balls[CLOCK, i])
         x, y = ks.position(i, now, balls)
         reach = self.radius - ks.radius_of(state.sizes, i)
         return wall_delay(x, y, u, v, reach * reach)
+
+    def delay_to_next_hit(self, i: int, state: State) -> float:
+        balls = state.balls
+        return chord_delay(balls[X, i], balls[Y, i], balls[U, i], balls[V, i])
 
     def hit_wall(self, i: int, _now: float, state: State, elastic: bool) -> float:
         balls = state.balls
@@ -73,12 +78,17 @@ class FreeCircle(NamedTuple):
         balls = state.balls
         u, v = balls[U, i], balls[V, i]
         if left_wall and self.motion[CLOCK] == balls[CLOCK, i]:  # no ball has hit it since
-            x, y, u, v = ks.relative(self, balls[X, i], balls[Y, i], u, v, balls[CLOCK, i])
-            return float(chord_delay(x, y, u, v) - (now - balls[CLOCK, i]))
+            return delay_to_next_hit(self, i, state) - float(now - balls[CLOCK, i])
         x, y = ks.position(i, now, balls)
         x, y, u, v = ks.relative(self, x, y, u, v, now)
         reach = self.radius - ks.radius_of(state.sizes, i)
         return wall_delay(x, y, u, v, reach * reach)
+
+    def delay_to_next_hit(self, i: int, state: State) -> float:
+        balls = state.balls
+        x, y, u, v = balls[X, i], balls[Y, i], balls[U, i], balls[V, i]
+        x, y, u, v = ks.relative(self, x, y, u, v, balls[CLOCK, i])
+        return chord_delay(x, y, u, v)
 
     def hit_wall(self, i: int, now: float, state: State, elastic: bool) -> float:
         balls, motion = state.balls, self.motion

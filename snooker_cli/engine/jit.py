@@ -11,7 +11,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, cached_property, update_wrapper, wraps
 from pathlib import Path
-from tempfile import TemporaryFile
+from tempfile import TemporaryFile, gettempdir
 from typing import IO, Any, TypeVar, cast
 
 import numpy as np
@@ -42,7 +42,7 @@ NOTICE = "compiling this type of scene (first use on this machine, about 10 to 3
 NOTICE_AFTER = 1.0  # seconds of compilation before the notice
 
 UNUSABLE = (
-    "the cache folder for compiled code cannot be used (%s), so every process compiles again; "
+    "the cache folder for compiled code cannot be used (%s), so %s; "
     "set NUMBA_CACHE_DIR to a folder that only you can write to"
 )
 
@@ -135,7 +135,7 @@ def _overload(numba: Any, function: Callable[..., Any], compiled: Callable[..., 
 def cache_folder() -> Path | None:
     """The folder for kernels of these sources; Numba runs any code that it finds there.
 
-    If the folder cannot be used, it is ``None``, after a warning.
+    If it cannot be used, it is a private one in the temporary folder, or ``None``, with a warning.
     """
     here = Path(__file__).parent
     numba = _numba()
@@ -149,7 +149,14 @@ def cache_folder() -> Path | None:
         parent = Path(chosen) if chosen else user.expanduser() / "snooker"
         return _private_folder(parent, name, shared=bool(chosen))
     except (OSError, RuntimeError) as error:  # RuntimeError: the user has no home folder
-        _log.warning(UNUSABLE, getattr(error, "strerror", None) or str(error).rstrip("."))
+        reason = getattr(error, "strerror", None) or str(error).rstrip(".")
+    owner = "user" if sys.platform == "win32" else os.geteuid()
+    try:
+        folder = _private_folder(Path(gettempdir(), f"snooker-{owner}"), name, shared=False)
+        _log.warning(UNUSABLE, reason, f"{folder} is used instead")
+        return folder
+    except OSError:
+        _log.warning(UNUSABLE, reason, "every process compiles again")
         return None
 
 

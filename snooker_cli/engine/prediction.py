@@ -125,6 +125,12 @@ def delay_to_wall(boundary: Any, i: int, now: float, left_wall: bool, state: Sta
     return NEVER
 
 
+@by_class
+def delay_to_next_hit(boundary: Any, i: int, state: State) -> float:
+    """Time from the hit of the wall that ball i has just had to the next one, s."""
+    return NEVER
+
+
 # Wall traps: infinitely many hits of a circle in finite time
 
 

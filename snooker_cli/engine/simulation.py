@@ -264,16 +264,16 @@ class Engine(ABC):
                 )
             message = f"wall trap: from {now:.9g} s on, ball {first} {what}; {saved}"
             return Stop(reason, now, (first,), message, end, given)
-        balls = (first,) if second == CONTAINER else (first, second)
-        pair = f"ball {first} and the wall" if len(balls) == 1 else f"balls {first} and {second}"
-        lossless = not scene.container.has_wall or scene.wall_restitution == 1.0
-        lossless = lossless and scene.restitution == 1.0
-        what = "collisions without end" if lossless else "inelastic collapse"
+        balls, pair, law = [first, second], f"balls {first} and {second}", scene.pair_law
+        if second == CONTAINER:
+            balls, pair, law = [first], f"ball {first} and the wall", scene.wall_law
+        # An elastic ball that moves along the wall touches it at every moment, and loses nothing.
+        what = "inelastic collapse" if law.cor < 1.0 else "collisions without end"
         message = (
             f"{what}: collisions continue, but time stays "
             f"at {now:.17g} s; the last collision is of {pair}; {saved}"
         )
-        return Stop(reason, now, balls, message)
+        return Stop(reason, now, tuple(balls), message)
 
 
 class AllPairs(Engine):

@@ -301,6 +301,9 @@ class SlidingCircle(NamedTuple):
     def delay_to_wall(self, i: int, now: float, left_wall: bool, state: State) -> float:
         return prediction.delay_to_wall(self.circle, i, now, left_wall, state)
 
+    def delay_to_next_hit(self, i: int, state: State) -> float:
+        return prediction.delay_to_next_hit(self.circle, i, state)
+
     def hit_wall(self, i: int, now: float, state: State, elastic: bool) -> float:
         return hit_wall(self.circle, i, now, state, elastic)
 

@@ -58,7 +58,7 @@ class FigureSpec:
         Raises ``FigureError`` if the run cannot give it, and ``StoreError`` if a repeat cannot be
         read.
         """
-        if self.states and run.experiment.record == "summary":
+        if self.states and not run.experiment.keeps_events:
             raise FigureError("it needs the balls' states; run the config with `record: events`")
         points: Sequence[Point] = selected(run, selection)
         if self.lossy is not None:

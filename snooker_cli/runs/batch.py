@@ -37,7 +37,7 @@ def compile_for(experiment: Experiment, engine: str | None) -> None:
     If its balls have no place, nothing is compiled: the simulation will report that.
     """
     with suppress(SceneError):
-        summary = experiment.record == "summary"
+        summary = not experiment.keeps_events
         simulate(first_scene(experiment, 0), collisions=1, summary=summary, engine=engine)
 
 
@@ -140,7 +140,7 @@ class Job:
         return {
             "collisions": experiment.collisions,
             "time": experiment.time,
-            "summary": experiment.record == "summary",
+            "summary": not experiment.keeps_events,
             "engine": self.run.engine,
         }
 

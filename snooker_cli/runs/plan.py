@@ -95,7 +95,7 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
             where = f" (at the point {label})" if same[0].parameters else ""
             wrong = error.key if isinstance(error, SceneError) else "container.shape"
             raise SceneError(wrong, f"{error}{where}") from None
-        models["events"] = experiment.record == "events"
+        models["events"] = experiment.keeps_events
         rates = theory.starting_rates(scene)
         for point in same:
             needed = models | _loss_models(point.experiment)
@@ -142,7 +142,9 @@ def alike(points: Iterable[Point]) -> dict[Experiment, list[Point]]:
     groups: dict[Experiment, list[Point]] = {}
     for point in points:
         collapse = "slide" if point.experiment.collapse == "slide" else "stop"
-        same = point.experiment.model_copy(update={**common, "collapse": collapse})
+        record = "events" if point.experiment.keeps_events else "summary"
+        changes = {**common, "collapse": collapse, "record": record}
+        same = point.experiment.model_copy(update=changes)
         groups.setdefault(same, []).append(point)
     return groups
 
@@ -152,7 +154,7 @@ def batch_size(experiment: Experiment, engine: str | None) -> int:
     scene = first_scene(experiment, 0)
     collisions = _most_collisions(experiment, scene)
     seconds = _seconds(scene.number, specialisation(scene, engine=engine)["cells"], collisions)
-    stored = BYTES_OF_SUMMARY if experiment.record == "summary" else EVENT_IN_MEMORY * collisions
+    stored = EVENT_IN_MEMORY * collisions if experiment.keeps_events else BYTES_OF_SUMMARY
     size = stored + BYTES_OF_REPEAT + BYTES_OF_BALL * scene.number
     return max(1, int(min(BATCH_SECONDS / seconds, BATCH_BYTES / size)))
 

@@ -112,7 +112,7 @@ def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Ev
         starting_scene(experiment, header.repeat),
         collisions=min(header.collisions, most) if interrupted else limits.collisions,
         time=limits.time,
-        summary=limits.record == "summary",
+        summary=header.summary,
         watch=lambda _: cancelled.is_set(),
         sink=fingerprint.add,
         engine=run.engine,

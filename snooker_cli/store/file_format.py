@@ -89,6 +89,7 @@ class RepeatHeader:
     wall_events, pair_events : its collisions with the wall and between balls
     fingerprint : hash of the trace, see `Fingerprint`
     rules : what collisions do, as in the file, see `written_rules`
+    summary : whether it has a summary instead of events
     """
 
     repeat: int
@@ -98,6 +99,7 @@ class RepeatHeader:
     provenance: Provenance
     fingerprint: str
     rules: Mapping[str, Any] = field(default_factory=dict)
+    summary: bool = False
 
     @property
     def collisions(self) -> int:

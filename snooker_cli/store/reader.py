@@ -154,7 +154,7 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     rules = {**json.loads(_parameter(file, "scene"))}
     del rules["shape"]
     return [
-        RepeatHeader(number, *_ending(ending), provenance, content, rules)
+        RepeatHeader(number, *_ending(ending), provenance, content, rules, layout.SUMMARY in file)
         for number, ending, content in zip(numbers, endings, contents, strict=True)
     ]
 

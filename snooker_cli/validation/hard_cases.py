@@ -350,7 +350,7 @@ def verdict(case: HardCase, folder: Path = FOLDER) -> Record:
                 scene,
                 collisions=limit,
                 time=experiment.time,
-                summary=experiment.record == "summary",
+                summary=not experiment.keeps_events,
                 engine=engine,
                 watch=lambda _, deadline=deadline: time.monotonic() > deadline,  # type: ignore[misc]
             )

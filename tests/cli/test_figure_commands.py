@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import Snooker
 from hostile import rules
-from moving_pictures import content
 
 from snooker_cli.cli import figure_commands
+
+
+def content(page: str) -> dict[str, Any]:
+    """The data of a page and of its first film."""
+    data: dict[str, Any] = json.loads(
+        page.partition('<script type="application/json" id="film">')[2].partition("</script>")[0]
+    )
+    return data | data["films"][0]
 
 
 def test_animate_writes_a_page_and_prints_that_it_leaves_out_collisions(

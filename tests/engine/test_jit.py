@@ -136,6 +136,16 @@ def test_changed_sources_have_another_folder(tmp_path: Path) -> None:
 
 
 @pytest.fixture
+def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The system's temporary folder, which every user can write to."""
+    folder = tmp_path / "tmp"
+    folder.mkdir()
+    folder.chmod(0o1777)
+    monkeypatch.setattr("tempfile.tempdir", str(folder))
+    return folder
+
+
+@pytest.fixture
 def warnings_of(caplog: pytest.LogCaptureFixture) -> Callable[[], list[str]]:
     """Texts of the warnings so far."""
     caplog.set_level(logging.WARNING, "snooker_cli")
@@ -149,12 +159,14 @@ def mode(folder: Path) -> int:
 def test_without_a_writable_folder_kernels_are_compiled_all_the_same(
     cache: Path,
     tmp_path: Path,
+    temporary: Path,
     monkeypatch: pytest.MonkeyPatch,
     warnings_of: Callable[[], list[str]],
 ) -> None:
     """It is reported once."""
     (tmp_path / "file").touch()
     set_folder(tmp_path / "file" / "cache", monkeypatch)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "file"))
     for _ in range(2):
         assert jit.kernel(sum_of)(*arguments()) == sum_of(*arguments())
     (warning,) = warnings_of()
@@ -192,10 +204,11 @@ def test_only_the_user_can_change_the_cache(
 def test_a_folder_that_others_can_change_is_refused(
     who: str,
     cache: Path,
+    temporary: Path,
     monkeypatch: pytest.MonkeyPatch,
     warnings_of: Callable[[], list[str]],
 ) -> None:
-    """They could put any code there."""
+    """They could put any code there; a folder that belongs to the user takes its place."""
     folder = jit.cache_folder()
     assert folder is not None
     user = os.geteuid()
@@ -209,14 +222,23 @@ def test_a_folder_that_others_can_change_is_refused(
     else:
         folder.chmod(0o770 if who == "group" else 0o702)
     jit.cache_folder.cache_clear()
-    assert jit.cache_folder() is None
+    instead = jit.cache_folder()
     (warning,) = warnings_of()
     assert f"other users can change {cache}" in warning
+    if who == "other user":  # who made the other folder, too
+        assert instead is None
+        return
+    assert instead == temporary / f"snooker-{user}" / folder.name
+    assert (mode(instead.parent), mode(instead)) == (0o700, 0o700)
+    assert str(instead) in warning
 
 
 @on_posix
-def test_a_user_without_a_home_has_no_cache(
-    cache: Path, monkeypatch: pytest.MonkeyPatch, warnings_of: Callable[[], list[str]]
+def test_a_user_without_a_home_has_a_temporary_cache(
+    cache: Path,
+    temporary: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    warnings_of: Callable[[], list[str]],
 ) -> None:
     """As in a container with ``--user 12345``: neither HOME nor a line in /etc/passwd."""
 
@@ -227,9 +249,12 @@ def test_a_user_without_a_home_has_no_cache(
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("pwd.getpwuid", unknown)
     set_folder("", monkeypatch)
-    assert jit.cache_folder() is None
+    folder = jit.cache_folder()
+    assert folder is not None
+    assert folder.parent == temporary / f"snooker-{os.geteuid()}"
     (warning,) = warnings_of()
     assert "home directory" in warning
+    assert str(folder) in warning
 
 
 @pytest.mark.long

@@ -94,13 +94,6 @@ def test_any_moment_is_where_a_run_until_then_ends(scene, engine):
         assert_state(states, k, until.finish)
 
 
-def test_balls_stay_in_a_periodic_box():
-    scene = SCENES["cells, periodic"]()
-    trace = simulate(scene, time=20.0)
-    for positions in (*replay(trace, np.linspace(0, 20.0, 50)).positions, trace.finish.positions):
-        assert np.all(scene.container.wall_gaps(positions - scene.container_position, 0.0) >= 0)
-
-
 def test_a_moment_of_a_collision_is_just_after_it():
     scene = scene_of([(0.0, 0.0, 4.5, 0.0, 1.0, 1.0)])
     states = replay(simulate(scene, time=3.0), [np.nextafter(2.0, 0.0), 2.0, 2.0, 3.0])

@@ -122,9 +122,9 @@ def decay_constants(traces: list[Trace]) -> NDArray[np.float64]:
 
 def haff_constant(traces: list[Trace]) -> float:
     """Alpha of their mean: E0/(1 + alpha t)^2 fitted to the means of t and E after each event."""
-    all_columns = [series(trace) for trace in traces]
-    times = np.mean([columns.time for columns in all_columns], axis=0)
-    ratios = np.mean([energy_ratio(columns) for columns in all_columns], axis=0)
+    found = [series(trace) for trace in traces]
+    times = np.mean([each.time for each in found], axis=0)
+    ratios = np.mean([energy_ratio(each) for each in found], axis=0)
     return fit(times, ratios, "haff", amplitude=1.0, start=0.0).value
 
 
@@ -210,12 +210,12 @@ def test_dilute_gas_with_a_lossy_wall_ends_in_wall_traps():
     # mean, is taken for all three, which are times or their inverses.
     every = decay_constants(traces[::10])
     share = np.std(every, ddof=1) / every.mean() * math.sqrt(1 / len(reached) + 1 / 4)
-    for measured, printed, digit in (
+    for found, printed, digit in (
         (np.mean([trace.stop.time for trace in reached]), 37.0, 1.0),
         (decay_constants(reached).mean(), 0.21, 0.01),
         (haff_constant(reached), 0.148, 0.001),
     ):
-        assert abs(measured - printed) < SIGMAS * share * printed + digit / 2
+        assert abs(found - printed) < SIGMAS * share * printed + digit / 2
 
 
 # --- a fluid in a periodic box ----------------------------------------------------------------

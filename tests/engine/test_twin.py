@@ -25,7 +25,6 @@ from scenes import (
     displaced,
     gas,
     mixed_scene,
-    report_scene,
     scene_of,
     sort_often,
     twin_collisions,
@@ -118,22 +117,6 @@ def before_grazing(scene: Scene, events: Events) -> int:
     speed = np.sqrt(2 * scene.kinetic_energy / scene.masses.min())
     grazes = events.at_wall & (events.impulse < GRAZING * scene.masses[events.i] * speed)
     return int(np.argmax(grazes)) if grazes.any() else len(events)
-
-
-@pytest.mark.parametrize("cor", [0.8, 0.9, 1.0])
-@pytest.mark.parametrize(
-    ("radius", "repeat", "count", "out"),
-    [
-        (1.0, 0, 300, 1e-4),  # of 1 to 3 s
-        pytest.param(1.0, 1, 300, 1e-4, marks=pytest.mark.long),
-        *((0.1, repeat, 100, 1e-2) for repeat in range(3)),  # of 3 to 6 s
-    ],
-)
-def test_the_reports_scene(radius, repeat, count, out, cor):
-    scene = report_scene(repeat, radius=radius, cor=cor, container_mass=1e7)
-    result = compared(scene, count)
-    assert result.events == count
-    assert result.time < out
 
 
 @pytest.mark.parametrize("same", [None, "radii", "masses"])

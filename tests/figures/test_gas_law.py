@@ -18,8 +18,7 @@ from snooker_cli.trace import Trace
 
 
 def pressure_of(trace: Trace) -> float:
-    assert trace.summary is not None
-    columns = trace.summary.series
+    columns = series(trace)
     return float(
         columns.wall_impulse[-1] / columns.time[-1] / (2 * math.pi * trace.start.container.radius)
     )

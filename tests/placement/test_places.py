@@ -182,14 +182,6 @@ def test_pairs_of_a_dilute_gas_are_independent():
     assert abs(pairs - expected) < 4 * math.sqrt(expected) + packing * expected
 
 
-def test_repeats_have_different_places_and_points_share_them_with_common_random():
-    first = gas("box", {"count": 50}, packing=0.3)
-    other = gas("box", {"count": 50}, packing=0.3, repeat=1)
-    assert not np.isin(first.positions, other.positions).any()
-    point = gas("box", {"count": 50, "speed": 9.0}, packing=0.3, cor=0.5)
-    assert np.array_equal(first.positions, point.positions)
-
-
 GOLDEN = {
     # Inserted, and inserted and pushed apart.
     ("circle", 0.3): "f1b64c6a71b79b74",

@@ -415,30 +415,6 @@ def test_speeds_have_maxwells_distribution():
     assert stats.kstest(speeds, stats.rayleigh(scale=3 / math.sqrt(2)).cdf).pvalue > 0.001
 
 
-# Configs
-
-
-def test_every_key_can_be_swept():
-    """The shape too, where the size follows."""
-    swept = counted(
-        "shape: circle",
-        "{count: 60, packing: 0.2, radius: 1, speed: 1}",
-        "container.shape=circle,box,periodic",
-        "balls.count=60,70",
-        "balls.packing=0.1:0.3:2",
-        "balls.start=lattice,random",
-    )
-    scenes = [starting_scene(point.experiment, 0) for point in points(swept)]
-    assert len(scenes) == 24
-    assert {scene.container.name for scene in scenes} == {"circle", "box", "periodic"}
-    assert {round(scene.packing_fraction, 9) for scene in scenes} == {0.1, 0.3}
-    assert counted(*MIXTURE).start == "random"
-    assert counted(*MIXTURE, "balls[0].start=null").start == "lattice"
-    mixed = counted(*MIXTURE, "balls[1].count=60,6", "container.packing=0.2,0.3")
-    numbers = [starting_scene(point.experiment, 0).number for point in points(mixed)]
-    assert numbers == [90, 90, 36, 36]
-
-
 # All repeats of a point at once
 
 

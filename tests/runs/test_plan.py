@@ -105,7 +105,7 @@ def test_only_what_a_scene_needs_is_modelled(
 ) -> None:
     (each,) = classes_of(GAS, *overrides)
     assert each.models == ELASTIC | dict.fromkeys(modelled, True)
-    (each,) = classes_of(GAS, *overrides, "record=summary")
+    (each,) = classes_of(GAS, *overrides, "record=summary", "collisions=2000")
     assert each.models == ELASTIC | dict.fromkeys(modelled, True) | {"events": False}
 
 
@@ -209,7 +209,8 @@ def test_batches_are_of_about_a_second_or_16_megabytes() -> None:
     assert events[-2:] == [1, 1]
     for k, size in enumerate(events, 2):
         assert size == 1 or size * EVENT_IN_MEMORY * 10**k < BATCH_BYTES
-    assert summaries[0] < events[0]
+    assert summaries[0] == events[0]  # of few collisions, the events are stored
+    assert summaries[1] < events[1]
     assert summaries[-2] > events[-2]  # a summary of long repeats takes less memory
     assert sizes("repeats=500", "seed=7") == events
     assert min(sizes(engine="cells")) == 1
