@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from command_line import Snooker
 from hostile import rules
@@ -18,7 +20,8 @@ def content(page: str) -> dict[str, Any]:
     data: dict[str, Any] = json.loads(
         page.partition('<script type="application/json" id="film">')[2].partition("</script>")[0]
     )
-    return data | data["films"][0]
+    data |= data["films"][0]
+    return data | {"time": np.frombuffer(base64.b64decode(data["time"]))}
 
 
 def test_animate_writes_a_page_and_prints_that_it_leaves_out_collisions(
