@@ -60,7 +60,7 @@ class Comparison:
         return self.difference / self.difference_error if known else math.nan
 
     def as_json(self) -> dict[str, Any]:
-        """A row of ``compare.json``; what is not a number is null."""
+        """A row of ``compare --json``; what is not a number is null."""
         row = {"quantity": self.quantity, "unit": UNITS.get(self.quantity, "1"), **vars(self)}
         return dict(plain(row | {"difference_in_errors": self.in_errors}))
 
