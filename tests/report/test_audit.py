@@ -27,6 +27,7 @@ from snooker_cli.report.explanations import (
     Explanation,
     Explanations,
     decay_constants,
+    explain,
 )
 from snooker_cli.report.source_values import (
     CLAIMS,
@@ -134,6 +135,46 @@ def test_the_first_that_agrees_or_the_nearest_explains_a_number() -> None:
     assert simplest(stated, far, near, nearer) == (near, near.our_value(energy))
     assert simplest(stated, explanation(3.0), far) == (far, far.our_value(energy))
     assert simplest(stated, explanation(share=0.6)) is None
+
+
+AUDIT = """
+container: {radius: 10.0, mass: 1.0e7}
+balls: {rings: 3, radius: 1.0, speed: 10.0}
+cor: 0.8
+collisions: 120
+repeats: 4
+common_random: true
+"""
+
+
+@pytest.fixture(scope="module")
+def explained(tmp_path_factory: pytest.TempPathFactory) -> Explanations:
+    """The explanations of a small audit."""
+    folder = tmp_path_factory.mktemp("audit")
+    swept = "sweep: {cor: [0.8, 0.9], balls.radius: [0.1, 1.0], wall_cor: [null, 1.0]}"
+    elastic = AUDIT.replace("0.8", "1.0") + "sweep: {balls.radius: [0.1, 0.5, 1.0]}"
+    runs = [made(folder / name, text=text) for name, text in (("a", AUDIT + swept), ("b", elastic))]
+    return explain(*runs)
+
+
+def test_each_explanation_has_the_values_of_its_setting(explained: Explanations) -> None:
+    stated, slip, *_, mixed, best = explained.named
+    assert [named.name for named in explained.named[:3]] == [
+        *("as stated", "time axis of the fits × 10", "elastic wall")
+    ]
+    assert mixed.name == "balls of 0.1 m in the fits only, elastic wall, first 48 collisions"
+    energy = SOURCE_VALUES["energy_mean_0.8"].quantity, 0.8
+    speed, pressure = ("mean speed", 0.8), ("pressure", None)
+    assert slip.samples[energy].value == pytest.approx(stated.samples[energy].value / 10)
+    assert slip.samples[speed].value == stated.samples[speed].value
+    elastic, small = explained.named[2], explained.named[5]
+    assert mixed.samples[speed].value == elastic.samples[speed].value
+    assert mixed.samples[pressure].value == stated.samples[pressure].value
+    assert small.samples[pressure].value < stated.samples[pressure].value / 1.5
+    assert mixed.samples[energy].value < elastic.samples[energy].value / 2
+    assert best.score <= min(named.score for named in explained.named)
+    assert (explained.repeats, explained.factor) == (32, 10.0)
+    assert load(ROOT / "configs" / "audit.yaml").experiment.repeats >= 200
 
 
 def test_a_fit_ends_at_its_last_collision() -> None:
