@@ -301,7 +301,8 @@ def _curves(measured: Measurements, name: str, since: float, until: float) -> Cu
     quantity = QUANTITIES[name]
     if quantity.column is None:
         pressure = measured.windows.pressure(measured.scene)
-        value = np.array([over_first(row) for row in pressure])
+        firsts = pressure[np.arange(len(pressure)), np.argmax(pressure > 0, axis=1)]
+        value = pressure / np.where(firsts > 0, firsts, 1.0)[:, np.newaxis]
         if name == "local_energy":
             scale = np.where(measured.first_energy > 0, measured.first_energy, 1.0)
             value = measured.windows.total_energy / scale[:, np.newaxis]

@@ -7,6 +7,7 @@ quote the error over repeats.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -58,9 +59,15 @@ class FitModel:
         """g at x."""
         return np.asarray((1 + x) ** -self.power if self.power else np.exp(-x))
 
-    def rate(self, p: Array) -> Array:
-        """The rate q at the variable p of a search; e^p − 1 is above −1 for every p."""
-        return np.expm1(p) if self.power else p
+    def logarithm(self, p: float, s: Array) -> tuple[Array, Array]:
+        """ln g(q s) and its derivative with p, the variable of a search.
+
+        The rate q is p for the exponential, else e^p − 1, which is above −1 for every p.
+        """
+        if not self.power:
+            return -p * s, -s
+        rate = math.expm1(p)
+        return -self.power * np.log1p(rate * s), -self.power * s * (1.0 + rate) / (1.0 + rate * s)
 
 
 LAWS = {
@@ -74,8 +81,7 @@ MODELS = LAWS | {"haff_root": replace(LAWS["haff"], power=1)}  # the mean pressu
 """The laws, and other models of a mean since the start."""
 
 
-@dataclass(frozen=True)
-class FitResult:
+class FitResult(NamedTuple):
     """What one curve gives for one model; the numbers are nan if the fit failed.
 
     model : a name in ``MODELS``
@@ -410,7 +416,8 @@ class Samples(NamedTuple):
     numbers: NDArray[np.int64]
 
 
-class Range(NamedTuple):
+@dataclass(frozen=True)
+class Range:
     """Edges (*w* + 1,) of windows from the first judged time to an end, s, and ln y there.
 
     logarithm : (*repeats*, *w* + 1)
@@ -418,6 +425,23 @@ class Range(NamedTuple):
 
     edges: Array
     logarithm: Array
+
+    @cached_property
+    def changes(self) -> tuple[Array, Array] | None:
+        """Means (*w*,) of the changes of ln y over the repeats, and what makes them independent.
+
+        The second, (*w*, *w*), turns deviations from the means into numbers of variance 1. None
+        without a test: for one window, and for repeats that differ by rounding.
+        """
+        changes = np.diff(self.logarithm, axis=1)
+        count, windows = changes.shape
+        mean, spread = changes.mean(axis=0), changes.std(axis=0, ddof=1)
+        if windows < 2 or not np.all(spread > 1e-9 * np.abs(mean)):
+            return None
+        shares, axes = np.linalg.eigh(np.cov(changes / spread, rowvar=False))
+        if shares[0] < 1e-9:
+            return None
+        return mean, axes * np.sqrt(count / shares) / spread[:, np.newaxis]
 
 
 def ranges(samples: Samples) -> list[Range]:
@@ -501,34 +525,27 @@ def _deviation(judged: Range, form: FitModel) -> tuple[int, float, float]:
     """
     from scipy import special  # takes time to load
 
-    edges, changes = judged.edges, np.diff(judged.logarithm, axis=1)
-    count, windows = changes.shape
-    if windows < 2:
+    if judged.changes is None:
         return 0, math.nan, math.nan
-    mean, spread = changes.mean(axis=0), changes.std(axis=0, ddof=1)
-    if not np.all(spread > 1e-9 * np.abs(mean)):
-        return 0, math.nan, math.nan  # repeats that differ by rounding have no errors
-    shares, axes = np.linalg.eigh(np.cov(changes / spread, rowvar=False))
-    if shares[0] < 1e-9:
-        return 0, math.nan, math.nan
+    (mean, independent), times = judged.changes, judged.edges / judged.edges[-1]
 
-    def residuals(p: float) -> Array:
-        law = np.diff(np.log(form.curve(form.rate(np.array(p)) * edges / edges[-1])))
-        return np.asarray(((mean - law) / spread) @ axes * np.sqrt(count / shares))
+    def residuals(p: float) -> tuple[Array, Array]:
+        """The deviations at the variable p of a search, and their slopes."""
+        logarithm, slope = form.logarithm(p, times)
+        return (mean - np.diff(logarithm)) @ independent, -np.diff(slope) @ independent
 
     with np.errstate(all="ignore"):
         x = inverse(form.power, float(np.exp(mean.sum())))
         best = math.log1p(x) if form.power else x
         for _ in range(_MOST_STEPS):  # the method of Gauss and Newton
-            here, width = residuals(best), 1e-7 * max(abs(best), 1e-3)
-            slope = (residuals(best + width) - here) / width
+            here, slope = residuals(best)
             step = float(slope @ here / (slope @ slope))
             best -= step
             if not abs(step) > 1e-9 * abs(best):
                 break
-        degrees = windows - 1
+        degrees, count = len(mean) - 1, len(judged.logarithm)
         free = count - degrees
-        chi_squared = float(np.sum(residuals(best) ** 2)) * free / ((count - 1) * degrees)
+        chi_squared = float(np.sum(residuals(best)[0] ** 2)) * free / ((count - 1) * degrees)
     return degrees, chi_squared, float(special.fdtrc(degrees, free, chi_squared))
 
 

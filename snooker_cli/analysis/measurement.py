@@ -129,6 +129,8 @@ class Measurements:
 
     def chosen(self, repeats: NDArray[np.bool_]) -> "Measurements":
         """The measurements of some of the repeats."""
+        if repeats.all():
+            return self
         return _mapped([self], lambda columns: columns[0][repeats])
 
     @property

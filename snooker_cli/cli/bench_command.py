@@ -39,8 +39,8 @@ def speed(
 ) -> None:
     """Measure repeats and collisions per second.
 
-    All threads run and store many short repeats. Then one thread simulates several gases. It takes
-    a minute or two. Run nothing else meanwhile.
+    All threads run, store and analyse many short repeats. Then one thread simulates several gases.
+    It takes a minute or two. Run nothing else meanwhile.
     """
     from snooker_cli.validation.speed_study import SpeedStudy, earlier_record
 

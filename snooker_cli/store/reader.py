@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, NamedTuple, get_type_hints
 
 import h5py
 import numpy as np
@@ -151,10 +151,10 @@ def _headers(file: h5py.File, path: Path) -> list[RepeatHeader]:
     ascend = all(first < second for first, second in pairwise([-1, *numbers]))
     _require(len(numbers) > 0 and ascend, "numbers of its repeats")
     endings = json.loads(f"[{','.join(hdf5.read_text(file, layout.ENDINGS))}]")
-    rules = {**json.loads(_parameter(file, "scene"))}
+    rules, is_summary = {**json.loads(_parameter(file, "scene"))}, layout.SUMMARY in file
     del rules["shape"]
     return [
-        RepeatHeader(number, *_ending(ending), provenance, content, rules, layout.SUMMARY in file)
+        RepeatHeader(number, *_ending(ending), provenance, content, rules, is_summary)
         for number, ending, content in zip(numbers, endings, contents, strict=True)
     ]
 
@@ -203,51 +203,68 @@ def _checked(
     traces = _traces(file, headers, rows, chosen)
     at_a_time = max(rows[-1].stop, 1) if keep_events else EVENTS_AT_A_TIME
     reader = EventReader(file, at_a_time) if "connectivity" in file else None
-    for k, trace in zip(chosen, traces, strict=True):
+    for k, trace, most in zip(chosen, traces, _limits(traces), strict=True):
         fingerprint = Fingerprint()
         if reader and trace.summary is None:
             _require(trace.collisions == rows[k].stop - rows[k].start, "number of events")
             at_wall = 0
             for events in reader.pieces(rows[k]):
-                _check_events(events, trace)
+                _check_events(events, trace, most)
                 at_wall += int(np.count_nonzero(events.at_wall))
                 fingerprint.add(events)
                 if keep_events:  # which are in one piece
                     trace = replace(trace, events=events)
             _require(at_wall == trace.wall_events, "number of events at the wall")
         elif trace.summary:
-            _check_summary(trace.summary, trace)
+            _check_summary(trace.summary, trace, most)
         if fingerprint.content(trace) != headers[k].fingerprint:
             raise _changed(path)
         yield trace, headers[k]
 
 
-def _most_impulses(trace: Trace) -> tuple[float, float, float]:
+class _Limits(NamedTuple):
     """The most energy (J) of a repeat, impulse of a collision, and of a slide (kg m/s)."""
-    start, most = trace.start, 2 * trace.start.kinetic_energy  # 2 for rounding in all collisions
+
+    energy: float
+    impulse: float
+    slide: float
+
+
+def _limits(traces: Sequence[Trace]) -> Iterator[_Limits]:
+    """The limits of each repeat of a file."""
+    if not traces:
+        return
+    scene = traces[0].start
+    velocities = np.stack([trace.start.velocities for trace in traces])
+    # 2 for rounding in all collisions.
+    energies = 2 * (np.einsum("i,ric,ric->r", scene.masses, velocities, velocities) / 2)
     # A speed of approach v has an energy of m v^2/2 at least, and an impulse of 2 m v at most.
-    impulse = 2 * math.sqrt(2 * most * float(np.max(start.masses)))
-    if not start.slides:
-        return most, impulse, 0.0
-    # Bounces that each lose their share, and the force m v^2/r of a ball that slides.
-    bounces = impulse / max(1 - start.wall_restitution, EPSILON)
-    radius = min(start.container.size) / 2 - float(np.max(start.radii))
-    return most, impulse, bounces + 2 * most * trace.stop.time / radius
+    impulses = 2 * np.sqrt(2 * energies * np.max(scene.masses))
+    slides = np.zeros_like(energies)
+    if scene.slides:
+        # Bounces that each lose their share, and the force m v^2/r of a ball that slides.
+        radius = min(scene.container.size) / 2 - float(np.max(scene.radii))
+        with np.errstate(over="ignore"):
+            pressing = 2 * energies * [trace.stop.time for trace in traces] / radius
+        slides = impulses / max(1 - scene.wall_restitution, EPSILON) + pressing
+    for row in zip(energies.tolist(), impulses.tolist(), slides.tolist(), strict=True):
+        yield _Limits(*row)
 
 
-def _check_events(events: Events, trace: Trace) -> None:
+def _check_events(events: Events, trace: Trace, most: _Limits) -> None:
     """Raise ``ValueError`` for events that a repeat with this start and end cannot have."""
     if len(events):
         _require(events.time[-1] <= trace.stop.time, "end, which is before an event")
-        _, impulse, slide = _most_impulses(trace)
-        most = np.where(events.j == SLIDE, slide, impulse)
-        _require(np.all(events.impulse <= most), "impulse of an event")
+        largest: Any = most.impulse
+        if trace.start.slides:
+            largest = np.where(events.j == SLIDE, most.slide, most.impulse)
+        _require((events.impulse <= largest).all(), "impulse of an event")
 
 
-def _check_summary(summary: Summary, trace: Trace) -> None:
+def _check_summary(summary: Summary, trace: Trace, limits: _Limits) -> None:
     """Raise ``ValueError`` for a summary that a repeat with this start and end cannot have."""
     series, number, counts = summary.series, trace.start.number, summary.speed_histogram
-    energy, impulse, slide = _most_impulses(trace)
+    energy, impulse, slide = limits
     diameter = 2 * float(np.max(trace.start.radii))
     at_wall = trace.wall_events * impulse + (number + trace.collisions) * slide
     between = trace.pair_events * impulse * diameter

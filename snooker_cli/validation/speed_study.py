@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from snooker_cli.analysis import run_analysis
 from snooker_cli.config import load
 from snooker_cli.engine import simulate, simulation
 from snooker_cli.errors import UNREADABLE, UserError, error_text
@@ -72,10 +73,8 @@ class SpeedStudy(Study):
 
     def results(self, report: Callable[[str], None]) -> Record:
         """The rates: each has a name, its median, lowest and highest value, 1/s."""
-        rates = []
-        for kept in ("events", "summary"):
-            report(f"{self.short:,} short repeats, record: {kept}")
-            rates.append(short_repeats(kept, self.short, self.rounds))
+        report(f"{self.short:,} short repeats")
+        rates = short_repeats(self.short, self.rounds)
         for number, case in enumerate(self.cases, start=1):
             gas = f"{case.balls:,} balls at packing {case.packing:g}"
             report(f"gas {number} of {len(self.cases)}: {gas}")
@@ -125,34 +124,39 @@ class SpeedStudy(Study):
         yield from table(rows if "earlier" in record else record["rates"], cells, left=("rate",))
 
 
-def short_repeats(kept: str, repeats: int, rounds: int) -> Record:
-    """Repeats per second of ``rounds`` whole runs with the default number of threads.
-
-    kept : what is recorded, "events" or "summary"
+def short_repeats(repeats: int, rounds: int) -> list[Record]:
+    """Repeats per second of ``rounds`` whole runs, and of the analysis that `snooker fit` makes.
 
     A small run before them compiles. Raises ``UserError`` if a repeat fails.
     """
-    _short_run(kept, 2)
-    return {
-        "rate": f"repeats/s: {repeats:,} of 37 balls, 500 collisions, {kept}",
-        **_spread([_short_run(kept, repeats) for _ in range(rounds)]),
-        "threads": processors(),
-        "rounds": rounds,
-    }
+    _short_run(2)
+    rates = zip(*(_short_run(repeats) for _ in range(rounds)), strict=True)
+    return [
+        {
+            "rate": f"repeats/s: {repeats:,} of 37 balls, 500 collisions, {what}",
+            **_spread(of_rounds),
+            "threads": processors(),
+            "rounds": rounds,
+        }
+        for what, of_rounds in zip(("simulated", "analysed"), rates, strict=True)
+    ]
 
 
-def _short_run(kept: str, repeats: int) -> float:
-    """Repeats per second of a run as `snooker run` does it: place balls, simulate, write files."""
-    loaded = load(PLANS["short_repeats"] | {"record": kept, "repeats": repeats})
+def _short_run(repeats: int) -> tuple[float, float]:
+    """Repeats per second of a run as `snooker run` does it, and of `snooker fit` with its file."""
+    loaded = load(PLANS["short_repeats"] | {"repeats": repeats})
     with tempfile.TemporaryDirectory() as folder:
         run = Run(Path(folder, "short"), loaded.experiment, loaded.points())
         began = time.perf_counter()
         create(run)
         results = execute(run, workers=processors(), watcher=Watcher(), cancelled=threading.Event())
-        seconds = time.perf_counter() - began
+        stored = time.perf_counter()
+        if all(result.error is None for result in results):
+            run_analysis.fits(run)
+        analysed = time.perf_counter()
     if errors := [result.error for result in results if result.error]:
         raise UserError(f"a repeat failed: {errors[0]}", "set TMPDIR to another folder")
-    return repeats / seconds
+    return repeats / (stored - began), repeats / (analysed - stored)
 
 
 def earlier_record(path: Path) -> Record:

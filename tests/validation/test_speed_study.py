@@ -38,15 +38,15 @@ def test_short_repeats_that_cannot_be_stored_end_the_measurement(
 
     monkeypatch.setattr(store, "write", fails)
     with pytest.raises(UserError, match=r"no space left.*TMPDIR"):
-        short_repeats("events", 2, 1)
+        short_repeats(2, 1)
 
 
 def test_the_record_is_complete_and_shown_beside_an_earlier_one(bench: Any) -> None:
     folder, record = bench("speed")
     short, gases = record["rates"][:2], record["rates"][2:]
     lines = list(SpeedStudy.tables(record))
-    for rate, kept, line in zip(short, ("events", "summary"), lines[5:7], strict=True):
-        assert rate["rate"] == f"repeats/s: 100 of 37 balls, 500 collisions, {kept}"
+    for rate, what, line in zip(short, ("simulated", "analysed"), lines[5:7], strict=True):
+        assert rate["rate"] == f"repeats/s: 100 of 37 balls, 500 collisions, {what}"
         assert line.startswith(rate["rate"])
     assert [gas["balls"] for gas in gases] == [case.balls for case in QUICK_STUDY.cases]
     for rate in record["rates"]:
