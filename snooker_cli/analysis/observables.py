@@ -164,8 +164,8 @@ def time_means(trace: Trace, values: Array, edges: Array) -> Array:
     if has_all(trace):
         held = values[np.searchsorted(known, times[:-1], side="right") - 1]
     else:
-        read = np.interp(times, known, values)
-        held = (read[:-1] + read[1:]) / 2
+        # In the middle of a part, because a value may jump at its ends.
+        held = np.interp((times[:-1] + times[1:]) / 2, known, values)
     windows = np.searchsorted(times, edges[:-1])
     # Above the least value, so that a constant has its mean without rounding.
     least = np.minimum.reduceat(held, windows)

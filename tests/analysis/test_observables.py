@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scenes import gas, report_scene, scene_of
 
-from snooker_cli.analysis import decay, observables
+from snooker_cli.analysis import decay, measurement, observables
 from snooker_cli.analysis.observables import series
 from snooker_cli.containers import SHAPES, Box, Circle, Container
 from snooker_cli.engine import replay, simulate
@@ -479,3 +479,16 @@ def test_means_of_a_late_window_do_not_feel_what_was_before(cold: list[Trace]) -
     assert found.kinetic_energy[rows].min() <= late <= found.kinetic_energy[rows].max() * 1.01
     constant, edges = np.full(len(found.time), 0.1), np.linspace(0.0, trace.stop.time, 8)
     assert observables.time_means(trace, constant, edges).tolist() == [0.1] * 7
+
+
+def test_means_of_windows_agree_with_the_pass_of_all_analyses_where_balls_slide() -> None:
+    """A slide begins at the time of a collision, so that the energy has two values there."""
+    scene = replace(report_scene(cor=0.7, radius=0.2), slides=True)
+    trace = simulate(scene, collisions=400)
+    assert trace.events is not None
+    assert np.any(trace.events.j < CONTAINER)
+    columns = series(trace)
+    edges = np.linspace(0.0, trace.stop.time, measurement.WINDOWS + 1)
+    energy = columns.kinetic_energy + columns.container_energy
+    windows = measurement.measure([trace]).windows.total_energy[0]
+    assert observables.time_means(trace, energy, edges) == pytest.approx(windows, rel=1e-12)
