@@ -104,15 +104,35 @@ def slide_event(boundary: Any, i: int, j: int, now: float, state: State) -> tupl
     return ks.NO_PARTNER, False, 0.0
 
 
-# Entries and searches
+# Entries and searches; only the first functions know the rows of ``Agenda.links``
 
 
 @inlined
-def count_event(i: int, partner: int, bounces: int, links: Integers) -> None:
+def entered_partner(i: int, links: Integers) -> tuple[int, bool]:
+    """The partner of ball i's entry, and whether that has had no event since the entry was made."""
+    j = links[PARTNER, i]
+    return j, j >= 0 and links[PARTNER_EVENTS, i] == links[EVENTS, j]
+
+
+@inlined
+def just_parted(i: int, links: Integers) -> int:
+    """The ball that ball i parted from in the last event of both; negative if there is none."""
+    last = links[LAST, i]
+    return last if last >= 0 and links[LAST, last] == i else ks.NO_PARTNER
+
+
+@inlined
+def bounces(i: int, links: Integers) -> int:
+    """How often ball i has hit the wall in a row."""
+    return int(links[BOUNCES, i])
+
+
+@inlined
+def count_event(i: int, partner: int, in_a_row: int, links: Integers) -> None:
     """Note an event of ball i: with which partner, and its hits of the wall in a row by now."""
     links[EVENTS, i] += 1
     links[LAST, i] = partner
-    links[BOUNCES, i] = bounces
+    links[BOUNCES, i] = in_a_row
 
 
 @inlined
@@ -144,15 +164,14 @@ def complete_search(
 @inlined
 def find_contact(i: int, now: float, wall_delay: float, state: State, agenda: Agenda) -> None:
     """Find ball i's earliest contact with another, unless it hits the wall before."""
-    links, number = agenda.links, state.balls.shape[1]
+    number, parted = state.balls.shape[1], just_parted(i, agenda.links)
     delay = search_time(state.boundary, wall_delay)
     partner = ks.SEARCH_AGAIN
-    last = links[LAST, i]
     for start in range(0, number, prediction.BLOCK):
         stop = min(start + prediction.BLOCK, number)
         mask = prediction.candidates(i, now, delay, state, start, stop)
-        if last >= 0 and links[LAST, last] == i:
-            mask = prediction.without(mask, start, last)  # they parted in the last event of both
+        if parted >= 0:
+            mask = prediction.without(mask, start, parted)
         mask = without_curved(state.boundary, mask, start, stop, i)
         delay, partner = prediction.earliest(mask, start, i, now, delay, partner, state)
     complete_search(i, now, delay, partner, state, agenda)
@@ -215,14 +234,14 @@ def next_event(state: State, agenda: Agenda) -> tuple[int, int, float]:
     Ties go by time, ball, and wall first. An entry is stale if the partner has had another event
     since it was made. Then, and where no ball was found up to that time, search again from there.
     """
-    times, links = agenda.times, agenda.links
+    times = agenda.times
     while True:
         i = soonest(times[ks.NEXT_TIME])
         now = times[ks.NEXT_TIME, i]
         if times[ks.WALL_TIME, i] <= times[ks.PAIR_TIME, i]:
             return i, ks.NO_PARTNER, now
-        j = links[PARTNER, i]
-        if j >= 0 and links[PARTNER_EVENTS, i] == links[EVENTS, j]:
+        j, is_fresh = entered_partner(i, agenda.links)
+        if is_fresh:
             return i, j, now
         if ks.is_curved(state.boundary) and now > state.sums[ks.TIME_LIMIT]:
             return i, j, now
@@ -242,15 +261,15 @@ def other_events(end: float, i: int, next_times: Floats) -> int:
 def after_wall_hit(i: int, now: float, state: State, agenda: Agenda) -> bool:
     """Predict what ball i does after a hit of the wall; whether it is trapped there for good."""
     boundary, setup, times, links = state.boundary, state.setup, agenda.times, agenda.links
-    count_event(i, ks.NO_PARTNER, links[BOUNCES, i] + 1, links)
+    count_event(i, ks.NO_PARTNER, bounces(i, links) + 1, links)
     predict_walls(boundary, now, state, times)
     delay = delay_to_next_hit(boundary, i, state)
     times[ks.WALL_TIME, i] = now + delay
     find_contact(i, now, delay, state, agenda)
-    if not setup.traps or (links[BOUNCES, i] == 1 and setup.wall_law.cor != 0.0):
+    if not setup.traps or (bounces(i, links) == 1 and setup.wall_law.cor != 0.0):
         return False
     lasts = prediction.bouncing_time(i, now, state)
-    patient = bool(links[BOUNCES, i] <= setup.patience)
+    patient = bool(bounces(i, links) <= setup.patience)
     trapped = False
     if not patient or other_events(now + lasts, i, times[ks.NEXT_TIME]) == 0:
         trapped = prediction.is_trapped(i, now, lasts, patient, state)
