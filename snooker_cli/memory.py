@@ -57,7 +57,7 @@ class Memory:
             self.size -= self._kept.pop(name, (None, 0))[1]
 
 
-SAMPLE = 100  # members of a list that are counted; the others have about the same size
+SAMPLE = 20  # members of a list that are counted; the others have about the same size
 
 
 def size_of(value: object) -> int:

@@ -10,7 +10,7 @@ from enum import StrEnum
 from functools import cached_property, partial
 from itertools import chain, groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from snooker_cli import store
 from snooker_cli.config import Experiment, Point, digest, extends, to_json, validated
@@ -42,8 +42,7 @@ class RepeatState(StrEnum):
     MISSING = "missing"
 
 
-@dataclass(frozen=True)
-class RepeatStatus:
+class RepeatStatus(NamedTuple):
     """Whether a repeat belongs to a run and is complete.
 
     path : of the batch's file
@@ -209,8 +208,9 @@ class Run:
         """The best status of each repeat of a point, of all files that may hold it."""
         best: dict[int, RepeatStatus] = {}
         for status in statuses:
-            other = best.get(status.repeat, status)
-            best[status.repeat] = max(other, status, key=RepeatStatus.worth)
+            other = best.get(status.repeat)
+            if other is None or status.worth() > other.worth():
+                best[status.repeat] = status
         return [
             best.get(repeat)
             or RepeatStatus(point, repeat, self.path(point, [repeat]), RepeatState.MISSING)

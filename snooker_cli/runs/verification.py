@@ -93,9 +93,8 @@ def _verified(
         reason = f"simulating repeat {status.repeat} again gives other bits"
     if not reason:
         return status
-    return replace(
-        status, state=RepeatState.UNUSABLE, error=StoreError(status.path, reason, ADVICE)
-    )
+    error = StoreError(status.path, reason, ADVICE)
+    return status._replace(state=RepeatState.UNUSABLE, error=error)
 
 
 def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Event) -> bool:

@@ -8,11 +8,12 @@ import json
 import math
 import struct
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from itertools import chain
 from operator import attrgetter
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -82,8 +83,7 @@ class Provenance:
     engine: str | None = None
 
 
-@dataclass(frozen=True)
-class RepeatHeader:
+class RepeatHeader(NamedTuple):
     """What a file says of one of its repeats, without its events.
 
     wall_events, pair_events : its collisions with the wall and between balls
@@ -98,7 +98,7 @@ class RepeatHeader:
     pair_events: int
     provenance: Provenance
     fingerprint: str
-    rules: Mapping[str, Any] = field(default_factory=dict)
+    rules: Mapping[str, Any] = MappingProxyType({})
     summary: bool = False
 
     @property

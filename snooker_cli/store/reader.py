@@ -168,18 +168,18 @@ def _require(holds: object, what: str) -> None:
 def _ending(stored: dict[str, Any]) -> tuple[Stop, int, int]:
     """How a repeat ended, and its collisions with the wall and between balls."""
     fields = {**stored}
-    wall_events, pair_events = (fields.pop(name) for name in layout.COUNTS)
+    counts = [fields.pop(name) for name in layout.COUNTS]
     reason, balls = StopReason(fields.pop("reason")), tuple(fields.pop("balls"))
     stop = Stop(reason, balls=balls, **fields)
-    counts = (wall_events, pair_events, *balls)
     numbers = [stop.time, *filter(None, (stop.accumulation_time, stop.impulse_to_come))]
-    sound = all(type(count) is int and count >= 0 for count in counts)
-    sound &= all(type(value) in (int, float) and 0 <= value < math.inf for value in numbers)
+    sound = {*map(type, (*counts, *balls))} == {int} and min(*counts, *balls) >= 0
+    sound = sound and {*map(type, numbers)} <= {int, float}
+    sound = sound and all(0 <= value < math.inf for value in numbers)
     _require(sound and isinstance(stop.message, str), "ending")
     # Balls that touch may collide, or be trapped, at time zero.
     begins = stop.time == 0 and reason is not StopReason.TIME
     _require(begins or stop.time >= LEAST_TIME, "ending")
-    return stop, wall_events, pair_events
+    return stop, *counts
 
 
 def _rows(file: h5py.File) -> list[slice]:
