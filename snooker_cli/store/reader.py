@@ -35,7 +35,7 @@ from snooker_cli.trace import (
 EVENTS_AT_A_TIME = 1 << 20  # events that are read at a time where they are not kept
 
 GROWING = ("time", "wall_impulse", "pair_virial", "wall_events", "pair_events")  # of a summary
-ROUNDING = 1e-9  # by which a sum may seem to shrink
+SUM_ROUNDING = 1e-9  # by which a sum may seem to shrink
 
 
 def file_info(path: Path) -> tuple[int, int] | None:
@@ -257,7 +257,7 @@ def _check_summary(summary: Summary, trace: Trace) -> None:
     _require(len(series.time) and series.time[-1] == trace.stop.time, "end of a summary")
     ends = dict(zip(layout.COUNTS, events, strict=True))
     for (name, values), limit in zip(vars(series).items(), most, strict=True):
-        grows = name not in GROWING or np.all(values[1:] >= (1 - ROUNDING) * values[:-1])
+        grows = name not in GROWING or np.all(values[1:] >= (1 - SUM_ROUNDING) * values[:-1])
         _require(values.min() >= 0 and values.max() <= limit and grows, f"{name} of a summary")
         _require(values[-1] == ends.get(name, values[-1]), f"{name} of a summary")
     total = series.kinetic_energy + series.container_energy
