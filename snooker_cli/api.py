@@ -358,10 +358,7 @@ class Run(runs.Run):
         """Write ``table`` as CSV, or as .parquet; its file. Raises as ``table``."""
         rows, path = self.table(**where), Path(out)
         units = {name: UNITS.get(name, "") for name in rows}
-        if path.suffix == ".parquet":
-            export.write_parquet(path, units, [rows], {"config": configs.to_json(self.experiment)})
-        else:
-            export.write_csv(path, units, [rows])
+        export.write_table(path, units, [rows], {"config": configs.to_json(self.experiment)})
         return path
 
 
