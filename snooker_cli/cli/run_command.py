@@ -56,9 +56,6 @@ def run(
     yes: Annotated[bool, flag("--yes", "Allow runs over a week or the free disk space.")] = False,
     as_json: AsJson = False,
     no_progress: Annotated[bool, flag("--no-progress", "No progress bar.")] = False,
-    no_collapse: Annotated[
-        bool, flag("--no-collapse", "Exit code 5 after a collapse.", hidden=True)
-    ] = False,
 ) -> None:
     """Simulate all points and repeats of CONFIG and store them.
 
@@ -118,8 +115,6 @@ def run(
         os._exit(ExitCode.INTERRUPTED)  # Python would wait for threads with nothing to save
     if any(result.error for result in results):
         raise typer.Exit(ExitCode.SOME_FAILED)
-    if no_collapse and any(result.stop and result.stop.reason.collapsed for result in results):
-        raise typer.Exit(ExitCode.COLLAPSED)
 
 
 def _share(run: Run, part: str, fresh: bool) -> tuple[set[tuple[int, int]], str]:

@@ -37,7 +37,6 @@ from snooker_cli.runs.batch import (
 )
 from snooker_cli.runs.folder import (
     FAILURES,
-    failures,
     holds_manifest,
     manifest_number,
     record_failure,
@@ -289,14 +288,9 @@ def execute(
                 "run the same command again",
                 code="lost",
             )
-        failed = [result for result in results if result.error]
+        failed = any(result.error for result in results)
         if part is None and not cancelled.is_set() and not failed:
             run.delete_all_but(kept)
-    # Again, because temporary files that filled the disk are gone.
-    recorded = failures(run)
-    for result in failed:
-        if result.error and (result.point, result.repeat) not in recorded:
-            record_failure(run, result.point, result.repeat, result.error)
     return sorted(results, key=lambda result: (result.point, result.repeat))
 
 
