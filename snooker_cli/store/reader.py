@@ -203,6 +203,7 @@ def _checked(
     traces = _traces(file, headers, rows, chosen)
     at_a_time = max(rows[-1].stop, 1) if keep_events else EVENTS_AT_A_TIME
     reader = EventReader(file, at_a_time) if "connectivity" in file else None
+    # Values are checked besides the hash: a forged file may have a right hash.
     for k, trace in zip(chosen, traces, strict=True):
         fingerprint = Fingerprint()
         if reader and trace.summary is None:
@@ -363,6 +364,7 @@ class EventReader:
         """The events of one repeat, or the last of them, block by block; at least one piece."""
         before = 0.0
         last = max(rows.stop, rows.start + 1)
+        # Blocks begin at multiples of their size, so that the next repeat can use the last block.
         for start in range(rows.start - rows.start % self._size, last, self._size):
             if start != self._start:
                 self._block = self._checked_block(slice(start, start + self._size))
