@@ -195,6 +195,7 @@ def _records(columns: Mapping[str, NDArray[Any]]) -> "np.recarray[Any, Any]":
 class Run(runs.Run):
     """A run's folder: its ``points``, and the repeats that are there.
 
+    This is the ``Run`` of the package ``runs`` with the analyses and figures that scripts use.
     ``run[point, repeat]`` is a repeat, and ``for repeat in run`` gives all of them. One file is in
     memory at a time: a long repeat, or a batch of short ones.
     """
