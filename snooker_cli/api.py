@@ -7,11 +7,11 @@ import html
 import json
 import math
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from itertools import chain
+from itertools import chain, product
 from numbers import Real
 from os import PathLike
 from pathlib import Path
@@ -38,6 +38,8 @@ from snooker_cli.trace import Events, Stop, Trace
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure  # loaded only if it is needed
+
+    from snooker_cli.animation import Film
 
 Records: TypeAlias = list[dict[str, Any]]
 Result = TypeVar("Result")
@@ -193,6 +195,7 @@ def _records(columns: Mapping[str, NDArray[Any]]) -> "np.recarray[Any, Any]":
 class Run(runs.Run):
     """A run's folder: its ``points``, and the repeats that are there.
 
+    This is the ``Run`` of the package ``runs`` with the analyses and figures that scripts use.
     ``run[point, repeat]`` is a repeat, and ``for repeat in run`` gives all of them. One file is in
     memory at a time: a long repeat, or a batch of short ones.
     """
@@ -306,6 +309,43 @@ class Run(runs.Run):
         check_name(name, FIGURES, "figure", "snooker plot --list")
         return draw(FIGURES[name].make(self, Selection(_alternatives(where), repeat), first=True))
 
+    def films(
+        self,
+        repeats: Sequence[int] = (0,),
+        /,
+        since: float = 0.0,
+        until: float | None = None,
+        most: int | None = None,
+        **where: Any,
+    ) -> "list[Film]":
+        """Films of repeats of the points with these values, for ``animation.save_films``.
+
+        since, until, most : as of ``animation.film``
+        where : as in ``matching``
+
+        A summary is simulated again. Raises ``FigureError``, and ``UserError`` for a repeat that
+        cannot be shown.
+        """
+        from snooker_cli.animation import MOST_COLLISIONS, film, with_events
+
+        films = []
+        for point, number in product(self.matching(**where), repeats):
+            trace = self[point.index, number].trace
+            shown = {"cor": f"{trace.start.restitution:g}"} | dict(point.parameters)
+            balls = counted(trace.start.number, "ball")
+            subtitle = f"{point_label(shown)}, {balls}, repeat {number}"
+            span = since, until, most or MOST_COLLISIONS
+            try:
+                if trace.summary is not None and self.engine_version != engine.ENGINE_VERSION:
+                    raise FigureError(
+                        "is a summary of another engine version, which cannot be replayed"
+                    )
+                trace = with_events(trace, since, span[2], self.engine)
+                films.append(film(trace, self.experiment.title or self.name, subtitle, *span))
+            except FigureError as error:
+                raise UserError(f"repeat {number} of {self.name} {error}") from None
+        return films
+
     def report(self, out: str | PathLike[str] | None = None) -> list[Path]:
         """Write the report on this run, by default into its folder; the pages' files.
 
@@ -319,10 +359,7 @@ class Run(runs.Run):
         """Write ``table`` as CSV, or as .parquet; its file. Raises as ``table``."""
         rows, path = self.table(**where), Path(out)
         units = {name: UNITS.get(name, "") for name in rows}
-        if path.suffix == ".parquet":
-            export.write_parquet(path, units, [rows], {"config": configs.to_json(self.experiment)})
-        else:
-            export.write_csv(path, units, [rows])
+        export.write_table(path, units, [rows], {"config": configs.to_json(self.experiment)})
         return path
 
 

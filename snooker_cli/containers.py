@@ -22,7 +22,7 @@ LEAST_TIME = 1e-250  # s; no ball meets another one so soon, unless they touch
 PERIODIC_DIAMETERS = 5
 """A periodic box is at least this many diameters of its largest ball wide: cells need it."""
 
-ROUNDING = 1e-8
+ROOM_FOR_CELLS = 1e-8
 """Relative addition to that width, so that cells slightly wider than a ball fit five times."""
 
 DIRECTIONS = 2000  # directions over which the density of pair distances in a rectangle is averaged
@@ -352,7 +352,7 @@ class PeriodicBox(_Rectangle):
         """Raise ``SceneError`` for a box under five diameters wide, which cells need."""
         diameter = 2 * float(np.max(radii))
         for key, side in self.lengths.items():
-            if side < PERIODIC_DIAMETERS * diameter * (1 + ROUNDING):
+            if side < PERIODIC_DIAMETERS * diameter * (1 + ROOM_FOR_CELLS):
                 problem = f"the periodic box is under {PERIODIC_DIAMETERS} diameters of its balls"
                 sizes = f"{side:.6g} m, with a diameter of {diameter:.6g} m"
                 reason = f"this engine needs {PERIODIC_DIAMETERS} cells each way, each a ball wide"

@@ -28,7 +28,6 @@ class ExitCode(IntEnum):
     USAGE = 2
     CONFIG = 3
     SOME_FAILED = 4
-    COLLAPSED = 5
     INTERRUPTED = 130
 
 

@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from snooker_cli import __version__
 from snooker_cli.engine import States, replay, times_within
 from snooker_cli.errors import UserError, error_text, room_advice
 from snooker_cli.files import atomic_write
@@ -27,6 +28,8 @@ Table = dict[str, NDArray[Any]]  # columns of one length, by name
 EVENTS = {"time": "s", "i": "1", "j": "1", "impulse": "kg m s-1"}
 STATES = {"time": "s", "ball": "1", "x": "m", "y": "m", "u": "m s-1", "v": "m s-1"}
 """The columns of both tables and their units; ball -1 is the container."""
+
+STATES_FORMATS = (".h5md", ".h5", ".xyz")  # files that have only states
 
 CSV_LINES = 1 << 16  # lines of CSV that are formatted at a time
 
@@ -93,6 +96,31 @@ def csv_lines(units: Mapping[str, str], tables: Iterable[Table]) -> Iterator[str
             lines = StringIO()
             csv.writer(lines, lineterminator="\n").writerows(zip(*values, strict=True))
             yield lines.getvalue()
+
+
+def origin(header: RepeatHeader) -> dict[str, Any]:
+    """Where a repeat comes from, for the metadata of a Parquet file."""
+    provenance = asdict(header.provenance) | {"repeat": header.repeat}
+    stop = header.stop.known()
+    return {
+        "snooker": __version__,
+        "bits": header.fingerprint,
+        "ending": stop,
+        "provenance": provenance,
+    }
+
+
+def write_table(
+    path: Path, units: Mapping[str, str], tables: Iterable[Table], about: Mapping[str, Any]
+) -> None:
+    """Write tables as Parquet, or as CSV, by the path's ending. Raises ``UserError``.
+
+    about : as of ``write_parquet``
+    """
+    if path.suffix.lower() == ".parquet":
+        write_parquet(path, units, tables, about)
+    else:
+        write_csv(path, units, tables)
 
 
 def write_csv(path: Path, units: Mapping[str, str], tables: Iterable[Table]) -> None:
@@ -174,13 +202,17 @@ def write_states(
     times: NDArray[np.float64],
     batches: Iterable[States],
 ) -> None:
-    """Write states as H5MD in three dimensions, z = 0, whole or not at all.
+    """Write states in three dimensions, z = 0, whole or not at all.
 
+    path : ends in .xyz for extended XYZ, else the file is H5MD
     start, header : of the repeat
     times : (*t*,) s, of all frames; batches : the frames, some at a time, in order
 
     Raises ``UserError`` if the file cannot be written.
     """
+    if path.suffix.lower() == ".xyz":
+        write_xyz(path, start, batches)
+        return
     with _exported(path) as part, hdf5.new_file(part) as (file, check):
         write_h5md_group(file)
         parameters = file.create_group("parameters/snooker")

@@ -4,8 +4,10 @@ import base64
 import html
 import json
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
+from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -14,8 +16,9 @@ from numpy.typing import NDArray
 from snooker_cli.analysis.decay import repeat_fits
 from snooker_cli.analysis.observables import integrals, series
 from snooker_cli.engine import States, replay, simulate
-from snooker_cli.errors import FigureError
-from snooker_cli.formatting import printable
+from snooker_cli.errors import FigureError, UserError
+from snooker_cli.files import write_text
+from snooker_cli.formatting import counted, printable
 from snooker_cli.trace import CONTAINER, SLIDE, Trace
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -315,6 +318,36 @@ def page(*films: Film, pace: Pace = "time", seconds: float | None = None) -> str
         "script": "\n".join(_part(name) for name in SCRIPTS),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda mark: parts[mark[1]], _part("player.html"))
+
+
+def check_film_file(path: Path, number: int) -> None:
+    """Raise ``UserError`` unless films of a number of repeats can be saved under a name."""
+    ending = path.suffix.lower()
+    if ending not in (".html", ".gif", ".mp4"):
+        raise UserError(f"--out {path}: give a name that ends in .html, .gif or .mp4")
+    most = MOST_FILMS if ending == ".html" else 1
+    if number > most:
+        few = f"shows at most {counted(most, 'repeat')}, not {number}"
+        raise UserError(f"{path}: {few}", "give fewer points or repeats")
+
+
+def save_films(
+    path: Path, films: Sequence[Film], *, pace: Pace, seconds: float | None, rate: int
+) -> None:
+    """Write films as a page, or one film as a GIF or MP4, by the ending of the path.
+
+    seconds : length [12; of a page the player's choice]
+    rate : frames per second of a GIF or MP4
+
+    Raises ``UserError`` as ``check_film_file`` and ``save_movie`` do.
+    """
+    check_film_file(path, len(films))
+    if path.suffix.lower() == ".html":
+        write_text(path, page(*films, pace=pace, seconds=seconds))
+        return
+    from snooker_cli.animation.movie import save_movie  # loads matplotlib
+
+    save_movie(films[0], path, pace=pace, seconds=seconds or 12.0, rate=rate)
 
 
 def _content(film: Film) -> dict[str, Any]:

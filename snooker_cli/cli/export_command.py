@@ -1,29 +1,24 @@
 """``snooker export``: a repeat's events or states, or a run's table, for other programs."""
 
-import math
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from snooker_cli import __version__, api, store
+from snooker_cli import api, store
 from snooker_cli import export as exporting
 from snooker_cli.cli.options import RunName, Where, conditions, flag, option
 from snooker_cli.cli.output import print_line, until_the_reader_leaves
 from snooker_cli.config.axes import MAX_POINTS, option_values
 from snooker_cli.config.problems import PathError
 from snooker_cli.errors import UserError
-from snooker_cli.runs import RepeatStatus
 from snooker_cli.runs.folder import holds_results
 
-FORMATS = {".csv": "CSV", ".parquet": "Parquet", ".h5md": "H5MD", ".h5": "H5MD", ".xyz": "XYZ"}
-
+FORMATS = (".csv", ".parquet", *exporting.STATES_FORMATS)
 MOST_FRAMES = 10_000_000
 
 
@@ -36,7 +31,6 @@ def export(
     times: Annotated[
         str | None, option("T,T,…", "States: times in s, or start:stop:count [0 and the end].")
     ] = None,
-    every: Annotated[float | None, option("T", "States: one every T s from 0.")] = None,
     frames: Annotated[
         int | None, option("N", "States: number of even times.", min=2, max=MOST_FRAMES)
     ] = None,
@@ -58,16 +52,15 @@ def export(
     """
     if out is not None and holds_results(out):
         raise UserError(f"--out {out}: this file holds results of a run", "give another name")
-    form = "CSV" if out is None else FORMATS.get(out.suffix.lower())
-    if form is None:
+    ending = ".csv" if out is None else out.suffix.lower()
+    if ending not in FORMATS:
         raise UserError(f"--out {out}: give a name in .csv, .parquet, .h5md, .h5 or .xyz")
-    states = states or form in ("H5MD", "XYZ")
-    ways = {"--times": times, "--every": every, "--frames": frames}
-    given = [name for name, value in ways.items() if value is not None]
+    states = states or ending in exporting.STATES_FORMATS
+    given = [n for n, value in (("--times", times), ("--frames", frames)) if value is not None]
     if given and not (states or table):
         raise UserError(f"{given[0]} needs --states")
     if len(given) > 1:
-        raise UserError(f"{given[0]} and {given[1]} both choose times", "give one of them")
+        raise UserError("--times and --frames both choose times", "give one of them")
     if table and (states or given):
         raise UserError("--table is for all repeats, not for states, H5MD or XYZ")
     opened = api.open(run)
@@ -93,46 +86,24 @@ def export(
     status = opened.status(point, repeat)
     status.accept()
     if states:
-        _export_states(status, partial(_times, times, every, frames), out, form)
-        return
-    # Checked first, and then read in parts: memory stays bounded.
-    (header,) = (header for header in store.check(status.path) if header.repeat == repeat)
-    tables = map(exporting.events_table, store.read_events(status.path, repeat))
-    about = {"events": header.collisions} | _origin(header)
-    _write_tables(exporting.EVENTS, tables, out, about)
-
-
-def _export_states(
-    status: RepeatStatus,
-    times_until: Callable[[float], NDArray[np.float64]],
-    out: Path | None,
-    form: str,
-) -> None:
-    """Write the states of a repeat, or print them.
-
-    times_until : the end of the repeat -> the times of the states, s
-    """
-    ((trace, header),) = store.read(status.path, [status.repeat])
-    times = times_until(trace.stop.time)
-    try:
-        batches = exporting.frames(trace, times)
-    except ValueError as error:
-        raise UserError(f"--times: {error}") from None
-    if out is not None and form == "XYZ":
-        exporting.write_xyz(out, trace.start, batches)
-        print_line(str(out))
-    elif out is not None and form == "H5MD":
-        exporting.write_states(out, trace.start, header, times, batches)
-        print_line(str(out))
+        ((trace, header),) = store.read(status.path, [repeat])
+        moments = _times(times, frames, trace.stop.time)
+        try:
+            batches = exporting.frames(trace, moments)
+        except ValueError as error:
+            raise UserError(f"--times: {error}") from None
+        if out is not None and ending in exporting.STATES_FORMATS:
+            exporting.write_states(out, trace.start, header, moments, batches)
+            print_line(str(out))
+            return
+        tables, units = map(exporting.states_table, batches), exporting.STATES
+        about = {"frames": len(moments)}
     else:
-        about = {"frames": len(times)} | _origin(header)
-        _write_tables(exporting.STATES, map(exporting.states_table, batches), out, about)
-
-
-def _origin(header: store.RepeatHeader) -> dict[str, Any]:
-    """Where a repeat comes from, for the metadata of a Parquet file."""
-    provenance = asdict(header.provenance) | {"repeat": header.repeat}
-    return {"bits": header.fingerprint, "ending": header.stop.known(), "provenance": provenance}
+        # Checked first, and then read in parts: memory stays bounded.
+        (header,) = (header for header in store.check(status.path) if header.repeat == repeat)
+        tables = map(exporting.events_table, store.read_events(status.path, repeat))
+        units, about = exporting.EVENTS, {"events": header.collisions}
+    _write_tables(units, tables, out, about | exporting.origin(header))
 
 
 def _write_tables(
@@ -142,24 +113,13 @@ def _write_tables(
     if out is None:
         with until_the_reader_leaves():
             sys.stdout.writelines(exporting.csv_lines(units, tables))
-    elif out.suffix.lower() == ".csv":
-        exporting.write_csv(out, units, tables)
     else:
-        exporting.write_parquet(out, units, tables, {"snooker": __version__} | about)
-    if out is not None:
+        exporting.write_table(out, units, tables, about)
         print_line(str(out))
 
 
-def _times(
-    times: str | None, every: float | None, frames: int | None, end: float
-) -> NDArray[np.float64]:
-    """The times of the states, s, by at most one of three options. Raises ``UserError``."""
-    if every is not None:
-        if not end / MOST_FRAMES < every < math.inf:
-            least = f"{end / MOST_FRAMES:.2g} s"
-            raise UserError(f"--every {every:g}: give a finite time above {least}")
-        multiples = np.arange(int(end / every) + 2) * every
-        return np.asarray(multiples[multiples <= end], dtype=np.float64)
+def _times(times: str | None, frames: int | None, end: float) -> NDArray[np.float64]:
+    """The times of the states, s. Raises ``UserError``."""
     if times is None:
         return np.linspace(0.0, end, frames or 2)
     with suppress(PathError, TypeError, ValueError):

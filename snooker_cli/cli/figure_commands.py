@@ -3,31 +3,26 @@
 import re
 import webbrowser
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
+from snooker_cli import api
 from snooker_cli.analysis.run_analysis import shorter_note
-from snooker_cli.animation import MOST_COLLISIONS, MOST_FILMS, Film, film, page, with_events
+from snooker_cli.animation import MOST_COLLISIONS, check_film_file, save_films
 from snooker_cli.cli.options import RUN, RunName, Where, conditions, flag, option
 from snooker_cli.cli.output import first, print_line, print_table, print_wrapped
-from snooker_cli.config import Point
-from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import FigureError, UserError, check_name
 from snooker_cli.figures import FIGURES, FigureData, Selection, selected
 from snooker_cli.figures.captions import unfinished
-from snooker_cli.figures.registry import FigureSpec
-from snooker_cli.figures.selection import matching
-from snooker_cli.files import write_text
-from snooker_cli.formatting import counted, point_label, text_table, with_error
+from snooker_cli.figures.registry import figures_of
+from snooker_cli.figures.selection import file_stem
+from snooker_cli.formatting import point_label, text_table, with_error
 from snooker_cli.runs import Run, open_run
 from snooker_cli.runs.folder import writing
 from snooker_cli.runs.progress import notice
 
-MOST_TO_LIST = 1_000_000  # collisions that --list may read; of more it reads each first repeat
 GIVEN = "temperature", "area", "packing"  # in tables only where they differ between points
 MOST_PIXELS = 10_000  # of a side of a PNG, which then takes 400 MB of memory
 
@@ -63,57 +58,43 @@ def plot(
     opened = open_run(run)  # first, because a user may swap RUN and FIGURE
     for name in figures or ():
         check_name(name, FIGURES, "figure", "snooker plot --list")
-    specs = [FIGURES[name] for name in dict.fromkeys(figures or FIGURES)]
+    names = list(dict.fromkeys(figures or FIGURES))
     selection = Selection(conditions(where, opened), repeat)
-    points = selected(opened, selection)
-    _warn_of_missing(opened, points, selection)
-    if list_figures and repeat is None and _is_large(opened, points):
-        opened = replace(opened, experiment=opened.experiment.model_copy(update={"repeats": 1}))
-    drawn: set[str] = set()
+    _warn_of_missing(opened, selection)
+    drawn: dict[str, None] = {}
     impossible: Counter[tuple[str, str]] = Counter()
-    for spec, chosen, figure in _made(opened, specs, points, selection):
+    for name, stem, figure in figures_of(opened, names, selection, sample=list_figures):
         if isinstance(figure, FigureError):
-            impossible[spec.name, str(figure)] += 1
+            impossible[name, str(figure)] += 1
             continue
-        drawn.add(spec.name)
-        if list_figures:
-            continue
-        from snooker_cli.figures.drawing import save  # loads matplotlib
-
-        folder = out or opened.figures_folder
-        with writing(folder):
-            files = save(figure, folder / _stem(spec.name, chosen), image_formats, inches, dpi)
-        print_line("\n".join(map(str, files)))
-        if figures:
-            print_wrapped([figure.caption], indent=0)
-            for line in _table(figure):
-                print_line(line)
-    left_out = []
+        drawn[name] = None
+        if not list_figures:
+            _save(figure, (out or opened.figures_folder) / stem, image_formats, inches, dpi)
+            if figures:
+                print_wrapped([figure.caption], indent=0)
+                for line in _table(figure):
+                    print_line(line)
+    reasons = []
     for (name, reason), times in impossible.items():
         at = f" at {times} of {len(opened.points)} points" if name in drawn else ""
-        left_out.append(f"{name} left out{at}: {reason}")
+        reasons.append(f"{name} left out{at}: {reason}")
     if list_figures:
-        print_wrapped(f"{spec.name}: {spec.title}" for spec in specs if spec.name in drawn)
-        print_wrapped(left_out)
+        print_wrapped([*(f"{name}: {FIGURES[name].title}" for name in drawn), *reasons])
     elif figures or not drawn:
-        for line in left_out:
-            notice(line)
-    missing = [spec.name for spec in specs if spec.name not in drawn]
+        for reason in reasons:
+            notice(reason)
+    missing = [name for name in names if name not in drawn]
     if missing and (figures or not drawn):
         raise UserError(f"{opened.name} cannot give {', '.join(missing)}; see the reasons above")
 
 
-def _made(
-    run: Run, specs: Sequence[FigureSpec], points: Sequence[Point], selection: Selection
-) -> Iterator[tuple[FigureSpec, Selection, FigureData | FigureError]]:
-    """Each figure, of each point if it shows one point; an error if the run cannot give it."""
-    single = [Selection(dict(point.parameters), selection.repeat) for point in points]
-    for spec in specs:
-        for chosen in single if spec.each_point else [selection]:
-            try:
-                yield spec, chosen, spec.make(run, chosen)
-            except FigureError as error:
-                yield spec, chosen, error
+def _save(figure: FigureData, stem: Path, *how: Any) -> None:
+    """Save a figure and print the names of its files."""
+    from snooker_cli.figures.drawing import save  # loads matplotlib
+
+    with writing(stem.parent):
+        files = save(figure, stem, *how)
+    print_line("\n".join(map(str, files)))
 
 
 def _print_registry() -> None:
@@ -129,24 +110,14 @@ def _print_registry() -> None:
     print_table(["figure", "source report's", "what it shows, and for which runs"], rows)
 
 
-def _warn_of_missing(run: Run, points: Sequence[Point], selection: Selection) -> None:
+def _warn_of_missing(run: Run, selection: Selection) -> None:
     """Print how many repeats are missing, and how many are shorter than the extended run."""
+    points = selected(run, selection)
     if missing := unfinished(run, selection):
         notice(f"{missing}; run the config again for the rest")
     present = sum(len(run.present(point)) for point in points)
     if note := shorter_note(sum(map(run.shorter, points)), present):
         notice(note)
-
-
-def _is_large(run: Run, points: Sequence[Point]) -> bool:
-    """Whether figures of the first repeats alone show which figures are possible.
-
-    Making all of them takes minutes if there are many collisions. A first repeat without
-    collisions is no good sample.
-    """
-    statuses = [status for point in points for status in run.statuses(point.index)]
-    total = sum(status.collisions for status in statuses)
-    return total > MOST_TO_LIST and all(s.collisions > 0 for s in statuses if s.repeat == 0)
 
 
 def _table(figure: FigureData) -> list[str]:
@@ -180,16 +151,6 @@ def _inches(text: str | None, dpi: int | None) -> tuple[float, float] | None:
     return sides
 
 
-def _stem(name: str, selection: Selection) -> str:
-    parts = []
-    for key, value in selection.where.items():
-        values = value if isinstance(value, tuple) else (value,)
-        parts += [key, *("null" if item is None else str(item) for item in values)]
-    if selection.repeat is not None:
-        parts += ["repeat", str(selection.repeat)]
-    return name + "".join("-" + re.sub(r"[^A-Za-z0-9._-]", "_", part) for part in parts)
-
-
 def animate(
     run: RunName,
     out: Annotated[
@@ -220,53 +181,27 @@ def animate(
     `--where cor=0.8,1` or `--repeat 0 --repeat 1`. The link film.html#t=3&ball=5 begins at 3 s
     with the path of ball 5. The name of the written file is printed.
     """
-    opened = open_run(run)
+    opened = api.open(run)
     if where and point is not None:
         raise UserError("--point and --where both choose points; give one of them")
     numbers = sorted(set(repeats or [0]))
-    first, chosen = opened.chosen(point or 0, numbers[-1]), conditions(where, opened)
-    points = matching(opened, Selection(chosen, numbers[-1])) if where else (first,)
+    given = dict(opened.chosen(point or 0, numbers[-1]).parameters)
+    chosen = conditions(where, opened) or given
     if out is None:
-        parts = chosen or dict(first.parameters)
-        parts |= {"repeat": tuple(numbers)} if repeats else {}
-        out = opened.directory / f"{_stem('film', Selection(parts))}.html"
-    ending = out.suffix.lower()
-    if ending not in (".html", ".gif", ".mp4"):
-        raise UserError(f"--out {out}: give a name that ends in .html, .gif or .mp4")
-    if fps is not None and ending == ".html":
+        parts = chosen | ({"repeat": tuple(numbers)} if repeats else {})
+        out = opened.directory / f"{file_stem('film', Selection(parts))}.html"
+    if fps is not None and out.suffix.lower() == ".html":
         raise UserError("--fps is for a GIF or an MP4; the browser chooses it for a page")
-    number, most = len(points) * len(numbers), MOST_FILMS if ending == ".html" else 1
-    if number > most:
-        few = f"shows at most {counted(most, 'repeat')}, not {number}"
-        raise UserError(f"{out}: {few}", "give fewer points or repeats")
-    span = since, until, collisions or MOST_COLLISIONS
-    films = [_film(opened, place, repeat, span) for place in points for repeat in numbers]
+    check_film_file(out, len(opened.matching(**chosen)) * len(numbers))
+    most = collisions or MOST_COLLISIONS
+    films = opened.films(numbers, since=since, until=until, most=most, **chosen)
     for shown in films if collisions is None else ():
         if shown.left_out:
             notice(
                 f"the film of {shown.subtitle} ends after {len(shown):,} collisions, at "
                 f"{shown.end:.6g} s; --from, --until and --collisions choose others"
             )
-    if ending == ".html":
-        write_text(out, page(*films, pace=pace, seconds=seconds))
-    else:
-        from snooker_cli.animation.movie import save_movie  # loads matplotlib
-
-        save_movie(films[0], out, pace=pace, seconds=seconds or 12.0, rate=fps or 20)
+    save_films(out, films, pace=pace, seconds=seconds, rate=fps or 20)
     print_line(str(out))
     if open_film and not webbrowser.open(out.resolve().as_uri()):
         notice(f"no browser could be started; open {out} yourself")
-
-
-def _film(run: Run, point: Point, repeat: int, span: tuple[float, float | None, int]) -> Film:
-    """The film of a repeat. Raises ``UserError``."""
-    trace = run.read(point, repeat)
-    shown = {"cor": f"{trace.start.restitution:g}"} | dict(point.parameters)
-    where = f"{point_label(shown)}, {counted(trace.start.number, 'ball')}, repeat {repeat}"
-    try:
-        if trace.summary is not None and run.engine_version != ENGINE_VERSION:
-            raise FigureError("is a summary of another engine version, which cannot be replayed")
-        trace = with_events(trace, span[0], span[2], run.engine)
-        return film(trace, run.experiment.title or run.name, where, *span)
-    except FigureError as error:
-        raise UserError(f"repeat {repeat} of {run.name} {error}") from None

@@ -6,7 +6,6 @@ import math
 import os
 import re
 import threading
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from functools import partial
@@ -33,7 +32,7 @@ from snooker_cli.runs import Run
 from snooker_cli.runs.batch import CHECKPOINT_INTERVAL, RepeatResult
 from snooker_cli.runs.execution import processors, share_of
 from snooker_cli.runs.plan import checked, is_excessive, run_plan
-from snooker_cli.runs.progress import RunProgress, execute_watched, notice, share_done
+from snooker_cli.runs.progress import execute_watched, notice, run_summary, share_done
 from snooker_cli.runs.status import ended
 from snooker_cli.trace import StopReason
 
@@ -57,9 +56,6 @@ def run(
     yes: Annotated[bool, flag("--yes", "Allow runs over a week or the free disk space.")] = False,
     as_json: AsJson = False,
     no_progress: Annotated[bool, flag("--no-progress", "No progress bar.")] = False,
-    no_collapse: Annotated[
-        bool, flag("--no-collapse", "Exit code 5 after a collapse.", hidden=True)
-    ] = False,
 ) -> None:
     """Simulate all points and repeats of CONFIG and store them.
 
@@ -78,12 +74,11 @@ def run(
     target = Run(out or runs.RUNS / config.stem, loaded.experiment, points, engine)
     share, idle = (None, "") if part is None else _share(target, part, fresh)
     cluster = _cluster(executor, jobs, cancelled)
-    workers = threads = jobs or processors()
-    if cluster is not None:
-        workers = processors()
-        threads = max(1, min(cluster.threads, jobs or cluster.threads))
-    plan = partial(run_plan, target, scene_classes, threads, share=share)
     with cluster or nullcontext():
+        threads = jobs or processors()
+        if cluster is not None:
+            threads = max(1, min(cluster.threads, jobs or cluster.threads))
+        plan = partial(run_plan, target, scene_classes, threads, share=share)
         change = runs.planned_change(target, fresh=fresh)
         if dry_run:
             if change:
@@ -102,16 +97,15 @@ def run(
             bar=not no_progress,
             part=share,
             cancelled=cancelled,
-            workers=workers,
+            workers=processors() if cluster else threads,
             executor=cluster,
             interval=60 * checkpoint,
             processes=True,
         )
-    simulated = not all(result.cached for result in results)
-    if simulated and not fresh and target.figures():
+    if not all(result.cached for result in results) and target.figures():
         again = f"run `snooker plot {target.directory}` again"
         notice(f"{target.figures_folder}: these figures are older; {again}")
-    summary = _summary(target, results, progress)
+    summary = run_summary(target, results, progress)
     lines = [idle] if idle else [*_summary_lines(target, results, summary)]
     print_result(summary, as_json, lines)
     if cancelled.is_set():
@@ -121,8 +115,6 @@ def run(
         os._exit(ExitCode.INTERRUPTED)  # Python would wait for threads with nothing to save
     if any(result.error for result in results):
         raise typer.Exit(ExitCode.SOME_FAILED)
-    if no_collapse and any(result.stop and result.stop.reason.collapsed for result in results):
-        raise typer.Exit(ExitCode.COLLAPSED)
 
 
 def _share(run: Run, part: str, fresh: bool) -> tuple[set[tuple[int, int]], str]:
@@ -192,40 +184,6 @@ def _estimate(plan: dict[str, Any]) -> str:
     if plan["free_bytes"] is not None and plan["bytes"] > plan["free_bytes"]:
         disk += f", but only {size(plan['free_bytes'])} are free"
     return time + disk
-
-
-def _summary(run: Run, results: Sequence[RepeatResult], progress: RunProgress) -> dict[str, Any]:
-    """What ``--json`` prints."""
-    by_point: list[list[RepeatResult]] = [[] for _ in run.points]
-    for result in results:
-        by_point[result.point].append(result)
-    points = [
-        {
-            "parameters": point.as_json(),
-            "repeats": len(repeats),
-            "cached": sum(repeat.cached for repeat in repeats),
-            "collisions": sum(repeat.collisions for repeat in repeats),
-            "ended": Counter(
-                str(repeat.stop.reason) if repeat.stop else "failed" for repeat in repeats
-            ),
-            "stops": [
-                {"repeat": repeat.repeat, **repeat.stop.known()}
-                for repeat in repeats
-                if repeat.stop and not repeat.stop.reason.complete
-            ],
-            "errors": [repeat.error for repeat in repeats if repeat.error],
-        }
-        for point, repeats in zip(run.points, by_point, strict=True)
-    ]
-    seconds = progress.seconds
-    return {
-        "run": str(run.directory),
-        "events": progress.simulated,
-        "seconds": round(seconds, 3),
-        "compiling_seconds": round(progress.compiling, 3),
-        "events_per_second": round(progress.simulated / seconds) if seconds > 0 else 0,
-        "points": points,
-    }
 
 
 def _summary_lines(

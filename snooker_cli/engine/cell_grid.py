@@ -30,7 +30,7 @@ from snooker_cli.engine.jit import by_class, inlined
 from snooker_cli.engine.kernel_state import Flags, Floats, State, U, V
 from snooker_cli.scene import Scene
 
-ROUNDING = 1.0 + 1e-9
+CELL_OVER_BALL = 1.0 + 1e-9
 """A cell is this much wider than a ball: crossings are timed with a rounding or two."""
 
 MOST_IN_ROW = 64
@@ -67,7 +67,7 @@ def new_mesh(scene: Scene, side: float) -> Mesh:
     """
     width, height = scene.container.size
     slender = max(width, height) / (MOST_IN_ROW * scene.number)
-    side = max(side, slender, 2.0 * float(np.max(scene.radii)) * ROUNDING)
+    side = max(side, slender, 2.0 * float(np.max(scene.radii)) * CELL_OVER_BALL)
     if scene.container.period is not None:
         scene.container.check_radii(scene.radii)
         columns = max(int(width / side), PERIODIC_DIAMETERS)
@@ -92,7 +92,7 @@ def cells_at_wall(scene: Scene, mesh: Mesh, margin: float) -> Flags:
         bottom = mesh.height * (np.arange(mesh.rows) - 0.5 * mesh.rows)
         for x in (left, left + mesh.width):
             for y in (bottom, bottom + mesh.height):
-                corners = ROUNDING * np.stack(np.meshgrid(x, y), axis=-1)
+                corners = CELL_OVER_BALL * np.stack(np.meshgrid(x, y), axis=-1)
                 at_wall |= scene.container.wall_gaps(corners, largest) <= margin
     return np.ravel(at_wall)
 

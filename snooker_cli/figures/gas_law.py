@@ -39,7 +39,7 @@ CURVE = 120  # vertices of a curve of theory
 SAME = 1e-9  # packings or temperatures are the same within this share
 
 
-class _State(NamedTuple):
+class _GasState(NamedTuple):
     """What decides the pressure of a point's gas (m, J, m²), and the pressures of its repeats.
 
     pressures, over_ideal : (*repeats*,) Pa·m, and over those of the ideal gas
@@ -73,9 +73,9 @@ class _State(NamedTuple):
 
 
 def pressures(axis: str, build: FigureBuilder) -> FigureData:
-    """Pressures along a field of ``_State``, a series for each ball radius, with theory."""
+    """Pressures along a field of ``_GasState``, a series for each ball radius, with theory."""
     for index, group in enumerate(build.groups):
-        states = [_state(build, point) for point in group]
+        states = [_gas_state(build, point) for point in group]
         x = np.array([getattr(state, axis) for state in states])
         grid = np.linspace(x.max() / CURVE, x.max(), CURVE)
         if axis == "area":
@@ -103,7 +103,7 @@ def pressures(axis: str, build: FigureBuilder) -> FigureData:
 
 def temperature_ratio(build: FigureBuilder) -> FigureData:
     """The temperature by equipartition over that of the ideal gas law, against the ball radius."""
-    states = [_state(build, point) for point in build.points]
+    states = [_gas_state(build, point) for point in build.points]
 
     def theory_of(radii: Array) -> list[float]:
         gases = [states[0]._replace(radius=float(radius)) for radius in radii]
@@ -128,7 +128,7 @@ def temperature_ratio(build: FigureBuilder) -> FigureData:
 
 def van_der_waals(build: FigureBuilder) -> FigureData:
     """P V/(N T) against packing, with van der Waals' b, also by single points, and a."""
-    states = [_state(build, point) for point in build.points]
+    states = [_gas_state(build, point) for point in build.points]
     first, radius, disk = states[0], states[0].radius, math.pi * states[0].radius ** 2
     densities = np.array([state.number / state.area for state in states])
     temperatures = np.array([state.temperature for state in states])
@@ -239,7 +239,7 @@ def ideal_ratio(build: FigureBuilder) -> FigureData:
     )
 
 
-def _state(build: FigureBuilder, point: Point) -> _State:
+def _gas_state(build: FigureBuilder, point: Point) -> _GasState:
     """A point's repeats. Raises ``FigureError`` if one has no collisions with the wall."""
     rows = [
         (mean_temperature(trace), mean_pressure(trace), ideal_gas_ratio(trace))
@@ -250,4 +250,4 @@ def _state(build: FigureBuilder, point: Point) -> _State:
         raise FigureError("a repeat has no collisions with the wall, so no pressure; run longer")
     scene = build.start(point)
     size, area = float(scene.radii[0]), scene.container.area
-    return _State(point, scene, size, scene.number, warm.mean(), area, pressures, over_ideal)
+    return _GasState(point, scene, size, scene.number, warm.mean(), area, pressures, over_ideal)

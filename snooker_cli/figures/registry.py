@@ -1,7 +1,7 @@
 """The registry: every figure by name, the runs that can give it, and the function that makes it."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from importlib.resources import files
@@ -19,6 +19,7 @@ from snooker_cli.figures.selection import (
     along,
     elastic,
     evenly,
+    file_stem,
     selected,
     statuses,
     varying,
@@ -27,6 +28,7 @@ from snooker_cli.formatting import listed
 from snooker_cli.runs import Run
 
 MOST_COLLISIONS = 5_000_000  # of a point, which take seconds
+MOST_IN_SAMPLE = 1_000_000  # of a run; of more, a sample is the first repeat of each point
 
 
 @dataclass(frozen=True)
@@ -99,3 +101,34 @@ def _read() -> dict[str, FigureSpec]:
 
 FIGURES = _read()
 """Every figure by its name: the source report's in the order of its figures, then ours."""
+
+
+def figures_of(
+    run: Run, names: Iterable[str], selection: Selection, *, sample: bool = False
+) -> Iterator[tuple[str, str, FigureData | FigureError]]:
+    """Name, file name without ending, and content of figures; an error if the run cannot give it.
+
+    A figure that shows one point is made for each selected point. Raises ``FigureError`` if no
+    repeat is there.
+
+    sample : make figures of the first repeats alone if the run is large; they show which figures
+        are possible, and all of them may take minutes
+    """
+    points = selected(run, selection)
+    if sample and selection.repeat is None and _is_large(run, points):
+        run = replace(run, experiment=run.experiment.model_copy(update={"repeats": 1}))
+    single = [Selection(dict(point.parameters), selection.repeat) for point in points]
+    for name in names:
+        for chosen in single if FIGURES[name].each_point else [selection]:
+            try:
+                yield name, file_stem(name, chosen), FIGURES[name].make(run, chosen)
+            except FigureError as error:
+                yield name, "", error
+
+
+def _is_large(run: Run, points: Sequence[Point]) -> bool:
+    """Whether a run has many collisions, and some in each first repeat, which can be a sample."""
+    repeats = [status for point in points for status in run.statuses(point.index)]
+    firsts = [status for status in repeats if status.repeat == 0]
+    total = sum(status.collisions for status in repeats)
+    return total > MOST_IN_SAMPLE and all(status.collisions > 0 for status in firsts)

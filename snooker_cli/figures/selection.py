@@ -1,6 +1,7 @@
 """A run and a selection -> points, their repeats, and words for them."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -29,6 +30,17 @@ class Selection:
 
     where: Mapping[str, Any] = field(default_factory=dict)
     repeat: int | None = None
+
+
+def file_stem(name: str, selection: Selection) -> str:
+    """The name of a file without its ending: a figure's name and what is selected."""
+    parts = []
+    for key, value in selection.where.items():
+        values = value if isinstance(value, tuple) else (value,)
+        parts += [key, *("null" if item is None else str(item) for item in values)]
+    if selection.repeat is not None:
+        parts += ["repeat", str(selection.repeat)]
+    return name + "".join("-" + re.sub(r"[^A-Za-z0-9._-]", "_", part) for part in parts)
 
 
 def selected(run: Run, selection: Selection) -> tuple[Point, ...]:

@@ -219,6 +219,7 @@ def random_places(
     if wide > 1:
         raise JammedError(packing / (wide * wide))
     inserted, positions = 2 * min(packing, INSERTED), None
+    # Each try inserts smaller balls. At their full size, these are then pushed apart.
     while positions is None:
         inserted /= 2
         scale = math.sqrt(inserted / packing)
@@ -297,6 +298,7 @@ def _pushed_apart(
     skin = SKIN * fmean(radii)
     steps, moved = np.zeros_like(positions), np.full(len(radii), math.inf)
     for _ in range(SWEEPS):
+        # List neighbours anew before a pair outside of the list can touch.
         if 2 * np.max(moved) > skin:
             container.put_inside(positions, radii)
             pairs = list(near_pairs(positions, wanted, skin, container.period))
@@ -304,6 +306,7 @@ def _pushed_apart(
             seen = positions.copy()
         x, y = container.nearest_image(positions[i] - positions[j]).T
         distances = np.sqrt(x * x + y * y)
+        # Push each pair that overlaps at the enlarged size, until none overlaps at its own size.
         close = np.flatnonzero(distances < wanted[i] + wanted[j])
         a, b, apart = i[close], j[close], distances[close]
         if np.all(apart >= radii[a] + radii[b]):

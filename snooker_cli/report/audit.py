@@ -388,6 +388,7 @@ def audit(runs: Runs, explanations: Explanations) -> Audit:
 def _row(number: SourceValue, stated: StatedResults, explanations: Explanations) -> AuditRow:
     """The verdict: from the stated scene if that agrees, else a formula, else an explanation."""
     ours, common = stated.numbers[number.name], explanations.best.our_value(number)
+    # The first answer that fits counts: the stated scene, a formula, then an explanation.
     if ours.agrees(number):
         return AuditRow(number, ours, common, REPRODUCED)
     if number.follows:

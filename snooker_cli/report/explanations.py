@@ -186,6 +186,7 @@ def explain(run: Run, elastic: Run) -> Explanations:
         name = _name(setting, stated.balls.radius / factor, factor, last)
         return Explanation(name, samples)
 
+    # The best of all combinations of changes; only those with a value of each target compete.
     whole = (candidate for candidate in map(explanation, COMBINATIONS) if candidate.whole)
     best = min(whole, key=lambda candidate: candidate.score)
     named = (*(explanation(Setting(**changes)) for changes in EXPLANATIONS), best)

@@ -219,6 +219,8 @@ def _simulated_long(
         reached += number
         return begun.stopped.is_set() or (time.monotonic() >= due and reached > least)
 
+    # Each round simulates up to a checkpoint, whose file then replaces the one before. The last
+    # round ends the repeat, or stores it as interrupted.
     while True:
         with store.Recorder(path, continues=checkpoint is not None) as recorder:
             limits = job.limits(point)

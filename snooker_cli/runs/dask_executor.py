@@ -5,7 +5,7 @@ import re
 import secrets
 import threading
 import time
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
@@ -165,7 +165,6 @@ class DaskExecutor(Executor):
         self._name = secrets.token_hex(8)
         self._lost = False
         self._stopping: Future[dict[str, set[Batch]]] | None = None
-        self._given: set[Batch] = set()
         self._deadline = 0.0
         with ExitStack() as exits:
             exits.enter_context(silence_logging_cmgr("critical"))
@@ -206,7 +205,6 @@ class DaskExecutor(Executor):
         remote = RemoteRun(
             self._name, software(), folder, run.identity, run.engine, job.command, job.interval
         )
-        self._given = set(missing)
         items = takewhile(lambda _: not self._lost, missing)
         yield from self.counted(partial(simulate_remotely, remote), items, watcher)
         if not self._cancelled.is_set():
@@ -226,19 +224,18 @@ class DaskExecutor(Executor):
                 theirs = f"no such snooker ({error_text(theirs)})"
             raise _other_software(f"the worker at {address}", theirs, mine)
 
-    def _stored(self) -> Set[Any]:
-        """Stop all repeats; those that workers store, all of them until the workers answer."""
+    def _still_stores(self, pending: Iterable[Any]) -> bool:
         if self._stopping is None:
             self._deadline = time.monotonic() + SAVE_TIMEOUT
-            asking = ThreadPoolExecutor(1)
+            asking = ThreadPoolExecutor(1)  # ``Client.run`` waits for an answer of each worker
             self._stopping = asking.submit(self._client.run, stop, self._name, on_error="ignore")
         if time.monotonic() > self._deadline:
-            return set()
+            return False
         if not self._stopping.done():
-            return self._given
+            return True
         if self._stopping.exception() is not None:
-            return set()
-        return set().union(*self._stopping.result().values())
+            return False
+        return not set().union(*self._stopping.result().values()).isdisjoint(pending)
 
     def _result(self, future: Future[Any], item: Any) -> Any:
         try:
@@ -251,9 +248,5 @@ class DaskExecutor(Executor):
 
             if not isinstance(unknown, KilledWorker):
                 return unexpected(item, unknown)
-            error = (
-                "the scheduler stopped retrying this batch because "
-                f"{unknown.allowed_failures + 1} of its workers died, "
-                f"the last at {unknown.last_worker.address}; their logs may say why"
-            )
+            error = "the workers that simulated this batch died; their logs may say why"
         return [RepeatResult(item.point, repeat, error=error) for repeat in item.repeats]

@@ -37,7 +37,6 @@ from snooker_cli.runs.batch import (
 )
 from snooker_cli.runs.folder import (
     FAILURES,
-    failures,
     holds_manifest,
     manifest_number,
     record_failure,
@@ -97,12 +96,15 @@ class Executor(AbstractContextManager["Executor"]):
         pending: dict[Future[Result], Any] = {}
         ended: SimpleQueue[Future[Result]] = SimpleQueue()
         waiting = iter(items)
-        while not (self._cancelled.is_set() and self._stored().isdisjoint(pending.values())):
+        # The pool gets a new item for each that has ended: items that wait can still be cancelled.
+        while True:
             if not self._cancelled.is_set():
                 for item in islice(waiting, self._at_once - len(pending)):
                     future = self._pool.submit(function, item)
                     pending[future] = item
                     future.add_done_callback(ended.put)
+            elif not self._still_stores(pending.values()):
+                return
             if not pending:
                 return
             with suppress(Empty):
@@ -118,8 +120,8 @@ class Executor(AbstractContextManager["Executor"]):
             yield results
 
     @abstractmethod
-    def _stored(self) -> Set[Any]:
-        """Stop a cancelled run. Returns the items that may still be stored."""
+    def _still_stores(self, pending: Iterable[Any]) -> bool:
+        """Stop a cancelled run. Whether one of the pending items may still be stored."""
 
     def _result(self, future: Future[Result], _item: Any) -> Result:
         return future.result()
@@ -156,8 +158,8 @@ class ThreadExecutor(Executor):
         simulated = partial(simulate_and_store, job, begun=self._begun, events=watcher.events)
         yield from self.results(simulated, missing)
 
-    def _stored(self) -> Set[Any]:
-        return self._begun.stop()
+    def _still_stores(self, pending: Iterable[Any]) -> bool:
+        return not self._begun.stop().isdisjoint(pending)
 
 
 class ProcessExecutor(Executor):
@@ -165,7 +167,7 @@ class ProcessExecutor(Executor):
 
     def __init__(self, workers: int, job: Job, cancelled: threading.Event) -> None:
         context = get_context("spawn")
-        self._stopped, self._given = context.Event(), set[Batch]()
+        self._stopped = context.Event()
         pool = ProcessPoolExecutor(workers, context, _begin_process, (job, self._stopped))
         super().__init__(pool, 2 * workers, cancelled)
 
@@ -173,7 +175,6 @@ class ProcessExecutor(Executor):
         self._pool.shutdown(cancel_futures=True)
 
     def simulate(self, job: Job, missing: Sequence[Batch], watcher: Watcher) -> Iterator[Results]:
-        self._given = set(missing)
         try:
             yield from self.counted(_simulate_here, missing, watcher)
         except BrokenProcessPool:
@@ -183,9 +184,9 @@ class ProcessExecutor(Executor):
                 "run the same command again, with fewer --jobs",
             ) from None
 
-    def _stored(self) -> Set[Any]:
-        self._stopped.set()
-        return self._given
+    def _still_stores(self, pending: Iterable[Any]) -> bool:
+        self._stopped.set()  # each process then ends its batch soon, stored or abandoned
+        return True
 
 
 _process: tuple[Job, Begun]  # what a process of ``ProcessExecutor`` simulates
@@ -287,14 +288,9 @@ def execute(
                 "run the same command again",
                 code="lost",
             )
-        failed = [result for result in results if result.error]
+        failed = any(result.error for result in results)
         if part is None and not cancelled.is_set() and not failed:
             run.delete_all_but(kept)
-    # Again, because temporary files that filled the disk are gone.
-    recorded = failures(run)
-    for result in failed:
-        if result.error and (result.point, result.repeat) not in recorded:
-            record_failure(run, result.point, result.repeat, result.error)
     return sorted(results, key=lambda result: (result.point, result.repeat))
 
 

@@ -74,6 +74,7 @@ def planned_change(run: Run, *, fresh: bool = False) -> str:
     stored = open_run(directory)
     limits = _changed_limits(stored, run)
     pairs = zip(run.points, stored.points, strict=False)
+    # Whether some point would end earlier than the stored run.
     earlier = not all(extends(new.experiment, old.experiment) for new, old in pairs)
     refusal, code = "", ""
     if stored.engine_version != run.engine_version:
@@ -293,6 +294,7 @@ def locked(directory: Path, shared: bool = False) -> Iterator[None]:
                 "let it end, or give --out for another folder",
                 code="locked",
             )
+        # With the lock, no other run of this machine is here: its temporary files are left-overs.
         if taken and not shared:
             for folder in (directory, *directory.glob("point-*")):
                 for part in unfinished(folder):

@@ -78,6 +78,7 @@ def scene_classes(points: Sequence[Point], engine: str | None = None) -> list[Sc
     the chosen engine cannot simulate.
     """
     groups: dict[Any, list[tuple[Point, int, float | None, tuple[float, float]]]] = {}
+    # Points that differ in losses or limits alone have the same first scene, which is made once.
     for same in alike(points).values():
         experiment = same[0].experiment
         try:
@@ -210,6 +211,7 @@ def run_plan(
                 mine = share is None or (status.point, status.repeat) in share
                 to_do[status.point] -= mine and status.state is RepeatState.DONE
     missing = to_do.total()
+    # More threads than repeats do not help.
     threads = max(1, min(workers, missing))
     kinds = [_class_plan(scene_class, to_do) for scene_class in classes]
     totals = {name: sum(kind[name] for kind in kinds) for name in ESTIMATES}

@@ -4,6 +4,7 @@ import logging
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -132,6 +133,40 @@ def share_done(outcomes: Sequence[RepeatResult], wanted: int) -> str:
     stops = [result.stop for result in outcomes if result.stop is not None]
     number = sum(stop.reason is not StopReason.INTERRUPTED for stop in stops)
     return f"{number:,} of {counted(wanted, 'repeat')} done"
+
+
+def run_summary(run: Run, results: Sequence[RepeatResult], progress: RunProgress) -> dict[str, Any]:
+    """What ``run --json`` prints: of each point the repeats, how they ended, and the time."""
+    by_point: list[list[RepeatResult]] = [[] for _ in run.points]
+    for result in results:
+        by_point[result.point].append(result)
+    points = [
+        {
+            "parameters": point.as_json(),
+            "repeats": len(repeats),
+            "cached": sum(repeat.cached for repeat in repeats),
+            "collisions": sum(repeat.collisions for repeat in repeats),
+            "ended": Counter(
+                str(repeat.stop.reason) if repeat.stop else "failed" for repeat in repeats
+            ),
+            "stops": [
+                {"repeat": repeat.repeat, **repeat.stop.known()}
+                for repeat in repeats
+                if repeat.stop and not repeat.stop.reason.complete
+            ],
+            "errors": [repeat.error for repeat in repeats if repeat.error],
+        }
+        for point, repeats in zip(run.points, by_point, strict=True)
+    ]
+    seconds = progress.seconds
+    return {
+        "run": str(run.directory),
+        "events": progress.simulated,
+        "seconds": round(seconds, 3),
+        "compiling_seconds": round(progress.compiling, 3),
+        "events_per_second": round(progress.simulated / seconds) if seconds > 0 else 0,
+        "points": points,
+    }
 
 
 def execute_watched(

@@ -168,6 +168,7 @@ class Run:
             if status.state is not RepeatState.MISSING
             and (present is None or status.repeat in present)
         ]
+        # Repeats of one file follow each other, so each file is read once.
         for path, of_file in groupby(statuses, key=lambda status: status.path):
             yield from self._read(path, list(of_file))
         if not statuses:
@@ -222,6 +223,7 @@ class Run:
         if not all(path.exists() for path in kept):
             return
         for path in chain.from_iterable(self.batches(point.index) for point in self.points):
+            # A file with later repeats than this run has belongs to a longer run: it stays.
             if path not in kept and named(path)[1].stop <= self.experiment.repeats:
                 discard(path)
 

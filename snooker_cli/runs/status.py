@@ -41,6 +41,7 @@ def run_status(run: Run) -> dict[str, Any]:
         for point in run.points
     ]
     files: dict[Path, tuple[int, int, RepeatStatus]] = {}
+    # Each repeat counts once: the first of done, running, failed and to do that is true of it.
     for status in chain.from_iterable(run.statuses(point.index) for point in run.points):
         row, item, remark = ledger[status.point], (status.point, status.repeat), ""
         if status.path not in files and (info := store.file_info(status.path)):

@@ -52,6 +52,7 @@ def verify(run: Run, *, replay: bool, workers: int) -> Iterator[RepeatStatus]:
             "verify it without --replay",
         )
     cancelled = threading.Event()
+    # Each thread takes an idle checker for one file, so there are never more than ``workers``.
     idle: SimpleQueue[IsolatedChecker] = SimpleQueue()
 
     def verified(path: Path) -> list[RepeatStatus]:
@@ -101,6 +102,7 @@ def _is_repeatable(run: Run, header: store.RepeatHeader, cancelled: threading.Ev
     """Whether simulating a repeat again gives the same bits, or is cancelled."""
     source = header.provenance
     experiment = run.points[source.point].experiment
+    # The limits are those under which the repeat was simulated, perhaps before an extension.
     limits = experiment
     if source.digest != run.digests[source.point]:  # of a shorter run, which this one extends
         limits = validated(json.loads(source.config))

@@ -129,10 +129,12 @@ class Fingerprint:
 
     def add(self, events: Events) -> None:
         """Add the next events. Residuals are hashed if one is not zero."""
+        # Pieces end where a block of ``HASHED_ROWS`` ends: each block has a hash of its own.
         while len(events):
             full, rest = divmod(self._number, HASHED_ROWS)
             part, events = events[: HASHED_ROWS - rest], events[HASHED_ROWS - rest :]
             rounded = part.residual is not None and part.residual.any()
+            # The first residual that is not zero: all rows before it count as zeros.
             if rounded and "residual" not in self._columns:
                 self._columns["residual"] = hashlib.sha256(bytes(8 * rest))
                 zeros = hashlib.sha256(bytes(8 * HASHED_ROWS)).digest()

@@ -179,6 +179,7 @@ def _unpacked(
     first, last, _ = wanted.indices(data.shape[0])
     values = np.zeros((last - first, *rest), dtype)
     size = kind.itemsize * math.prod(chunk)
+    # Chunk by chunk: inflate at most one byte too many, undo the shuffle, keep the wanted rows.
     for start in range(first - first % rows, last, rows):
         place = (start, *(0 for _ in rest))
         if data.get_chunk_info_by_coord(place).byte_offset is None:
@@ -188,6 +189,7 @@ def _unpacked(
         content = inflate.decompress(content, size + 1)
         if skipped or chunk[1:] != rest or len(content) != size or not inflate.eof:
             raise ValueError("a chunk has another size than it declares")
+        # The shuffle filter puts the first bytes of all numbers first, then the second ones.
         numbers = np.frombuffer(content, np.uint8).reshape(kind.itemsize, -1).T
         numbers = np.ascontiguousarray(numbers).view(kind).reshape(chunk)
         begin, end = max(start, first), min(start + rows, last)

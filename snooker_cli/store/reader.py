@@ -35,7 +35,7 @@ from snooker_cli.trace import (
 EVENTS_AT_A_TIME = 1 << 20  # events that are read at a time where they are not kept
 
 GROWING = ("time", "wall_impulse", "pair_virial", "wall_events", "pair_events")  # of a summary
-ROUNDING = 1e-9  # by which a sum may seem to shrink
+SUM_ROUNDING = 1e-9  # by which a sum may seem to shrink
 
 
 def file_info(path: Path) -> tuple[int, int] | None:
@@ -203,6 +203,7 @@ def _checked(
     traces = _traces(file, headers, rows, chosen)
     at_a_time = max(rows[-1].stop, 1) if keep_events else EVENTS_AT_A_TIME
     reader = EventReader(file, at_a_time) if "connectivity" in file else None
+    # Values are checked besides the hash: a forged file may have a right hash.
     for k, trace, most in zip(chosen, traces, _limits(traces), strict=True):
         fingerprint = Fingerprint()
         if reader and trace.summary is None:
@@ -274,7 +275,7 @@ def _check_summary(summary: Summary, trace: Trace, limits: _Limits) -> None:
     _require(len(series.time) and series.time[-1] == trace.stop.time, "end of a summary")
     ends = dict(zip(layout.COUNTS, events, strict=True))
     for (name, values), limit in zip(vars(series).items(), most, strict=True):
-        grows = name not in GROWING or np.all(values[1:] >= (1 - ROUNDING) * values[:-1])
+        grows = name not in GROWING or np.all(values[1:] >= (1 - SUM_ROUNDING) * values[:-1])
         _require(values.min() >= 0 and values.max() <= limit and grows, f"{name} of a summary")
         _require(values[-1] == ends.get(name, values[-1]), f"{name} of a summary")
     total = series.kinetic_energy + series.container_energy
@@ -380,6 +381,7 @@ class EventReader:
         """The events of one repeat, or the last of them, block by block; at least one piece."""
         before = 0.0
         last = max(rows.stop, rows.start + 1)
+        # Blocks begin at multiples of their size, so that the next repeat can use the last block.
         for start in range(rows.start - rows.start % self._size, last, self._size):
             if start != self._start:
                 self._block = self._checked_block(slice(start, start + self._size))

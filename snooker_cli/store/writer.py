@@ -91,6 +91,7 @@ class Recorder(AbstractContextManager["Recorder"]):
         """Take the next events of a repeat."""
         self._pending.append(events)
         self.number += len(events)
+        # Most repeats end within the first chunk: they need neither a thread nor a file yet.
         if self._file is None and self.number <= ROWS:
             self._fingerprint.add(events)
             return
@@ -181,6 +182,7 @@ class Recorder(AbstractContextManager["Recorder"]):
             reader = EventReader(old, ROWS) if layout.TIME in old else None
             number = reader.number if reader else 0
             full = self._written = self.number = number - number % ROWS
+            # Full chunks are copied without unpacking. The rest is added as new events.
             for path in (f"{name}/value" for name in layout.EVENTS if full and name in old):
                 old.copy(path, self._open(), path)
                 data = self._open()[path].id

@@ -112,6 +112,7 @@ def against_truth(reference: ReferenceScene, methods: Sequence[Method]) -> Recor
         method.run(scene, moments[:1])  # compiles the kernels
         course = method.run(scene, moments)
         seconds = [course.seconds]
+        # Short runs are timed several times; the median is robust against other processes.
         while len(seconds) < MOST_RUNS and sum(seconds) < ENOUGH:
             seconds.append(method.run(scene, moments).seconds)
         median = statistics.median(seconds)

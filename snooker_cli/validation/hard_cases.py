@@ -178,6 +178,8 @@ def exact_start(scene: Scene) -> ExactStart:
     collisions = FOLLOWED // scene.number
     truth = trajectory(scene, collisions, TWIN_DIGITS)
     count, others = truth.certain, []
+    # Starts a rounding apart show how chaos enlarges roundings: this is the size of errors that
+    # is allowed, and where it changes who collides, nothing more can be compared.
     for seed in range(ROUNDED_STARTS):
         dice = np.random.default_rng(seed)
         moved, pushed = rounding * dice.normal(size=(2, *shape))
@@ -201,6 +203,7 @@ def follows(trace: Trace, truth: ExactStart) -> Iterator[Check]:
     events, start, (exact, changes) = trace.events, trace.start, truth
     assert events is not None
     count = min(len(exact), len(events))
+    # A run that ends at a time must have all collisions before it; another may end earlier.
     due = len(exact) if trace.stop.reason is StopReason.TIME else count
     missed = int(np.sum(exact.time[:due] < trace.stop.time)) - count
     wrong = max(0, missed) + count - first_different(events[:count], exact[:count])

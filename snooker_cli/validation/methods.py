@@ -169,6 +169,7 @@ def by_source_report(scene: Scene, moments: Floats) -> Trajectory:
         with np.errstate(invalid="ignore", divide="ignore"):
             root = np.sqrt(b * b - a * c)
             early, late = (-b - root) / a, (-b + root) / a
+        # The next event: the smallest root of all pairs that is not "zero".
         delay = np.where(early > TOLERANCE, early, np.where(late > TOLERANCE, late, np.inf))
         k = int(np.argmin(delay))
         while recorded < len(moments) and moments[recorded] < now + delay[k]:
@@ -271,6 +272,8 @@ def _step(
         for k in range(number + 1):
             bodies[X, k] += bodies[U, k] * step
             bodies[Y, k] += bodies[V, k] * step
+        # A pair that is not listed was farther apart than the skin. Two bodies approach by at most
+        # twice the largest speed, so the list is made anew before such a pair can touch.
         slack -= 2.0 * fastest * step
         if slack < 0.0:
             listed, fastest = _list_neighbours(bodies, skin, pairs)

@@ -136,6 +136,7 @@ def known_value(
     """
     mean, error = measured
     difference, both_errors = mean - expected, math.hypot(error, expected_error)
+    # Of the difference, what theory predicts for a finite number of balls does not count.
     left = difference - known
     if abs(left) <= ALLOWED * both_errors:
         agreement = "yes"

@@ -99,6 +99,7 @@ class SpeedStudy(Study):
 
         simulate(scene, collisions=first + self.repeats * events, sink=lambda _: None, watch=look)
         collisions, clock = np.array(looks).T
+        # The time at which each part ended is interpolated between two looks.
         edges = first + events * np.arange(self.repeats + 1)
         container = "free" if case.free else "fixed"
         name = f"collisions/s: {case.balls:,} balls, packing {case.packing:g}, {container}"

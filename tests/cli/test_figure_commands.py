@@ -13,6 +13,7 @@ from command_line import Snooker
 from hostile import rules
 
 from snooker_cli.cli import figure_commands
+from snooker_cli.figures import registry
 
 
 def content(page: str) -> dict[str, Any]:
@@ -57,7 +58,7 @@ def test_the_list_of_a_large_run_reads_one_repeat_of_each_point(
     separate: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """For hundreds of long repeats, all figures take many minutes."""
-    monkeypatch.setattr(figure_commands, "MOST_TO_LIST", 5)
+    monkeypatch.setattr(registry, "MOST_IN_SAMPLE", 5)
     for path in separate.glob("point-*/repeats-0001-0001.h5"):
         rules(restitution=2.0)(path)  # which only reading would find
     listed = snooker("plot", "small", "--list")
