@@ -21,7 +21,6 @@ from snooker_cli.engine import replay, simulate
 from snooker_cli.export import (
     EVENTS,
     STATES,
-    csv_lines,
     events_table,
     frames,
     states_table,
@@ -97,19 +96,6 @@ def test_frames_are_even_and_every_ends_in_time(trace: Trace, snooker: Snooker) 
         rows = csv.DictReader(snooker("export", *POINT, "--states", *options).out.splitlines())
         times = [float(row["time"]) for row in rows if row["ball"] == "-1"]
         assert times == list(expected)
-
-
-def test_batches_make_the_same_table_as_all_at_once(traces: dict[str, Trace]) -> None:
-    trace = traces["events"]
-    times = np.linspace(0, trace.stop.time, 23)
-    (whole,) = frames(trace, times)
-    few = list(frames(trace, times, batch=3 * trace.start.number))
-    assert [len(batch.time) for batch in few] == [3] * 7 + [2]
-    (single,) = zip(*(batch.time for batch in frames(trace, times, batch=1)), strict=True)
-    assert list(single) == times.tolist()
-    lines = "".join(csv_lines(STATES, [states_table(whole)]))
-    assert "".join(csv_lines(STATES, map(states_table, few))) == lines
-    assert lines.count("\n") == 1 + 23 * (trace.start.number + 1)
 
 
 # Parquet
@@ -288,11 +274,6 @@ def test_extended_xyz_has_the_same_states(written: tuple[Path, Trace, Any]) -> N
     for name, radius, mass in zip(species, start.radii, start.masses, strict=True):
         types[name].add((radius, mass))
     assert all(len(sizes) == 1 for name, sizes in types.items() if name != "X")
-
-
-def test_the_suffix_xyz_chooses_states(trace: Trace, snooker: Snooker) -> None:
-    (first, last) = xyz_frames(exported(snooker, "a.xyz").read_text())
-    assert (float(first[0]["Time"]), float(last[0]["Time"])) == (0, trace.stop.time)
 
 
 def test_a_damaged_repeat_is_not_exported(finished: Path, trace: Trace, snooker: Snooker) -> None:

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import report_scene, scene_of
-from single_fit import fit
 
 from snooker_cli.analysis import decay
 from snooker_cli.analysis.decay import LAWS, QUANTITIES, Decay
@@ -95,17 +94,6 @@ def test_the_constants_put_in_come_out(rate: float) -> None:
         assert found.over_repeats.value == pytest.approx(rate, rel=read)
 
 
-def test_repeats_are_fitted_one_by_one_and_averaged() -> None:
-    rates = (0.3, 0.4, 0.8)
-    found = decay.decays(map(exponential, rates), ["kinetic_energy"])[0]
-    assert [each.value for each in found.fits] == pytest.approx(rates, rel=1e-5)
-    assert (found.over_repeats.repeats, found.short) == (3, 0)
-    assert found.over_repeats.value == pytest.approx(np.mean(rates), rel=1e-5)
-    first, *others = map(exponential, rates)
-    decay.repeat_fits(first, "kinetic_energy")
-    assert decay.decays([first, *others], ["kinetic_energy"])[0].fits == found.fits
-
-
 def test_repeats_that_ended_early_are_counted() -> None:
     trace = exponential(0.4)
     reasons = [reason for reason in StopReason if reason is not StopReason.TIME]
@@ -123,29 +111,6 @@ def test_repeats_that_ended_early_are_counted() -> None:
         "very long and 1 at an interruption; "
         "averages over collisions leave them out, the rest uses them to their end"
     ]
-
-
-def test_each_fit_names_its_amplitude_and_the_pressure_has_both() -> None:
-    """A curve below 1: a free amplitude meets it, one that is held at 1 has to decay faster."""
-    time = np.linspace(1.0, 5.0, 200)
-    value = 0.9 * np.exp(-0.3 * (time - 1))
-    free, fixed = fit(time, value), fit(time, value, amplitude=1.0)
-    assert free.value == pytest.approx(0.3, rel=1e-9)
-    assert (fixed.amplitude, fixed.start) == (1.0, 1.0)
-    assert fixed.value > 1.1 * free.value
-    amplitudes = {each["quantity"]: each["amplitude"] for each in rows_of(haff(0.4))}
-    assert amplitudes == {
-        "kinetic_energy": "fixed at 1",
-        "temperature": "fixed at 1",
-        "pressure": "free",
-        "pressure_amplitude_1": "fixed at 1",
-        "local_pressure": "free",
-        "local_energy": "free",
-    }
-
-
-def rows_of(trace: Trace) -> list[dict[str, object]]:
-    return [each.as_json() for each in decay.decays([trace])]
 
 
 def test_averages_over_collisions_use_complete_repeats_only() -> None:

@@ -12,13 +12,12 @@ from scenes import gas, report_scene, scene_of
 
 from snooker_cli.analysis import decay, observables
 from snooker_cli.analysis.observables import series
-from snooker_cli.containers import SHAPES, Box, Circle, Container
+from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.engine import replay, simulate
 from snooker_cli.engine.sampling import EARLY
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import (
     CONTAINER,
-    SERIES_UNITS,
     SPEED_BIN,
     SPEED_BINS,
     Events,
@@ -154,17 +153,6 @@ def test_states_by_hand(in_circle: Trace) -> None:
     assert total[:, 0].tolist() == [2, -1, 0.5, 0.5]
     empty = replace(in_circle, events=NOTHING)
     assert observables.at_collisions(empty).positions.tolist() == [start.positions.tolist()]
-
-
-def test_the_temperature_at_which_balls_meet_leaves_out_what_they_share() -> None:
-    scene = gas("periodic", 64, 0.3)
-    moving = replace(scene, velocities=scene.velocities + np.array([3.0, -4.0]))
-    assert observables.drift_energy(moving) == pytest.approx(64 * 25 / 2, rel=1e-12)
-    for each in (scene, moving):
-        met = observables.meeting_temperature(each.kinetic_energy, each)
-        assert met == pytest.approx(scene.kinetic_energy / 63)
-    box = replace(moving, container=Box(*moving.container.size))
-    assert observables.meeting_temperature(box.kinetic_energy, box) == box.kinetic_energy / 64
 
 
 # Against naive sums
@@ -371,22 +359,6 @@ def test_a_summary_has_the_pressures_of_events(simulated: Trace, summarised: Tra
     force = simulated.start.container.wall_length * edges[1]
     assert np.all(np.abs(found - expected) <= (steps[:-1] + steps[1:]) / force + 1e-12)
     assert found.mean() == pytest.approx(expected.mean(), rel=400 * EPSILON)
-
-
-def test_the_rows_of_a_summary_come_near_those_after_collisions(
-    simulated: Trace, summarised: Trace
-) -> None:
-    """A collision is somewhere between two rows of the grid; so is what is read for it."""
-    full, found = series(simulated), observables.after_collisions(summarised)
-    exact = observables.after_collisions(simulated)
-    assert all(np.array_equal(getattr(exact, name), getattr(full, name)) for name in SERIES_UNITS)
-    step = np.diff(series(summarised).time).max()
-    assert found.wall_events + found.pair_events == pytest.approx(np.arange(401.0))
-    assert np.all(np.abs(found.time - full.time) <= step)
-    # On average it is neither early nor late: 400 errors of a step at most, uniform.
-    assert abs(np.mean(found.time - full.time)) <= 4 * step / math.sqrt(12 * 400)
-    assert np.all(np.diff(found.time) >= 0)
-    assert found.kinetic_energy[-1] == pytest.approx(full.kinetic_energy[-1], rel=8 * EPSILON)
 
 
 def test_of_many_collisions_some_are_read_evenly(

@@ -90,22 +90,6 @@ def test_pairs_at_a_known_distance_are_in_its_bin() -> None:
     np.testing.assert_allclose(found, [0.0, 280.0 / area, 0.0], rtol=1e-12)
 
 
-def test_contact_is_an_edge_of_the_bins() -> None:
-    for radius in (0.01, 0.3, 1.0):
-        at = scene(SHAPES[2], np.zeros((37, 2)), radii=radius)
-        edges = structure.distance_edges(at)
-        assert np.min(np.abs(edges - 2 * radius)) < 1e-12
-        assert edges[-1] < 7.0
-        assert edges[-1] <= 6 * 2 * radius * (1 + 1e-12)
-    # The thin gas of 1 cm has one bin for each diameter, and the dense one twenty.
-    thin, dense = (
-        structure.distance_edges(scene(SHAPES[2], np.zeros((37, 2)), radii=each))
-        for each in (0.01, 1.0)
-    )
-    assert np.diff(thin) == pytest.approx(0.02)
-    assert np.diff(dense) == pytest.approx(2.0 / 20)
-
-
 # Hexatic order
 
 
@@ -123,16 +107,6 @@ def test_between_walls_the_outermost_balls_do_not_count() -> None:
     orders = value(structure.bond_order, at)
     assert 1 < np.count_nonzero(np.isnan(orders)) < 40
     assert value(structure.hexatic_order, at) == pytest.approx(1, abs=1e-9)
-
-
-def test_random_places_have_little_hexatic_order() -> None:
-    """The mean of |ψ6|² over N balls is about 1/N times that of a ball."""
-    random, box = np.random.default_rng(3), PeriodicBox(30.0, 30.0)
-    found = [
-        value(structure.hexatic_order, scene(box, random_places(box, np.zeros(400), random)))
-        for _ in range(20)
-    ]
-    assert max(found) < 5 / math.sqrt(400)
 
 
 def test_balls_in_a_row_have_no_neighbours_around() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import ELASTIC, PERIODIC, in_circle, layers, made, shown, traces, why_not
+from figure_runs import PERIODIC, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
 from snooker_cli.analysis.observables import ideal_gas_ratio
@@ -54,25 +54,6 @@ def test_temperature_ratio_against_the_ball_radius(warm: Run) -> None:
         expected = in_circle(50.0, points.x[k])
         theirs = found.numbers["points"][k]["theory"]
         assert theirs == pytest.approx(19 * 50 / (100 * math.pi) / expected, rel=1e-13)
-
-
-def test_pressure_against_area_and_number(tmp_path: Path) -> None:
-    wide = made(tmp_path / "wide", *ELASTIC, "container.radius=10,20", "repeats=1")
-    found = shown(wide, "pressure-area")
-    (points,) = layers(found, Points)
-    assert points.x == pytest.approx([100 * math.pi, 400 * math.pi], rel=1e-15)
-    assert points.y.tolist() == pytest.approx([pressure_of(*traces(wide, k)) for k in (0, 1)])
-    assert np.isnan(points.y_error).all()  # of one repeat
-    assert (found.x_log, found.y_log) == (True, True)
-    elastic = ("cor=1", "sweep={}", "repeats=1")
-    many = made(tmp_path / "many", *elastic, "balls.count=20,40", text=PERIODIC)
-    found = shown(many, "pressure-number")
-    assert layers(found, Points)[0].x.tolist() == [20, 40]
-    ideal, curve = layers(found, Line)[:2]
-    assert ideal.y == pytest.approx(ideal.x * 50 / 600, rel=1e-13)
-    packing = 40 * math.pi * 0.6**2 / 600.0
-    ratio = theory.compressibility(packing) - theory.missing_ratio(packing, 40)
-    assert (curve.x[-1], curve.y[-1]) == pytest.approx((40, 40 * 50.0 / 600.0 * ratio), rel=1e-9)
 
 
 def test_ideal_ratio_is_taken_at_two_temperatures(decaying: Run) -> None:

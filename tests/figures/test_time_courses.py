@@ -10,7 +10,7 @@ import pytest
 from figure_runs import ADRIFT, around, in_circle, layers, made, shown, traces, why_not
 
 from snooker_cli import theory
-from snooker_cli.analysis import observables, structure
+from snooker_cli.analysis import structure
 from snooker_cli.analysis.observables import standard_errors, time_means
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import Line, Reference
@@ -105,20 +105,6 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     assert reference.value == in_circle(50.0, 1.0)
 
 
-def test_pressure_of_a_periodic_box_starts_at_the_ideal_gas_s(periodic: Run) -> None:
-    found = shown(periodic, "pressure", cor=1.0)
-    line, _ = layers(found, Line)
-    assert line.y[0] == pytest.approx(64 * 50 / 600, rel=1e-12)
-    measured = observables.mean_pressure(traces(periodic, 2)[0])
-    assert line.y[-1] == pytest.approx(measured, rel=1e-12)
-    (reference,) = layers(found, Reference)
-    packing = 64 * math.pi * 0.36 / 600
-    ratio = theory.compressibility(packing) - theory.missing_ratio(packing, 64)
-    # Balls meet at E/(N − 1), as their centre of mass is at rest.
-    expected = (64 * 50 + (ratio - 1) * 64 * 50 * 64 / 63) / 600
-    assert reference.value == pytest.approx(expected, rel=1e-9)
-
-
 # Means over the repeats of what the states have.
 
 
@@ -156,30 +142,6 @@ def test_times_end_with_the_shortest_repeat_and_begin_at_zero(periodic: Run) -> 
     (band, _) = layers(found, Band)
     error = float(standard_errors(np.array(rows))[0])
     assert (band.high[20] - band.low[20]) / 2 == pytest.approx(error, rel=1e-9)
-
-
-def test_each_species_of_a_mixture_has_its_temperature_and_a2(mixture: Run) -> None:
-    found = shown(mixture, "species-temperature")
-    heavy, light = layers(found, Line)
-    assert [heavy.label, light.label] == ["r = 0.6 m, m = 4 kg", "r = 0.4 m, m = 1 kg"]
-    repeats, end = traces(mixture, 0), heavy.x[-1]
-    rows = np.array(
-        [structure.measured(structure.species_temperature, one, [end])[0] for one in repeats]
-    )
-    assert (heavy.y[-1], light.y[-1]) == pytest.approx(tuple(rows.mean(axis=0)))
-    assert found.numbers["points"][0]["ratio"] == pytest.approx(
-        float(np.mean(rows[:, 0] / rows[:, 1])), rel=1e-5
-    )
-    labels = [line.label for line in layers(shown(mixture, "a2"), Line)]
-    assert labels == [heavy.label, light.label]
-
-
-def test_energy_without_the_flow_is_all_energy_at_equilibrium(periodic: Run) -> None:
-    """Independent velocities: the share is 1, with an error of about 1/√(0.8 · 3 · 64)."""
-    found = shown(periodic, "local-energy", cor=1.0)
-    local, total, _ = layers(found, Line)
-    assert np.mean(local.y) == pytest.approx(1, abs=4 / math.sqrt(0.8 * 3 * 64))
-    np.testing.assert_allclose(total.y, 1, rtol=1e-12)
 
 
 def test_reasons_for_missing_structure(periodic: Run, warm: Run) -> None:

@@ -10,7 +10,7 @@ from scipy import stats
 
 from snooker_cli.analysis.observables import total_momentum
 from snooker_cli.config import Experiment, digest, parse, points
-from snooker_cli.containers import SHAPES, Box, Circle
+from snooker_cli.containers import SHAPES, Box
 from snooker_cli.engine import simulate
 from snooker_cli.errors import SceneError
 from snooker_cli.placement.random_numbers import (
@@ -113,19 +113,6 @@ def test_points_have_the_same_directions_with_common_random():
     same = starting_scene(common, 4)
     assert np.array_equal(same.velocities, start.velocities)
     assert np.array_equal(same.velocities, 10.0 * random_directions(37, 1, [4])[0])
-
-
-def test_a_scene_of_rings():
-    scene = starting_scene(experiment(radius=0.5, cor=0.8, container_mass=1e7), 0)
-    assert scene.number == 37
-    assert np.all(scene.radii == 0.5)
-    assert np.all(scene.masses == 1.0)
-    assert (scene.container, scene.container_mass) == (Circle(10.0), 1e7)
-    assert (scene.restitution, scene.wall_restitution) == (0.8, 0.8)
-    assert scene.kinetic_energy == pytest.approx(1850.0, rel=1e-14)
-    assert scene.packing_fraction == pytest.approx(37 * 0.25 / 100, rel=1e-14)
-    with pytest.raises(ValueError, match="read-only"):
-        scene.positions[0, 0] = 1.0
 
 
 def test_a_scene_of_listed_balls():
@@ -447,19 +434,3 @@ def test_all_repeats_at_once(start):
             assert np.array_equal(getattr(scene, name), expected), name
         for array in (scene.positions, scene.velocities, scene.radii, scene.masses):
             assert not array.flags.writeable
-
-
-def test_repeats_share_what_is_the_same():
-    first, second = starting_scenes(experiment(), [0, 1])
-    for name in ("positions", "radii", "masses", "container"):
-        assert getattr(first, name) is getattr(second, name)
-    assert not np.array_equal(first.velocities, second.velocities)
-
-
-def test_an_error_of_any_repeat_is_raised():
-    """Speeds so small that their squares are no doubles, in a list and in a Maxwellian."""
-    start = counted("radius: 10", "{count: 20, radius: 0.3, speed: 1e-160, speeds: maxwell}")
-    with pytest.raises(SceneError, match="no doubles"):
-        starting_scenes(start, range(3))
-    with pytest.raises(SceneError, match="overlap"):
-        starting_scenes(listed(ball(0, 0), ball(1, 0)), range(3))

@@ -20,13 +20,13 @@ from figure_runs import made as made_run
 from pypdf import PdfReader
 
 from snooker_cli.analysis.decay import NO_LOSSES
-from snooker_cli.analysis.run_analysis import comparisons, fits
-from snooker_cli.analysis.tables import finding, fit_cells, overview, point_heading, usual
+from snooker_cli.analysis.run_analysis import fits
+from snooker_cli.analysis.tables import fit_cells, point_heading, usual
 from snooker_cli.config import digest, load, parse
 from snooker_cli.errors import FigureError
 from snooker_cli.figures import FIGURES, Selection
 from snooker_cli.figures.captions import setting
-from snooker_cli.formatting import point_label, printable
+from snooker_cli.formatting import printable
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report import run_report as module
 from snooker_cli.report.document import Pages, unbroken
@@ -113,19 +113,6 @@ def test_its_tables_are_the_rows_of_the_commands(small: Path, finished_run: Run)
     first = rows.index(heading) + 1
     shown = rows[first : first + len(expected)]
     assert [[unbroken(cell) for cell in fit_cells(row)] for row in expected] == shown
-
-
-def test_it_begins_with_what_holds_for_the_run_and_each_point(
-    small: Path, finished_run: Run
-) -> None:
-    laws, theories = fits(finished_run).rows, comparisons(finished_run).rows
-    assert f" small {spaced(overview(laws, theories))}. The run has 2 points" in words(small)
-    for point in finished_run.points:
-        rows = (
-            [one for one in found if one["parameters"] == point.as_json()]
-            for found in (laws, theories)
-        )
-        assert f"{point_label(point.as_json())} {spaced(finding(*rows))} " in words(small)
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
 import threading
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -141,46 +139,6 @@ def test_of_two_files_the_done_one_counts_or_else_the_longer(
         list(short.traces(short.points[0]))  # by a command that began before the extension
 
 
-def in_twos(directory: Path, text: str) -> tuple[Run, dict[tuple[int, int], str]]:
-    """A run of four repeats in two files, and its contents."""
-    run = made(directory, text, "repeats=4")
-    with batches_of(2):
-        done(run)
-    return run, contents(run)
-
-
-def test_damaged_files_are_deleted_once_their_repeats_are_stored_elsewhere(
-    one_point: str, tmp_path: Path
-) -> None:
-    """Their headers are as they were, so only reading the content shows the damage."""
-    run, bits = in_twos(tmp_path, one_point)
-    for path in run.batches(0):
-        image = bytearray(path.read_bytes())
-        image[image.index(store.read(path)[1][0].events.impulse.tobytes()) + 5] ^= 1
-        path.write_bytes(image)
-    assert {status.state for status in run.statuses(0)} == {RepeatState.DONE}
-    with pytest.raises(StoreError, match="its content has changed"):
-        list(run.traces(run.points[0]))
-    assert not any(each.cached for each in done(run))
-    assert names(run) == ["0000-0003"]
-    assert contents(run) == bits
-
-
-def test_a_file_with_other_repeats_than_its_name_has_is_not_used(
-    one_point: str, tmp_path: Path
-) -> None:
-    run, bits = in_twos(tmp_path, one_point)
-    shutil.copy(run.path(0, [2, 3]), run.path(0, [0, 1]))
-    states = [status.state for status in run.statuses(0)]
-    assert states == [RepeatState.UNUSABLE] * 2 + [RepeatState.DONE] * 2
-    assert {status.error and status.error.reason for status in run.statuses(0)} == {
-        "is repeat 2 of point 0",
-        None,
-    }
-    assert [each.cached for each in done(run)] == [False, False, True, True]
-    assert contents(run) == bits
-
-
 # Failures
 
 
@@ -226,19 +184,6 @@ def test_a_repeat_without_a_place_for_its_balls_fails_alone(
     assert contents(run) == contents(whole)
 
 
-def test_each_repeat_of_a_batch_that_cannot_be_stored_fails_once(
-    one_point: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run = made(tmp_path, one_point)
-    run.path(0, range(3)).mkdir(parents=True)
-    refuse_to_place(monkeypatch, 1)
-    results = done(run)
-    assert [each.repeat for each in results] == [0, 1, 2]
-    messages = ["cannot write the result", "no place in repeat 1", "cannot write the result"]
-    for result, message in zip(results, messages, strict=True):
-        assert message in str(result.error)
-
-
 def test_an_internal_error_is_reported_for_each_repeat_of_its_batch(
     small_config: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -274,23 +219,3 @@ def test_an_interrupted_batch_of_several_repeats_is_abandoned(
     whole = made(tmp_path / "whole", one_point, *overrides)
     done(whole)
     assert contents(run) == contents(whole)
-
-
-def test_an_interrupt_waits_for_a_batch_that_is_being_written(
-    one_point: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """All its repeats are simulated then, and no temporary file is left."""
-    cancelled = threading.Event()
-
-    def slow(self: store.Recorder, provenance: store.Provenance) -> None:
-        cancelled.set()
-        time.sleep(0.2)
-        finish(self, provenance)
-
-    finish = store.Recorder.finish
-    monkeypatch.setattr(store.Recorder, "finish", slow)
-    run = made(tmp_path, one_point, "repeats=4")
-    with batches_of(2):
-        results = execute(run, workers=1, watcher=Watcher(), cancelled=cancelled)
-    assert [each.repeat for each in results] == [0, 1]
-    assert list(bytes_of(tmp_path)) == ["point-0000/repeats-0000-0001.h5"]

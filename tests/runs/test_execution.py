@@ -16,7 +16,7 @@ from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
 from snooker_cli.errors import StoreError
 from snooker_cli.runs import Run
-from snooker_cli.runs.batch import AbandonedError, Batch, Begun, RepeatResult
+from snooker_cli.runs.batch import RepeatResult
 from snooker_cli.runs.execution import ThreadExecutor, Watcher, execute
 from snooker_cli.runs.folder import FAILURES, failures, record_failure
 from snooker_cli.runs.status import run_status
@@ -283,20 +283,6 @@ def test_a_cancelled_run_leaves_threads_alone_that_have_nothing_to_store() -> No
         cancelled.set()
         assert list(results) == []
     continues.set()
-
-
-def test_what_begins_too_late_is_abandoned() -> None:
-    long, stored, short = Batch(0, (0,)), Batch(1, (0, 1)), Batch(1, (2, 3))
-    mine = Begun(threading.Event())
-    mine.add(long, stores=True)
-    mine.add(stored, stores=True)
-    mine.add(short, stores=False)
-    assert mine.stop() == {long, stored}
-    mine.add(long, stores=True)
-    for late in (short, Batch(0, (1,))):
-        with pytest.raises(AbandonedError):
-            mine.add(late, stores=True)
-    assert mine.stop() == {long, stored}
 
 
 def test_nothing_begins_in_a_cancelled_run(small_config: str, tmp_path: Path) -> None:

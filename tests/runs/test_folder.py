@@ -226,30 +226,6 @@ def test_a_forced_engine_is_part_of_what_a_run_is(
         assert refusal(again) == "other_engine"
 
 
-def test_an_empty_folder_becomes_a_run(tmp_path: Path, small_config: str) -> None:
-    assert not runs.planned_change(run_of(tmp_path / "new", small_config))
-    assert not (tmp_path / "new").exists()
-    run = made(tmp_path, small_config)
-    assert list(files(tmp_path)) == [MANIFEST]
-    assert run.path(12, [345, 346]) == tmp_path / "point-0012" / "repeats-0345-0346.h5"
-
-
-@pytest.mark.parametrize("fresh", [False, True])
-def test_a_folder_that_is_no_run_is_refused(fresh: bool, tmp_path: Path, small_config: str) -> None:
-    (tmp_path / "thesis.tex").write_text("irreplaceable")
-    assert refusal(run_of(tmp_path, small_config), fresh=fresh) == "not_a_run"
-
-
-def test_a_file_in_the_folders_place_is_refused(tmp_path: Path, small_config: str) -> None:
-    (tmp_path / "plain").write_text("x")
-    for place in (tmp_path / "plain", tmp_path / "plain" / "inside"):
-        for fresh in (False, True):
-            with pytest.raises(RunError, match=r"plain.*: cannot be written "):
-                runs.create(run_of(place, small_config), fresh=fresh)
-        with pytest.raises(RunError, match="cannot be written"), runs.locked(place):
-            pytest.fail("locked a file")
-
-
 def test_fresh_deletes_what_was_made_of_the_old_results(copied: Path, small_config: str) -> None:
     """Beside it are a user's own files, which stay."""
     figure = dict.fromkeys(FIGURE_KEYS) | {"series": []}

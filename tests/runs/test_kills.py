@@ -206,35 +206,6 @@ def test_no_kill_of_an_extension_loses_a_repeat(one_point: str, tmp_path: Path) 
     )
 
 
-def test_an_interrupt_before_anything_is_simulated_leaves_nothing(tmp_path: Path) -> None:
-    """While a million balls are put in their places."""
-    config, directory = tmp_path / "early.yaml", tmp_path / "early"
-    config.write_text(
-        "container: {radius: 10.0}\nballs: {count: 1000000, packing: 0.3, speed: 10}\n"
-        "cor: 1\ncollisions: 10\n"
-    )
-    script = (
-        "import os, signal, sys\n"
-        "from snooker_cli.runs import plan\n"
-        "from snooker_cli.placement.starting_scene import starting_scene\n"
-        "from snooker_cli.cli import main\n"
-        "def interrupted(*arguments):\n"
-        "    os.kill(os.getpid(), signal.SIGINT)\n"
-        "    return starting_scene(*arguments)\n"
-        "plan.scene_classes.__globals__['first_scene'] = interrupted\n"
-        "main()\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", script, "run", str(config), "--out", str(directory)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.returncode, done.stdout) == (130, "")
-    assert done.stderr == "snooker: interrupted\n"
-    assert not directory.exists()
-
-
 # Two processes in one folder
 
 

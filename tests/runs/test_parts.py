@@ -16,8 +16,6 @@ from snooker_cli.errors import RunError
 from snooker_cli.runs.execution import Watcher, execute, share_of
 from snooker_cli.runs.folder import locked_for_part
 
-SWEEP = ("cor=0.8:1.0:8",)
-
 
 def names(directory: Path) -> set[str]:
     """The files of a run."""
@@ -88,10 +86,3 @@ def test_a_part_is_planned_alone_and_may_be_empty(here: Path, snooker: Snooker) 
     for dry in (["--dry-run"], []):
         ended = snooker("run", "small.yaml", "--part", "3/16", *dry)
         assert (ended.code, ended.out) == (0, sentence)
-
-
-@pytest.mark.parametrize("part", ["0/3", "4/3", "3", "a/b", "1/0"])
-def test_a_part_that_cannot_be_is_refused(part: str, here: Path, snooker: Snooker) -> None:
-    assert snooker("run", "small.yaml", "--part", part).code == 2
-    assert snooker("run", "small.yaml", "--part", "1/2", "--fresh").code == 2
-    assert not Path("runs").exists()

@@ -62,14 +62,6 @@ def test_processes_store_the_same_bits_as_threads(small_config: str, tmp_path: P
     assert contents(by_processes) == contents(by_threads)
 
 
-def test_few_batches_or_one_worker_need_no_process(small_config: str, tmp_path: Path) -> None:
-    for workers, repeats in ((2, 2), (1, 8)):
-        run, watcher = made(tmp_path / str(workers), small_config, f"repeats={repeats}"), Counts()
-        execute(run, workers=workers, watcher=watcher, cancelled=threading.Event(), processes=True)
-        assert watcher.collisions > 0
-        assert watcher.processes == 0
-
-
 class StopsLate(StopsAfter):
     """Stops a run after the processes had time to store all batches that they were given."""
 

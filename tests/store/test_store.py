@@ -28,7 +28,7 @@ from snooker_cli.containers import (
 from snooker_cli.errors import AbsentError, StoreError
 from snooker_cli.laws import Constant
 from snooker_cli.scene import EPSILON, Scene
-from snooker_cli.store import Provenance, hdf5
+from snooker_cli.store import Provenance
 from snooker_cli.trace import (
     SPEED_BINS,
     Events,
@@ -194,20 +194,6 @@ def test_any_batch_comes_back_bit_for_bit(
             assert same_bits(pieces, trace.events)
 
 
-def test_a_simulated_trace_comes_back_bit_for_bit_and_replaces_what_was_there(
-    traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
-) -> None:
-    path = tmp_path / "point-0000" / "new.h5"
-    for trace in traces.values():
-        store.write(path, [(7, trace)], provenance)
-        ((found, header),) = store.read(path)
-        assert same_bits(found, trace)
-        assert store.check(path) == [header]
-        assert header.fingerprint == content_hash(trace)
-        assert header.collisions == trace.collisions == 300
-        assert [entry.name for entry in path.parent.iterdir()] == ["new.h5"]
-
-
 def test_a_run_that_was_deleted_is_not_made_again(
     traces: dict[str, Trace], tmp_path: Path, provenance: Provenance
 ) -> None:
@@ -360,16 +346,3 @@ def test_a_place_that_cannot_be_written_is_refused(
         with pytest.raises(AbsentError, match="cannot write the result"):
             store.write(tmp_path / place, [(7, traces["events"])], provenance)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["folder", "plain"]
-
-
-def test_a_lack_of_memory_is_a_file_that_cannot_be_read(
-    image: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def lacks(*_: object) -> None:
-        raise MemoryError
-
-    path = tmp_path / "large.h5"
-    path.write_bytes(image)
-    monkeypatch.setattr(hdf5, "check_links", lacks)
-    with pytest.raises(StoreError, match=r"large\.h5: not a readable result .*MemoryError"):
-        store.check(path)

@@ -50,14 +50,6 @@ def test_wall_rate_follows_from_the_simulated_pressure(radius):
     assert abs(rate - wall) < error + wall / (8 * N)
 
 
-def test_wall_rate_without_ball_ball_collisions_is_the_chord_rate():
-    pressure = theory.accessible_wall_pressure(N, T, 1.0, CIRCLE)
-    speed = theory.fixed_energy_mean_speed(N, T)
-    chords = theory.wall_rate(speed, CIRCLE.accessible(1.0))
-    found = wall_rate_from_pressure(N, pressure, T, PERIMETER)
-    assert found == pytest.approx(chords, rel=1e-13)
-
-
 @pytest.mark.parametrize("radius", SIMULATED)
 def test_collision_rates_of_the_source_scene(radius):
     found = theory.collision_rates(N, T, radius, CIRCLE)

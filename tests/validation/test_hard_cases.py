@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +17,6 @@ from snooker_cli.validation.hard_cases import (
     FOLDER,
     FOLLOWED,
     HardCase,
-    HardCaseStudy,
     checks,
     exact_start,
     follows,
@@ -97,20 +95,6 @@ def test_an_overlap_between_two_events_is_found() -> None:
     assert (found.name, found.error) == ("overlap", pytest.approx(1.0))
 
 
-def test_broken_numbers_and_order_are_found(trace: Trace) -> None:
-    assert trace.events is not None
-    impulse, time = trace.events.impulse.copy(), trace.events.time.copy()
-    impulse[7] = math.nan
-    time[[20, 21]] = time[[21, 20]]
-    for broken in (replace(trace.events, impulse=impulse), replace(trace.events, time=time)):
-        assert [check.name for check in checks(replace(trace, events=broken))] == ["numbers"]
-        assert failing(replace(trace, events=broken)) == {"numbers"}
-    velocities = trace.finish.velocities.copy()
-    velocities[0, 0] = math.inf
-    finish = replace(trace.finish, velocities=velocities)
-    assert failing(replace(trace, finish=finish)) == {"numbers"}
-
-
 def test_events_that_are_not_the_exact_ones_are_found(trace: Trace) -> None:
     truth, events = exact_start(trace.start), trace.events
     assert events is not None
@@ -138,16 +122,3 @@ def test_the_billion_is_held_to_a_random_walk() -> None:
     assert failing(replace(found, summary=summary)) == set()
     (fault,) = judged(case, replace(found, summary=summary))[1]
     assert fault.startswith("drift of energy, of a ball's: ")
-
-
-def test_a_record_has_the_faults() -> None:
-    cases = CASES["touching"], replace(CASES["newton-row"], endings=(StopReason.COLLAPSE,))
-    found = HardCaseStudy(cases).measure()
-    first, second = found["cases"]
-    assert [case["holds"] for case in found["cases"]] == [True, False]
-    assert not HardCaseStudy.passed(found)
-    assert (first["events"], first["runs"]) == (6, 6)
-    assert first["endings"] == [{"reason": "time", "runs": 6}]
-    assert second["faults"][0].startswith("allpairs, cor=0.5: ")
-    faults = [line for line in HardCaseStudy.tables(found) if line.startswith("newton-row, ")]
-    assert len(faults) == len(second["faults"])
