@@ -21,13 +21,10 @@ from snooker_cli.engine import replay, simulate
 from snooker_cli.export import (
     EVENTS,
     STATES,
-    events_table,
     frames,
     states_table,
-    write_csv,
-    write_parquet,
 )
-from snooker_cli.store import Provenance, RepeatHeader, reader
+from snooker_cli.store import Provenance, RepeatHeader
 from snooker_cli.trace import Trace
 
 Snooker = Callable[..., Any]
@@ -128,36 +125,6 @@ def test_parquet_has_the_same_numbers_their_units_and_origin(
         assert about["bits"] == header.fingerprint
         assert about["provenance"] == vars(header.provenance) | {"repeat": 2}
         assert about["ending"] == {**header.stop.known(), "balls": list(header.stop.balls)}
-
-
-def test_long_repeats_are_streamed_in_row_groups(
-    trace: Trace, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """No more than a batch is in memory: each is written before the next is read."""
-    monkeypatch.setattr(reader, "EVENTS_AT_A_TIME", 40)
-    file = read_parquet(exported(snooker, "events.parquet"))
-    groups = [file.metadata.row_group(k).num_rows for k in range(file.num_row_groups)]
-    assert groups == [20, 40, 40, 40, 10]  # blocks of the file, in which others come before
-    assert trace.events is not None
-    assert file.read()["time"].to_numpy().tobytes() == trace.events.time.tobytes()
-
-
-def test_a_source_that_breaks_off_leaves_no_file(traces: dict[str, Trace], tmp_path: Path) -> None:
-    pytest.importorskip("pyarrow")
-    events = traces["events"].events
-    assert events is not None
-
-    def breaking_off() -> Any:
-        yield events_table(events)
-        raise KeyboardInterrupt
-
-    for write in (
-        lambda: write_parquet(tmp_path / "a.parquet", EVENTS, breaking_off(), {}),
-        lambda: write_csv(tmp_path / "a.csv", EVENTS, breaking_off()),
-    ):
-        with pytest.raises(KeyboardInterrupt):
-            write()
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_without_pyarrow_the_message_has_the_command(

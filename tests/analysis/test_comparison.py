@@ -107,22 +107,6 @@ def test_equilibrium_is_measured_after_the_gas_has_relaxed(elastic: list[Trace])
     assert math.isnan(warm.error)
 
 
-def test_a_summary_compares_as_its_events_do(elastic: list[Trace], cooling: list[Trace]) -> None:
-    """Its rows are some 1/400 of a run apart, which is where a part of it begins and ends."""
-    for full, grid in (
-        (compare(elastic), compare(runs(6, summary=True))),
-        (compare(cooling), compare(runs(6, "cor=0.9", "wall_cor=1", summary=True))),
-    ):
-        assert full[1] == grid[1]
-        for one, other in zip(full[0], grid[0], strict=True):
-            assert (one.quantity, one.model) == (other.quantity, other.model)
-            if one.quantity == CHI_SQUARE:
-                assert one.samples == pytest.approx(other.samples, abs=6 * NUMBER)
-                continue
-            assert other.measured == pytest.approx(one.measured, rel=0.02), one
-            assert other.predicted == pytest.approx(one.predicted, rel=0.02, nan_ok=True), one
-
-
 def test_the_error_of_a_difference_is_over_the_differences(cooling: list[Trace]) -> None:
     """Not that of the measured mean: a prediction follows the temperature of its repeat."""
     alone = [compare([trace]) for trace in cooling]

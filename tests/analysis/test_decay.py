@@ -22,7 +22,6 @@ from snooker_cli.analysis.fitting import (
 from snooker_cli.analysis.measurement import SKIPPED_COLLISIONS
 from snooker_cli.analysis.observables import complete_repeats, energy_ratio, mean_and_error, series
 from snooker_cli.engine import simulate
-from snooker_cli.laws import Constant
 from snooker_cli.trace import SPEED_BINS, Events, Series, Stop, StopReason, Summary, Trace
 
 END = 5.0
@@ -331,15 +330,3 @@ def test_summaries_and_events_give_the_same_constants(cor: float) -> None:
         assert decay.reported_constant(trace) == pytest.approx(expected, rel=1e-12)
         # The 400 rows of a grid have as many collisions between them: a fifth of a percent of 500.
         assert decay.reported_constant(summary) == pytest.approx(expected, rel=0.002)
-
-
-def test_where_the_report_has_no_constant() -> None:
-    (trace,) = repeats(1)
-    scene, unequal = trace.start, np.linspace(0.9, 1.0, 19)
-    for change in ({"pair_law": Constant(0.0)}, {"radii": unequal}, {"masses": unequal}):
-        other = replace(trace, start=replace(scene, **change))
-        assert math.isnan(decay.reported_constant(other))
-    assert math.isnan(decay.reported_constant(no_events(0.01)))
-    elastic = replace(trace, start=replace(scene, pair_law=Constant(1.0)))
-    assert math.copysign(1, decay.reported_constant(elastic)) == 1
-    assert decay.reported_constant(elastic) == 0

@@ -14,7 +14,6 @@ from snooker_cli.analysis import decay, observables
 from snooker_cli.analysis.observables import series
 from snooker_cli.containers import SHAPES, Circle, Container
 from snooker_cli.engine import replay, simulate
-from snooker_cli.engine.sampling import EARLY
 from snooker_cli.scene import EPSILON, Scene
 from snooker_cli.trace import (
     CONTAINER,
@@ -141,18 +140,6 @@ def test_mean_free_path_is_the_way_between_contacts(simulated: Trace) -> None:
     ways = np.sum(speeds[:-1] * np.diff(times))
     expected = ways / (2 * np.count_nonzero(~events.at_wall))
     assert observables.mean_free_path(simulated) == pytest.approx(expected, rel=1e-10)
-
-
-def test_states_by_hand(in_circle: Trace) -> None:
-    states, start = observables.at_collisions(in_circle), in_circle.start
-    assert states.positions[..., 0].tolist() == [[-3, 3], [-1, 1], [-8, 8], [-8, 8]]
-    assert observables.central_distances(states).tolist() == [3, 3, 1, 1, 8, 8, 8, 8]
-    assert observables.pair_distances(states, start).tolist() == [6, 2, 16, 16]
-    one_ball = states.velocities * [[[1], [0]]]
-    total = observables.momentum(one_ball, states.container_velocities, start)
-    assert total[:, 0].tolist() == [2, -1, 0.5, 0.5]
-    empty = replace(in_circle, events=NOTHING)
-    assert observables.at_collisions(empty).positions.tolist() == [start.positions.tolist()]
 
 
 # Against naive sums
@@ -349,28 +336,6 @@ def test_the_last_sample_is_not_rounded_past_the_end(pair_events: int, end: floa
     assert times[-1] <= end
 
 
-def test_a_summary_has_the_pressures_of_events(simulated: Trace, summarised: Trace) -> None:
-    """At an edge of a window the impulse is off by that between two rows of the grid at most."""
-    edges = np.linspace(0.0, simulated.stop.time, 8)
-    found, expected = (observables.pressures(each, edges) for each in (summarised, simulated))
-    grid = series(summarised)
-    steps = np.diff(grid.wall_impulse)[np.searchsorted(grid.time[1:-1], edges)]
-    steps[[0, -1]] = 0  # the start and the end are not between two rows
-    force = simulated.start.container.wall_length * edges[1]
-    assert np.all(np.abs(found - expected) <= (steps[:-1] + steps[1:]) / force + 1e-12)
-    assert found.mean() == pytest.approx(expected.mean(), rel=400 * EPSILON)
-
-
-def test_of_many_collisions_some_are_read_evenly(
-    simulated: Trace, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(observables, "MOST_POINTS", 40)
-    found = observables.after_collisions(simulated)
-    counts = found.wall_events + found.pair_events
-    assert counts[[0, 1, -1]].tolist() == [0, 1, 400]
-    assert set(np.diff(counts[1:])) == {10, 11}
-
-
 def test_long_traces_of_many_balls_are_measured_every_few_collisions(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -430,17 +395,6 @@ def test_the_decay_does_not_depend_on_how_long_the_run_was(cold: list[Trace]) ->
     assert first > 0.1
     assert long == pytest.approx(first, rel=0.005)
     assert grids == pytest.approx([first] * 3, rel=0.01)
-
-
-def test_a_summary_knows_what_was_early(cold: list[Trace]) -> None:
-    """Its rows follow each other by a sixteenth of the time, and are what collisions gave."""
-    for trace in cold:
-        time = series(trace).time
-        later = time[:-1] >= EARLY / 2 * time[1]
-        assert np.all(np.diff(time)[later] <= time[:-1][later] * 2 / EARLY)
-    full, grid = series(cooled(20_000, summary=False)), series(cold[1])
-    rows = np.searchsorted(full.time, grid.time, side="right") - 1
-    assert grid.kinetic_energy == pytest.approx(full.kinetic_energy[rows], rel=1e-13, abs=0)
 
 
 def test_means_of_a_late_window_do_not_feel_what_was_before(cold: list[Trace]) -> None:

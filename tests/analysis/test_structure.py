@@ -69,19 +69,6 @@ def test_random_places_have_no_pair_correlation(container: Container, mixed: boo
     assert abs(np.mean(deviation)) < 4 / math.sqrt(23)
 
 
-def test_shares_of_rings_are_those_of_points_on_them() -> None:
-    """By counting, for places near walls and corners, also where others cannot be."""
-    angles = (np.arange(100_000) + 0.5) * (2 * math.pi / 100_000)
-    around = np.column_stack([np.cos(angles), np.sin(angles)])
-    places = np.array([[0.0, 0.0], [8.3, 5.9], [-7.0, 0.1], [0.3, -6.8]])
-    for container in (Circle(10.0), Box(20.0, 14.0)):
-        shares = container.ring_shares(places, np.array([0.5, 3.0, 6.9]), 1.0)
-        for place, row in zip(places, shares, strict=True):
-            for ring, share in zip((0.5, 3.0, 6.9), row, strict=True):
-                gaps = container.wall_gaps(place + ring * around, np.ones(len(around)))
-                assert share == pytest.approx(np.mean(gaps >= 0), abs=1e-4)
-
-
 def test_pairs_at_a_known_distance_are_in_its_bin() -> None:
     """Two balls 3 m apart: one pair each way, over the density of one ball in the ring's area."""
     at = scene(PeriodicBox(20.0, 14.0), np.array([[9.0, 0.0], [-8.0, 0.0]]))

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
-from figure_runs import ADRIFT, around, in_circle, layers, made, shown, traces, why_not
+from figure_runs import around, in_circle, layers, shown, traces, why_not
 
 from snooker_cli import theory
 from snooker_cli.analysis import structure
@@ -68,19 +67,6 @@ def test_momentum_is_summed_from_the_states(decaying: Run, component: int, kind:
     largest = math.sqrt(2 * trace.start.kinetic_energy)
     bound = 4 * EPSILON * largest * len(line.x) / abs(total[0, component])
     assert found.numbers["largest_deviation"] < bound
-
-
-def test_momentum_is_kept_without_walls(tmp_path: Path) -> None:
-    run = made(tmp_path / "adrift", text=ADRIFT)
-    found = shown(run, "momentum-x")
-    assert found.numbers["points"][0]["momentum_at_start"] == 20.0
-    assert found.numbers["largest_deviation"] < 1e-14
-    # Of a total momentum of 20 and 9 kg m/s; half of the square over the mass is left in the end.
-    (trace,) = traces(run, 0)
-    kept = (20**2 + 9**2) / 6 / trace.start.kinetic_energy
-    decay = shown(run, "event-decay")
-    assert decay.numbers["points"][0]["floor"] == pytest.approx(kept, rel=1e-12)
-    assert "p²/(2Nm)" in decay.caption
 
 
 def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
