@@ -8,7 +8,6 @@ import re
 import shutil
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
@@ -22,7 +21,6 @@ from snooker_cli.config import to_json
 from snooker_cli.engine import simulation
 from snooker_cli.errors import StoreError
 from snooker_cli.runs import Run
-from snooker_cli.runs.execution import execute
 from snooker_cli.trace import SERIES_UNITS
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")  # NumPy's, which a user would see
@@ -185,9 +183,7 @@ def test_a_wrong_checkpoint_concerns_only_run(
     (here / "small.yaml").write_text(SMALL.replace("150", "30000").replace("[0.85, 1.0]", "[1.0]"))
     monkeypatch.setattr(simulation, "CHUNK", 5000)
     run = repeating.made(here / "runs" / "small", (here / "small.yaml").read_text(), "repeats=1")
-    cancelled = threading.Event()
-    watcher = repeating.StopsAfter(9000, cancelled)
-    execute(run, workers=1, watcher=watcher, cancelled=cancelled)
+    repeating.stopped(run, 9000)
     path = repeating.file_of(run, 0, 0)
     assert store.read_checkpoint(path)
     readers = ("verify small --replay", "fit small", "export small")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
-from repeating import StopsAfter, batches_of, bytes_of, contents, done, made
+from repeating import batches_of, bytes_of, contents, done, made, stopped
 
 from snooker_cli import store
 from snooker_cli.config import Experiment, to_json
@@ -17,18 +16,10 @@ from snooker_cli.engine import simulate, simulate_batch
 from snooker_cli.errors import RunError, SceneError, StoreError
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.runs import RepeatState, Run, batch
-from snooker_cli.runs.batch import RepeatResult
-from snooker_cli.runs.execution import Watcher, execute
 from snooker_cli.runs.folder import failures
 from snooker_cli.runs.verification import verify
 from snooker_cli.scene import Scene
 from snooker_cli.trace import StopReason, Trace
-
-
-@pytest.fixture
-def one_point(small_config: str) -> str:
-    """The small config at a CoR of 1, where every repeat reaches its last collision."""
-    return small_config.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
 
 
 def names(run: Run, point: int = 0) -> list[str]:
@@ -81,14 +72,8 @@ def test_an_interrupted_extension_keeps_the_older_file(one_point: str, tmp_path:
     with batches_of(4):
         done(made(tmp_path, one_point, "repeats=4"))
     run = made(tmp_path, one_point, "repeats=4", "collisions=400")
-    cancelled = threading.Event()
-
-    class StopsAtFirst(Watcher):
-        def finished(self, result: RepeatResult) -> None:
-            cancelled.set()
-
     with batches_of(1):
-        execute(run, workers=1, watcher=StopsAtFirst(), cancelled=cancelled)
+        stopped(run, 1)
     (point,) = run.points
     left = run.shorter(point)
     assert 0 < left < 4
@@ -211,9 +196,7 @@ def test_an_interrupted_batch_of_several_repeats_is_abandoned(
 ) -> None:
     overrides = ("collisions=150000", "repeats=2")
     run = made(tmp_path / "run", one_point, *overrides)
-    cancelled = threading.Event()
-    watcher = StopsAfter(100_000, cancelled)
-    assert execute(run, workers=1, watcher=watcher, cancelled=cancelled) == []
+    assert stopped(run, 100_000) == []
     assert bytes_of(run.directory) == {}
     assert [each.cached for each in done(run)] == [False, False]
     whole = made(tmp_path / "whole", one_point, *overrides)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from repeating import StopsAfter, bytes_of, contents, done, file_of, made
+from repeating import bytes_of, contents, done, file_of, made, stopped
 
 from snooker_cli import runs, store
 from snooker_cli.engine import ENGINE_VERSION
@@ -170,33 +170,26 @@ def test_the_number_of_repeats_can_change(copied: Run, small_config: str, tmp_pa
 
 @pytest.mark.parametrize(("stopped_after", "replaced"), [(1, False), (70_000, True)])
 def test_an_interrupt_while_extending_loses_no_collision(
-    stopped_after: int, replaced: bool, small_config: str, tmp_path: Path
+    stopped_after: int, replaced: bool, one_point: str, tmp_path: Path
 ) -> None:
     """The old file stays unless the new repeat has come as far; chunks are of 16,384."""
-    text = small_config.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
-    short = made(tmp_path / "run", text, "collisions=70000", "repeats=1")
+    short = made(tmp_path / "run", one_point, "collisions=70000", "repeats=1")
     done(short)
     before = bytes_of(short.directory)
-    longer = made(tmp_path / "run", text, "collisions=200000", "repeats=1")
-    cancelled = threading.Event()
-    (stopped,) = execute(
-        longer, workers=1, watcher=StopsAfter(stopped_after, cancelled), cancelled=cancelled
-    )
-    assert stopped.stop is not None
-    assert stopped.stop.reason is StopReason.INTERRUPTED
+    longer = made(tmp_path / "run", one_point, "collisions=200000", "repeats=1")
+    (result,) = stopped(longer, stopped_after)
+    assert result.stop is not None
+    assert result.stop.reason is StopReason.INTERRUPTED
     assert (bytes_of(longer.directory) != before) == replaced
-    assert stopped.unstored == (not replaced)
+    assert result.unstored == (not replaced)
     (header,) = store.check(longer.path(0, [0]))
     assert header.collisions == (81_920 if replaced else 70_000)
     assert longer.shorter(longer.points[0]) == (not replaced)
     assert not list(tmp_path.rglob("*.part"))
     done(longer)
-    at_once = made(tmp_path / "at once", text, "collisions=200000", "repeats=1")
+    at_once = made(tmp_path / "at once", one_point, "collisions=200000", "repeats=1")
     done(at_once)
     assert contents(longer) == contents(at_once)
-
-
-# The same bits
 
 
 # Failures

@@ -83,12 +83,6 @@ def assert_completes(directory: Path, text: str, reference: Path) -> None:
     assert contents(run) == contents(uninterrupted)
 
 
-@pytest.fixture
-def one_point(small_config: str) -> str:
-    """The small config at a CoR of 1, where every repeat reaches its last collision."""
-    return small_config.replace("sweep: {cor: [0.85, 1.0]}\n", "").replace("cor: 0.85", "cor: 1")
-
-
 # Kills and signals
 
 
@@ -261,28 +255,3 @@ def test_two_processes_meet_in_one_folder(meeting: str, one_point: str, tmp_path
         for line in talk.splitlines():
             assert re.match("snooker: ", line), talk
             assert "repeats-" not in line or "is longer than the run was; give" in line, talk
-
-
-UNLOCKED = """
-import sys, threading
-from pathlib import Path
-from repeating import done, made
-
-for result in done(made(Path(sys.argv[1]), sys.argv[2]), workers=2):
-    assert result.error is None, result.error
-"""
-
-
-def test_two_runs_that_meet_leave_whole_files(one_point: str, tmp_path: Path) -> None:
-    """On a disk without locks; the repeats are long, so they are written as they come."""
-    text = one_point.replace("collisions: 150", "collisions: 400000").replace(
-        "repeats: 3", "repeats: 6"
-    )
-    command = [sys.executable, "-c", UNLOCKED, str(tmp_path / "shared"), text]
-    processes = [subprocess.Popen(command, cwd=Path(__file__).parents[1]) for _ in range(2)]
-    assert [process.wait() for process in processes] == [0, 0]
-    run = runs.open_run(tmp_path / "shared")
-    alone = made(tmp_path / "alone", text)
-    done(alone)
-    assert contents(run) == contents(alone)
-    assert not list(run.directory.rglob("*.part"))

@@ -46,13 +46,7 @@ def test_processes_store_the_same_bits_as_threads(small_config: str, tmp_path: P
         made(tmp_path / name, small_config, "repeats=5") for name in ("processes", "threads")
     )
     watcher = Counts()
-    found = execute(
-        by_processes,
-        workers=2,
-        watcher=watcher,
-        cancelled=threading.Event(),
-        processes=True,
-    )
+    found = done(by_processes, workers=2, watcher=watcher, processes=True)
     expected = done(by_threads, workers=2)
     assert watcher.processes == 2
     assert watcher.collisions == sum(each.collisions for each in expected)
@@ -74,14 +68,8 @@ class StopsLate(StopsAfter):
 def test_an_interrupt_abandons_batches_and_a_later_run_completes_them(
     small_config: str, tmp_path: Path
 ) -> None:
-    run, cancelled = made(tmp_path / "run", small_config, "repeats=400"), threading.Event()
-    first = execute(
-        run,
-        workers=2,
-        watcher=StopsLate(1, cancelled),
-        cancelled=cancelled,
-        processes=True,
-    )
+    run = made(tmp_path / "run", small_config, "repeats=400")
+    first = done(run, workers=2, watcher=StopsLate(1), processes=True)
     assert 0 < len(first) < 800
     assert not multiprocessing.active_children()
     assert not list(run.directory.rglob("*.part"))
@@ -110,7 +98,7 @@ class Kills(Watcher):
 def test_a_killed_process_is_one_sentence(small_config: str, tmp_path: Path) -> None:
     run = made(tmp_path / "run", small_config, "repeats=400")
     with pytest.raises(RunError, match=r"the system ended a process of this run.*fewer --jobs"):
-        execute(run, workers=2, watcher=Kills(), cancelled=threading.Event(), processes=True)
+        done(run, workers=2, watcher=Kills(), processes=True)
     assert len(done(run)) == 800
 
 
