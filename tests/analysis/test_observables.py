@@ -115,22 +115,6 @@ def test_means_over_time_by_hand(in_circle: Trace) -> None:
     assert math.isnan(observables.virial_ratio(still))
 
 
-def test_what_is_gained_by_hand(in_circle: Trace) -> None:
-    events, times = series(in_circle).wall_events, np.array([0.0, 15.9, 16.0, 20.0])
-    assert [observables.gained(in_circle, events, since) for since in (0.0, 15.0, 16.0)] == [
-        2,
-        2,
-        0,
-    ]
-    assert observables.so_far(in_circle, events, times).tolist() == [0, 0, 2, 2]
-    # A ball that touches the wall at the start hits it at time zero: that is part of the run.
-    at_once = replace(in_circle, events=replace(in_circle.events, time=np.zeros(3)))
-    assert observables.gained(at_once, events, 0.0) == 2
-    # One row for each instant.
-    assert observables.after_collisions(in_circle).time.tolist() == [0, 2, 16]
-    assert observables.after_collisions(in_circle).wall_events.tolist() == [0, 0, 2]
-
-
 def test_mean_free_path_is_the_way_between_contacts(simulated: Trace) -> None:
     """From the states between events: the length of all ways over two ends for each contact."""
     events = simulated.events

@@ -73,17 +73,6 @@ def test_rows_for_few_readers_are_those_of_all(finished: Path, snooker: Snooker)
     assert not re.search("[_1]", names)
 
 
-def test_notes_are_about_rows_that_are_shown(separate: Path, snooker: Snooker) -> None:
-    for options, words, others in (
-        (["--quantity", "L/L"], ["L/L_c:"], ["relaxation", "fewer than"]),
-        (["--quantity", "speeds", "--model", "fixed"], ["relaxation", "fewer than"], ["L/L_c:"]),
-        ([], ["L/L_c:", "relaxation", "fewer than"], ["glossary", "box"]),
-    ):
-        printed = snooker("compare", "small", *options).out
-        assert all(word in printed for word in words)
-        assert not any(word in printed for word in others)
-
-
 def test_reproduce_simulates_missing_runs_and_keeps_finished_ones(
     here: Path, snooker: Snooker, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,7 +6,6 @@ import itertools
 import json
 import os
 import pickle
-import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -18,7 +17,6 @@ import pytest
 from figure_runs import ELASTIC, MIXTURE, made
 from matplotlib.axis import Axis
 from matplotlib.text import Text
-from pypdf import PdfReader
 
 from snooker_cli.figures import FIGURES, FigureData, Line, Points, Reference
 from snooker_cli.figures.drawing import draw, save, styled
@@ -180,14 +178,3 @@ def test_the_same_bytes_every_time(saved: list[Path], tmp_path: Path) -> None:
     )
     endings = ("svg", "png", "json")
     assert [(tmp_path / f"third.{ending}").read_bytes() for ending in endings] == first
-
-
-def test_format_size_and_resolution_can_be_chosen(tmp_path: Path) -> None:
-    chosen: Any = {"formats": ("pdf", "png"), "size": (6.0, 4.0), "dpi": 100}
-    pdf, png, text = save(EVERYTHING, tmp_path / "a.b", **chosen)
-    assert [path.suffix for path in (pdf, png, text)] == [".pdf", ".png", ".json"]
-    assert struct.unpack(">II", png.read_bytes()[16:24]) == (600, 400)
-    reader = PdfReader(pdf)
-    assert [float(side) for side in reader.pages[0].mediabox[2:]] == [432.0, 288.0]
-    assert reader.metadata is not None
-    assert reader.metadata.subject == EVERYTHING.caption

@@ -6,9 +6,7 @@ import html
 import json
 import re
 import shutil
-import time
 from collections.abc import Callable
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,7 +27,7 @@ from snooker_cli.figures.captions import setting
 from snooker_cli.formatting import printable
 from snooker_cli.placement.starting_scene import starting_scene
 from snooker_cli.report import run_report as module
-from snooker_cli.report.document import Pages, unbroken
+from snooker_cli.report.document import unbroken
 from snooker_cli.report.run_report import RELEVANCE, _config, run_report, trivial
 from snooker_cli.runs import Run, open_run
 
@@ -209,14 +207,6 @@ def test_an_unfinished_run_says_so(finished_one_each: Run, tmp_path: Path) -> No
         path.unlink()
     with pytest.raises(FigureError, match="no repeat is there yet"):
         made(tmp_path / "report", open_run(copy))
-
-
-def test_an_error_ends_the_figures_of_the_other_process(tmp_path: Path) -> None:
-    """It does not finish the figure that it is at, and begins no further one."""
-    pages = Pages(tmp_path)
-    made = [pages.other.submit(time.sleep, 100) for _ in range(3)]
-    pages.__exit__(KeyboardInterrupt, KeyboardInterrupt(), None)
-    assert all(isinstance(each.exception(), BrokenProcessPool) for each in made)
 
 
 def test_the_command_prints_its_files(

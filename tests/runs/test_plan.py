@@ -29,23 +29,6 @@ cor: 1
 collisions: 10
 """
 
-ELASTIC = {
-    "cells": False,
-    "balls sorted by cells": False,
-    "straight walls": False,
-    "periodic images": False,
-    "moving container": False,
-    "unequal balls": False,
-    "sliding along the wall": False,
-    "events": True,
-    "losses between balls": False,
-    "losses at the wall": False,
-    "wall traps": False,
-    "collapse": True,
-    "lasting contacts": False,
-    "slow collisions elastic": False,
-}
-
 TWO_BALLS = """\
 container: {radius: 10.0}
 balls:
@@ -59,43 +42,6 @@ collisions: 10
 
 def classes_of(text: str, *overrides: str, engine: str | None = None) -> list[SceneClass]:
     return scene_classes(points(parse(text, overrides=overrides).experiment), engine)
-
-
-@pytest.mark.parametrize(
-    ("overrides", "modelled"),
-    [
-        (("balls.count=80",), []),
-        (("balls.count=200",), ["cells"]),
-        (("balls.count=4096", "balls.radius=0.05"), ["cells", "balls sorted by cells"]),
-        (("balls.count=80", "wall_cor=0.9"), ["losses at the wall", "wall traps"]),
-        (
-            ("balls.count=80", "wall_cor=0.9", "collapse=slide"),
-            ["losses at the wall", "sliding along the wall"],
-        ),
-        (("balls.count=80", "collapse={tc: 0.01}"), ["lasting contacts"]),
-        (
-            ("container={shape: box, width: 20}", "cor=0.9", "collapse={elastic_below: 0.01}"),
-            [
-                "cells",
-                "straight walls",
-                "losses between balls",
-                "losses at the wall",
-                "slow collisions elastic",
-            ],
-        ),
-        (
-            ("container={shape: periodic, width: 20}", "cor=0.9"),
-            ["cells", "periodic images", "losses between balls"],
-        ),
-    ],
-)
-def test_only_what_a_scene_needs_is_modelled(
-    overrides: tuple[str, ...], modelled: list[str]
-) -> None:
-    (each,) = classes_of(GAS, *overrides)
-    assert each.models == ELASTIC | dict.fromkeys(modelled, True)
-    (each,) = classes_of(GAS, *overrides, "record=summary", "collisions=2000")
-    assert each.models == ELASTIC | dict.fromkeys(modelled, True) | {"events": False}
 
 
 def test_an_engine_can_be_forced_upon_all_scenes_it_knows(small_config: str) -> None:

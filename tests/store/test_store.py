@@ -15,11 +15,7 @@ from repeating import content_hash
 from scenes import gas, lone_bouncer, report_scene
 
 from snooker_cli import store
-from snooker_cli.containers import (
-    Box,
-    Circle,
-    PeriodicBox,
-)
+from snooker_cli.containers import Box, Circle, PeriodicBox
 from snooker_cli.engine import simulate
 from snooker_cli.errors import AbsentError, StoreError
 from snooker_cli.laws import Constant
@@ -178,15 +174,6 @@ def test_a_file_that_is_no_repeat_is_refused(
             reading(path)
         assert reason in caught.value.reason
         assert str(caught.value).isprintable()
-
-
-@pytest.mark.parametrize("part", [0.0, 0.1, 0.5, 0.9, 0.999])
-def test_a_truncated_file_is_refused(part: float, image: bytes, tmp_path: Path) -> None:
-    path = tmp_path / "short.h5"
-    path.write_bytes(image[: int(part * len(image))])
-    for reading in (store.read, store.check):
-        with pytest.raises(StoreError, match="not a readable result"):
-            reading(path)
 
 
 def everything(path: Path) -> dict[str, Any]:

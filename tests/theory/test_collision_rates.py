@@ -68,18 +68,6 @@ def test_collision_rates_of_the_source_scene(radius):
     assert heavy.wall == pytest.approx(found.wall / 2, rel=1e-14)
 
 
-def test_friction_of_a_ball_like_all_others():
-    """D = T/ζ = √(T/πm)/(2 n d χ), with Henderson's χ and N − 1 others."""
-    number, temperature, radius, mass = 5000, 3.0, 0.1, 2.0
-    box = PeriodicBox(30.0, 20.0)
-    found = friction(7, np.full(number, mass), np.full(number, radius), temperature, box)
-    packing = box.packing_fraction(number * radius**2)
-    chi = (1 - 7 * packing / 16) / (1 - packing) ** 2
-    density = (number - 1) / 600
-    known = math.sqrt(temperature / (math.pi * mass)) / (2 * density * 2 * radius * chi)
-    assert temperature / found == pytest.approx(known, rel=1e-12)
-
-
 def test_friction_of_a_heavy_ball_is_the_mean_drag_of_collisions():
     """Force on a ball with a small drift by the integral over impulses, in a dilute gas."""
     mass, other, temperature, drift = 50.0, 2.0, 3.0, 1e-3
