@@ -114,8 +114,8 @@ def test_the_error_of_a_difference_is_over_the_differences(cooling: list[Trace])
     for one in compare(cooling)[0]:
         if one.quantity in (CHI_SQUARE, "L/L_c"):
             continue
-        each = [row(found, one.quantity, one.model) for found in alone]
-        differences = np.array([single.measured - single.predicted for single in each])
+        rows = [row(found, one.quantity, one.model) for found in alone]
+        differences = np.array([single.measured - single.predicted for single in rows])
         expected = differences.mean(), differences.std(ddof=1) / math.sqrt(6)
         assert (one.difference, one.difference_error) == pytest.approx(expected, rel=1e-9)
         smaller += one.difference_error < one.error / 2

@@ -59,13 +59,13 @@ def haff(rate: float, time: np.ndarray = STAIRS) -> Trace:
 
 
 def by_name(found: list[Decay]) -> dict[tuple[str, str], Decay]:
-    return {(each.quantity, each.law): each for each in found}
+    return {(constant.quantity, constant.law): constant for constant in found}
 
 
 def repeats(number: int, **changes: float) -> list[Trace]:
     """Real runs of nineteen balls in a heavy container."""
     settings = {"rings": 2, "cor": 0.95, "container_mass": 1e7} | changes
-    return [simulate(report_scene(each, **settings), collisions=400) for each in range(number)]
+    return [simulate(report_scene(repeat, **settings), collisions=400) for repeat in range(number)]
 
 
 # Synthetic runs
@@ -99,12 +99,12 @@ def test_repeats_that_ended_early_are_counted() -> None:
     ended = [replace(trace, stop=replace(trace.stop, reason=reason)) for reason in reasons]
     found = decay.decays(ended)
     notes = decay.fit_notes(found)
-    assert [(each.quantity, each.law) for each in found] == [
+    assert [(constant.quantity, constant.law) for constant in found] == [
         (name, law) for name, quantity in QUANTITIES.items() for law in quantity.laws
     ]
-    assert {(each.short, each.over_repeats.repeats) for each in found} == {(4, 6)}
+    assert {(constant.short, constant.over_repeats.repeats) for constant in found} == {(4, 6)}
     assert found[0].ended == dict.fromkeys(reasons, 1)
-    assert {each.as_json()["complete"] for each in found} == {2}
+    assert {constant.as_json()["complete"] for constant in found} == {2}
     assert [one.note for one in notes] == [
         "4 of 6 repeats ended early, 1 in a wall trap, 1 in a collapse, 1 without a collision for "
         "very long and 1 at an interruption; "
@@ -256,9 +256,9 @@ def no_events(end: float) -> Trace:
 )
 def test_a_row_has_no_nan_whatever_was_fitted(traces: list[Trace]) -> None:
     found = decay.decays(traces)
-    assert len(found) == sum(len(each.laws) for each in QUANTITIES.values())
-    for each in found:
-        row = each.as_json()
+    assert len(found) == sum(len(constant.laws) for constant in QUANTITIES.values())
+    for constant in found:
+        row = constant.as_json()
         assert json.loads(json.dumps(row, allow_nan=False)) == row
         assert row["repeats"] + row["failed"] == len(traces)
         assert (row["value"] is None) == (row["repeats"] == 0)
@@ -321,8 +321,10 @@ def test_summaries_and_events_give_the_same_constants(cor: float) -> None:
         difference = other.over_repeats.value - one.over_repeats.value
         assert abs(difference) <= allowed * one.over_repeats.error, one.quantity
         if one.quantity in ("kinetic_energy", "temperature", "pressure"):
-            assert all(each.points <= 501 for each in (*one.fits, *other.fits))
-            assert [each.points for each in one.fits] == [each.points for each in other.fits]
+            assert all(single.points <= 501 for single in (*one.fits, *other.fits))
+            assert [single.points for single in one.fits] == [
+                single.points for single in other.fits
+            ]
     for trace, summary in zip(full, grid, strict=True):
         speed, density = series(trace).mean_speed[1:].mean(), 37 / (math.pi * 10.0**2)
         path = 1 / (math.sqrt(2) * density * 2 * math.pi * 1.0)

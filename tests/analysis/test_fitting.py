@@ -398,7 +398,7 @@ def test_fits():
 
 def test_van_der_waals_constants_are_found_again() -> None:
     """Of exact pressures with b = 0.3 m² and a = 2 J m², and of noisy ones within their errors."""
-    n, t = (each.ravel() for each in np.meshgrid([0.1, 0.5, 1.0], [5.0, 10.0, 20.0]))
+    n, t = (axis.ravel() for axis in np.meshgrid([0.1, 0.5, 1.0], [5.0, 10.0, 20.0]))
     errors = np.full(9, 0.002)
     exact = 1 / (1 - 0.3 * n)
     assert excluded_area(n, exact, np.full(9, math.nan))[0] == pytest.approx(0.3, rel=1e-7)

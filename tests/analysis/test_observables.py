@@ -187,7 +187,7 @@ def test_distances_are_those_of_the_states(shape: str) -> None:
     trace = simulate(gas(shape, 20, 0.2), collisions=200)
     container, states = trace.start.container, observables.at_collisions(trace, 5)
     images = itertools.product((-1, 0, 1) if shape == "periodic" else (0,), repeat=2)
-    steps = [np.array(each) * container.size for each in images]
+    steps = [np.array(image) * container.size for image in images]
     expected = [
         min(math.dist(a, b + step) for step in steps)
         for positions in states.positions
@@ -248,8 +248,8 @@ def test_virial_and_wall_pressure_obey_the_virial_theorem() -> None:
     trace = simulate(report_scene(), collisions=3000)
     end, scene = trace.stop.time, trace.start
     before, after = (
-        float(np.sum(each.masses[:, None] * each.positions * each.velocities))
-        for each in (trace.start, trace.finish)
+        float(np.sum(state.masses[:, None] * state.positions * state.velocities))
+        for state in (trace.start, trace.finish)
     )
     virial = 2 * scene.number * observables.mean_temperature(trace) * end
     virial *= observables.virial_ratio(trace)

@@ -26,7 +26,7 @@ def scene(
     container: Container, positions: Array, velocities: Any = 0.0, radii: Any = 0.3, masses: Any = 1
 ) -> Scene:
     number = len(positions)
-    full = [np.array(np.broadcast_to(each, number), dtype=float) for each in (radii, masses)]
+    full = [np.array(np.broadcast_to(values, number), dtype=float) for values in (radii, masses)]
     speeds = np.array(np.broadcast_to(velocities, (number, 2)), dtype=float)
     rest = np.zeros(2)
     return Scene(positions, speeds, *full, container, math.inf, rest, rest, 1.0, 1.0)

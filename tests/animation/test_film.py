@@ -200,8 +200,8 @@ def test_a_movie_has_the_balls_by_speed(films: dict[str, Film]) -> None:
 
 def test_a_gif_has_its_frames_and_nothing_else(films: dict[str, Film], tmp_path: Path) -> None:
     path, again = tmp_path / "film.gif", tmp_path / "again.gif"
-    for each in (path, again):
-        save_movie(films["periodic"], each, pace="events", seconds=0.2, rate=20)
+    for file in (path, again):
+        save_movie(films["periodic"], file, pace="events", seconds=0.2, rate=20)
     assert again.read_bytes() == path.read_bytes()
     with Image.open(path) as image:
         assert (image.n_frames, image.size, image.info["duration"]) == (4, (840, 480), 50)

@@ -54,14 +54,14 @@ def test_fits_are_those_of_the_repeat_and_of_all(
         assert row == decay.as_json()
         assert (row["value"], row["error"], row["repeats"]) == (over.value, over.error, 3)
         assert found.numbers[model.key] == results[1].value
-        logs = np.log([fitted_curve(each, line.x) for each in results])
+        logs = np.log([fitted_curve(result, line.x) for result in results])
         assert line.y == pytest.approx(np.exp(logs.mean(axis=0)), rel=1e-12)
         sign = symbol if law == "exponential" else model.symbol
         averaged = with_error(over.value, over.error, "s⁻¹")
         assert line.label == f"{model.label}, mean of 3 repeats: {sign} = {averaged}"
         assert f"{sign} = {averaged}, " in found.caption
     (band,) = layers(found, Band)
-    pairs = [(each.time, each.value) for each in curves]
+    pairs = [(repeat_curve.time, repeat_curve.value) for repeat_curve in curves]
     if quantity == "pressure":
         times, rows = at_common_times(pairs)
         pairs = [(times, row) for row in rows]

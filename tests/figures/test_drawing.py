@@ -138,7 +138,7 @@ def test_what_is_drawn_is_what_the_json_says(saved: list[Path]) -> None:
     assert content["numbers"] == {"third": 1 / 3, "nothing": None}
     _, line, steps, points, _, vertical, horizontal = content["layers"]
     (axes,) = draw(EVERYTHING).axes
-    drawn = [np.array(each.get_data()).tolist() for each in axes.lines]
+    drawn = [np.array(artist.get_data()).tolist() for artist in axes.lines]
     for layer in (line, steps, points):
         assert [layer["x"], layer["y"]] in drawn
     assert points["y_error"] == [0.1, None, 0.3]

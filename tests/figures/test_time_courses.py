@@ -33,7 +33,7 @@ def test_energy_of_one_repeat_and_of_all(decaying: Run) -> None:
             columns = series(trace)
             total = columns.kinetic_energy + columns.container_energy
             curves.append((columns.time, total / total[0]))
-        assert [line.x.tolist(), line.y.tolist()] == [each.tolist() for each in curves[0]]
+        assert [line.x.tolist(), line.y.tolist()] == [column.tolist() for column in curves[0]]
         around(band, curves, found.y_log)
         assert band.series == index
         worst = max(float(np.max(np.abs(ratio - 1))) for _, ratio in curves)
@@ -80,7 +80,7 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
     assert (line.x[0], line.y[0]) == (0.0, 0.0)
     assert line.y[1:] == pytest.approx(curves[0][1], rel=1e-15)
     end = min(time[-1] for time, _ in curves)
-    final = np.array([np.interp(end, *each) for each in curves])
+    final = np.array([np.interp(end, *curve) for curve in curves])
     (point,) = found.numbers["points"]
     assert point["pressure"] == pytest.approx(final.mean(), rel=1e-14)
     assert point["pressure_error"] == pytest.approx(final.std(ddof=1) / math.sqrt(3), rel=1e-12)

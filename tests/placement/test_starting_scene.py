@@ -81,7 +81,8 @@ def test_points_have_random_numbers_of_their_own(override):
     for k, other in ((0, 1), (0, 2), (1, 2)):
         assert not np.array_equal(collisions[k].i, collisions[other].i)
         directions = [
-            (each := scenes[n].velocities) / np.hypot(*each.T)[:, None] for n in (k, other)
+            (velocities := scenes[n].velocities) / np.hypot(*velocities.T)[:, None]
+            for n in (k, other)
         ]
         # Independent, the cosine of the angle between two directions has variance 1/2.
         assert abs(np.sum(directions[0] * directions[1])) < 4 * math.sqrt(20 / 2)
@@ -265,7 +266,7 @@ def test_species_are_mixed_on_a_lattice():
     means = abs(np.mean(scene.positions[:300], axis=0))
     assert np.all(means < 4 * np.array(scene.container.size) / math.sqrt(12 * 300))
     assert not np.array_equal(scene.positions, other.positions)
-    assert np.array_equal(*(np.unique(each.positions, axis=0) for each in (scene, other)))
+    assert np.array_equal(*(np.unique(start.positions, axis=0) for start in (scene, other)))
 
 
 PLACED = "{position: [-3, 1], velocity: [0, 5], radius: 2, mass: 20}"

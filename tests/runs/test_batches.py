@@ -58,7 +58,7 @@ def test_missing_repeats_get_files_of_their_own(one_point: str, tmp_path: Path) 
         run.path(0, repeats).unlink()
     kept = bytes_of(tmp_path)
     results = done(run)
-    assert [each.repeat for each in results if each.cached] == [2, 3]
+    assert [result.repeat for result in results if result.cached] == [2, 3]
     assert names(run) == ["0000-0001", "0002-0003", "0004-0007"]
     assert kept.items() <= bytes_of(tmp_path).items()
     assert contents(run) == bits
@@ -81,12 +81,12 @@ def test_an_interrupted_extension_keeps_the_older_file(one_point: str, tmp_path:
     older = run.path(0, range(4)).read_bytes()
     with batches_of(1):
         results = done(run)
-    assert sum(each.cached for each in results) == 4 - left
+    assert sum(result.cached for result in results) == 4 - left
     singles = [f"{k:04d}-{k:04d}" for k in range(4)]
     assert names(run) == singles
     run.path(0, range(4)).write_bytes(older)
     assert [trace.collisions for trace in run.traces(point)] == [400] * 4
-    assert all(each.cached for each in done(run))
+    assert all(result.cached for result in done(run))
     assert names(run) == singles
 
 
@@ -117,7 +117,7 @@ def test_of_two_files_the_done_one_counts_or_else_the_longer(
     with pytest.raises(RunError) as caught:  # for a longer file, though a shorter one is there
         made(tmp_path, one_point, "repeats=4")
     assert caught.value.code == "shorter_limits"
-    assert [each.repeat for each in done(run) if each.cached] == [2]
+    assert [result.repeat for result in done(run) if result.cached] == [2]
     assert names(run) == ["0000-0001", "0002-0002", "0003-0003"]
     assert [trace.collisions for trace in run.traces(point)] == [400] * 4
     with pytest.raises(StoreError, match="longer than the run was; give the command again"):
@@ -154,14 +154,14 @@ def test_a_repeat_without_a_place_for_its_balls_fails_alone(
     with monkeypatch.context() as patched:
         refuse_to_place(patched, 1)
         results = done(run)
-    errors = [each.error or "" for each in results]
+    errors = [result.error or "" for result in results]
     assert [bool(error) for error in errors] == [False, True, False, False]
     assert "no place in repeat 1" in errors[1]
     assert failures(run) == {(0, 1): errors[1]}
     assert names(run) == ["0000-0003"]
     assert run.present(run.points[0]) == [0, 2, 3]
     assert [status.repeat for status in verify(run, replay=True, workers=1)] == [0, 1, 2, 3]
-    assert [each.cached for each in done(run)] == [True, False, True, True]
+    assert [result.cached for result in done(run)] == [True, False, True, True]
     assert names(run) == ["0000-0003", "0001-0001"]
     assert failures(run) == {}
     whole = made(tmp_path / "whole", one_point, "repeats=4")
@@ -182,8 +182,8 @@ def test_an_internal_error_is_reported_for_each_repeat_of_its_batch(
     monkeypatch.setattr(batch, "simulate_batch", fails_at_a_loss)
     run = made(tmp_path, small_config)
     results = done(run, workers=2)
-    assert [each.error for each in results] == ["KeyError: 'lost'"] * 3 + [None] * 3
-    assert all("in fails_at_a_loss" in each.traceback for each in results[:3])
+    assert [result.error for result in results] == ["KeyError: 'lost'"] * 3 + [None] * 3
+    assert all("in fails_at_a_loss" in result.traceback for result in results[:3])
     assert failures(run).keys() == {(0, 0), (0, 1), (0, 2)}
     assert (names(run, 0), names(run, 1)) == ([], ["0000-0002"])
 
@@ -198,7 +198,7 @@ def test_an_interrupted_batch_of_several_repeats_is_abandoned(
     run = made(tmp_path / "run", one_point, *overrides)
     assert stopped(run, 100_000) == []
     assert bytes_of(run.directory) == {}
-    assert [each.cached for each in done(run)] == [False, False]
+    assert [result.cached for result in done(run)] == [False, False]
     whole = made(tmp_path / "whole", one_point, *overrides)
     done(whole)
     assert contents(run) == contents(whole)

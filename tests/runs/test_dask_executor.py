@@ -239,7 +239,7 @@ def test_a_stored_batch_that_lacks_a_repeat_is_simulated_again(
     store.write(path, kept, store.check(path)[0].provenance)
     results = simulate_remotely(remote, FIRST)
     assert results is not None
-    assert [each.repeat for each in results] == [0, 1, 2]
+    assert [result.repeat for result in results] == [0, 1, 2]
     assert [header.repeat for header in store.check(path)] == [0, 1, 2]
 
 
@@ -256,8 +256,8 @@ def test_a_worker_refuses_what_it_must_not_simulate(
 ) -> None:
     results = simulate_remotely(replace(remote, **change), FIRST)
     assert results is not None
-    assert [each.repeat for each in results] == [0, 1, 2]
-    assert all(problem in str(each.error) for each in results)
+    assert [result.repeat for result in results] == [0, 1, 2]
+    assert all(problem in str(result.error) for result in results)
 
 
 # Workers that die

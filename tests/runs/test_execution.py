@@ -36,7 +36,10 @@ class Notes(Watcher):
 
     def simulating(self, compiling: float) -> None:
         assert compiling > 0
-        assert (self.collisions, [each for each in self.results if not each.cached]) == (0, [])
+        assert (self.collisions, [result for result in self.results if not result.cached]) == (
+            0,
+            [],
+        )
         self.begun += 1
 
     def events(self, number: int) -> None:
@@ -59,12 +62,12 @@ def copied(finished_one_each: Run, tmp_path: Path) -> Run:
 def test_a_second_run_simulates_nothing(copied: Run) -> None:
     before, notes = bytes_of(copied.directory), Notes()
     results = done(copied, watcher=notes)
-    assert [(each.point, each.repeat) for each in results] == [
+    assert [(result.point, result.repeat) for result in results] == [
         (point.index, repeat)
         for point in copied.points
         for repeat in range(copied.experiment.repeats)
     ]
-    assert sorted(notes.results, key=lambda each: (each.point, each.repeat)) == results
+    assert sorted(notes.results, key=lambda result: (result.point, result.repeat)) == results
     for result in results:
         trace = copied.read(copied.points[result.point], result.repeat)
         assert (result.stop, result.collisions) == (trace.stop, trace.collisions)
@@ -116,14 +119,14 @@ def test_one_bad_file_is_done_again_and_only_that(
         with pytest.raises(StoreError, match=f"^{path}: {reason}"):
             list(copied.traces(copied.points[1]))
     results = done(copied, watcher=notes)
-    assert [(each.point, each.repeat) for each in results if not each.cached] == [(1, 1)]
+    assert [(result.point, result.repeat) for result in results if not result.cached] == [(1, 1)]
     after = bytes_of(copied.directory)
     name = "point-0001/repeats-0001-0001.h5"
     assert after.pop(name) != before.pop(name)
     assert after == before
     assert contents(copied) == contents(finished_run)
     assert len(notes.refused) == (reason != "")
-    assert all(each.startswith(f"{path}: {reason}") for each in notes.refused)
+    assert all(problem.startswith(f"{path}: {reason}") for problem in notes.refused)
 
 
 # Extending: the bits of a run that was as long from the start
@@ -147,13 +150,13 @@ def test_an_extended_run_has_the_bits_of_one_that_was_as_long_from_the_start(
     kept = contents(short)
     longer = made(tmp_path / "run", text, *after)
     assert [longer.shorter(point) for point in longer.points] == [3, 3]
-    assert not any(each.cached for each in done(longer))
+    assert not any(result.cached for result in done(longer))
     at_once = made(tmp_path / "at once", text, *after)
     done(at_once)
     assert contents(longer) == contents(at_once)
     assert contents(longer) != kept
     assert [longer.shorter(point) for point in longer.points] == [0, 0]
-    assert all(each.cached for each in done(longer))
+    assert all(result.cached for result in done(longer))
 
 
 def test_the_number_of_repeats_can_change(copied: Run, small_config: str, tmp_path: Path) -> None:
@@ -161,7 +164,7 @@ def test_the_number_of_repeats_can_change(copied: Run, small_config: str, tmp_pa
     assert len(done(made(copied.directory, small_config, "repeats=2"))) == 4
     assert bytes_of(copied.directory) == before
     longer = made(copied.directory, small_config, "repeats=5")
-    assert [each.repeat for each in done(longer) if not each.cached] == [3, 4, 3, 4]
+    assert [result.repeat for result in done(longer) if not result.cached] == [3, 4, 3, 4]
     assert before.items() <= bytes_of(copied.directory).items()
     at_once = made(tmp_path / "at once", small_config, "repeats=5")
     done(at_once)
@@ -213,7 +216,7 @@ def test_one_failing_repeat_does_not_stop_the_others(
     assert (first["done"], first["failed"], first["to_do"], second["done"]) == (2, 1, 0, 3)
     assert first["remarks"] == [{"repeat": 1, "remark": f"failed: {failed[0].error}"}]
     copied.path(0, [1]).rmdir()
-    assert [each.cached for each in done(copied)] == [True, False, True, True, True, True]
+    assert [result.cached for result in done(copied)] == [True, False, True, True, True, True]
     assert failures(copied) == {}
     assert not (copied.directory / FAILURES).exists()
     assert contents(copied) == contents(finished_run)

@@ -168,7 +168,7 @@ def test_an_extension_can_be_undone_until_its_first_repeat_is_done(
     made(tmp_path, small_config, "collisions=300")
     run = run_of(tmp_path, small_config)
     assert "collisions from 300 to 150" in runs.create(run)
-    assert all(each.cached for each in done(run))
+    assert all(result.cached for result in done(run))
     assert files(tmp_path) == before
 
 

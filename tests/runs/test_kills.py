@@ -73,10 +73,10 @@ def assert_completes(directory: Path, text: str, reference: Path) -> None:
     last = max(int(path.name.split(".")[0].split("-")[2]) for path in left)
     repeats = f"repeats={last + 1}"
     run = made(directory, text, repeats)
-    kept = [each.repeat for each in run.statuses(0) if each.state is RepeatState.DONE]
+    kept = [status.repeat for status in run.statuses(0) if status.state is RepeatState.DONE]
     with runs.locked(directory):
         outcomes = done(run, workers=2)
-    assert [each.repeat for each in outcomes if each.cached] == kept
+    assert [result.repeat for result in outcomes if result.cached] == kept
     assert not list(directory.rglob("*.part"))
     uninterrupted = made(reference, text, repeats)
     done(uninterrupted)

@@ -49,9 +49,9 @@ def test_processes_store_the_same_bits_as_threads(small_config: str, tmp_path: P
     found = done(by_processes, workers=2, watcher=watcher, processes=True)
     expected = done(by_threads, workers=2)
     assert watcher.processes == 2
-    assert watcher.collisions == sum(each.collisions for each in expected)
-    assert [(each.point, each.repeat, each.stop) for each in found] == [
-        (each.point, each.repeat, each.stop) for each in expected
+    assert watcher.collisions == sum(result.collisions for result in expected)
+    assert [(result.point, result.repeat, result.stop) for result in found] == [
+        (result.point, result.repeat, result.stop) for result in expected
     ]
     assert contents(by_processes) == contents(by_threads)
 
@@ -73,7 +73,7 @@ def test_an_interrupt_abandons_batches_and_a_later_run_completes_them(
     assert 0 < len(first) < 800
     assert not multiprocessing.active_children()
     assert not list(run.directory.rglob("*.part"))
-    assert sum(not each.cached for each in done(run)) == 800 - len(first)
+    assert sum(not result.cached for result in done(run)) == 800 - len(first)
 
 
 def test_an_interrupt_does_not_wait_for_long_batches(small_config: str, tmp_path: Path) -> None:
@@ -91,8 +91,8 @@ class Kills(Watcher):
     """Kills the processes after the first batch."""
 
     def events(self, _number: int) -> None:
-        for each in multiprocessing.active_children():
-            each.kill()
+        for process in multiprocessing.active_children():
+            process.kill()
 
 
 def test_a_killed_process_is_one_sentence(small_config: str, tmp_path: Path) -> None:

@@ -124,7 +124,9 @@ def test_content_hash_sees_every_array_and_the_ending(traces: dict[str, Trace]) 
         scene = getattr(trace, end)
         radius = np.nextafter(scene.container.radius, 0.0)
         shapes = (Circle(radius), Box(1.0, 2.0), Box(2.0, 1.0), PeriodicBox(1.0, 2.0))
-        others += [replace(trace, **{end: replace(scene, container=each)}) for each in shapes]
+        others += [
+            replace(trace, **{end: replace(scene, container=container)}) for container in shapes
+        ]
         for field in fields(Scene):
             if field.name == "container":
                 continue

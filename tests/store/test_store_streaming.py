@@ -57,7 +57,7 @@ def test_the_pieces_do_not_matter(
         whole = content_hash(replace(trace, events=events))
         assert content_hash(found) == header.fingerprint == whole
         assert len(events_of(found)) == number
-    assert [each.stop for each in store.check(tmp_path / "pieces.h5")] == [trace.stop] * 2
+    assert [header.stop for header in store.check(tmp_path / "pieces.h5")] == [trace.stop] * 2
 
 
 def test_what_is_not_finished_leaves_nothing(trace: Trace, tmp_path: Path) -> None:
