@@ -46,7 +46,7 @@ def classes_of(text: str, *overrides: str, engine: str | None = None) -> list[Sc
 
 def test_an_engine_can_be_forced_upon_all_scenes_it_knows(small_config: str) -> None:
     assert classes_of(GAS, engine="allpairs")[0].models["cells"] is False
-    (scene_class,) = classes_of(small_config, engine="cells")
+    scene_class, _ = classes_of(small_config, engine="cells")
     assert scene_class.models["cells"]
     with pytest.raises(SceneError, match="allpairs knows no box: use cells") as caught:
         classes_of(GAS, "container={shape: box, width: 20}", engine="allpairs")
