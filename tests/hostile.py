@@ -384,6 +384,7 @@ def summary(name: str, make: Make) -> Damage:
 
 
 KINDS: dict[str, dict[str, Damage]] = {
+    "events": REPEATS,
     "summary": {
         **{
             f"{name}: {value}": trace(f"summary.series.{name}", value, 1)
@@ -412,7 +413,7 @@ KINDS: dict[str, dict[str, Damage]] = {
         "far": scene("positions", 1e300, 0),
     },
 }
-"""Damages of a file with a summary, and of one in a box."""
+"""Damages of a file with events, of one with a summary, and of one in a box."""
 
 
 def with_large_indices(file: h5py.File) -> None:
