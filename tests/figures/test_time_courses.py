@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from figure_runs import around, in_circle, layers, shown, traces, why_not
 
-from snooker_cli import theory
 from snooker_cli.analysis import structure
-from snooker_cli.analysis.observables import standard_errors, time_means
+from snooker_cli.analysis.observables import standard_errors
 from snooker_cli.engine import replay, series
 from snooker_cli.figures import Line, Reference
 from snooker_cli.figures.captions import LOG_SPREAD, SPREAD
@@ -92,26 +91,6 @@ def test_pressure_rises_from_zero_and_ends_at_the_mean(decaying: Run) -> None:
 
 
 # Means over the repeats of what the states have.
-
-
-def test_a2_is_half_of_the_energy_moment_between_times(periodic: Run) -> None:
-    found = shown(periodic, "a2")
-    lines = [line for line in layers(found, Line) if line.style == "series"]
-    bands = layers(found, Band)
-    for index, e in enumerate((0.8, 0.9, 1.0)):
-        repeats, line = traces(periodic, index), lines[index]
-        assert line.label == f"CoR {e:g}"
-        rows = np.array(
-            [
-                time_means(one, series(one).energy_moment, np.array([0.0, one.stop.time])) / 2 - 1
-                for one in repeats
-            ]
-        )
-        assert abs(np.mean(line.y) - rows.mean()) < 0.1
-        np.testing.assert_allclose(bands[index].high + bands[index].low, 2 * line.y, atol=1e-12)
-        # The theory's line is the coefficient; 63 free balls at CoR 1.
-        expected = theory.sonine_coefficient(e) if e < 1 else -1 / 64
-        assert found.numbers["points"][index]["theory"] == pytest.approx(expected, rel=1e-5)
 
 
 def test_times_end_with_the_shortest_repeat_and_begin_at_zero(periodic: Run) -> None:

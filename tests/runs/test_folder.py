@@ -86,9 +86,6 @@ def test_a_fixed_and_a_free_container_can_be_swept(tmp_path: Path, small_config:
     runs.create(run)
 
 
-# The repeats of a run
-
-
 # Create and extend
 
 
