@@ -50,6 +50,14 @@ def test_wall_rate_follows_from_the_simulated_pressure(radius):
     assert abs(rate - wall) < error + wall / (8 * N)
 
 
+def test_wall_rate_without_ball_ball_collisions_is_the_chord_rate():
+    pressure = theory.accessible_wall_pressure(N, T, 1.0, CIRCLE)
+    speed = theory.fixed_energy_mean_speed(N, T)
+    chords = theory.wall_rate(speed, CIRCLE.accessible(1.0))
+    found = wall_rate_from_pressure(N, pressure, T, PERIMETER)
+    assert found == pytest.approx(chords, rel=1e-13)
+
+
 @pytest.mark.parametrize("radius", SIMULATED)
 def test_collision_rates_of_the_source_scene(radius):
     found = theory.collision_rates(N, T, radius, CIRCLE)
@@ -66,6 +74,18 @@ def test_collision_rates_of_the_source_scene(radius):
     heavy = theory.collision_rates(N, T, radius, CIRCLE, mass=4.0)
     assert heavy.ball_ball == pytest.approx(found.ball_ball / 2, rel=1e-14)
     assert heavy.wall == pytest.approx(found.wall / 2, rel=1e-14)
+
+
+def test_friction_of_a_ball_like_all_others():
+    """D = T/ζ = √(T/πm)/(2 n d χ), with Henderson's χ and N − 1 others."""
+    number, temperature, radius, mass = 5000, 3.0, 0.1, 2.0
+    box = PeriodicBox(30.0, 20.0)
+    found = friction(7, np.full(number, mass), np.full(number, radius), temperature, box)
+    packing = box.packing_fraction(number * radius**2)
+    chi = (1 - 7 * packing / 16) / (1 - packing) ** 2
+    density = (number - 1) / 600
+    known = math.sqrt(temperature / (math.pi * mass)) / (2 * density * 2 * radius * chi)
+    assert temperature / found == pytest.approx(known, rel=1e-12)
 
 
 def test_friction_of_a_heavy_ball_is_the_mean_drag_of_collisions():

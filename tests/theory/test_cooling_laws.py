@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from source_scene import SIMULATED, N, digits
+from source_scene import SIMULATED, N, T, digits
 
 from snooker_cli import theory
 from snooker_cli.containers import PeriodicBox
@@ -108,6 +108,18 @@ def test_haff_predicts_the_simulated_cooling(restitution, wall, measured, time, 
     assert predicted == pytest.approx(time, abs=spread)
 
 
+def test_energy_by_events_agrees_with_haff_in_time():
+    # Both ways of counting the same loss: events as a function of time, then energy.
+    e, rate, t = 0.9, 240.0, np.linspace(0, 8, 30)
+    alpha = -math.log1p(-(1 - e**2) / (N + 0.5)) * rate / 2
+    events, none = rate / alpha * np.log1p(alpha * t), np.zeros_like(t)
+    for found in (
+        theory.energy_ratio_by_events(2 * N, e, events, 1.0, none),
+        theory.energy_ratio_by_events(2 * N, 1.0, none, e, events),
+    ):
+        np.testing.assert_allclose(found, theory.haff_ratio(t, alpha), rtol=1e-12)
+
+
 @pytest.mark.parametrize("components", [3, 14, 73, 74])
 def test_share_of_a_collision_in_the_energy(components):
     """The mean of x with the weight √x, over random directions in as many dimensions."""
@@ -116,6 +128,18 @@ def test_share_of_a_collision_in_the_energy(components):
     share = np.sum(x**1.5) / np.sum(np.sqrt(x))
     error = np.std((x - share) * np.sqrt(x)) / np.mean(np.sqrt(x)) / math.sqrt(len(x))
     assert share == pytest.approx(theory.share_in_collision(components), abs=4 * error)
+
+
+def test_rotation_energy():
+    # Balls that all circle at a with one speed have no other energy.
+    speed, mass = 4.0, 3.0
+    energy = N * mass * speed**2 / 2
+    found = theory.rotation_energy(N * mass * 9.0 * speed, N * mass * 9.0**2)
+    assert found == pytest.approx(energy, rel=1e-15)
+    # Random directions: ⟨L²⟩ = I T, so the rotation has the energy of one component, E0/(2N).
+    inertia = N * 9.0**2 / 2
+    typical = math.sqrt(inertia * T)
+    assert theory.rotation_energy(typical, inertia) == pytest.approx(T / 2, rel=1e-15)
 
 
 def test_mistakes_of_the_source_report_are_factors_of_its_decay_constant() -> None:

@@ -1,0 +1,41 @@
+"""Numbers, errors and lists as text."""
+
+from __future__ import annotations
+
+import math
+
+from snooker_cli.formatting import duration, exact, listed, point_label, short, size, with_error
+
+
+def test_values_with_errors() -> None:
+    for value, error, text in (
+        (1.8404, 0.0123, "1.840 ± 0.012"),
+        (-0.5, 0.01, "−0.500 ± 0.010"),
+        (1234.5, math.nan, "1234"),
+        (3.2e-16, 1e-17, "(3.2 × 10⁻¹⁶ ± 1 × 10⁻¹⁷)"),
+        (1234.4, 30.0, "1234 ± 30"),
+        (12345.0, 300.0, "(1.234 × 10⁴ ± 3 × 10²)"),
+    ):
+        assert with_error(value, error) == text
+
+
+def test_words() -> None:
+    assert short(-2.5e-15, 2) == "−2.5 × 10⁻¹⁵"
+    assert exact(9.000000000000002) == "9.000000000000002"
+    assert exact(9.0) == "9"
+    assert listed(["a", "b", "c"]) == "a, b and c"
+
+
+def test_durations_and_sizes_have_two_digits() -> None:
+    seconds = [0.001, 1.04, 17.2, 119.0, 130.0, 9e4, 2e6, 1e12]
+    assert [duration(second) for second in seconds] == [
+        "a second", "1 s", "17 s", "120 s", "2.2 minutes", "25 hours", "23 days", "32,000 years"
+    ]  # fmt: skip
+    sizes = [10, 999_999, 1.35e9, 2.7e12]
+    assert [size(number) for number in sizes] == ["10 bytes", "1 MB", "1.4 GB", "2.7 TB"]
+
+
+def test_the_label_of_a_point_writes_null_as_what_it_stands_for() -> None:
+    assert point_label({"cor": 0.8, "container.mass": None}) == "cor=0.8, container.mass=∞"
+    assert point_label({"wall_cor": None}) == "wall_cor=cor"
+    assert point_label({}) == "all"
