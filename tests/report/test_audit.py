@@ -40,7 +40,7 @@ ROOT = Path(__file__).parents[2]
 TEMPLATES = ROOT / "snooker_cli" / "report" / "templates"
 
 
-PRINTED = {one.digits for one in SOURCE_VALUES.values()}
+PRINTED = {printed.digits for printed in SOURCE_VALUES.values()}
 
 
 def number(printed: str, *, mean: bool = False) -> SourceValue:
@@ -50,12 +50,12 @@ def number(printed: str, *, mean: bool = False) -> SourceValue:
 
 @given(st.floats(-1, 1), st.floats(0, 10))
 def test_agreement_is_the_last_digit_and_two_standard_errors(part: float, error: float) -> None:
-    one = number("4.2 ± 0.3")
-    reach = one.half_digit + 2 * math.hypot(one.standard_error, error)
-    assert OurValue(4.2 + 0.999 * part * reach, error).agrees(one)
-    assert not OurValue(4.2 + 1.001 * reach, error).agrees(one)
-    assert OurValue(4.2 + 0.999 * part * one.half_digit).rounds_to(one)
-    assert not OurValue(4.2 + 1.001 * one.half_digit).rounds_to(one)
+    printed = number("4.2 ± 0.3")
+    reach = printed.half_digit + 2 * math.hypot(printed.standard_error, error)
+    assert OurValue(4.2 + 0.999 * part * reach, error).agrees(printed)
+    assert not OurValue(4.2 + 1.001 * reach, error).agrees(printed)
+    assert OurValue(4.2 + 0.999 * part * printed.half_digit).rounds_to(printed)
+    assert not OurValue(4.2 + 1.001 * printed.half_digit).rounds_to(printed)
 
 
 def test_interval_of_a_mean_of_five_from_its_range() -> None:
@@ -84,9 +84,9 @@ def test_checks_by_printed_numbers_alone_are_right() -> None:
     assert path in CLAIMS["mean_free_path"]["check"]
     for name, digits in (("tau", 2), ("theory", 3)):
         for cor in ("0.8", "0.9"):
-            one, speed = SOURCE_VALUES[f"{name}_{cor}"], SOURCE_VALUES[f"speed_{cor}"]
+            printed, speed = SOURCE_VALUES[f"{name}_{cor}"], SOURCE_VALUES[f"speed_{cor}"]
             assert speed.error is not None
-            error = one.value * speed.error / speed.value
+            error = printed.value * speed.error / speed.value
             assert f"± {error:.{digits}f}" in CLAIMS[f"errors_of_{name}"]["check"]
 
 
@@ -105,9 +105,11 @@ def sample(number: SourceValue, factor: float = 1.0, share: float = 0.1) -> Samp
 def explanation(factor: float = 1.0, share: float = 0.1) -> Explanation:
     """An explanation whose decay constants are the printed ones times a factor."""
     samples = {}
-    for one in TARGETS:
-        decays = one.quantity.endswith("decay")
-        samples[one.quantity, one.cor] = sample(one, *((factor, share) if decays else (1.0, 0.01)))
+    for target in TARGETS:
+        decays = target.quantity.endswith("decay")
+        samples[target.quantity, target.cor] = sample(
+            target, *((factor, share) if decays else (1.0, 0.01))
+        )
     return Explanation(f"{factor:g}", samples)
 
 
@@ -117,9 +119,9 @@ def test_the_score_is_zero_for_the_printed_numbers_and_counts_all_targets() -> N
     assert not right.rejected
     assert all(map(right.predicts, TARGETS))
     assert explanation(1.5).rejected
-    for one in TARGETS[-3:]:
-        samples = {**right.samples, (one.quantity, one.cor): sample(one, 0.1)}
-        assert replace(right, samples=samples).rejected, one.name
+    for target in TARGETS[-3:]:
+        samples = {**right.samples, (target.quantity, target.cor): sample(target, 0.1)}
+        assert replace(right, samples=samples).rejected, target.name
 
 
 def test_the_first_that_agrees_or_the_nearest_explains_a_number() -> None:
@@ -192,10 +194,10 @@ def test_deviations_from_the_laws_are_in_standard_errors() -> None:
     experiment = load(ROOT / "configs" / "elastic-wall.yaml").experiment
     run = Run(ROOT / "nowhere", experiment, points(experiment))
     fitted = {"parameters": {"cor": 0.8}, "alpha": 1.0, "alpha_error": 0.01}
-    (one,) = content.kinetic_theory(run, [fitted])
-    assert one["theory"] == pytest.approx(1.116, abs=0.001)
-    assert one["excess"] == pytest.approx(one["theory"] - 1)
-    assert one["in_errors"] == pytest.approx(100 * one["excess"])
+    (point,) = content.kinetic_theory(run, [fitted])
+    assert point["theory"] == pytest.approx(1.116, abs=0.001)
+    assert point["excess"] == pytest.approx(point["theory"] - 1)
+    assert point["in_errors"] == pytest.approx(100 * point["excess"])
 
 
 def test_no_result_is_typed_in_the_text_of_the_report() -> None:

@@ -36,10 +36,8 @@ class Notes(Watcher):
 
     def simulating(self, compiling: float) -> None:
         assert compiling > 0
-        assert (self.collisions, [result for result in self.results if not result.cached]) == (
-            0,
-            [],
-        )
+        assert self.collisions == 0
+        assert all(result.cached for result in self.results)
         self.begun += 1
 
     def events(self, number: int) -> None:
